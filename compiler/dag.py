@@ -1,0 +1,411 @@
+"""Scalar expressions as one hash-consed graph: a node is an int, equal nodes are one node.
+
+Nothing is ever expanded into a tree, so every pass costs time proportional to the number of
+nodes. Creation order is a topological order: a node's operands have smaller numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from fractions import Fraction
+
+
+class Op(IntEnum):
+    """What a node computes; the names of the functions are C's."""
+
+    CONST = 0
+    SYMBOL = 1
+    ADD = 2
+    SUB = 3
+    MUL = 4
+    DIV = 5
+    NEG = 6
+    POW = 7
+    SELECT = 8  # a if nonzero then b else c
+    LT = 9
+    LE = 10
+    EQ = 11
+    AND = 12
+    OR = 13
+    NOT = 14
+    SIN = 15
+    COS = 16
+    TAN = 17
+    ASIN = 18
+    ACOS = 19
+    ATAN = 20
+    ATAN2 = 21
+    SINH = 22
+    COSH = 23
+    TANH = 24
+    EXP = 25
+    LOG = 26
+    SQRT = 27
+    ABS = 28
+    SIGN = 29  # -1, 0, 1
+    MIN = 30
+    MAX = 31
+    FLOOR = 32
+    CEIL = 33
+    FMOD = 34
+    HYPOT = 35
+    ASINH = 36
+    ACOSH = 37
+    ATANH = 38
+    CBRT = 39
+    ERF = 40
+    LOG10 = 41
+    EXPM1 = 42
+    LOG1P = 43
+
+
+class Level(IntEnum):
+    """How often a node changes: the least frequent loop it can be computed in."""
+
+    CONST = 0
+    PARAM = 1
+    TIME = 2  # time and device inputs
+    STATE = 3
+
+
+class Kind(IntEnum):
+    """What a symbol stands for. Its `index` counts within the kind."""
+
+    PARAM = 0
+    TIME = 1
+    INPUT = 2  # one component of a device's channel
+    STATE = 3  # of the program: x[index]; of a flat graph: a declared `state`
+    EFFORT = 4  # of scalar bond `index`, along its own half arrow
+    FLOW = 5
+    DISPLACEMENT = 6  # q of a storage port; index counts storage ports over the graph
+    MOMENTUM = 7  # p of a storage port; the same count
+    UNKNOWN = 8  # a declared `unknown`
+    RATE = 9  # der(x) of a declared state, inside an `equation`
+
+
+_SYMBOL_LEVEL = {Kind.PARAM: Level.PARAM, Kind.TIME: Level.TIME, Kind.INPUT: Level.TIME}
+_MAX_BITS = 512  # of an exact constant; longer ones are left for the C compiler
+
+
+@dataclass(frozen=True, slots=True)
+class Symbol:
+    """The payload of a SYMBOL node."""
+
+    kind: Kind
+    index: int
+
+
+class Dag:
+    """The node store. `op[n]`, `a[n]`, `b[n]`, `c[n]`, `level[n]` describe node n.
+
+    Operands that an operation lacks are -1. Of CONST, `a` indexes `constants`; of SYMBOL, it
+    indexes `symbols`.
+    """
+
+    def __init__(self) -> None:
+        self.op: list[int] = []
+        self.a: list[int] = []
+        self.b: list[int] = []
+        self.c: list[int] = []
+        self.level: list[int] = []
+        self.constants: list[Fraction] = []
+        self.symbols: list[Symbol] = []
+        self._nodes: dict[tuple[int, int, int, int], int] = {}
+        self._constant_nodes: dict[Fraction, int] = {}
+        self._symbol_nodes: dict[Symbol, int] = {}
+        self.zero = self.const(0)
+        self.one = self.const(1)
+
+    def __len__(self) -> int:
+        return len(self.op)
+
+    # --- leaves ---------------------------------------------------------------------
+
+    def const(self, value: int | float | Fraction) -> int:
+        """The node of an exact constant; a float stands for the rational it is exactly."""
+        exact = Fraction(value)
+        node = self._constant_nodes.get(exact)
+        if node is None:
+            self.constants.append(exact)
+            node = self._append(Op.CONST, len(self.constants) - 1, -1, -1, Level.CONST)
+            self._constant_nodes[exact] = node
+        return node
+
+    def symbol(self, kind: Kind, index: int = 0) -> int:
+        """The node of a leaf."""
+        symbol = Symbol(kind, index)
+        node = self._symbol_nodes.get(symbol)
+        if node is None:
+            self.symbols.append(symbol)
+            level = _SYMBOL_LEVEL.get(kind, Level.STATE)
+            node = self._append(Op.SYMBOL, len(self.symbols) - 1, -1, -1, level)
+            self._symbol_nodes[symbol] = node
+        return node
+
+    # --- queries --------------------------------------------------------------------
+
+    def value(self, node: int) -> Fraction | None:
+        """The exact value of a CONST node, None of any other."""
+        return self.constants[self.a[node]] if self.op[node] == Op.CONST else None
+
+    def symbol_of(self, node: int) -> Symbol | None:
+        """The symbol of a SYMBOL node, None of any other."""
+        return self.symbols[self.a[node]] if self.op[node] == Op.SYMBOL else None
+
+    def operands(self, node: int) -> tuple[int, ...]:
+        """The nodes that `node` is computed from."""
+        if self.op[node] <= Op.SYMBOL:
+            return ()
+        if self.b[node] < 0:
+            return (self.a[node],)
+        if self.c[node] < 0:
+            return (self.a[node], self.b[node])
+        return (self.a[node], self.b[node], self.c[node])
+
+    def reachable(self, roots: Iterable[int]) -> list[int]:
+        """All nodes that the roots need, themselves included, in topological order."""
+        seen: set[int] = set()
+        stack = list(roots)
+        while stack:
+            node = stack.pop()
+            if node not in seen:
+                seen.add(node)
+                stack.extend(self.operands(node))
+        return sorted(seen)
+
+    # --- arithmetic -----------------------------------------------------------------
+
+    def add(self, a: int, b: int) -> int:
+        """A + b."""
+        if a == self.zero:
+            return b
+        if b == self.zero:
+            return a
+        if self.op[b] == Op.NEG:
+            return self.sub(a, self.a[b])
+        if self.op[a] == Op.NEG:
+            return self.sub(b, self.a[a])
+        folded = self._fold(a, b, lambda x, y: x + y)
+        return folded if folded is not None else self._make(Op.ADD, min(a, b), max(a, b))
+
+    def sub(self, a: int, b: int) -> int:
+        """A - b."""
+        if b == self.zero:
+            return a
+        if a == b:
+            return self.zero
+        if a == self.zero:
+            return self.neg(b)
+        if self.op[b] == Op.NEG:
+            return self.add(a, self.a[b])
+        if self.op[a] == Op.NEG:
+            return self.neg(self.add(self.a[a], b))
+        folded = self._fold(a, b, lambda x, y: x - y)
+        if folded is not None:
+            return folded
+        opposite = self._nodes.get((Op.SUB, b, a, -1))
+        return self.neg(opposite) if opposite is not None else self._make(Op.SUB, a, b)
+
+    def neg(self, a: int) -> int:
+        """The opposite of a."""
+        if self.op[a] == Op.NEG:
+            return self.a[a]
+        value = self.value(a)
+        return self.const(-value) if value is not None else self._make(Op.NEG, a)
+
+    def mul(self, a: int, b: int) -> int:
+        """A * b."""
+        if self.zero in (a, b):
+            return self.zero
+        if a == self.one:
+            return b
+        if b == self.one:
+            return a
+        if self.op[a] == Op.NEG:
+            return self.neg(self.mul(self.a[a], b))
+        if self.op[b] == Op.NEG:
+            return self.neg(self.mul(a, self.a[b]))
+        folded = self._fold(a, b, lambda x, y: x * y)
+        if folded is not None:
+            return folded
+        for factor, other in ((a, b), (b, a)):
+            value = self.value(factor)
+            if value is not None and value < 0:
+                return self.neg(self.mul(self.const(-value), other))
+        return self._make(Op.MUL, min(a, b), max(a, b))
+
+    def div(self, a: int, b: int) -> int:
+        """A / b; a constant zero divisor is kept, for whoever builds it to report."""
+        if b == self.one:
+            return a
+        if a == self.zero and b != self.zero:
+            return self.zero
+        if a == b and self.op[b] == Op.CONST and b != self.zero:
+            return self.one
+        if self.op[a] == Op.NEG:
+            return self.neg(self.div(self.a[a], b))
+        if self.op[b] == Op.NEG:
+            return self.neg(self.div(a, self.a[b]))
+        if b != self.zero:
+            folded = self._fold(a, b, lambda x, y: x / y)
+            if folded is not None:
+                return folded
+            value = self.value(b)
+            if value is not None and value < 0:
+                return self.neg(self.div(a, self.const(-value)))
+        return self._make(Op.DIV, a, b)
+
+    def pow(self, a: int, b: int) -> int:
+        """A ^ b; small whole powers become products."""
+        exponent = self.value(b)
+        if exponent is not None and exponent.denominator == 1 and abs(exponent) <= 8:
+            return self._whole_power(a, int(exponent))
+        if exponent == Fraction(1, 2):
+            return self.call(Op.SQRT, a)
+        return self._make(Op.POW, a, b)
+
+    def select(self, condition: int, yes: int, no: int) -> int:
+        """`yes` where the condition is not zero, else `no`."""
+        if yes == no:
+            return yes
+        value = self.value(condition)
+        if value is not None:
+            return yes if value != 0 else no
+        return self._make(Op.SELECT, condition, yes, no)
+
+    def call(self, op: Op, *operands: int) -> int:
+        """Any other operation: comparisons, logic, functions with C's names."""
+        values = [self.value(x) for x in operands]
+        exact = [v for v in values if v is not None]
+        if len(exact) == len(values):
+            folded = _EXACT[op](*exact) if op in _EXACT else _exact_function(op, exact)
+            if folded is not None:
+                return self.const(folded)
+        return self._make(op, *operands)
+
+    def sum(self, nodes: Iterable[int]) -> int:
+        """The sum, left to right; zero of none."""
+        total = self.zero
+        for node in nodes:
+            total = self.add(total, node)
+        return total
+
+    def dot(self, left: Iterable[int], right: Iterable[int]) -> int:
+        """Sum of the products of two sequences of equal length."""
+        return self.sum(self.mul(x, y) for x, y in zip(left, right, strict=True))
+
+    # --- rebuilding -----------------------------------------------------------------
+
+    def rebuild(self, node: int, operands: tuple[int, ...]) -> int:
+        """The operation of `node` on other operands, simplified again."""
+        op = Op(self.op[node])
+        match op:
+            case Op.CONST | Op.SYMBOL:
+                return node
+            case Op.ADD:
+                return self.add(*operands)
+            case Op.SUB:
+                return self.sub(*operands)
+            case Op.MUL:
+                return self.mul(*operands)
+            case Op.DIV:
+                return self.div(*operands)
+            case Op.NEG:
+                return self.neg(*operands)
+            case Op.POW:
+                return self.pow(*operands)
+            case Op.SELECT:
+                return self.select(*operands)
+            case _:
+                return self.call(op, *operands)
+
+    def substitute(self, roots: Iterable[int], replacement: Mapping[int, int]) -> list[int]:
+        """The roots with nodes replaced, once (replacements are not searched again)."""
+        done = dict(replacement)
+        roots = list(roots)
+        for node in self.reachable(roots):
+            if node not in done:
+                operands = self.operands(node)
+                new = tuple(done[x] for x in operands)
+                done[node] = node if new == operands else self.rebuild(node, new)
+        return [done[root] for root in roots]
+
+    # --- inside ---------------------------------------------------------------------
+
+    def _append(self, op: int, a: int, b: int, c: int, level: int) -> int:
+        self.op.append(op)
+        self.a.append(a)
+        self.b.append(b)
+        self.c.append(c)
+        self.level.append(level)
+        return len(self.op) - 1
+
+    def _make(self, op: int, a: int, b: int = -1, c: int = -1) -> int:
+        key = (op, a, b, c)
+        node = self._nodes.get(key)
+        if node is None:
+            level = self.level[a]
+            if b >= 0:
+                level = max(level, self.level[b])
+            if c >= 0:
+                level = max(level, self.level[c])
+            node = self._append(op, a, b, c, level)
+            self._nodes[key] = node
+        return node
+
+    def _fold(self, a: int, b: int, operation: Callable[[Fraction, Fraction], Fraction]) -> int | None:
+        x, y = self.value(a), self.value(b)
+        if x is None or y is None:
+            return None
+        result = operation(x, y)
+        if result.numerator.bit_length() + result.denominator.bit_length() > _MAX_BITS:
+            return None
+        return self.const(result)
+
+    def _whole_power(self, a: int, exponent: int) -> int:
+        if exponent < 0:
+            return self.div(self.one, self._whole_power(a, -exponent))
+        if exponent == 0:
+            return self.one
+        half = self._whole_power(a, exponent // 2)
+        square = self.mul(half, half)
+        return self.mul(square, a) if exponent % 2 else square
+
+
+_EXACT: dict[Op, Callable[..., int | Fraction]] = {
+    Op.LT: lambda x, y: int(x < y),
+    Op.LE: lambda x, y: int(x <= y),
+    Op.EQ: lambda x, y: int(x == y),
+    Op.AND: lambda x, y: int(x != 0 and y != 0),
+    Op.OR: lambda x, y: int(x != 0 or y != 0),
+    Op.NOT: lambda x: int(x == 0),
+    Op.ABS: abs,
+    Op.SIGN: lambda x: (x > 0) - (x < 0),
+    Op.MIN: min,
+    Op.MAX: max,
+    Op.FLOOR: math.floor,
+    Op.CEIL: math.ceil,
+}
+
+
+def _exact_function(op: Op, values: list[Fraction]) -> Fraction | None:
+    """The value of a function where it is rational for sure: at 0, at 1, of squares."""
+    x = values[0]
+    if x == 0:
+        if op in {Op.SIN, Op.TAN, Op.ASIN, Op.ATAN, Op.SINH, Op.TANH, Op.SQRT, Op.ASINH,
+                  Op.ATANH, Op.CBRT, Op.ERF, Op.EXPM1, Op.LOG1P}:  # fmt: skip
+            return Fraction(0)
+        if op in {Op.COS, Op.COSH, Op.EXP}:
+            return Fraction(1)
+    if x == 1:
+        if op in {Op.LOG, Op.LOG10, Op.ACOSH, Op.ACOS}:
+            return Fraction(0)
+        if op is Op.CBRT:
+            return Fraction(1)
+    if op is Op.SQRT and x > 0:
+        root = Fraction(math.isqrt(x.numerator), math.isqrt(x.denominator))
+        return root if root * root == x else None
+    return None

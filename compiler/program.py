@@ -1,0 +1,79 @@
+"""The program: assigned state equations, ready to be optimised and emitted.
+
+All nodes are in PARAM, TIME, INPUT and STATE symbols only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bgc.dag import Dag
+from bgc.graph import DeviceUse, Guard, Node, Observation, Parameter, Requirement, SceneFacts
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramState:
+    """State x[i]: `kind` is `momentum`, `displacement`, `declared` or `algebraic`.
+
+    `scale` weighs its absolute tolerance: 1 in the unit of the state (the momentum of the
+    smallest certain inertia at 1 m/s, a displacement of 1 unit, ...), a node of PARAM level.
+    The row of an `algebraic` state in the mass matrix is zero.
+    """
+
+    name: str
+    unit: str
+    kind: str
+    initial: Node
+    derivative: Node  # right-hand side f_i of M y' = f
+    projection: Node | None
+    scale: Node
+
+
+@dataclass(frozen=True, slots=True)
+class MassEntry:
+    """One entry of M in `M y' = f`; a node of CONST or PARAM level."""
+
+    row: int
+    column: int
+    value: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Energy:
+    """The accounts: stored energy now, power supplied by sources, power dissipated, in W."""
+
+    stored: Node
+    supplied: Node
+    dissipated: Node
+
+
+@dataclass(frozen=True, slots=True)
+class PositiveParameter:
+    """A node of PARAM level that was divided by: it must stay positive (or nonzero)."""
+
+    node: Node
+    message: str
+    strictly_positive: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """`M y' = f(t, y, u, p)` with everything the scene reads.
+
+    `mass` is None for the identity. Initial values are explicit, in PARAM symbols (and TIME,
+    INPUT, at the start).
+    """
+
+    dag: Dag
+    scene: SceneFacts
+    parameters: tuple[Parameter, ...]
+    states: tuple[ProgramState, ...]
+    mass: tuple[MassEntry, ...] | None
+    inputs: int
+    observations: tuple[Observation, ...]
+    requirements: tuple[Requirement, ...]
+    devices: tuple[DeviceUse, ...]
+    guards: tuple[Guard, ...]
+    energy: Energy
+    positive: tuple[PositiveParameter, ...]
+    dropped: tuple[str, ...]  # what slicing left out, in words

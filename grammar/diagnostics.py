@@ -1,0 +1,51 @@
+"""Diagnostics as values: what is wrong, where, and the way out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from bgc.grammar.source import Span
+
+
+class Severity(Enum):
+    """How bad it is: an error ends the compilation, a warning does not."""
+
+    ERROR = "error"
+    WARNING = "warning"
+    INFO = "info"
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """A second place that belongs to a diagnostic, with a few words about it."""
+
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One cause, one message.
+
+    `code` is stable (`BG201`); `message` is lower case without a full stop, in the
+    user's terms; `span` is the smallest place at fault, None when there is none (a missing
+    file, a missing compiler); `help` is the way out.
+    """
+
+    code: str
+    severity: Severity
+    message: str
+    span: Span | None = None
+    note: str = ""
+    labels: tuple[Label, ...] = ()
+    help: str = ""
+
+
+class BgError(Exception):
+    """The user's model, command or machine is at fault; carries the diagnostics to print."""
+
+    def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
+        self.diagnostics = tuple(diagnostics)
+        super().__init__("; ".join(f"{d.code}: {d.message}" for d in self.diagnostics))

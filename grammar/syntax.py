@@ -1,0 +1,497 @@
+"""The syntax tree: what the parser makes of a `.bg` text, and nothing more.
+
+Pure data. Every node has the `span` it was read from. Names are not resolved, units not
+interpreted, widths not evaluated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from fractions import Fraction
+from typing import TypeAlias
+
+from bgc.grammar.source import Source, Span
+
+# --- expressions -----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """`2`, `1.5e3`, or with a unit `8 t`: the literal value, the unit as written or None."""
+
+    value: Fraction
+    unit: str | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A plain name; `time` too."""
+
+    name: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """`base.name`."""
+
+    base: Expr
+    name: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """`first..last` within an index, both inclusive, from 1."""
+
+    first: Expr
+    last: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Index:
+    """`base[i]`, `base[i, j]`, `base[1..3]`."""
+
+    base: Expr
+    indices: tuple[Expr | Range, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """`function(arguments)`; `der(x)` too. `function` is a plain name."""
+
+    function: str
+    arguments: tuple[Expr, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Unary:
+    """`-x`, `+x` or `not x`."""
+
+    operator: str
+    operand: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Binary:
+    """`left operator right`, operator one of `+ - * / ^ < <= > >= == != and or`."""
+
+    operator: str
+    left: Expr
+    right: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Conditional:
+    """`if condition then yes else no`."""
+
+    condition: Expr
+    yes: Expr
+    no: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Vector:
+    """`[a, b, c]`; a matrix is a vector of vectors, by rows."""
+
+    elements: tuple[Expr, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """`"up_down_up.csv"`: only an argument of a device or the text of an `assert`."""
+
+    value: str
+    span: Span
+
+
+Expr: TypeAlias = (
+    Number | Name | Member | Index | Call | Unary | Binary | Conditional | Vector | Text
+)
+
+# --- parts of declarations --------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """`name = value`, or positional where name is None."""
+
+    name: str | None
+    value: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class TypeUse:
+    """`Type[n, m](arguments)`: a type's name, its dimensions and arguments where it is used."""
+
+    name: str
+    dims: tuple[Expr, ...]
+    arguments: tuple[Argument, ...]
+    span: Span
+    name_span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class LawEquation:
+    """`left = right;` inside a law block: `left` is `e`, `f2`, `H`, or one of them indexed."""
+
+    left: Expr
+    right: Expr
+    span: Span
+
+
+class Direction(Enum):
+    """Which way the half arrow of a port's bond points."""
+
+    IN = "in"
+    OUT = "out"
+
+
+# --- items of a model -------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """`param`, `const`, `let`, `signal`, `input`, `output`, `state` or `unknown`.
+
+    `dims` are its dimensions (`r[3]`, `A[3, 3]`), `unit` as written after the colon,
+    `value` its default, definition, initial or start value, `range` the two ends after `in`.
+    """
+
+    kind: str
+    name: str
+    dims: tuple[Expr, ...]
+    unit: str | None
+    value: Expr | None
+    range: tuple[Expr, Expr] | None
+    doc: str
+    span: Span
+    name_span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Port:
+    """`port tip[6] out : Frame main;`."""
+
+    name: str
+    dims: tuple[Expr, ...]
+    direction: Direction | None
+    domain: str | None
+    main: bool
+    doc: str
+    span: Span
+    name_span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """`name[index] : Type[dims](arguments) { law }`, or a slot `name : Interface = Type(..);`.
+
+    `law` is None without a law block. `default` is the slot's default, None otherwise.
+    """
+
+    name: str
+    index: tuple[Expr, ...]
+    type: TypeUse
+    default: TypeUse | None
+    law: tuple[LawEquation, ...] | None
+    doc: str
+    span: Span
+    name_span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """`a, b -> c -> d, e;`: the ends at each stop; only the first and last may be lists."""
+
+    stops: tuple[tuple[Expr, ...], ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Assign:
+    """`tip.r = ...;`: gives a port's carried signal, or an output declared without a value."""
+
+    target: Expr
+    value: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Derivative:
+    """`der(x) = ...;` of a state, or of one component of it."""
+
+    target: Expr
+    value: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Equation:
+    """`equation left = right;`, where either side may hold `der(x)`."""
+
+    left: Expr
+    right: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Project:
+    """`project x = ...;`: after each completed step the state x is set to the value."""
+
+    target: Expr
+    value: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Assert:
+    """`assert condition, "message";`: the run ends with the message where it fails."""
+
+    condition: Expr
+    message: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class For:
+    """`for i in first..last { items }`, at compile time."""
+
+    variable: str
+    first: Expr
+    last: Expr
+    items: tuple[Item, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class If:
+    """`if condition { items } else { items }`, at compile time."""
+
+    condition: Expr
+    yes: tuple[Item, ...]
+    no: tuple[Item, ...]
+    span: Span
+
+
+Item: TypeAlias = (
+    Value | Port | Part | Chain | Assign | Derivative | Equation | Project | Assert | For | If
+)
+
+# --- items of a scene -------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """`use crane.elbow.lock = Rigid[5];`: fills a slot."""
+
+    slot: Expr
+    type: TypeUse
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Set:
+    """`set crane.boom.mass = 7 t;`: gives a parameter another value."""
+
+    target: Expr
+    value: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Device:
+    """`device hand = trace(file = "up_down_up.csv");`."""
+
+    name: str
+    driver: str
+    arguments: tuple[Argument, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """`drive handle.x = hand.position;` or, to a device, `drive hand.force = handle.force;`."""
+
+    target: Expr
+    value: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Observe:
+    """`observe tip.z as height, boom.f;`: one Observe for each, alias None without `as`."""
+
+    value: Expr
+    alias: str | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Require:
+    """`require tip.z within 5 mm;`."""
+
+    value: Expr
+    tolerance: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Keep:
+    """`keep x;`: is not sliced away."""
+
+    target: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Deadline:
+    """`deadline 1 ms;`: the time a step may take."""
+
+    value: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Solver:
+    """`solver rodas5p(rtol = 1e-8);`."""
+
+    name: str
+    arguments: tuple[Argument, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """`step 1 ms;`: the fixed step, and the period at which devices are sampled."""
+
+    value: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """`run 60 s every 10 ms;`."""
+
+    duration: Expr
+    every: Expr | None
+    span: Span
+
+
+SceneItem: TypeAlias = (
+    Use | Set | Device | Drive | Observe | Require | Keep | Deadline | Solver | Step | Run
+)
+
+# --- declarations -----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class ImportFile:
+    """`import "joints.bg";`: a file, by its path from the importing file."""
+
+    path: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class ImportModule:
+    """`import crane.joints;`: a module of the installed library."""
+
+    path: tuple[str, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Formal:
+    """A dimension of a model (`n`, `n = 6`) or an argument of a function (`v`)."""
+
+    name: str
+    default: Expr | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """`function skew(v) = [...];`."""
+
+    name: str
+    formals: tuple[Formal, ...]
+    body: Expr
+    doc: str
+    span: Span
+    name_span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class DomainVariable:
+    """One line of a domain: `effort F[3] : N;`, `flow v[3] : m/s;`, `signal r[3] : m;`.
+
+    `kind` is `effort`, `flow` or `signal`. Efforts and flows stack in the order written.
+    """
+
+    kind: str
+    name: str
+    dims: tuple[Expr, ...]
+    unit: str | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Domain:
+    """`domain Frame { .. }`, or `pseudo domain`, whose effort times flow is no power."""
+
+    name: str
+    pseudo: bool
+    variables: tuple[DomainVariable, ...]
+    doc: str
+    span: Span
+    name_span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """`model Name[n] is Base[n](..) { items }`; `interface` is True for an interface."""
+
+    name: str
+    interface: bool
+    formals: tuple[Formal, ...]
+    base: TypeUse | None
+    items: tuple[Item, ...]
+    doc: str
+    span: Span
+    name_span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """`scene name of Model(args) { items }`."""
+
+    name: str
+    model: TypeUse
+    items: tuple[SceneItem, ...]
+    doc: str
+    span: Span
+    name_span: Span
+
+
+Import: TypeAlias = ImportFile | ImportModule
+Declaration: TypeAlias = Value | Function | Domain | Model | Scene
+
+
+@dataclass(frozen=True, slots=True)
+class File:
+    """One parsed `.bg` file; a `Value` at this level is a `const`."""
+
+    source: Source
+    imports: tuple[Import, ...]
+    declarations: tuple[Declaration, ...]
