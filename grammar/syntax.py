@@ -114,13 +114,6 @@ class Text:
     span: Span
 
 
-Expr: TypeAlias = (
-    Number | Name | Member | Index | Call | Unary | Binary | Conditional | Vector | Text
-)
-
-# --- parts of declarations --------------------------------------------------------------
-
-
 @dataclass(frozen=True, slots=True)
 class Argument:
     """`name = value`, or positional where name is None."""
@@ -132,13 +125,25 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class TypeUse:
-    """`Type[n, m](arguments)`: a type's name, its dimensions and arguments where it is used."""
+    """`Type[n, m](arguments)`: a type's name, its dimensions and arguments where it is used.
+
+    As an expression it is the value of an argument that fills a slot. There `Rigid`,
+    `Rigid[5]` and `Rigid()` read as Name, Index and Call: only the name of the argument
+    tells that a type is meant.
+    """
 
     name: str
     dims: tuple[Expr, ...]
     arguments: tuple[Argument, ...]
     span: Span
     name_span: Span
+
+
+Expr: TypeAlias = (
+    Number | Name | Member | Index | Call | Unary | Binary | Conditional | Vector | Text | TypeUse
+)
+
+# --- parts of declarations --------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)

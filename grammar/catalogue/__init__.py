@@ -1,0 +1,54 @@
+"""Every diagnostic of the compiler, one constructor function each, by topic.
+
+The docstring of a constructor is the page that `bgc explain CODE` prints: a first line
+`CODE: title`, then the paragraphs What, Why, Example and Way out. Messages are lower case,
+without a full stop, in the user's words; the way out is the `help`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+
+from bgc.grammar.diagnostics import Diagnostic, Label, Severity
+from bgc.grammar.source import Span
+
+
+def error(
+    code: str,
+    message: str,
+    span: Span | None = None,
+    note: str = "",
+    labels: Sequence[Label] = (),
+    help: str = "",
+) -> Diagnostic:
+    """Make a diagnostic that ends the compilation."""
+    return Diagnostic(code, Severity.ERROR, message, span, note, tuple(labels), help)
+
+
+def warning(
+    code: str,
+    message: str,
+    span: Span | None = None,
+    note: str = "",
+    labels: Sequence[Label] = (),
+    help: str = "",
+) -> Diagnostic:
+    """Make a diagnostic that does not end the compilation."""
+    return Diagnostic(code, Severity.WARNING, message, span, note, tuple(labels), help)
+
+
+def did_you_mean(name: str, candidates: Iterable[str]) -> str:
+    """Return a help text that names the candidates closest to `name`, or an empty one.
+
+    Up to three are named, the closest first; a difference only of case counts as none.
+    """
+    by_folded: dict[str, str] = {}
+    for candidate in candidates:
+        if candidate != name:
+            by_folded.setdefault(candidate.casefold(), candidate)
+    near = [by_folded[f] for f in get_close_matches(name.casefold(), by_folded, n=3, cutoff=0.7)]
+    if not near:
+        return ""
+    *first, last = (f"`{candidate}`" for candidate in near)
+    return f"did you mean {', '.join(first)} or {last}?" if first else f"did you mean {last}?"
