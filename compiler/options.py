@@ -1,0 +1,17 @@
+"""What the user asked of the compiler, as one value passed along."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """Options of one compilation.
+
+    `scene` is the scene's name, None for the file's first. `overrides` are the
+    `--set name=value` texts that decide structure; the others are set at run time.
+    """
+
+    scene: str | None = None
+    overrides: tuple[tuple[str, str], ...] = ()
