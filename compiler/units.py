@@ -1,0 +1,332 @@
+"""Units as written after a number or a colon: exact factors to SI, and dimensions.
+
+The table is our own rather than pint's: importing pint alone takes about 0.24 s, most of what a
+build from the cache may take in all, and a unit here has exactly one spelling. A test compares
+every unit with pint's.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import lru_cache
+from typing import TypeAlias
+
+Exponent: TypeAlias = int | Fraction
+Dimension: TypeAlias = tuple[Exponent, ...]
+"""Exponents of kg, m, s, A, K, mol, cd."""
+
+BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd")
+DIMENSIONLESS: Dimension = (0,) * len(BASE_UNITS)
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """`factor` times the coherent SI unit of `dimension`.
+
+    `symbol` spells that SI unit the way the unit was written: `kN*m` gives `N*m`, not `J`,
+    and `rpm` gives `rad/s`.
+    """
+
+    factor: Fraction
+    dimension: Dimension
+    symbol: str = field(compare=False)
+
+
+# --- dimensions -------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=4096)
+def multiply(left: Dimension, right: Dimension) -> Dimension:
+    """The dimension of a product."""
+    return tuple(_plain(x + y) for x, y in zip(left, right, strict=True))
+
+
+@lru_cache(maxsize=4096)
+def divide(left: Dimension, right: Dimension) -> Dimension:
+    """The dimension of a quotient."""
+    return tuple(_plain(x - y) for x, y in zip(left, right, strict=True))
+
+
+def power(dimension: Dimension, exponent: Exponent) -> Dimension:
+    """The dimension of a power."""
+    return tuple(_plain(x * exponent) for x in dimension)
+
+
+def _plain(exponent: Exponent) -> Exponent:
+    """The same number, an int where it is whole."""
+    return exponent.numerator if exponent.denominator == 1 else exponent
+
+
+# --- the table --------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _Word:
+    """One unit word: its factor, dimension, and the SI words it is a multiple of."""
+
+    factor: Fraction
+    dimension: Dimension
+    si: tuple[tuple[str, int], ...]
+
+
+def _words(*rows: tuple[str, Fraction | int, Dimension, str]) -> dict[str, _Word]:
+    """Table rows (word, factor, dimension, SI word or words with exponents) by word."""
+    return {
+        word: _Word(
+            Fraction(factor),
+            dimension,
+            tuple((part, int(own or 1)) for part, own in re.findall(r"([A-Za-z]+)(-?\d)?", si)),
+        )
+        for word, factor, dimension, si in rows
+    }
+
+
+_PREFIXES: Mapping[str, Fraction] = {
+    "p": Fraction(1, 10**12),
+    "n": Fraction(1, 10**9),
+    "u": Fraction(1, 10**6),
+    "m": Fraction(1, 10**3),
+    "c": Fraction(1, 10**2),
+    "d": Fraction(1, 10),
+    "h": Fraction(10**2),
+    "k": Fraction(10**3),
+    "M": Fraction(10**6),
+    "G": Fraction(10**9),
+    "T": Fraction(10**12),
+}
+
+_WITH_PREFIX: Mapping[str, _Word] = _words(
+    ("m", 1, (0, 1, 0, 0, 0, 0, 0), "m"),
+    ("g", Fraction(1, 1000), (1, 0, 0, 0, 0, 0, 0), "kg"),
+    ("s", 1, (0, 0, 1, 0, 0, 0, 0), "s"),
+    ("A", 1, (0, 0, 0, 1, 0, 0, 0), "A"),
+    ("K", 1, (0, 0, 0, 0, 1, 0, 0), "K"),
+    ("mol", 1, (0, 0, 0, 0, 0, 1, 0), "mol"),
+    ("cd", 1, (0, 0, 0, 0, 0, 0, 1), "cd"),
+    ("rad", 1, DIMENSIONLESS, "rad"),
+    ("Hz", 1, (0, 0, -1, 0, 0, 0, 0), "Hz"),
+    ("N", 1, (1, 1, -2, 0, 0, 0, 0), "N"),
+    ("Pa", 1, (1, -1, -2, 0, 0, 0, 0), "Pa"),
+    ("bar", 100_000, (1, -1, -2, 0, 0, 0, 0), "Pa"),
+    ("J", 1, (1, 2, -2, 0, 0, 0, 0), "J"),
+    ("W", 1, (1, 2, -3, 0, 0, 0, 0), "W"),
+    ("C", 1, (0, 0, 1, 1, 0, 0, 0), "C"),
+    ("V", 1, (1, 2, -3, -1, 0, 0, 0), "V"),
+    ("F", 1, (-1, -2, 4, 2, 0, 0, 0), "F"),
+    ("ohm", 1, (1, 2, -3, -2, 0, 0, 0), "ohm"),
+    ("S", 1, (-1, -2, 3, 2, 0, 0, 0), "S"),
+    ("Wb", 1, (1, 2, -2, -1, 0, 0, 0), "Wb"),
+    ("T", 1, (1, 0, -2, -1, 0, 0, 0), "T"),
+    ("H", 1, (1, 2, -2, -2, 0, 0, 0), "H"),
+    ("L", Fraction(1, 1000), (0, 3, 0, 0, 0, 0, 0), "m3"),
+)
+
+_PI = Fraction(math.pi)  # exactly the double that `pi` is everywhere else
+
+_WITHOUT_PREFIX: Mapping[str, _Word] = _words(
+    ("t", 1000, (1, 0, 0, 0, 0, 0, 0), "kg"),
+    ("min", 60, (0, 0, 1, 0, 0, 0, 0), "s"),
+    ("h", 3600, (0, 0, 1, 0, 0, 0, 0), "s"),
+    ("day", 86_400, (0, 0, 1, 0, 0, 0, 0), "s"),
+    ("deg", _PI / 180, DIMENSIONLESS, "rad"),
+    ("rev", 2 * _PI, DIMENSIONLESS, "rad"),
+    ("rpm", _PI / 30, (0, 0, -1, 0, 0, 0, 0), "rad s-1"),
+    ("knot", Fraction(1852, 3600), (0, 1, -1, 0, 0, 0, 0), "m s-1"),
+    ("nmi", 1852, (0, 1, 0, 0, 0, 0, 0), "m"),
+)
+
+
+def _find_word(text: str) -> _Word | None:
+    """A unit word: as it stands in the table, or with a prefix."""
+    word = _WITHOUT_PREFIX.get(text) or _WITH_PREFIX.get(text)
+    if word is not None:
+        return word
+    prefix, word = _PREFIXES.get(text[:1]), _WITH_PREFIX.get(text[1:])
+    if prefix is None or word is None:
+        return None
+    return _Word(prefix * word.factor, word.dimension, word.si)
+
+
+# --- reading ----------------------------------------------------------------------------
+
+_FACTOR = re.compile(r"([A-Za-z]+)(?:\^(-?\d{1,2}(?:\.\d{1,3})?))?")
+_MAX_EXPONENT = 24
+
+
+@lru_cache(maxsize=1024)
+def parse_unit(text: str) -> Unit | None:
+    """The unit of a text as `kg*m/s`, `s^-1` or `kN*m`; None if it is not one.
+
+    Products and quotients group from the left: `J/kg*K` is J*K/kg. It may start with a 1, as
+    `1/s` does.
+    """
+    factor, dimension = Fraction(1), DIMENSIONLESS
+    spelled: dict[str, Exponent] = {}
+    operators = ["*", *re.findall(r"[*/]", text)]
+    pieces = re.split(r"[*/]", text)
+    if pieces[0] == "1":
+        operators, pieces = operators[1:], pieces[1:]
+    for operator, piece in zip(operators, pieces, strict=True):
+        match = _FACTOR.fullmatch(piece)
+        word = _find_word(match[1]) if match else None
+        if match is None or word is None:
+            return None
+        exponent = _plain(Fraction(match[2] or 1) * (1 if operator == "*" else -1))
+        if abs(exponent) > _MAX_EXPONENT or (word.factor != 1 and exponent.denominator != 1):
+            return None
+        if word.factor != 1:
+            factor *= word.factor ** int(exponent)
+        dimension = multiply(dimension, power(word.dimension, exponent))
+        for part, own in word.si:
+            spelled[part] = spelled.get(part, 0) + own * exponent
+    return Unit(factor, dimension, _spell(spelled.items()))
+
+
+def unit_words(text: str) -> tuple[str, ...]:
+    """The words of a unit's text: `kN` and `m` of `kN*m`."""
+    return tuple(re.findall(r"[A-Za-z]+", text))
+
+
+# --- printing ---------------------------------------------------------------------------
+
+
+def _spell(factors: Iterable[tuple[str, Exponent]]) -> str:
+    """`kg*m^2/s^3` of words and exponents; `1` of none, `1/s` without a numerator."""
+    above, below = [], ""
+    for word, exponent in factors:
+        size = abs(Fraction(exponent))
+        raised = word if size == 1 else f"{word}^{float(size):g}"
+        if exponent > 0:
+            above.append(raised)
+        elif exponent < 0:
+            below += "/" + raised
+    return ("*".join(above) or "1") + below
+
+
+_NAMED = {
+    unit.dimension: (unit.symbol, quantity)
+    for unit, quantity in (
+        (parse_unit(symbol), quantity)
+        for symbol, quantity in (
+            ("1", "plain number"),
+            ("kg", "mass"),
+            ("m", "length"),
+            ("s", "time"),
+            ("A", "current"),
+            ("K", "temperature"),
+            ("mol", "amount of substance"),
+            ("cd", "luminous intensity"),
+            ("m^2", "area"),
+            ("m^3", "volume"),
+            ("1/m", "curvature"),
+            ("1/s", "rate"),
+            ("1/s^2", "angular acceleration"),
+            ("m/s", "velocity"),
+            ("m/s^2", "acceleration"),
+            ("m^3/s", "volume flow"),
+            ("kg/s", "mass flow"),
+            ("kg/m^3", "density"),
+            ("kg/m", "mass per length"),
+            ("kg*m", "first moment of mass"),
+            ("kg*m^2", "moment of inertia"),
+            ("N", "force"),
+            ("N*s", "momentum"),
+            ("N*m*s", "angular momentum"),
+            ("N/m", "stiffness"),
+            ("m/N", "compliance"),
+            ("N*s/m", "damping"),
+            ("Pa", "pressure"),
+            ("Pa*s", "viscosity"),
+            ("Pa*s/m^3", "hydraulic resistance"),
+            ("m^3/Pa", "hydraulic compliance"),
+            ("J", "torque or energy"),
+            ("W", "power"),
+            ("C", "charge"),
+            ("V", "voltage"),
+            ("ohm", "resistance"),
+            ("S", "conductance"),
+            ("F", "capacitance"),
+            ("H", "inductance"),
+            ("Wb", "magnetic flux"),
+            ("T", "magnetic flux density"),
+            ("J/K", "heat capacity"),
+            ("W/K", "thermal conductance"),
+            ("K/W", "thermal resistance"),
+            ("N*m^2", "bending stiffness"),
+        )
+    )
+    if unit is not None
+}
+
+
+def si_symbol(dimension: Dimension) -> str:
+    """The SI unit of a dimension as tables print it: `N`, `m/s`, `kg*m/s^3`; `1` of none."""
+    named = _NAMED.get(dimension)
+    return named[0] if named else _spell(zip(BASE_UNITS, dimension, strict=True))
+
+
+def describe_dimension(dimension: Dimension) -> str:
+    """For messages: `a length (m)`, `a plain number`, `a quantity in kg*m/s^3`."""
+    if dimension == DIMENSIONLESS:
+        return "a plain number"
+    symbol, quantity = _NAMED.get(dimension, (si_symbol(dimension), ""))
+    if not quantity:
+        return f"a quantity in {symbol}"
+    article = "an" if quantity[0] in "aeiou" else "a"
+    return f"{article} {quantity} ({symbol})"
+
+
+# --- suggestions ------------------------------------------------------------------------
+
+_MEANT: Mapping[str, str] = {
+    "meter": "m", "metre": "m", "kilometer": "km", "kilometre": "km", "millimeter": "mm",
+    "millimetre": "mm", "centimeter": "cm", "centimetre": "cm", "gram": "g", "kilogram": "kg",
+    "kilo": "kg", "ton": "t", "tonne": "t", "second": "s", "sec": "s", "millisecond": "ms",
+    "msec": "ms", "minute": "min", "hour": "h", "hr": "h", "hrs": "h", "d": "day",
+    "newton": "N", "kilonewton": "kN", "joule": "J", "watt": "W", "kilowatt": "kW",
+    "pascal": "Pa", "volt": "V", "ampere": "A", "amp": "A", "ohms": "ohm", "kiloohm": "kohm",
+    "farad": "F", "henry": "H", "coulomb": "C", "kelvin": "K", "celsius": "K", "degc": "K",
+    "hertz": "Hz", "radian": "rad", "degree": "deg", "revolution": "rev", "turn": "rev",
+    "rps": "Hz", "liter": "L", "litre": "L", "l": "L", "knots": "knot", "kn": "kN", "kt": "knot",
+    "kts": "knot", "nm": "N*m", "knm": "kN*m", "mnm": "MN*m", "ns": "N*s", "psi": "kPa",
+    "tesla": "T", "weber": "Wb", "siemens": "S", "mho": "S", "kmh": "km/h", "kph": "km/h",
+    "mps": "m/s", "rads": "rad/s", "inch": "mm", "ft": "m", "lb": "kg", "kgf": "N", "cc": "cm^3",
+}  # fmt: skip
+
+
+def suggest_unit(text: str) -> str:
+    """A right spelling of what is not quite a unit, an empty text if none comes to mind.
+
+    `KN` gives `kN`, `Nm` gives `N*m`, `meters` gives `m`, `kN.m` gives `kN*m`.
+    """
+    tidy = text.strip().replace("**", "^").replace("·", "*").replace("⋅", "*").replace(".", "*")
+    tidy = re.sub(r"[µμ](?=\w)", "u", tidy).replace("Ω", "ohm").replace("Ω", "ohm")
+    tidy = re.sub(r"\s+", "", tidy.replace("°C", "K").replace("°", "deg"))
+    tidy = re.sub(r"(?<=[A-Za-z])(-?\d)", r"^\1", tidy.replace("²", "^2").replace("³", "^3"))
+    corrected = re.sub(r"[A-Za-z]+", lambda match: _correct_word(match[0]), tidy)
+    return corrected if corrected != text and parse_unit(corrected) is not None else ""
+
+
+def _correct_word(word: str) -> str:
+    if _find_word(word) is not None:
+        return word
+    folded = word.casefold()
+    for spelling in (folded, folded.removesuffix("s")):
+        if spelling in _MEANT:
+            return _MEANT[spelling]
+    cases = (
+        word.capitalize(),
+        word[:1].lower() + word[1:],
+        word[:1].lower() + word[1:].capitalize(),
+        word[:1] + word[1:].capitalize(),
+        word.lower(),
+        word.upper(),
+    )
+    cuts = ((word[:k], word[k:]) for k in range(1, len(word)))
+    products = (f"{one}*{two}" for one, two in cuts if _find_word(one) and _find_word(two))
+    known = (case for case in cases if _find_word(case) is not None)
+    return next(known, None) or next(products, word)
