@@ -1,0 +1,85 @@
+"""Fingerprints tell zero, constant and equal, and never claim what is not so."""
+
+from __future__ import annotations
+
+import time
+from fractions import Fraction
+
+import pytest
+from bgc.dag import Dag, Kind, Op
+from bgc.fingerprint import Fingerprints
+
+
+@pytest.fixture
+def dag() -> Dag:
+    return Dag()
+
+
+def test_rational_identities_are_seen(dag: Dag) -> None:
+    x, y = dag.symbol(Kind.STATE, 0), dag.symbol(Kind.PARAM, 3)
+    prints = Fingerprints(dag)
+    square = dag.mul(dag.add(x, y), dag.add(x, y))
+    expanded = dag.add(dag.mul(x, x), dag.add(dag.mul(dag.const(2), dag.mul(x, y)), dag.mul(y, y)))
+    assert square != expanded
+    assert prints.equal(square, expanded)
+    assert prints.is_zero(dag.sub(square, expanded))
+    assert prints.is_zero(dag.sub(dag.div(x, y), dag.div(dag.mul(x, x), dag.mul(x, y))))
+    assert not prints.is_zero(dag.sub(x, y))
+
+
+def test_a_rotation_has_determinant_one(dag: Dag) -> None:
+    angle = dag.symbol(Kind.STATE, 1)
+    s, c = dag.call(Op.SIN, angle), dag.call(Op.COS, angle)
+    prints = Fingerprints(dag)
+    assert prints.constant(dag.add(dag.mul(s, s), dag.mul(c, c))) == 1
+    assert prints.constant(dag.sub(dag.mul(s, s), dag.mul(c, c))) is None
+    assert prints.constant(s) is None
+
+
+def test_simple_fractions_are_recovered(dag: Dag) -> None:
+    x = dag.symbol(Kind.STATE, 0)
+    prints = Fingerprints(dag)
+    node = dag.div(dag.mul(dag.const(-22), x), dag.mul(x, dag.const(7)))
+    assert prints.constant(node) == Fraction(-22, 7)
+    assert prints.constant(dag.const(Fraction(1, 10**40))) == Fraction(1, 10**40)
+
+
+@pytest.mark.parametrize(
+    "op", [Op.SIN, Op.TAN, Op.ASIN, Op.ATAN, Op.SINH, Op.TANH, Op.CBRT, Op.ERF]
+)
+def test_odd_functions_are_odd(dag: Dag, op: Op) -> None:
+    x, y = dag.symbol(Kind.STATE, 0), dag.symbol(Kind.STATE, 1)
+    prints = Fingerprints(dag)
+    there, back = dag.call(op, dag.sub(x, y)), dag.call(op, dag.add(dag.neg(x), y))
+    assert prints.is_zero(dag.add(there, back))
+    assert not prints.equal(there, back)
+
+
+def test_curves_of_functions_agree(dag: Dag) -> None:
+    x = dag.symbol(Kind.STATE, 0)
+    prints = Fingerprints(dag)
+    s, c, e = dag.call(Op.SINH, x), dag.call(Op.COSH, x), dag.call(Op.EXP, x)
+    assert prints.equal(dag.add(s, c), e)
+    assert prints.constant(dag.mul(e, dag.call(Op.EXP, dag.neg(x)))) == 1
+    quotient = dag.div(dag.call(Op.SIN, x), dag.call(Op.COS, x))
+    assert prints.equal(dag.call(Op.TAN, x), quotient)
+
+
+def test_what_holds_for_half_the_values_is_not_claimed(dag: Dag) -> None:
+    x = dag.symbol(Kind.STATE, 0)
+    prints = Fingerprints(dag)
+    root = dag.call(Op.SQRT, dag.mul(x, x))
+    assert not prints.equal(root, x)
+    assert not prints.equal(dag.call(Op.ABS, x), x)
+    assert not prints.is_zero(dag.select(dag.call(Op.LT, x, dag.one), x, dag.zero))
+    assert prints.equal(dag.call(Op.ABS, x), dag.call(Op.ABS, dag.neg(x)))
+
+
+def test_fingerprints_grow_with_the_dag_in_linear_time(dag: Dag) -> None:
+    prints = Fingerprints(dag)
+    node = dag.symbol(Kind.STATE, 0)
+    start = time.perf_counter()
+    for k in range(20_000):
+        node = dag.add(dag.mul(node, node), dag.const(k))
+        prints.is_zero(node)
+    assert time.perf_counter() - start < 2
