@@ -27,7 +27,9 @@ typedef enum {
     BGC_BAD_PARAMETER,   /* a parameter is out of range: bgc_failed_parameter names it */
     BGC_BAD_ARGUMENT,    /* a call's own arguments are at fault */
     BGC_INTERRUPTED,     /* bgc_stop was called from another thread or a signal */
-    BGC_NO_MEMORY
+    BGC_NO_MEMORY,
+    BGC_NOT_EXPLICIT,    /* an explicit method on a model with algebraic equations */
+    BGC_INCONSISTENT     /* no values satisfy the algebraic equations near those at hand */
 } bgc_status;
 
 typedef struct {

@@ -1,0 +1,152 @@
+/* bgc_internal.h: what the files of the runtime share. Nothing here is part of the interface. */
+#ifndef BGC_INTERNAL_H
+#define BGC_INTERNAL_H
+
+#ifndef _POSIX_C_SOURCE
+#define _POSIX_C_SOURCE 200809L /* clock_gettime, newlocale */
+#endif
+
+#include "bgc.h"
+
+#include <stdatomic.h>
+
+enum { BGC_MAX_STAGES = 8, BGC_MAX_DENSE = 3 };
+
+/* A Rosenbrock method in the variables U = h Gamma k, which need no product with J:
+ *   (M / (h gamma) - J) U_i = f(t + alpha_i h, y + sum a_ij U_j) + M sum c_ij U_j / h + g_i h df/dt
+ *   y1 = y + sum m_i U_i,  error = sum e_i U_i
+ * and with dense > 0, for s in [0, 1],
+ *   y(s) = (1 - s) y + s (y1 + (1 - s) (k_1 + s (k_2 + s k_3))),  k_l = sum h_li U_i.  */
+typedef struct {
+    int stages, order;
+    int w_order;  /* the order that remains with any matrix in the place of J */
+    int embedded; /* order of the embedded solution; 0: fixed steps only */
+    int dense;    /* rows of h */
+    double gamma;
+    double a[BGC_MAX_STAGES][BGC_MAX_STAGES], c[BGC_MAX_STAGES][BGC_MAX_STAGES];
+    double m[BGC_MAX_STAGES], alpha[BGC_MAX_STAGES], g[BGC_MAX_STAGES], e[BGC_MAX_STAGES];
+    double h[BGC_MAX_DENSE][BGC_MAX_STAGES];
+} bgc_tableau;
+
+typedef struct {
+    const char *name;
+    const bgc_tableau *tableau; /* NULL: classical Runge-Kutta */
+} bgc_method;
+
+extern const bgc_method bgc_methods[];
+enum { BGC_METHODS = 7 };
+
+/* Which factorisation of W is at hand. */
+typedef enum { BGC_STATIC, BGC_REFINED, BGC_DENSE } bgc_pivoting;
+
+/* What the dense output of the last step is made of. */
+typedef enum { BGC_NO_DENSE, BGC_SLOPES_PENDING, BGC_DENSE_READY } bgc_dense_state;
+
+/* The part of an instance that holds no pointers: saved and restored as it is. */
+typedef struct {
+    bgc_counts counts;
+
+    /* Options, with the defaults filled in. */
+    int method, keep, accounts;
+    double rtol, atol, step, max_step;
+    long max_steps;
+
+    int ready; /* a reset succeeded */
+    int failed_parameter, failed_assertion, failed_state;
+
+    /* Time is origin + ticks step under a fixed step, and samples are at origin + k period. */
+    double t, origin, period;
+    int64_t ticks, sample;
+
+    int f_valid, jac_valid; /* at the present t, x, u */
+    int algebraic;          /* states without a derivative */
+
+    /* The last step, for rows inside it. */
+    double t_old;
+    bgc_dense_state dense;
+
+    /* The factorisation at hand: of c M - J, for so many more steps. */
+    double c;
+    bgc_pivoting pivoting;
+    int held;
+
+    /* Step control. */
+    double h_next, error_old;
+    int rejected;      /* the last attempt was */
+    bgc_status reason; /* why */
+
+    /* Energies in J: stored at reset, and the integrals at t and at t_old. */
+    double stored0, supplied, dissipated, supplied_old, dissipated_old;
+} bgc_core;
+
+typedef struct {
+    const bgc_driver *driver; /* NULL: not open */
+    void *handle;
+    bgc_pose pose;
+} bgc_device;
+
+struct bgc_data {
+    bgc_core core;
+    unsigned char *is_set; /* n_param: set by the user */
+    double *memory;
+
+    /* Saved. */
+    size_t n_saved;
+    double *p, *h, *x, *u, *u_seen, *scale, *mass;
+    double *inverse_mass;  /* 1 / m_ii where row i of M has that entry only, else 0 */
+    double *algebraic;     /* 1 where state i has neither row nor column in M, else 0 */
+    double *jac, *dfdt, *lu, *f;
+    double *y0, *y1, *k;   /* dense output; k is BGC_MAX_DENSE by n */
+
+    /* Scratch. */
+    double *stages;        /* BGC_MAX_STAGES by n: the U_i */
+    double *next, *error, *point, *right, *residual, *magnitude, *b;
+    double *output, *command, *check, *work;
+    double *dense_lu;      /* n by n: the fallback */
+    int *pivot;
+
+    bgc_device *device;
+    atomic_int stop;
+};
+
+/* --- instance.c */
+size_t bgc_saved_count(const bgc_model *m);
+
+/* --- linear.c */
+bgc_status bgc_factorise(const bgc_model *m, bgc_data *d, double c);
+bgc_status bgc_refactorise_dense(const bgc_model *m, bgc_data *d);
+bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b);
+void bgc_multiply_mass(const bgc_model *m, const bgc_data *d, const double *v, double *out);
+
+/* --- vectors.c */
+void bgc_combine(int n, int count, const double *weight, const double *vectors,
+                 double *restrict out);
+double bgc_norm(const bgc_model *m, const bgc_data *d, const double *v, const double *a,
+                const double *b);
+int bgc_first_bad(int n, const double *v);
+
+/* --- rosenbrock.c, explicit.c: from d->x at d->core.t with d->f valid to d->next */
+bgc_status bgc_rosenbrock(const bgc_model *m, bgc_data *d, const bgc_tableau *method, double h);
+bgc_status bgc_runge_kutta(const bgc_model *m, bgc_data *d, double h);
+
+/* --- step.c */
+bgc_status bgc_attempt(const bgc_model *m, bgc_data *d);
+void bgc_evaluate_f(const bgc_model *m, bgc_data *d);
+void bgc_evaluate_jacobian(const bgc_model *m, bgc_data *d);
+bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const double *x);
+
+/* --- consistent.c */
+bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d);
+
+/* --- dense.c */
+void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_tableau *method);
+void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x);
+void bgc_integrate_energy(const bgc_model *m, bgc_data *d, double t, double power[2]);
+
+/* --- devices.c */
+bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d);
+bgc_status bgc_write_devices(const bgc_model *m, bgc_data *d);
+void bgc_zero_devices(const bgc_model *m, bgc_data *d);
+void bgc_default_inputs(const bgc_model *m, double *u);
+
+#endif

@@ -1,0 +1,92 @@
+/* dense.c: the solution inside the last step, and the energy integrals over it.
+ *
+ * Both kinds of dense output have the form of bgc_internal.h: the method's own, and the cubic of
+ * Hermite through the states and slopes at both ends (linear where a state has no derivative).
+ */
+#include "bgc_internal.h"
+
+#include <math.h>
+#include <string.h>
+
+/* After a step and before it is made the present: keeps what interpolation needs. */
+void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_tableau *method) {
+    const int n = m->n_state;
+    const size_t size = (size_t)n * sizeof(double);
+
+    memcpy(d->y0, d->x, size);
+    memcpy(d->y1, d->next, size);
+    if (method != NULL && method->dense > 0) {
+        memset(d->k, 0, BGC_MAX_DENSE * size);
+        for (int l = 0; l < method->dense; l++) {
+            bgc_combine(n, method->stages, method->h[l], d->stages, d->k + (size_t)l * (size_t)n);
+        }
+        d->core.dense = BGC_DENSE_READY;
+    } else {
+        memcpy(d->k, d->f, size);
+        d->core.dense = BGC_SLOPES_PENDING;
+    }
+}
+
+/* Makes the cubic of Hermite out of the slope at the start, in k, and the one at the end. */
+static void complete_slopes(const bgc_model *m, bgc_data *d) {
+    const int n = m->n_state;
+    const double h = d->core.t - d->core.t_old;
+    double *k1 = d->k, *k2 = d->k + n;
+
+    m->rhs(d->h, d->core.t, d->y1, d->u, d->f, d->work);
+    d->core.counts.rhs++;
+    d->core.f_valid = memcmp(d->x, d->y1, (size_t)n * sizeof *d->x) == 0;
+    for (int i = 0; i < n; i++) {
+        const double rise = d->y1[i] - d->y0[i];
+        const double start = h * d->inverse_mass[i] * k1[i], end = h * d->inverse_mass[i] * d->f[i];
+        const int smooth = d->inverse_mass[i] != 0.0;
+        k1[i] = smooth ? start - rise : 0.0;
+        k2[i] = smooth ? (rise - start) + (rise - end) : 0.0;
+    }
+    memset(d->k + 2 * (size_t)n, 0, (size_t)n * sizeof *d->k);
+    d->core.dense = BGC_DENSE_READY;
+}
+
+/* x at time t inside the last step. */
+void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
+    const int n = m->n_state;
+    const double *k1 = d->k, *k2 = d->k + n, *k3 = d->k + 2 * (size_t)n;
+    double s, r;
+
+    if (d->core.dense == BGC_SLOPES_PENDING) {
+        complete_slopes(m, d);
+    }
+    s = (t - d->core.t_old) / (d->core.t - d->core.t_old);
+    r = 1.0 - s;
+    for (int i = 0; i < n; i++) {
+        x[i] = r * d->y0[i] + s * (d->y1[i] + r * (k1[i] + s * (k2[i] + s * k3[i])));
+    }
+    if (m->project != NULL) {
+        m->project(d->h, t, x, d->work);
+    }
+}
+
+/* Supplied and dissipated energy from the start of the last step to t inside it, by the rule of
+ * Lobatto with four points (degree 5), which is exact beyond the order of the dense output. */
+void bgc_integrate_energy(const bgc_model *m, bgc_data *d, double t, double power[2]) {
+    static const double node[4] = {0.0, 0.27639320225002103, 0.72360679774997897, 1.0};
+    static const double weight[4] = {1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0};
+    const double start = d->core.t_old, length = t - start;
+
+    power[0] = power[1] = 0.0;
+    for (int k = 0; k < 4; k++) {
+        const double at = k == 3 ? t : start + node[k] * length;
+        const double *x = d->point;
+        double energy[3];
+        if (k == 0) {
+            x = d->y0;
+        } else if (k == 3 && t == d->core.t) {
+            x = d->y1;
+        } else {
+            bgc_interpolate(m, d, at, d->point);
+        }
+        m->energy(d->h, at, x, d->u, energy, d->work);
+        power[0] += weight[k] * length * energy[1];
+        power[1] += weight[k] * length * energy[2];
+    }
+}

@@ -1,0 +1,172 @@
+/* devices.c: what a model reads from haptic devices and writes to them. No force outlasts a fault,
+ * a failed run or a closed device. */
+#include "bgc_internal.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static const bgc_driver *const drivers[] = {&bgc_trace_driver};
+
+const bgc_driver *bgc_find_driver(const char *name) {
+    for (size_t k = 0; k < sizeof drivers / sizeof *drivers; k++) {
+        if (strcmp(drivers[k]->name, name) == 0) {
+            return drivers[k];
+        }
+    }
+    return NULL;
+}
+
+/* A hand at rest in the middle of the workspace. */
+static const bgc_pose resting = {.orientation = {1.0, 0.0, 0.0, 0.0}};
+
+static double input_of(const bgc_pose *pose, const bgc_channel_use *use) {
+    switch (use->channel) {
+    case BGC_POSITION:
+        return pose->position[use->component];
+    case BGC_ORIENTATION:
+        return pose->orientation[use->component];
+    case BGC_VELOCITY:
+        return pose->velocity[use->component];
+    case BGC_ANGULAR_VELOCITY:
+        return pose->angular_velocity[use->component];
+    case BGC_GRIPPER:
+        return pose->gripper[use->component];
+    case BGC_BUTTONS:
+        return pose->buttons[use->component];
+    default:
+        return 0.0;
+    }
+}
+
+static double *command_of(bgc_effort *effort, const bgc_channel_use *use) {
+    switch (use->channel) {
+    case BGC_FORCE:
+        return &effort->force[use->component];
+    case BGC_TORQUE:
+        return &effort->torque[use->component];
+    default:
+        return &effort->gripper_force[use->component];
+    }
+}
+
+/* The inputs of a model whose devices are at rest. */
+void bgc_default_inputs(const bgc_model *m, double *u) {
+    for (int k = 0; k < m->n_input; k++) {
+        u[k] = m->input == NULL ? 0.0 : input_of(&resting, &m->input[k]);
+    }
+}
+
+void bgc_zero_devices(const bgc_model *m, bgc_data *d) {
+    static const bgc_effort none = {{0.0}, {0.0}, {0.0}};
+
+    for (int k = 0; k < m->n_device; k++) {
+        const bgc_device *device = &d->device[k];
+        if (device->driver != NULL) {
+            device->driver->write(device->handle, d->core.t, &none);
+        }
+    }
+}
+
+/* Poses at the present time into the model's inputs; a fault leaves all devices without force. */
+bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d) {
+    for (int k = 0; k < m->n_device; k++) {
+        bgc_device *device = &d->device[k];
+        if (device->driver == NULL) {
+            continue;
+        }
+        device->pose = resting;
+        if (device->driver->read(device->handle, d->core.t, &device->pose) != 0) {
+            bgc_zero_devices(m, d);
+            return BGC_DEVICE;
+        }
+    }
+    for (int k = 0; k < m->n_input; k++) {
+        const bgc_channel_use *use = m->input == NULL ? NULL : &m->input[k];
+        if (use != NULL && use->device >= 0 && d->device[use->device].driver != NULL) {
+            d->u[k] = input_of(&d->device[use->device].pose, use);
+        }
+    }
+    return BGC_OK;
+}
+
+/* The model's commands at the present time and state to the devices. */
+bgc_status bgc_write_devices(const bgc_model *m, bgc_data *d) {
+    int open = 0;
+
+    for (int k = 0; k < m->n_device; k++) {
+        open |= d->device[k].driver != NULL;
+    }
+    if (!open) {
+        return BGC_OK;
+    }
+    if (m->n_command > 0) {
+        m->commands(d->h, d->core.t, d->x, d->u, d->command, d->work);
+    }
+    if (bgc_first_bad(m->n_command, d->command) >= 0) {
+        bgc_zero_devices(m, d);
+        return BGC_NOT_FINITE;
+    }
+    for (int k = 0; k < m->n_device; k++) {
+        const bgc_device *device = &d->device[k];
+        bgc_effort effort = {{0.0}, {0.0}, {0.0}};
+        if (device->driver == NULL) {
+            continue;
+        }
+        for (int i = 0; i < m->n_command; i++) {
+            if (m->command[i].device == k) {
+                *command_of(&effort, &m->command[i]) = d->command[i];
+            }
+        }
+        if (device->driver->write(device->handle, d->core.t, &effort) != 0) {
+            bgc_zero_devices(m, d);
+            return BGC_DEVICE;
+        }
+    }
+    return BGC_OK;
+}
+
+static void close_device(bgc_data *d, bgc_device *device) {
+    static const bgc_effort none = {{0.0}, {0.0}, {0.0}};
+
+    if (device->driver != NULL) {
+        device->driver->write(device->handle, d->core.t, &none);
+        device->driver->close(device->handle);
+        device->driver = NULL;
+        device->handle = NULL;
+    }
+}
+
+bgc_status bgc_open_device(const bgc_model *m, bgc_data *d, int k, const bgc_driver *driver,
+                           const char *options, char *message, size_t size) {
+    void *handle;
+
+    if (size > 0) {
+        message[0] = '\0';
+    }
+    if (k < 0 || k >= m->n_device) {
+        snprintf(message, size, "the model has no device %d", k);
+        return BGC_BAD_ARGUMENT;
+    }
+    if (driver == NULL) {
+        driver = bgc_find_driver(m->device[k].driver);
+    }
+    if (driver == NULL) {
+        snprintf(message, size, "there is no driver called `%s`", m->device[k].driver);
+        return BGC_BAD_ARGUMENT;
+    }
+    close_device(d, &d->device[k]);
+    handle = driver->open(options != NULL ? options : m->device[k].options, message, size);
+    if (handle == NULL) {
+        return BGC_DEVICE;
+    }
+    d->device[k].driver = driver;
+    d->device[k].handle = handle;
+    d->device[k].pose = resting;
+    return BGC_OK;
+}
+
+void bgc_close_devices(const bgc_model *m, bgc_data *d) {
+    for (int k = 0; k < m->n_device; k++) {
+        close_device(d, &d->device[k]);
+    }
+}

@@ -1,0 +1,326 @@
+/* instance.c: one running instance of a model: memory, parameters, reset, evaluation. */
+#include "bgc_internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* --- memory ------------------------------------------------------------------------------ */
+
+/* Places the arrays of an instance one after another from `from`, or only counts where that is
+ * NULL: cache lines are not shared. */
+typedef struct {
+    double *from;
+    size_t used;
+} layout;
+
+static double *place(layout *l, size_t count) {
+    double *at = l->from == NULL ? NULL : l->from + l->used;
+
+    l->used += (count + 7) & ~(size_t)7;
+    return at;
+}
+
+static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
+    const size_t n = (size_t)m->n_state;
+    const size_t checks = (size_t)(m->n_assert > m->n_check ? m->n_assert : m->n_check);
+    layout l = {from, 0};
+
+    d->p = place(&l, (size_t)m->n_param);
+    d->h = place(&l, (size_t)m->n_hoist);
+    d->x = place(&l, n);
+    d->u = place(&l, (size_t)m->n_input);
+    d->u_seen = place(&l, (size_t)m->n_input);
+    d->scale = place(&l, n);
+    d->mass = place(&l, (size_t)m->n_mass);
+    d->inverse_mass = place(&l, n);
+    d->algebraic = place(&l, n);
+    d->jac = place(&l, (size_t)m->n_jac);
+    d->dfdt = place(&l, n);
+    d->lu = place(&l, (size_t)m->n_lu);
+    d->f = place(&l, n);
+    d->y0 = place(&l, n);
+    d->y1 = place(&l, n);
+    d->k = place(&l, BGC_MAX_DENSE * n);
+    d->n_saved = l.used;
+
+    d->stages = place(&l, BGC_MAX_STAGES * n);
+    d->next = place(&l, n);
+    d->error = place(&l, n);
+    d->point = place(&l, n);
+    d->right = place(&l, n);
+    d->residual = place(&l, n);
+    d->magnitude = place(&l, n);
+    d->b = place(&l, n);
+    d->output = place(&l, (size_t)m->n_output);
+    d->command = place(&l, (size_t)m->n_command);
+    d->check = place(&l, checks);
+    d->work = place(&l, (size_t)m->n_work);
+    return l.used;
+}
+
+/* Doubles that bgc_save takes. */
+size_t bgc_saved_count(const bgc_model *m) {
+    bgc_data counted;
+
+    place_all(m, &counted, NULL);
+    return counted.n_saved;
+}
+
+bgc_data *bgc_new(const bgc_model *m) {
+    const size_t n = (size_t)m->n_state;
+    bgc_data *d;
+    size_t size;
+
+    if (m->abi != BGC_ABI) {
+        return NULL;
+    }
+    d = calloc(1, sizeof *d);
+    if (d == NULL) {
+        return NULL;
+    }
+    size = (place_all(m, d, NULL) + 8) * sizeof(double);
+    d->memory = aligned_alloc(64, (size + 63) & ~(size_t)63);
+    d->is_set = calloc((size_t)m->n_param + 1, 1);
+    d->device = calloc((size_t)m->n_device + 1, sizeof *d->device);
+    /* The system maps these pages only when a factorisation falls back to them. */
+    d->dense_lu = calloc(n * n + 1, sizeof *d->dense_lu);
+    d->pivot = calloc(n + 1, sizeof *d->pivot);
+    if (d->memory == NULL || d->is_set == NULL || d->device == NULL || d->dense_lu == NULL ||
+        d->pivot == NULL) {
+        bgc_free(m, d);
+        return NULL;
+    }
+    memset(d->memory, 0, size);
+    place_all(m, d, d->memory);
+    atomic_init(&d->stop, 0);
+
+    d->core.failed_parameter = d->core.failed_assertion = d->core.failed_state = -1;
+    bgc_default_inputs(m, d->u);
+    bgc_set_param(m, d, -1, 0.0);
+    bgc_set_options(m, d, &(bgc_options){0});
+    return d;
+}
+
+void bgc_free(const bgc_model *m, bgc_data *d) {
+    if (d == NULL) {
+        return;
+    }
+    if (d->device != NULL) {
+        bgc_close_devices(m, d);
+    }
+    free(d->memory);
+    free(d->is_set);
+    free(d->device);
+    free(d->dense_lu);
+    free(d->pivot);
+    free(d);
+}
+
+/* --- parameters -------------------------------------------------------------------------- */
+
+bgc_status bgc_set_param(const bgc_model *m, bgc_data *d, int k, double value) {
+    if (k >= m->n_param) {
+        return BGC_BAD_ARGUMENT;
+    }
+    if (k < 0) {
+        for (int i = 0; i < m->n_param; i++) {
+            d->p[i] = m->param[i].value;
+            d->is_set[i] = 0;
+        }
+    } else {
+        d->p[k] = value;
+        d->is_set[k] = 1;
+    }
+    if (m->defaults != NULL) {
+        m->defaults(d->p, d->is_set, d->work);
+    }
+    return BGC_OK;
+}
+
+double bgc_get_param(const bgc_model *m, const bgc_data *d, int k) {
+    return k >= 0 && k < m->n_param ? d->p[k] : (double)NAN;
+}
+
+/* Every parameter in its range, and what must be positive positive. */
+static bgc_status check_parameters(const bgc_model *m, bgc_data *d) {
+    for (int k = 0; k < m->n_param; k++) {
+        if (!(d->p[k] >= m->param[k].low && d->p[k] <= m->param[k].high)) {
+            d->core.failed_parameter = k;
+            return BGC_BAD_PARAMETER;
+        }
+    }
+    m->prepare(d->p, d->h, d->work);
+    if (m->n_check > 0) {
+        m->positive(d->p, d->h, d->check, d->work);
+    }
+    for (int k = 0; k < m->n_check; k++) {
+        if (!(d->check[k] > 0.0)) {
+            d->core.failed_parameter = m->n_param + k;
+            return BGC_BAD_PARAMETER;
+        }
+    }
+    return BGC_OK;
+}
+
+/* --- reset ------------------------------------------------------------------------------- */
+
+/* Which states have a derivative of their own, and which have none at all. */
+static void classify_states(const bgc_model *m, bgc_data *d) {
+    d->core.algebraic = 0;
+    for (int i = 0; i < m->n_state; i++) {
+        double diagonal = m->n_mass == 0 ? 1.0 : 0.0;
+        int others = 0, column = 0;
+        for (int k = 0; k < m->n_mass; k++) {
+            const int nonzero = d->mass[k] != 0.0;
+            if (m->mass_row[k] == i && m->mass_col[k] == i) {
+                diagonal += d->mass[k];
+            } else {
+                others += nonzero && m->mass_row[k] == i;
+                column += nonzero && m->mass_col[k] == i;
+            }
+        }
+        d->inverse_mass[i] = diagonal != 0.0 && others == 0 ? 1.0 / diagonal : 0.0;
+        d->algebraic[i] = diagonal == 0.0 && others == 0 && column == 0 ? 1.0 : 0.0;
+        d->core.algebraic += d->algebraic[i] != 0.0;
+    }
+}
+
+/* Clears everything that belongs to a run, except options and parameters. */
+static void start_afresh(bgc_core *core, double t) {
+    core->counts = (bgc_counts){0};
+    core->failed_parameter = core->failed_assertion = core->failed_state = -1;
+    core->t = core->t_old = core->origin = t;
+    core->ticks = core->sample = 0;
+    core->f_valid = core->jac_valid = core->held = core->rejected = 0;
+    core->dense = BGC_NO_DENSE;
+    core->h_next = 0.0;
+    core->error_old = 1.0;
+    core->stored0 = 0.0;
+    core->supplied = core->dissipated = core->supplied_old = core->dissipated_old = 0.0;
+}
+
+bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
+    bgc_core *core = &d->core;
+    bgc_status status;
+
+    core->ready = 0;
+    if (!isfinite(t)) {
+        return BGC_BAD_ARGUMENT;
+    }
+    start_afresh(core, t);
+    atomic_store(&d->stop, 0);
+    status = check_parameters(m, d);
+    if (status == BGC_OK) {
+        status = bgc_read_devices(m, d);
+    }
+    if (status != BGC_OK) {
+        return status;
+    }
+
+    m->initial(d->h, t, d->u, d->x, d->work);
+    m->scale(d->h, d->scale, d->work);
+    for (int i = 0; i < m->n_state; i++) {
+        d->scale[i] = d->scale[i] > 0.0 ? d->scale[i] : 1.0;
+    }
+    if (m->n_mass > 0) {
+        m->mass(d->h, d->mass, d->work);
+    }
+    core->failed_state = bgc_first_bad(m->n_state, d->x);
+    if (core->failed_state >= 0) {
+        return BGC_NOT_FINITE;
+    }
+    classify_states(m, d);
+    if (m->project != NULL) {
+        m->project(d->h, t, d->x, d->work);
+    }
+    status = bgc_make_consistent(m, d);
+    if (status != BGC_OK) {
+        return status;
+    }
+    memcpy(d->u_seen, d->u, (size_t)m->n_input * sizeof *d->u);
+    if (m->energy != NULL) {
+        double energy[3];
+        m->energy(d->h, t, d->x, d->u, energy, d->work);
+        core->stored0 = energy[0];
+    }
+    core->counts = (bgc_counts){0};
+    core->ready = 1;
+    return BGC_OK;
+}
+
+/* --- what an instance says of itself ------------------------------------------------------- */
+
+int bgc_failed_parameter(const bgc_data *d) { return d->core.failed_parameter; }
+int bgc_failed_assertion(const bgc_data *d) { return d->core.failed_assertion; }
+int bgc_failed_state(const bgc_data *d) { return d->core.failed_state; }
+double bgc_time(const bgc_data *d) { return d->core.t; }
+double *bgc_state(bgc_data *d) { return d->x; }
+double *bgc_input(bgc_data *d) { return d->u; }
+const bgc_counts *bgc_get_counts(const bgc_data *d) { return &d->core.counts; }
+void bgc_stop(bgc_data *d) { atomic_store(&d->stop, 1); }
+
+const char *bgc_status_text(bgc_status s) {
+    switch (s) {
+    case BGC_OK:
+        return "done";
+    case BGC_STEP_TOO_SMALL:
+        return "the error stays above the tolerance however small the step";
+    case BGC_TOO_MANY_STEPS:
+        return "too many steps between two rows of the result";
+    case BGC_NOT_FINITE:
+        return "an overflow or an undefined operation in the equations";
+    case BGC_SINGULAR:
+        return "the equations of a step have no unique solution: a singular matrix";
+    case BGC_ASSERTION:
+        return "an assertion of the model does not hold";
+    case BGC_DEVICE:
+        return "a device reported a fault; its forces were set to zero";
+    case BGC_BAD_PARAMETER:
+        return "a parameter is out of its range";
+    case BGC_BAD_ARGUMENT:
+        return "a call with wrong arguments";
+    case BGC_INTERRUPTED:
+        return "interrupted";
+    case BGC_NO_MEMORY:
+        return "out of memory";
+    case BGC_NOT_EXPLICIT:
+        return "an explicit method cannot solve a model with algebraic equations";
+    case BGC_INCONSISTENT:
+        return "no values near the given ones satisfy the algebraic equations";
+    }
+    return "unknown status";
+}
+
+/* --- evaluation at the present time and state ---------------------------------------------- */
+
+bgc_status bgc_rhs(const bgc_model *m, bgc_data *d, double *f) {
+    m->rhs(d->h, d->core.t, d->x, d->u, f, d->work);
+    d->core.failed_state = bgc_first_bad(m->n_state, f);
+    return d->core.failed_state < 0 ? BGC_OK : BGC_NOT_FINITE;
+}
+
+bgc_status bgc_jacobian(const bgc_model *m, bgc_data *d, double *jac, double *dfdt) {
+    m->jacobian(d->h, d->core.t, d->x, d->u, jac, dfdt, d->work);
+    return bgc_first_bad(m->n_jac, jac) < 0 && bgc_first_bad(m->n_state, dfdt) < 0
+               ? BGC_OK
+               : BGC_NOT_FINITE;
+}
+
+bgc_status bgc_outputs(const bgc_model *m, bgc_data *d, double *y) {
+    m->outputs(d->h, d->core.t, d->x, d->u, y, d->work);
+    return bgc_first_bad(m->n_output, y) < 0 ? BGC_OK : BGC_NOT_FINITE;
+}
+
+bgc_status bgc_energy(const bgc_model *m, bgc_data *d, double account[4]) {
+    double energy[3] = {d->core.stored0, 0.0, 0.0};
+
+    if (m->energy != NULL) {
+        m->energy(d->h, d->core.t, d->x, d->u, energy, d->work);
+    }
+    account[0] = energy[0] - d->core.stored0;
+    account[1] = d->core.supplied;
+    account[2] = d->core.dissipated;
+    account[3] = account[0] - account[1] + account[2];
+    return BGC_OK;
+}

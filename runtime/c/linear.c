@@ -1,0 +1,224 @@
+/* linear.c: systems with W = c M - J.
+ *
+ * The model factorises W by unrolled elimination with static pivots. That is fast, and safe as
+ * long as the factors do not grow; where they do, each solution is refined, and where refinement
+ * does not converge, or a pivot vanishes, W is factorised again densely with scaled partial
+ * pivoting.
+ */
+#include "bgc_internal.h"
+
+#include <math.h>
+#include <string.h>
+
+static const double growth_limit = 1e4;     /* static pivots lose so many digits: then refine */
+static const double refined_enough = 1e-13; /* componentwise backward error */
+enum { MAX_REFINEMENTS = 5 };
+
+/* out = W v, and magnitude = |W| |v|. */
+static void multiply(const bgc_model *m, const bgc_data *d, const double *v, double *out,
+                     double *magnitude) {
+    const double c = d->core.c;
+
+    for (int i = 0; i < m->n_state; i++) {
+        out[i] = m->n_mass == 0 ? c * v[i] : 0.0;
+        magnitude[i] = fabs(out[i]);
+    }
+    for (int k = 0; k < m->n_mass; k++) {
+        const double term = c * d->mass[k] * v[m->mass_col[k]];
+        out[m->mass_row[k]] += term;
+        magnitude[m->mass_row[k]] += fabs(term);
+    }
+    for (int k = 0; k < m->n_jac; k++) {
+        const double term = d->jac[k] * v[m->jac_col[k]];
+        out[m->jac_row[k]] -= term;
+        magnitude[m->jac_row[k]] += fabs(term);
+    }
+}
+
+/* out = M v. */
+void bgc_multiply_mass(const bgc_model *m, const bgc_data *d, const double *v, double *out) {
+    memset(out, 0, (size_t)m->n_state * sizeof *out);
+    for (int k = 0; k < m->n_mass; k++) {
+        out[m->mass_row[k]] += d->mass[k] * v[m->mass_col[k]];
+    }
+}
+
+/* Fills dense_lu with W, row after row. */
+static void assemble_dense(const bgc_model *m, bgc_data *d) {
+    const size_t n = (size_t)m->n_state;
+    double *a = d->dense_lu;
+
+    memset(a, 0, n * n * sizeof *a);
+    for (size_t i = 0; m->n_mass == 0 && i < n; i++) {
+        a[i * n + i] = d->core.c;
+    }
+    for (int k = 0; k < m->n_mass; k++) {
+        a[(size_t)m->mass_row[k] * n + (size_t)m->mass_col[k]] += d->core.c * d->mass[k];
+    }
+    for (int k = 0; k < m->n_jac; k++) {
+        a[(size_t)m->jac_row[k] * n + (size_t)m->jac_col[k]] -= d->jac[k];
+    }
+}
+
+/* Factorises the present W densely; rows keep their scale, so units do not pick the pivots. */
+bgc_status bgc_refactorise_dense(const bgc_model *m, bgc_data *d) {
+    const int n = m->n_state;
+    double *a = d->dense_lu;
+    double *weight = d->magnitude;
+
+    assemble_dense(m, d);
+    for (int i = 0; i < n; i++) {
+        const double *row = a + (size_t)i * (size_t)n;
+        double largest = 0.0;
+        if (bgc_first_bad(n, row) >= 0) {
+            d->core.failed_state = i;
+            return BGC_NOT_FINITE;
+        }
+        for (int j = 0; j < n; j++) {
+            largest = fmax(largest, fabs(row[j]));
+        }
+        weight[i] = largest > 0.0 ? 1.0 / largest : 0.0;
+    }
+    for (int k = 0; k < n; k++) {
+        double *top = a + (size_t)k * (size_t)n;
+        int best = k;
+        double size = -1.0;
+        for (int i = k; i < n; i++) {
+            const double candidate = fabs(a[(size_t)i * (size_t)n + (size_t)k]) * weight[i];
+            if (candidate > size) {
+                size = candidate;
+                best = i;
+            }
+        }
+        if (!(size > 0.0) || !isfinite(size)) {
+            d->core.failed_state = k;
+            return BGC_SINGULAR;
+        }
+        d->pivot[k] = best;
+        if (best != k) {
+            double *other = a + (size_t)best * (size_t)n;
+            for (int j = 0; j < n; j++) {
+                const double swap = top[j];
+                top[j] = other[j];
+                other[j] = swap;
+            }
+            weight[best] = weight[k];
+        }
+        for (int i = k + 1; i < n; i++) {
+            double *row = a + (size_t)i * (size_t)n;
+            if (row[k] != 0.0) {
+                row[k] /= top[k];
+                for (int j = k + 1; j < n; j++) {
+                    row[j] -= row[k] * top[j];
+                }
+            }
+        }
+    }
+    return BGC_OK;
+}
+
+static void solve_dense(int n, const double *lu, const int *pivot, double *b) {
+    for (int k = 0; k < n; k++) {
+        const double swap = b[k];
+        b[k] = b[pivot[k]];
+        b[pivot[k]] = swap;
+    }
+    for (int i = 1; i < n; i++) {
+        const double *row = lu + (size_t)i * (size_t)n;
+        for (int j = 0; j < i; j++) {
+            b[i] -= row[j] * b[j];
+        }
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        const double *row = lu + (size_t)i * (size_t)n;
+        for (int j = i + 1; j < n; j++) {
+            b[i] -= row[j] * b[j];
+        }
+        b[i] /= row[i];
+    }
+}
+
+static bgc_status fall_back(const bgc_model *m, bgc_data *d) {
+    d->core.counts.fallbacks++;
+    d->core.pivoting = BGC_DENSE;
+    return bgc_refactorise_dense(m, d);
+}
+
+/* Factorises W = c M - J with the Jacobian at hand. */
+bgc_status bgc_factorise(const bgc_model *m, bgc_data *d, double c) {
+    double growth = 0.0;
+    const int failed = m->factor(d->mass, d->jac, c, d->lu, &growth);
+
+    d->core.counts.factorisations++;
+    d->core.c = c;
+    if (failed != 0 || !isfinite(growth)) {
+        return fall_back(m, d);
+    }
+    d->core.pivoting = growth > growth_limit ? BGC_REFINED : BGC_STATIC;
+    return BGC_OK;
+}
+
+/* residual = b - W x; returns the componentwise backward error of x. */
+static double backward_error(const bgc_model *m, bgc_data *d, const double *b, const double *x) {
+    double worst = 0.0;
+
+    multiply(m, d, x, d->residual, d->magnitude);
+    for (int i = 0; i < m->n_state; i++) {
+        const double size = d->magnitude[i] + fabs(b[i]);
+        d->residual[i] = b[i] - d->residual[i];
+        if (size > 0.0) {
+            const double error = fabs(d->residual[i]) / size;
+            worst = error <= worst ? worst : error; /* a NaN stays */
+        }
+    }
+    return worst;
+}
+
+/* x := W^-1 x by static pivots and refinement; 1 where that converged. */
+static int solve_refined(const bgc_model *m, bgc_data *d, const double *b, double *x) {
+    double error;
+
+    m->solve(d->lu, x, d->work);
+    error = backward_error(m, d, b, x);
+    for (int k = 0; k < MAX_REFINEMENTS && error > refined_enough; k++) {
+        const double before = error;
+        d->core.counts.refinements++;
+        m->solve(d->lu, d->residual, d->work);
+        for (int i = 0; i < m->n_state; i++) {
+            x[i] += d->residual[i];
+        }
+        error = backward_error(m, d, b, x);
+        if (!(error < 0.5 * before)) {
+            break;
+        }
+    }
+    return error <= refined_enough;
+}
+
+/* b := W^-1 b with the factorisation at hand. */
+bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b) {
+    const size_t size = (size_t)m->n_state * sizeof *b;
+    bgc_status status;
+
+    d->core.counts.solves++;
+    if (d->core.pivoting == BGC_STATIC) {
+        m->solve(d->lu, b, d->work);
+        return BGC_OK;
+    }
+    if (d->core.pivoting == BGC_REFINED) {
+        if (bgc_first_bad(m->n_state, b) >= 0) {
+            return BGC_OK; /* the caller sees the NaN; it is no fault of W */
+        }
+        memcpy(d->b, b, size);
+        if (solve_refined(m, d, d->b, b)) {
+            return BGC_OK;
+        }
+        memcpy(b, d->b, size);
+        status = fall_back(m, d);
+        if (status != BGC_OK) {
+            return status;
+        }
+    }
+    solve_dense(m->n_state, d->dense_lu, d->pivot, b);
+    return BGC_OK;
+}

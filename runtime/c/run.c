@@ -1,0 +1,214 @@
+/* run.c: rows of a result at given times, with the samples of devices in between. */
+#include "bgc_internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+static const double default_sample = 1e-3; /* s, of devices in a scene that gives no step */
+
+/* --- methods and options ------------------------------------------------------------------- */
+
+static int find_method(const char *name) {
+    for (int k = 0; k < BGC_METHODS; k++) {
+        if (strcmp(bgc_methods[k].name, name) == 0) {
+            return k;
+        }
+    }
+    return -1;
+}
+
+static int is_fixed(int method) {
+    const bgc_tableau *tableau = bgc_methods[method].tableau;
+
+    return tableau == NULL || tableau->embedded == 0;
+}
+
+int bgc_method_is_fixed(const char *name) {
+    const int method = find_method(name);
+
+    return method < 0 ? -1 : is_fixed(method);
+}
+
+const char *bgc_method_name(int k) {
+    return k >= 0 && k < BGC_METHODS ? bgc_methods[k].name : NULL;
+}
+
+bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o) {
+    bgc_core *core = &d->core;
+    const double step = o->step > 0.0 ? o->step : m->step;
+    const int method =
+        find_method(o->name != NULL ? o->name : step > 0.0 ? "ros34prw" : "rodas5p");
+
+    if (method < 0 || !(o->rtol >= 0.0 && o->atol >= 0.0 && o->step >= 0.0 && o->max_step >= 0.0) ||
+        !isfinite(o->rtol + o->atol + o->step + o->max_step) || o->max_steps < 0 || o->keep < 0 ||
+        (is_fixed(method) && step == 0.0)) {
+        return BGC_BAD_ARGUMENT;
+    }
+    core->method = method;
+    core->rtol = o->rtol > 0.0 ? o->rtol : 1e-6;
+    core->atol = o->atol;
+    core->max_step = o->max_step;
+    core->max_steps = o->max_steps > 0 ? o->max_steps : 10000000;
+    core->keep = o->keep > 0 ? o->keep : 1;
+    core->accounts = o->accounts != 0 && m->energy != NULL;
+    core->step = is_fixed(method) ? step : o->step;
+
+    /* Sampled models are sampled at every step of a fixed-step method. */
+    core->period = 0.0;
+    if (is_fixed(method)) {
+        core->period = step;
+    } else if (m->n_device > 0 || m->n_input > 0) {
+        core->period = m->step > 0.0 ? m->step : default_sample;
+    }
+
+    /* The count of steps and samples starts anew from here. */
+    core->origin = core->t;
+    core->t_old = core->t;
+    core->ticks = core->sample = 0;
+    core->dense = BGC_NO_DENSE;
+    core->held = core->rejected = 0;
+    core->h_next = 0.0;
+    core->error_old = 1.0;
+    return BGC_OK;
+}
+
+/* --- samples ------------------------------------------------------------------------------- */
+
+/* Times closer than this are the same time. */
+static double slack(const bgc_core *core) {
+    return fmax(8.0 * DBL_EPSILON * fabs(core->t), 1e-9 * (core->t - core->t_old));
+}
+
+/* Inputs from the devices, and commands to them, where the present time is a sample's. */
+static bgc_status sample(const bgc_model *m, bgc_data *d) {
+    bgc_core *core = &d->core;
+    const double due = core->origin + (double)core->sample * core->period;
+    bgc_status status;
+
+    if (core->period == 0.0 || core->t < due - slack(core)) {
+        return BGC_OK;
+    }
+    core->sample++;
+    if (m->n_input > 0) {
+        const size_t size = (size_t)m->n_input * sizeof *d->u;
+        status = bgc_read_devices(m, d);
+        if (status != BGC_OK) {
+            return status;
+        }
+        if (memcmp(d->u, d->u_seen, size) != 0) {
+            core->f_valid = core->jac_valid = 0;
+            memcpy(d->u_seen, d->u, size);
+            status = bgc_make_consistent(m, d);
+            if (status != BGC_OK) {
+                return status;
+            }
+        }
+    }
+    core->counts.samples += m->n_device > 0;
+    return bgc_write_devices(m, d);
+}
+
+/* --- rows ---------------------------------------------------------------------------------- */
+
+static double seconds(void) {
+    struct timespec now;
+
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* Integrates until the present is at or beyond the time of a row. */
+static bgc_status reach(const bgc_model *m, bgc_data *d, double t) {
+    bgc_core *core = &d->core;
+
+    for (long attempts = 0;; attempts++) {
+        bgc_status status = core->t > t + slack(core) ? BGC_OK : sample(m, d);
+        double start, spent;
+        if (status != BGC_OK || core->t >= t - slack(core)) {
+            return status;
+        }
+        if (attempts >= core->max_steps) {
+            return BGC_TOO_MANY_STEPS;
+        }
+        if (atomic_exchange(&d->stop, 0) != 0) {
+            return BGC_INTERRUPTED;
+        }
+        start = seconds();
+        status = bgc_attempt(m, d);
+        spent = seconds() - start;
+        core->counts.worst_step_seconds = fmax(core->counts.worst_step_seconds, spent);
+        if (status != BGC_OK) {
+            return status;
+        }
+    }
+}
+
+/* One row: outputs and accounts, at the present or inside the last step. */
+static bgc_status write_row(const bgc_model *m, bgc_data *d, double t, double *row) {
+    const bgc_core *core = &d->core;
+    const int inside = t < core->t - slack(core);
+    const double *x = d->x;
+    double power[2] = {0.0, 0.0};
+
+    if (inside) {
+        if (core->dense == BGC_NO_DENSE || t < core->t_old - slack(core)) {
+            return BGC_BAD_ARGUMENT;
+        }
+        if (core->accounts) {
+            bgc_integrate_energy(m, d, t, power);
+        }
+        bgc_interpolate(m, d, t, d->point);
+        x = d->point;
+    }
+    m->outputs(d->h, t, x, d->u, row, d->work);
+    if (core->accounts) {
+        double *account = row + m->n_output, energy[3];
+        m->energy(d->h, t, x, d->u, energy, d->work);
+        account[0] = energy[0] - core->stored0;
+        account[1] = inside ? core->supplied_old + power[0] : core->supplied;
+        account[2] = inside ? core->dissipated_old + power[1] : core->dissipated;
+        account[3] = account[0] - account[1] + account[2];
+    }
+    return BGC_OK;
+}
+
+static bgc_status run(const bgc_model *m, bgc_data *d, const double *times, size_t n, double *rows,
+                      size_t *done) {
+    const size_t width = (size_t)m->n_output + (d->core.accounts ? 4 : 0);
+    bgc_status status;
+
+    for (size_t i = 0; i < n; i++) {
+        if (!isfinite(times[i]) || (i > 0 && times[i] < times[i - 1])) {
+            return BGC_BAD_ARGUMENT;
+        }
+    }
+    status = bgc_check_asserts(m, d, d->core.t, d->x);
+    for (size_t i = 0; i < n && status == BGC_OK; i++) {
+        status = reach(m, d, times[i]);
+        if (status == BGC_OK) {
+            status = write_row(m, d, times[i], rows + i * width);
+        }
+        *done += status == BGC_OK;
+    }
+    return status;
+}
+
+bgc_status bgc_run(const bgc_model *m, bgc_data *d, const double *times, size_t n, double *rows,
+                   size_t *done) {
+    const double start = seconds();
+    bgc_status status;
+
+    *done = 0;
+    if (!d->core.ready) {
+        return BGC_BAD_ARGUMENT;
+    }
+    d->core.f_valid = d->core.jac_valid = 0; /* the caller may have written x and u */
+    status = run(m, d, times, n, rows, done);
+    if (status != BGC_OK) {
+        bgc_zero_devices(m, d);
+    }
+    d->core.counts.run_seconds += seconds() - start;
+    return status;
+}

@@ -1,0 +1,61 @@
+/* save.c: an instance to memory and back, complete: a restored run continues with the same bits.
+ * Devices stay as they are. */
+#include "bgc_internal.h"
+
+#include <string.h>
+
+/* Says whose state this is, so that another model's is refused. */
+typedef struct {
+    uint64_t size, model;
+    bgc_core core;
+} header;
+
+/* FNV-1a of the model's name and content hash. */
+static uint64_t identify(const bgc_model *m) {
+    const char *text[2] = {m->name, m->hash};
+    uint64_t hash = 14695981039346656037u;
+
+    for (int k = 0; k < 2; k++) {
+        for (const char *c = text[k]; c != NULL && *c != '\0'; c++) {
+            hash = (hash ^ (unsigned char)*c) * 1099511628211u;
+        }
+    }
+    return hash;
+}
+
+size_t bgc_save_size(const bgc_model *m) {
+    return sizeof(header) + bgc_saved_count(m) * sizeof(double) + (size_t)m->n_param;
+}
+
+bgc_status bgc_save(const bgc_model *m, const bgc_data *d, void *memory) {
+    const header head = {bgc_save_size(m), identify(m), d->core};
+    unsigned char *to = memory;
+
+    memcpy(to, &head, sizeof head);
+    to += sizeof head;
+    memcpy(to, d->memory, d->n_saved * sizeof(double));
+    to += d->n_saved * sizeof(double);
+    memcpy(to, d->is_set, (size_t)m->n_param);
+    return BGC_OK;
+}
+
+bgc_status bgc_restore(const bgc_model *m, bgc_data *d, const void *memory) {
+    const unsigned char *from = memory;
+    header head;
+
+    memcpy(&head, from, sizeof head);
+    if (head.size != bgc_save_size(m) || head.model != identify(m)) {
+        return BGC_BAD_ARGUMENT;
+    }
+    from += sizeof head;
+    d->core = head.core;
+    memcpy(d->memory, from, d->n_saved * sizeof(double));
+    from += d->n_saved * sizeof(double);
+    memcpy(d->is_set, from, (size_t)m->n_param);
+
+    /* The dense factors are not saved: the same matrix gives the same ones. */
+    if (d->core.held > 0 && d->core.pivoting == BGC_DENSE) {
+        return bgc_refactorise_dense(m, d);
+    }
+    return BGC_OK;
+}

@@ -1,0 +1,267 @@
+/* step.c: one attempt at a step, and what an accepted or a rejected one leads to. */
+#include "bgc_internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* PI control of the step: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.2. */
+static const double safety = 0.9, least_factor = 0.2, largest_factor = 5.0;
+static const double proportional = 0.7, integral = 0.4;
+static const double least_error = 1e-4; /* a lucky small error is not remembered as such */
+
+/* f at the present state, unless it is known. */
+void bgc_evaluate_f(const bgc_model *m, bgc_data *d) {
+    if (!d->core.f_valid) {
+        m->rhs(d->h, d->core.t, d->x, d->u, d->f, d->work);
+        d->core.counts.rhs++;
+        d->core.f_valid = 1;
+    }
+}
+
+/* df/dx and df/dt at the present state, unless they are known. */
+void bgc_evaluate_jacobian(const bgc_model *m, bgc_data *d) {
+    if (!d->core.jac_valid) {
+        m->jacobian(d->h, d->core.t, d->x, d->u, d->jac, d->dfdt, d->work);
+        d->core.counts.jacobians++;
+        d->core.jac_valid = 1;
+    }
+}
+
+/* BGC_ASSERTION, naming the first that fails, where one does at (t, x). */
+bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const double *x) {
+    if (m->n_assert == 0) {
+        return BGC_OK;
+    }
+    m->asserts(d->h, t, x, d->u, d->check, d->work);
+    for (int k = 0; k < m->n_assert; k++) {
+        if (d->check[k] == 0.0) {
+            d->core.failed_assertion = k;
+            return BGC_ASSERTION;
+        }
+    }
+    return BGC_OK;
+}
+
+/* Completes a step in d->next: quaternions normalised, all finite, assertions kept. */
+static bgc_status complete(const bgc_model *m, bgc_data *d, double t_new) {
+    const int bad = bgc_first_bad(m->n_state, d->next);
+
+    if (bad >= 0) {
+        d->core.failed_state = bad;
+        return BGC_NOT_FINITE;
+    }
+    if (m->project != NULL) {
+        m->project(d->h, t_new, d->next, d->work);
+    }
+    return bgc_check_asserts(m, d, t_new, d->next);
+}
+
+/* Makes d->next the present state, and keeps what rows inside the step need. */
+static void accept(const bgc_model *m, bgc_data *d, const bgc_tableau *method, double t_new) {
+    bgc_core *core = &d->core;
+
+    core->t_old = core->t;
+    core->counts.last_step = t_new - core->t;
+    core->counts.steps++;
+    bgc_store_dense(m, d, method);
+    memcpy(d->x, d->next, (size_t)m->n_state * sizeof *d->x);
+    core->t = t_new;
+    core->f_valid = 0;
+    core->jac_valid = 0;
+    core->supplied_old = core->supplied;
+    core->dissipated_old = core->dissipated;
+    if (core->accounts) {
+        double power[2];
+        bgc_integrate_energy(m, d, t_new, power);
+        core->supplied += power[0];
+        core->dissipated += power[1];
+    }
+}
+
+/* --- fixed steps ------------------------------------------------------------------------- */
+
+static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_tableau *method) {
+    bgc_core *core = &d->core;
+    const double h = core->step;
+    const double t_new = core->origin + (double)(core->ticks + 1) * h;
+    bgc_status status = BGC_OK;
+
+    bgc_evaluate_f(m, d);
+    if (method == NULL) {
+        status = bgc_runge_kutta(m, d, h);
+    } else {
+        if (core->held == 0) {
+            bgc_evaluate_jacobian(m, d);
+            status = bgc_factorise(m, d, 1.0 / (h * method->gamma));
+            core->held = core->keep;
+        }
+        if (status == BGC_OK) {
+            status = bgc_rosenbrock(m, d, method, h);
+        }
+    }
+    if (status == BGC_OK) {
+        status = complete(m, d, t_new);
+    }
+    if (status != BGC_OK) {
+        core->held = 0;
+        return status;
+    }
+    accept(m, d, method, t_new);
+    core->ticks++;
+    core->held -= core->held > 0;
+    return BGC_OK;
+}
+
+/* --- steps under error control ------------------------------------------------------------ */
+
+/* The first step: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
+ * II.4, with the states that have no derivative left out. */
+static double first_step(const bgc_model *m, bgc_data *d, int order) {
+    const int n = m->n_state;
+    const double t = d->core.t;
+    const double d0 = bgc_norm(m, d, d->x, d->x, d->x);
+    double d1, d2, h0, h1;
+
+    for (int i = 0; i < n; i++) {
+        d->point[i] = d->f[i] * d->inverse_mass[i];
+    }
+    d1 = bgc_norm(m, d, d->point, d->x, d->x);
+    h0 = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : 0.01 * d0 / d1;
+    if (d->core.max_step > 0.0) {
+        h0 = fmin(h0, d->core.max_step);
+    }
+    for (int i = 0; i < n; i++) {
+        d->next[i] = d->x[i] + h0 * d->point[i];
+    }
+    m->rhs(d->h, t + h0, d->next, d->u, d->error, d->work);
+    d->core.counts.rhs++;
+    for (int i = 0; i < n; i++) {
+        d->error[i] = d->error[i] * d->inverse_mass[i] - d->point[i];
+    }
+    d2 = bgc_norm(m, d, d->error, d->x, d->x) / h0;
+    if (!isfinite(d2)) {
+        return 1e-3 * h0;
+    }
+    h1 = fmax(d1, d2) <= 1e-15 ? fmax(1e-6, 1e-3 * h0)
+                               : pow(0.01 / fmax(d1, d2), 1.0 / (order + 1));
+    return fmin(100.0 * h0, h1);
+}
+
+/* The next step that is tried: at most to the next sample, and then exactly there. Sets t_new. */
+static double limit_step(const bgc_core *core, double *t_new) {
+    double h = core->h_next;
+
+    if (core->max_step > 0.0) {
+        h = fmin(h, core->max_step);
+    }
+    if (core->period > 0.0) {
+        const double stop = core->origin + (double)core->sample * core->period;
+        const double rest = stop - core->t;
+        if (h >= 0.999 * rest) {
+            *t_new = stop;
+            return rest;
+        }
+        h = fmin(h, 0.5 * rest); /* two equal steps rather than a tiny last one */
+    }
+    *t_new = core->t + h;
+    return h;
+}
+
+/* Remembers a rejection; the next attempt is shorter. */
+static bgc_status reject(bgc_data *d, bgc_status reason, double h) {
+    d->core.counts.rejected++;
+    d->core.rejected = 1;
+    d->core.reason = reason;
+    d->core.h_next = h;
+    return BGC_OK;
+}
+
+/* The state that contributes most to the error. */
+static int worst_state(const bgc_model *m, const bgc_data *d) {
+    double worst = -1.0;
+    int k = -1;
+
+    for (int i = 0; i < m->n_state; i++) {
+        const double size = fmax(fabs(d->x[i]), fabs(d->next[i]));
+        const double atol =
+            d->core.atol > 0.0 ? d->core.atol : d->core.rtol * d->scale[i];
+        const double error = fabs(d->error[i]) / (atol + d->core.rtol * size);
+        if (error > worst) {
+            worst = error;
+            k = i;
+        }
+    }
+    return k;
+}
+
+static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_tableau *method) {
+    bgc_core *core = &d->core;
+    const double q = method->embedded + 1;
+    double h, t_new, error, factor, wanted;
+    bgc_status status;
+
+    bgc_evaluate_f(m, d);
+    core->failed_state = bgc_first_bad(m->n_state, d->f);
+    if (core->failed_state >= 0) {
+        return BGC_NOT_FINITE;
+    }
+    bgc_evaluate_jacobian(m, d);
+    if (core->h_next <= 0.0) {
+        core->h_next = core->step > 0.0 ? core->step : first_step(m, d, method->embedded);
+    }
+    h = limit_step(core, &t_new);
+    if (core->rejected && h < fmax(16.0 * DBL_EPSILON * fabs(core->t), 1e-30)) {
+        return core->reason;
+    }
+
+    /* The step, and its error where it has one. */
+    status = bgc_factorise(m, d, 1.0 / (h * method->gamma));
+    if (status == BGC_OK) {
+        status = bgc_rosenbrock(m, d, method, h);
+    }
+    if (status != BGC_OK) {
+        return reject(d, status, 0.25 * h);
+    }
+    error = bgc_norm(m, d, d->error, d->x, d->next);
+    if (!isfinite(error)) {
+        core->failed_state = bgc_first_bad(m->n_state, d->error);
+        return reject(d, BGC_NOT_FINITE, 0.25 * h);
+    }
+    if (error > 1.0) {
+        core->failed_state = worst_state(m, d);
+        return reject(d, BGC_STEP_TOO_SMALL,
+                      h * fmax(least_factor, safety * pow(error, -1.0 / q)));
+    }
+    status = complete(m, d, t_new);
+    if (status != BGC_OK) {
+        return reject(d, status, 0.1 * h);
+    }
+
+    /* The next step from this error and the one before; one that a sample cut short tells nothing
+     * against the longer step that was wanted. */
+    error = fmax(error, least_error);
+    factor = safety * pow(error, -proportional / q) * pow(core->error_old, integral / q);
+    factor = fmin(largest_factor, fmax(least_factor, factor));
+    if (core->rejected) {
+        factor = fmin(factor, 1.0);
+    }
+    wanted = factor * h;
+    core->h_next = h < core->h_next ? fmax(core->h_next, wanted) : wanted;
+    core->error_old = error;
+    core->rejected = 0;
+    core->failed_state = -1;
+    accept(m, d, method, t_new);
+    return BGC_OK;
+}
+
+/* One attempt at a step. BGC_OK: the state has advanced, or the next attempt will be shorter.
+ * Otherwise the state is as it was. */
+bgc_status bgc_attempt(const bgc_model *m, bgc_data *d) {
+    const bgc_tableau *method = bgc_methods[d->core.method].tableau;
+
+    if (method != NULL && method->embedded > 0) {
+        return attempt_adaptive(m, d, method);
+    }
+    return attempt_fixed(m, d, method);
+}

@@ -1,0 +1,433 @@
+/* trace.c: the `trace` driver: an operator's motion from a CSV file, forces accepted and ignored.
+ *
+ * Options, one a line: file=PATH (required), scale=FACTOR of the positions (1), loop=0|1 (0).
+ * The file: lines that start with # and empty ones are skipped; a header names the columns, of
+ * which time (s), x, y, z (m) are required and qw, qx, qy, qz (a quaternion), gripper (m) and
+ * button1 .. button8 (0 or 1) are not; then numbers, the times increasing. Between rows the motion
+ * is linear, so velocities are those of the piece; before the first row and after the last it
+ * stands still, or with loop starts again.
+ */
+#include "bgc_internal.h"
+
+#include <errno.h>
+#include <locale.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { TIME, POSITION, ORIENTATION = 4, GRIPPER = 8, BUTTON = 9, COLUMNS = 17, REQUIRED = 4 };
+
+static const char *const column_name[COLUMNS] = {
+    "time",    "x",       "y",       "z",       "qw",      "qx",      "qy",      "qz",     "gripper",
+    "button1", "button2", "button3", "button4", "button5", "button6", "button7", "button8"};
+
+typedef struct {
+    size_t rows, row; /* row: where the last look-up ended */
+    int loop;
+    double *value; /* rows by COLUMNS */
+} trace;
+
+/* Where a message about a file goes. */
+typedef struct {
+    const char *file;
+    char *message;
+    size_t size;
+} reporter;
+
+static int fail(const reporter *r, size_t line, const char *what, const char *detail) {
+    if (line > 0) {
+        snprintf(r->message, r->size, "%s:%zu: %s%s", r->file, line, what, detail);
+    } else {
+        snprintf(r->message, r->size, "%s: %s%s", r->file, what, detail);
+    }
+    return 0;
+}
+
+/* --- text ---------------------------------------------------------------------------------- */
+
+/* The whole file as a string, or NULL. */
+static char *read_file(const char *path) {
+    FILE *file = fopen(path, "rb");
+    char *text = NULL;
+    size_t used = 0, room = 0;
+
+    if (file == NULL) {
+        return NULL;
+    }
+    for (;;) {
+        if (used + 1 >= room) {
+            char *more = realloc(text, room = 2 * room + 65536);
+            if (more == NULL) {
+                break;
+            }
+            text = more;
+        }
+        const size_t got = fread(text + used, 1, room - used - 1, file);
+        used += got;
+        if (got == 0) {
+            break;
+        }
+    }
+    if (ferror(file) || used + 1 > room) {
+        free(text);
+        text = NULL;
+    }
+    fclose(file);
+    if (text != NULL) {
+        text[used] = '\0';
+    }
+    return text;
+}
+
+/* Cuts the next line off the text: its end is marked, and the text moves behind it. */
+static char *next_line(char **text) {
+    char *line = *text, *end;
+
+    if (*line == '\0') {
+        return NULL;
+    }
+    end = line + strcspn(line, "\n");
+    *text = *end == '\0' ? end : end + 1;
+    *end = '\0';
+    if (end > line && end[-1] == '\r') {
+        end[-1] = '\0';
+    }
+    return line;
+}
+
+/* Cuts the next field off a line and trims it; NULL past the last. */
+static char *next_field(char **line) {
+    char *field = *line, *end;
+
+    if (field == NULL) {
+        return NULL;
+    }
+    end = field + strcspn(field, ",");
+    *line = *end == ',' ? end + 1 : NULL;
+    *end = '\0';
+    field += strspn(field, " \t");
+    for (end = field + strlen(field); end > field && strchr(" \t", end[-1]) != NULL;) {
+        *--end = '\0';
+    }
+    return field;
+}
+
+static int is_blank(const char *line) {
+    return line[strspn(line, " \t")] == '\0' || *line == '#';
+}
+
+static int parse_number(const char *text, double *value) {
+    char *end;
+
+    *value = strtod(text, &end);
+    return end != text && *end == '\0' && isfinite(*value);
+}
+
+/* --- the file ------------------------------------------------------------------------------ */
+
+/* Which columns the header names, in its order; 0 on a fault. */
+static int parse_header(const reporter *r, size_t number, char *line, int *columns, int *count) {
+    unsigned seen = 0;
+
+    *count = 0;
+    for (char *field; (field = next_field(&line)) != NULL;) {
+        int k = 0;
+        while (k < COLUMNS && strcmp(field, column_name[k]) != 0) {
+            k++;
+        }
+        if (k == COLUMNS) {
+            return fail(r, number, "there is no column called ", field);
+        }
+        if ((seen >> k & 1u) != 0) {
+            return fail(r, number, "this column is there twice: ", field);
+        }
+        seen |= 1u << k;
+        columns[(*count)++] = k;
+    }
+    for (int k = 0; k < COLUMNS; k++) {
+        const int orientation = k >= ORIENTATION && k < GRIPPER && (seen & 0xf0u) != 0;
+        if ((seen >> k & 1u) == 0 && (k < REQUIRED || orientation)) {
+            return fail(r, number, "the header lacks the column ", column_name[k]);
+        }
+    }
+    return 1;
+}
+
+/* One row of numbers, its quaternion normalised; 0 on a fault. */
+static int parse_row(const reporter *r, size_t number, char *line, const int *columns, int count,
+                     double *row) {
+    double length = 0.0;
+
+    memset(row, 0, COLUMNS * sizeof *row);
+    row[ORIENTATION] = 1.0;
+    for (int k = 0; k < count; k++) {
+        char *field = next_field(&line);
+        if (field == NULL) {
+            return fail(r, number, "this row lacks the column ", column_name[columns[k]]);
+        }
+        if (!parse_number(field, &row[columns[k]])) {
+            return fail(r, number, "this is not a number: ", *field == '\0' ? "(empty)" : field);
+        }
+    }
+    if (line != NULL) {
+        return fail(r, number, "this row has more columns than the header", "");
+    }
+    for (int k = 0; k < 4; k++) {
+        length += row[ORIENTATION + k] * row[ORIENTATION + k];
+    }
+    if (!(length > 0.0)) {
+        return fail(r, number, "this quaternion has no direction", "");
+    }
+    for (int k = 0; k < 4; k++) {
+        row[ORIENTATION + k] /= sqrt(length);
+    }
+    return 1;
+}
+
+/* A quaternion and its negative are one orientation: the one nearer to the row before. */
+static void keep_hemisphere(const double *before, double *row) {
+    double dot = 0.0;
+
+    for (int k = ORIENTATION; k < GRIPPER; k++) {
+        dot += before[k] * row[k];
+    }
+    for (int k = ORIENTATION; k < GRIPPER && dot < 0.0; k++) {
+        row[k] = -row[k];
+    }
+}
+
+/* All rows of the text; 0 on a fault. */
+static int parse_text(const reporter *r, char *text, trace *t) {
+    int columns[COLUMNS], count = 0;
+    size_t number = 0, room = 0;
+
+    if (strncmp(text, "\xef\xbb\xbf", 3) == 0) {
+        text += 3;
+    }
+    for (char *line; (line = next_line(&text)) != NULL;) {
+        double *row;
+        number++;
+        if (is_blank(line)) {
+            continue;
+        }
+        if (count == 0) {
+            if (!parse_header(r, number, line, columns, &count)) {
+                return 0;
+            }
+            continue;
+        }
+        if (t->rows == room) {
+            double *more = realloc(t->value, (room = 2 * room + 64) * COLUMNS * sizeof *more);
+            if (more == NULL) {
+                return fail(r, 0, "there is not enough memory", "");
+            }
+            t->value = more;
+        }
+        row = t->value + t->rows * COLUMNS;
+        if (!parse_row(r, number, line, columns, count, row)) {
+            return 0;
+        }
+        if (t->rows > 0) {
+            if (!(row[TIME] > row[TIME - COLUMNS])) {
+                return fail(r, number, "times must increase from row to row", "");
+            }
+            keep_hemisphere(row - COLUMNS, row);
+        }
+        t->rows++;
+    }
+    if (count == 0) {
+        return fail(r, 0, "the file has no header `time,x,y,z`", "");
+    }
+    return t->rows > 0 ? 1 : fail(r, 0, "the file has no rows", "");
+}
+
+/* Parses with a decimal point, whatever the host's language. */
+static int parse_in_c_locale(const reporter *r, char *text, trace *t) {
+    const locale_t c = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
+    locale_t before;
+    int good;
+
+    if (c == (locale_t)0) {
+        return fail(r, 0, "there is not enough memory", "");
+    }
+    before = uselocale(c);
+    good = parse_text(r, text, t);
+    uselocale(before);
+    freelocale(c);
+    return good;
+}
+
+/* --- options ------------------------------------------------------------------------------- */
+
+typedef struct {
+    char *file;
+    double scale;
+    int loop;
+} settings;
+
+/* Cuts `lines` into key=value; 0 on a fault. */
+static int parse_options(char *lines, settings *s, char *message, size_t size) {
+    for (char *line; (line = next_line(&lines)) != NULL;) {
+        char *value = strchr(line, '=');
+        if (is_blank(line)) {
+            continue;
+        }
+        if (value == NULL) {
+            snprintf(message, size, "trace: this option has no value: %s", line);
+            return 0;
+        }
+        *value++ = '\0';
+        if (strcmp(line, "file") == 0) {
+            s->file = value;
+        } else if (strcmp(line, "scale") == 0) {
+            if (!parse_number(value, &s->scale)) {
+                snprintf(message, size, "trace: scale must be a number, not %s", value);
+                return 0;
+            }
+        } else if (strcmp(line, "loop") == 0) {
+            double loop;
+            if (!parse_number(value, &loop) || (loop != 0.0 && loop != 1.0)) {
+                snprintf(message, size, "trace: loop must be 0 or 1, not %s", value);
+                return 0;
+            }
+            s->loop = loop != 0.0;
+        } else {
+            snprintf(message, size, "trace: there is no option called %s: file, scale, loop", line);
+            return 0;
+        }
+    }
+    if (s->file == NULL) {
+        snprintf(message, size, "trace: the option `file` is missing");
+        return 0;
+    }
+    return 1;
+}
+
+/* --- the driver ---------------------------------------------------------------------------- */
+
+static void trace_close(void *handle) {
+    trace *t = handle;
+
+    free(t->value);
+    free(t);
+}
+
+/* The motion of the file in `s`, or NULL. */
+static trace *load(const settings *s, char *message, size_t size) {
+    const reporter r = {s->file, message, size};
+    trace *t = calloc(1, sizeof *t);
+    char *text = NULL;
+    int good = 0;
+
+    if (t != NULL) {
+        text = read_file(s->file);
+        if (text == NULL) {
+            fail(&r, 0, "the file cannot be read: ", strerror(errno));
+        } else {
+            good = parse_in_c_locale(&r, text, t);
+        }
+    }
+    free(text);
+    if (!good) {
+        if (t != NULL) {
+            trace_close(t);
+        }
+        return NULL;
+    }
+    for (size_t i = 0; i < t->rows; i++) {
+        for (int k = 0; k < 3; k++) {
+            t->value[i * COLUMNS + POSITION + (size_t)k] *= s->scale;
+        }
+    }
+    t->loop = s->loop && t->rows > 1;
+    return t;
+}
+
+static void *trace_open(const char *options, char *message, size_t size) {
+    settings s = {NULL, 1.0, 0};
+    const size_t length = strlen(options != NULL ? options : "");
+    char *lines = malloc(length + 1);
+    trace *t = NULL;
+
+    if (lines == NULL) {
+        snprintf(message, size, "trace: there is not enough memory");
+        return NULL;
+    }
+    memcpy(lines, options != NULL ? options : "", length + 1);
+    if (parse_options(lines, &s, message, size)) {
+        t = load(&s, message, size);
+    }
+    free(lines);
+    return t;
+}
+
+/* The row at or before a time inside the trace; times mostly go forward. */
+static size_t find_row(trace *t, double time) {
+    const double *value = t->value;
+    size_t row = t->row;
+
+    if (value[row * COLUMNS] > time) {
+        row = 0;
+    }
+    while (row + 2 < t->rows && value[(row + 1) * COLUMNS] <= time) {
+        row++;
+    }
+    t->row = row;
+    return row;
+}
+
+/* w with q' = w q / 2: vector part of 2 q' conj(q). */
+static void angular_velocity(const double *q, const double *rate, double *w) {
+    w[0] = 2.0 * (-rate[0] * q[1] + rate[1] * q[0] - rate[2] * q[3] + rate[3] * q[2]);
+    w[1] = 2.0 * (-rate[0] * q[2] + rate[1] * q[3] + rate[2] * q[0] - rate[3] * q[1]);
+    w[2] = 2.0 * (-rate[0] * q[3] - rate[1] * q[2] + rate[2] * q[1] + rate[3] * q[0]);
+}
+
+static int trace_read(void *handle, double time, bgc_pose *pose) {
+    trace *t = handle;
+    const double first = t->value[0], last = t->value[(t->rows - 1) * COLUMNS];
+    const double *a, *b;
+    double q[4], rate[4], part = 0.0, per_second = 0.0, length = 0.0;
+
+    if (t->loop && time > last) {
+        time = first + fmod(time - first, last - first);
+    }
+    a = b = t->value + (time >= last ? (t->rows - 1) * COLUMNS : 0);
+    if (time >= first && time < last) {
+        a = t->value + find_row(t, time) * COLUMNS;
+        b = a + COLUMNS;
+        per_second = 1.0 / (b[TIME] - a[TIME]);
+        part = (time - a[TIME]) * per_second;
+    }
+    for (int k = 0; k < 3; k++) {
+        const double rise = b[POSITION + k] - a[POSITION + k];
+        pose->position[k] = a[POSITION + k] + part * rise;
+        pose->velocity[k] = per_second * rise;
+    }
+    for (int k = 0; k < 4; k++) {
+        rate[k] = per_second * (b[ORIENTATION + k] - a[ORIENTATION + k]);
+        q[k] = a[ORIENTATION + k] + part * (b[ORIENTATION + k] - a[ORIENTATION + k]);
+        length += q[k] * q[k];
+    }
+    for (int k = 0; k < 4; k++) {
+        q[k] /= sqrt(length);
+        rate[k] /= sqrt(length);
+        pose->orientation[k] = q[k];
+    }
+    angular_velocity(q, rate, pose->angular_velocity);
+    pose->gripper[0] = a[GRIPPER] + part * (b[GRIPPER] - a[GRIPPER]);
+    for (int k = 0; k < 8; k++) {
+        pose->buttons[k] = a[BUTTON + k];
+    }
+    return 0;
+}
+
+static int trace_write(void *handle, double time, const bgc_effort *effort) {
+    (void)handle;
+    (void)time;
+    (void)effort;
+    return 0;
+}
+
+const bgc_driver bgc_trace_driver = {"trace", trace_open, trace_read, trace_write, trace_close};

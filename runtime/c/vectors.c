@@ -1,0 +1,73 @@
+/* vectors.c: sums, norms and checks of vectors of states. */
+#include "bgc_internal.h"
+
+#include <math.h>
+
+/* out += sum of weight[j] times vector j; the vectors lie n apart. Four at a time, so that out is
+ * loaded and stored once for them. Weights of zero cost nothing. */
+void bgc_combine(int n, int count, const double *weight, const double *vectors,
+                 double *restrict out) {
+    const double *v[4] = {NULL, NULL, NULL, NULL};
+    double w[4] = {0.0, 0.0, 0.0, 0.0};
+    int filled = 0;
+
+    for (int j = 0; j < count; j++) {
+        if (weight[j] == 0.0) {
+            continue;
+        }
+        w[filled] = weight[j];
+        v[filled++] = vectors + (size_t)j * (size_t)n;
+        if (filled == 4) {
+            for (int i = 0; i < n; i++) {
+                out[i] += (w[0] * v[0][i] + w[1] * v[1][i]) + (w[2] * v[2][i] + w[3] * v[3][i]);
+            }
+            filled = 0;
+        }
+    }
+    for (int j = 0; j < filled; j++) {
+        for (int i = 0; i < n; i++) {
+            out[i] += w[j] * v[j][i];
+        }
+    }
+}
+
+/* Root mean square of v over the tolerances at a state between a and b. */
+double bgc_norm(const bgc_model *m, const bgc_data *d, const double *v, const double *a,
+                const double *b) {
+    const double rtol = d->core.rtol;
+    double sum = 0.0;
+
+    for (int i = 0; i < m->n_state; i++) {
+        const double size = fmax(fabs(a[i]), fabs(b[i]));
+        const double atol = d->core.atol > 0.0 ? d->core.atol : rtol * d->scale[i];
+        const double r = v[i] / (atol + rtol * size);
+        sum += r * r;
+    }
+    return m->n_state > 0 ? sqrt(sum / m->n_state) : 0.0;
+}
+
+/* Index of the first entry that is not finite, or -1. x - x is 0 for finite x and NaN otherwise,
+ * so the common case is one pass without branches. */
+int bgc_first_bad(int n, const double *v) {
+    double sum[4] = {0.0, 0.0, 0.0, 0.0};
+    int i = 0;
+
+    for (; i + 4 <= n; i += 4) {
+        sum[0] += v[i] - v[i];
+        sum[1] += v[i + 1] - v[i + 1];
+        sum[2] += v[i + 2] - v[i + 2];
+        sum[3] += v[i + 3] - v[i + 3];
+    }
+    for (; i < n; i++) {
+        sum[0] += v[i] - v[i];
+    }
+    if (sum[0] + sum[1] + sum[2] + sum[3] == 0.0) {
+        return -1;
+    }
+    for (i = 0; i < n; i++) {
+        if (!isfinite(v[i])) {
+            return i;
+        }
+    }
+    return -1;
+}
