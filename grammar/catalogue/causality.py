@@ -1,0 +1,372 @@
+"""Diagnostics of causality, storage and algebraic loops."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bgc.grammar.catalogue import error, warning
+from bgc.grammar.diagnostics import Diagnostic, Label
+from bgc.grammar.source import Span
+
+
+def _listed(names: Sequence[str], limit: int = 8) -> str:
+    """`a`, `b` and `c`; of a long list the first few."""
+    shown = [f"`{name}`" for name in names[:limit]]
+    if len(names) > limit:
+        return f"{', '.join(shown)} and {len(names) - limit} more"
+    return " and ".join([", ".join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)
+
+
+def causal_conflict(
+    first: str, first_span: Span, second: str, second_span: Span, what: str, path: Sequence[str]
+) -> Diagnostic:
+    """BG501: two sources prescribe the same variable
+
+    What: two sources both set one flow, or both set one effort, along a rigid path of
+    junctions and transformers.
+    Why: each would impose its own value; unless they agree for ever there is no solution, and
+    if they do, what each contributes cannot be told.
+    Example: two `Se` on one `J0`.
+    Way out: remove one of them, or put an element between them that can give way: an R
+    (the inner resistance of a source) or a C.
+    """
+    return error(
+        "BG501",
+        f"`{first}` and `{second}` both set the same {what}",
+        second_span,
+        note=f"they meet along {' - '.join(path)}",
+        labels=[Label(first_span, f"sets the {what} as well")],
+        help="remove one of them, or put an R or a C between them",
+    )
+
+
+def rigid_chain(span: Span, transformers: Sequence[str], others: Sequence[str]) -> Diagnostic:
+    """BG502: a closed chain of rigid connections
+
+    What: junctions and transformers close a chain whose flows could only be found by dividing
+    by a modulus that depends on the state, and so may vanish during the run.
+    Why: at the position where the modulus is zero the chain locks or loses its drive; equations
+    that divide by it are wrong there without a sign.
+    Example: a four-bar linkage all of whose joints are rigid.
+    Way out: make one connection compliant: a C (with an R in parallel) at one of the joints.
+    """
+    through = _listed(transformers) if transformers else _listed(others)
+    return error(
+        "BG502",
+        f"a closed chain of rigid connections through {through}",
+        span,
+        note=f"the chain also passes {_listed(others)}" if transformers and others else "",
+        help="make one of its connections compliant: a C with an R in parallel",
+    )
+
+
+def zero_modulus(span: Span, name: str) -> Diagnostic:
+    """BG503: a modulus that is zero
+
+    What: the flows around a transformer or gyrator can only be found by dividing by its
+    modulus, which is zero at the given value of its parameters.
+    Why: a connection with modulus zero carries nothing over.
+    Example: `param n = 0; gear : TF(n);`
+    Way out: give the parameter a value other than zero, or leave the element out.
+    """
+    return error(
+        "BG503",
+        f"the modulus of `{name}` is zero",
+        span,
+        help="give its parameters a value that makes it nonzero, or leave the element out",
+    )
+
+
+def redundant_structure(span: Span, names: Sequence[str]) -> Diagnostic:
+    """BG504: a connection that is there twice
+
+    What: what a junction or transformer demands of the flows already follows from others.
+    Why: how the parallel connections share the effort between them is not determined.
+    Example: two `J0` joined by two bonds.
+    Way out: remove one of the parallel connections. If only one of their efforts matters to
+    nobody, nothing needs to be done.
+    """
+    return warning(
+        "BG504",
+        f"{_listed(names)} demand the same twice: how they share the effort is not determined",
+        span,
+        help="remove one of the parallel connections",
+    )
+
+
+def bond_loop(span: Span, name: str) -> Diagnostic:
+    """BG505: a loop of bonds between junctions
+
+    What: a bond closes a loop of junctions of one kind.
+    Why: any amount could circulate in the loop without an effect elsewhere.
+    Example: two `J1` joined by two bonds.
+    Way out: remove the bond.
+    """
+    return warning(
+        "BG505",
+        f"the bond `{name}` closes a loop of junctions: what circulates in it is not determined",
+        span,
+        help="remove the bond, or make one junction of it",
+    )
+
+
+def nothing_determines(span: Span, name: str, what: str) -> Diagnostic:
+    """BG506: a variable that nothing determines
+
+    What: a flow or an effort is asked for, or needed, that the model leaves open.
+    Why: no element at these bonds stores, dissipates or drives it.
+    Example: the flow of a `J0` and a `J1` joined to nothing else.
+    Way out: connect an element to the junction, or do not observe the variable.
+    """
+    return error(
+        "BG506",
+        f"nothing determines the {what} of `{name}`",
+        span,
+        help="connect an element there, or do not ask for it",
+    )
+
+
+def indeterminate(span: Span, name: str, what: str) -> Diagnostic:
+    """BG507: a part of the graph without an element
+
+    What: no element at these bonds stores, dissipates or drives anything.
+    Why: what flows there is not determined; it has no effect elsewhere.
+    Example: two junctions joined to nothing but each other.
+    Way out: connect an element, or remove the junctions.
+    """
+    return warning(
+        "BG507",
+        f"nothing determines the {what} of `{name}`",
+        span,
+        help="connect an element there, or remove it",
+    )
+
+
+def source_without_load(span: Span, name: str, what: str) -> Diagnostic:
+    """BG508: a source that nothing answers to
+
+    What: a source sets the effort of junctions without any other element, or the flow into
+    them.
+    Why: a source of effort on nothing but a junction of common flow is a short circuit, a
+    source of flow on nothing but a junction of common effort has no way out.
+    Example: `supply : Se(e = 5 V); loop : J1; supply -> loop;`
+    Way out: connect the element that should answer: an R, I or C.
+    """
+    return error(
+        "BG508",
+        f"nothing answers to the {what} that `{name}` sets",
+        span,
+        help="connect an R, I or C to the junction",
+    )
+
+
+def variable_storage(span: Span, name: str, on: str) -> Diagnostic:
+    """BG510: a storage law that depends on something else
+
+    What: the law of a C or I holds a variable other than its own charge or momentum and
+    parameters.
+    Why: energy would come in by that variable without a bond to account for it.
+    Example: `C(stiffness = 3*other.q)`
+    Way out: give the element a port for that variable: a C of two ports with an energy
+    `H`, which yields the right effort on both.
+    """
+    return error(
+        "BG510",
+        f"the law of `{name}` depends on {on}",
+        span,
+        help="write it as a field with one port for each variable its energy depends on",
+    )
+
+
+def storage_not_positive(span: Span, name: str, what: str) -> Diagnostic:
+    """BG511: a storage element without a usable value
+
+    What: the inertia or compliance of an element is zero, or its matrix is singular.
+    Why: its flow or effort is found by dividing by it.
+    Example: `mass : I(0 kg);`
+    Way out: give a positive value; for a rigid connection leave the C out, for a massless
+    part leave the I out, or give a singular stiffness matrix as `C(stiffness = K)`.
+    """
+    return error(
+        "BG511", f"the {what} of `{name}` is zero or singular", span, help="make it positive"
+    )
+
+
+def dependent_storage(span: Span, name: str, others: Sequence[str], why: str) -> Diagnostic:
+    """BG512: dependent storage that cannot be merged
+
+    What: an element's stored energy is not independent of others (derivative causality), and
+    its law or connection is not one that can be merged with theirs.
+    Why: equations that differentiate what is not known would be wrong or unstable.
+    Example: a C with a nonlinear law in parallel with another, joined by a modulated transformer.
+    Way out: put a small compliance (between inertias) or resistance between the elements.
+    """
+    return error(
+        "BG512",
+        f"the storage of `{name}` depends on {_listed(others)}, and {why}",
+        span,
+        help="put a C or an R between them",
+    )
+
+
+def modulus_not_integrated(span: Span, names: Sequence[str], on: str) -> Diagnostic:
+    """BG513: a modulus that varies in a way that cannot be differentiated
+
+    What: inertias are joined rigidly by a transformer whose modulus depends on a flow, an
+    effort, a merged charge or a device's input.
+    Why: the merged momentum changes with the modulus, so the rate of the modulus is needed.
+    Example: `MTF { f2 = motor.f * f1; }` between two flywheels.
+    Way out: let the modulus depend on states and time only, or put a C between the inertias.
+    """
+    return error(
+        "BG513",
+        f"the modulus that joins {_listed(names)} depends on {on}, whose rate is not known",
+        span,
+        help="let it depend on states and time only, or put a C between the elements",
+    )
+
+
+def initial_twice(span: Span, name: str, first: str, second: str) -> Diagnostic:
+    """BG514: an initial value given twice
+
+    What: a storage element is given two initial values for one port.
+    Why: either one fixes the other.
+    Example: `C(2 F, q0 = 1, e0 = 1)`
+    Way out: remove one of them.
+    """
+    return error(
+        "BG514", f"`{name}` is given both `{first}` and `{second}`", span, help="remove one of them"
+    )
+
+
+def initial_unusable(span: Span, name: str, variable: str) -> Diagnostic:
+    """BG515: an initial value that cannot be converted
+
+    What: the state that belongs to an initial effort or flow could not be found.
+    Why: the element's law could not be solved for its charge or momentum.
+    Example: `e0` of a C whose law is a table of conditions.
+    Way out: give `q0` of a C, `p0` of an I.
+    """
+    state = "q0" if variable == "e0" else "p0"
+    return error(
+        "BG515",
+        f"the state of `{name}` cannot be found from `{variable}`",
+        span,
+        help=f"give `{state}` instead",
+    )
+
+
+def initial_conflict(span: Span, name: str, variable: str, others: Sequence[str]) -> Diagnostic:
+    """BG516: initial values that contradict each other
+
+    What: an initial value differs from the one that follows from others, given before it.
+    Why: the elements are joined rigidly, so their values are not independent.
+    Example: two masses on one `J1` with different `f0`.
+    Way out: give one of them only.
+    """
+    return error(
+        "BG516",
+        f"`{variable}` of `{name}` contradicts the initial values of {_listed(others)}",
+        span,
+        help="give only one of them; the other follows",
+    )
+
+
+def singular_loop(span: Span, bonds: Sequence[str]) -> Diagnostic:
+    """BG520: an algebraic loop without a solution
+
+    What: variables depend on each other in a circle, and the equations of the circle have no
+    solution or infinitely many.
+    Why: the loop adds up to nothing, for example a feedback of exactly one.
+    Example: `MSe(e = junction.f * R)` that cancels a resistance R.
+    Way out: break the loop with a storage element, or change the values in it.
+    """
+    return error(
+        "BG520",
+        f"the algebraic loop through {_listed(bonds)} has no single solution",
+        span,
+        help="break it with a storage element, or remove what cancels in it",
+    )
+
+
+def derivative_loop(span: Span, names: Sequence[str]) -> Diagnostic:
+    """BG521: a loop through the rate of a dependent variable
+
+    What: the effort of a dependent inertia (or the flow of a dependent compliance) decides on
+    the rate that it is computed from.
+    Why: that effort is known only after the rates of all states are.
+    Example: a source whose effort follows the inertia force of a rigidly driven mass.
+    Way out: observe the effort at another element, or put a C between the source and the mass.
+    """
+    return error(
+        "BG521",
+        f"the reaction at {_listed(names)} depends on itself",
+        span,
+        help="take the signal from another element, or put a C between them",
+    )
+
+
+def rate_of_input(span: Span, name: str, source: str) -> Diagnostic:
+    """BG522: the rate of a device's input is needed
+
+    What: an effort or flow is needed that depends on how fast a device's input changes.
+    Why: a sampled input has no rate.
+    Example: the force of an `Sf` driven by a device on a rigid mass.
+    Way out: do not observe it, or put a virtual coupling (a C with an R) behind the device.
+    """
+    return error(
+        "BG522",
+        f"what `{name}` needs is the rate of {source}, which is not known",
+        span,
+        help="put a C with an R in parallel behind the device, or do not ask for the variable",
+    )
+
+
+def equations_and_unknowns(span: Span, equations: int, unknowns: Sequence[str]) -> Diagnostic:
+    """BG530: as many equations as unknowns are needed
+
+    What: the number of `equation` differs from that of the unknowns and of the states
+    without a `der(..) = ..`.
+    Why: there would be no solution, or infinitely many.
+    Example: `unknown z; ` without an equation.
+    Way out: add the missing equations, or remove those too many.
+    """
+    needed = f"{len(unknowns)} to find {_listed(unknowns)}" if unknowns else "none"
+    return error(
+        "BG530",
+        f"there are {equations} equations, and {needed} are needed",
+        span,
+        help="count the unknowns and the states without a `der(..) = ..`",
+    )
+
+
+def singular_equations(span: Span, names: Sequence[str]) -> Diagnostic:
+    """BG531: equations that do not determine their unknowns
+
+    What: an equation holds none of the unknowns and rates that are left for it.
+    Why: some unknown then stays open, and some equation contradicts or repeats others.
+    Example: `unknown a; unknown b; equation a = 1; equation 2*a = 3;`
+    Way out: check which equation is meant for which unknown.
+    """
+    return error(
+        "BG531",
+        f"the equations do not determine {_listed(names)}",
+        span,
+        help="check which equation is meant for which unknown",
+    )
+
+
+def invalid_initial(span: Span, name: str) -> Diagnostic:
+    """BG532: an initial value that depends on itself
+
+    What: the initial values of states depend on each other in a circle.
+    Why: none of them can be computed first.
+    Example: `state a = b; state b = a;`
+    Way out: give one of them a value of its own.
+    """
+    return error(
+        "BG532",
+        f"the initial value of `{name}` depends on itself",
+        span,
+        help="give one of the states in the circle a value of its own",
+    )

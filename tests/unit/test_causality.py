@@ -1,0 +1,235 @@
+"""Causality: independent flows, strokes with their reasons, refusals that name the culprits."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from bgc.causal import BasisKind, Rule
+from bgc.causality import assign_causality
+from bgc.dag import Op
+from bgc.grammar.diagnostics import BgError
+from bgc.graph import Node
+from graphs import GraphBuilder, rlc
+
+
+def codes(g: GraphBuilder) -> list[str]:
+    with pytest.raises(BgError) as caught:
+        assign_causality(g.build())
+    return [d.code for d in caught.value.diagnostics]
+
+
+def kinds(g: GraphBuilder) -> list[BasisKind]:
+    return [b.kind for b in assign_causality(g.build()).basis]
+
+
+def test_series_circuit_has_one_independent_flow() -> None:
+    causal = assign_causality(rlc().build())
+    assert [b.kind for b in causal.basis] == [BasisKind.INERTIA]
+    assert [(s.rule, s.at_head) for s in causal.strokes] == [
+        (Rule.FIXED, True),  # the supply gives the effort to the loop
+        (Rule.PREFERRED, True),  # the coil is given the effort
+        (Rule.PREFERRED, False),
+        (Rule.INDIFFERENT, False),
+    ]
+    assert causal.strokes[1].reason == "`coil` integrates the effort"
+    assert causal.warnings == ()
+
+
+def test_parallel_circuit_makes_flows_of_compliance_and_resistance_dependent() -> None:
+    g = GraphBuilder()
+    g.junction("J0", "node")
+    g.storage("I", "coil", 1)
+    g.storage("C", "capacitor", 1)
+    g.resistor("resistor", 1)
+    g.fan("node", "coil", "capacitor", "resistor")
+    assert kinds(g) == [BasisKind.INERTIA, BasisKind.RESISTANCE]
+    # the resistor's flow is the independent one: its law gives the effort, the capacitor's the
+    # equation for it
+
+
+def test_two_efforts_on_one_junction_conflict() -> None:
+    g = GraphBuilder()
+    g.source("Se", "first", g.node(1))
+    g.source("Se", "second", g.node(2))
+    g.junction("J0", "node")
+    g.resistor("load", 1)
+    g.bond("first", "node")
+    g.bond("second", "node")
+    g.bond("node", "load")
+    with pytest.raises(BgError) as caught:
+        assign_causality(g.build())
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "BG501"
+    assert "`first` and `second` both set the same effort" in diagnostic.message
+    assert diagnostic.note == "they meet along first - node - second"
+
+
+def test_two_flows_on_one_junction_conflict() -> None:
+    g = GraphBuilder()
+    g.source("Sf", "first", g.node(1))
+    g.source("Sf", "second", g.node(2))
+    g.junction("J1", "node")
+    g.bond("first", "node")
+    g.bond("second", "node")
+    assert codes(g) == ["BG501"]
+
+
+def test_flows_conflict_through_a_transformer() -> None:
+    g = GraphBuilder()
+    g.source("Sf", "first", g.node(1))
+    g.source("Sf", "second", g.node(2))
+    g.transformer("gear", 3)
+    g.bond("first", "gear")
+    g.bond("gear", "second")
+    assert codes(g) == ["BG501"]
+
+
+@pytest.mark.parametrize(("source", "junction"), [("Se", "J1"), ("Sf", "J0")])
+def test_source_without_load(source: str, junction: str) -> None:
+    g = GraphBuilder()
+    g.source(source, "supply", g.node(1))
+    g.junction(junction, "node")
+    g.bond("supply", "node")
+    assert codes(g) == ["BG508"]
+
+
+def test_gyrator_becomes_a_transformer_of_a_dualised_region() -> None:
+    g = GraphBuilder()
+    g.storage("I", "mass", 2)
+    g.gyrator("motor", 3)
+    g.storage("C", "spring", 4)
+    g.bond("motor", "mass")
+    g.bond("spring", "motor")
+    causal = assign_causality(g.build())
+    assert sorted(causal.dual) == [False, True]
+    # a spring behind a gyrator is a second inertia on the same independent flow
+    assert [b.kind for b in causal.basis] == [BasisKind.INERTIA]
+    assert Rule.DERIVATIVE in {s.rule for s in causal.strokes}
+
+
+def pendulum(ratio: Node, g: GraphBuilder) -> None:
+    """A rod's angle on a junction without an element; its mass behind a modulated transformer."""
+    g.source("Se", "weight", g.node(1))
+    g.junction("J1", "angle", "height")
+    g.transformer("rod", ((ratio,),))
+    g.storage("I", "mass", 1)
+    g.resistor("friction", 1)
+    g.bond("angle", "rod")
+    g.bond("rod", "height")
+    g.fan("height", "mass")
+    g.bond("weight", "height")
+    g.fan("angle", "friction")
+
+
+def test_a_modulus_that_varies_is_never_divided_by() -> None:
+    g = GraphBuilder()
+    angle = g.state("theta", 0)
+    g.derivative(angle, g.flow(0))
+    pendulum(g.dag.call(Op.COS, angle), g)
+    causal = assign_causality(g.build())
+    (basis,) = causal.basis
+    assert basis.kind is BasisKind.INERTIA
+    assert basis.bond_class == causal.class_of[0]
+    assert causal.positive == ()
+
+
+def test_a_parameter_that_is_divided_by_is_watched() -> None:
+    g = GraphBuilder()
+    ratio = g.param("n", 2)
+    g.source("Sf", "drive", g.node(1))
+    g.transformer("gear", ((ratio,),))
+    g.resistor("load", 1)
+    g.bond("load", "gear")
+    g.bond("gear", "drive")
+    causal = assign_causality(g.build())
+    assert [p.node for p in causal.positive] == [ratio]
+    assert causal.positive[0].message == "the modulus of `gear` must not be zero"
+
+
+def test_a_parameter_that_is_zero_is_no_divisor() -> None:
+    g = GraphBuilder()
+    ratio = g.param("n", 0)
+    g.source("Sf", "drive", g.node(1))
+    g.transformer("gear", ((ratio,),))
+    g.resistor("load", 1)
+    g.bond("load", "gear")
+    g.bond("gear", "drive")
+    assert codes(g) == ["BG503"]
+
+
+def test_closed_rigid_chain_is_refused() -> None:
+    g = GraphBuilder()
+    angle = g.state("theta", 0)
+    g.derivative(angle, g.flow(0))
+    g.source("Sf", "drive", g.node(1))
+    g.transformer("rod", ((g.dag.call(Op.COS, angle),),))
+    g.storage("I", "mass", 1)
+    g.bond("mass", "rod")
+    g.bond("rod", "drive")
+    assert codes(g) == ["BG502"]
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_a_rotation_may_be_drawn_either_way(reverse: bool) -> None:
+    g = GraphBuilder()
+    angle = g.state("theta", 0)
+    s, c = g.dag.call(Op.SIN, angle), g.dag.call(Op.COS, angle)
+    rotation = ((c, g.dag.neg(s)), (s, c))
+    for k in (1, 2):
+        g.source("Sf", f"held{k}", g.node(1))
+        g.resistor(f"load{k}", 1)
+    g.derivative(angle, g.node(1))
+    g.transformer("turn", rotation)
+    near, far = ("held", "load") if reverse else ("load", "held")
+    for k in (1, 2):
+        g.bond("turn", f"{far}{k}")
+        g.bond(f"{near}{k}", "turn")
+    causal = assign_causality(g.build())
+    assert {b.kind for b in causal.basis} == {BasisKind.FLOW_SOURCE}
+    assert causal.positive == ()
+
+
+def test_parallel_bonds_are_warned_of() -> None:
+    g = rlc()
+    g.junction("J1", "again")
+    g.bond("loop", "again")
+    g.bond("loop", "again")
+    assert [w.code for w in assign_causality(g.build()).warnings] == ["BG505"]
+
+
+def test_redundant_junctions_are_warned_of() -> None:
+    g = rlc()
+    g.junction("J0", "left", "right")
+    g.bond("left", "right")
+    g.bond("left", "right")
+    g.storage("C", "more", 1)
+    g.bond("right", "more")
+    g.bond("loop", "left")
+    causal = assign_causality(g.build())
+    assert "BG507" in [w.code for w in causal.warnings]
+
+
+@pytest.mark.parametrize("size", [1000])
+def test_long_chains_take_well_under_a_second(size: int) -> None:
+    g = GraphBuilder()
+    chain(g, size)
+    graph = g.build()
+    start = time.perf_counter()
+    causal = assign_causality(graph)
+    assert time.perf_counter() - start < 1
+    assert len(causal.basis) == size
+
+
+def chain(g: GraphBuilder, size: int) -> None:
+    """Masses joined by springs, the first one to the wall."""
+    for k in range(size):
+        g.junction("J1", f"body{k}")
+        g.junction("J0", f"gap{k}")
+        g.storage("I", f"mass{k}", 1)
+        g.storage("C", f"spring{k}", 1)
+        g.bond(f"body{k}", f"mass{k}")
+        g.bond(f"gap{k}", f"spring{k}")
+        g.bond(f"gap{k}", f"body{k}")
+        if k:
+            g.bond(f"body{k - 1}", f"gap{k}")
