@@ -1,1 +1,39 @@
-"""bgc."""
+"""bgc: a declarative language for bond graphs, its compiler, and the runtime of its models.
+
+>>> import bgc
+>>> model = bgc.compile("crane.bg", scene="lift")  # doctest: +SKIP
+>>> result = model.simulate()  # doctest: +SKIP
+>>> result["tip_height"]  # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bgc.grammar.diagnostics import BgError
+    from bgc.runtime.failures import SimulationError
+    from bgc.runtime.model import Model
+    from bgc.runtime.model import compile_model as compile
+    from bgc.runtime.result import Result
+
+__all__ = ["BgError", "Model", "Result", "SimulationError", "compile"]
+__version__ = version("bgc-lang")
+
+# Imported when first asked for: a pass of the compiler needs nothing of the runtime.
+_HOMES = {
+    "BgError": ("bgc.grammar.diagnostics", "BgError"),
+    "Model": ("bgc.runtime.model", "Model"),
+    "Result": ("bgc.runtime.result", "Result"),
+    "SimulationError": ("bgc.runtime.failures", "SimulationError"),
+    "compile": ("bgc.runtime.model", "compile_model"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'bgc' has no attribute {name!r}")
+    module, attribute = _HOMES[name]
+    return getattr(import_module(module), attribute)

@@ -1,1 +1,1 @@
-"""Placeholder."""
+"""The language: its grammar, syntax tree, formatter and diagnostics."""

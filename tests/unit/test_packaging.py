@@ -1,0 +1,49 @@
+"""The package list in pyproject.toml is written by hand: it must match the tree."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = {"compiler": "bgc", "grammar": "bgc.grammar", "library": "bgc.library", "runtime": "bgc.runtime"}
+
+
+@pytest.fixture(scope="module")
+def setuptools_table() -> dict:
+    return tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+
+
+def packages_in_tree() -> set[str]:
+    found = set()
+    for folder, package in FOLDERS.items():
+        for init in (ROOT / folder).rglob("__init__.py"):
+            inner = init.parent.relative_to(ROOT / folder).parts
+            found.add(".".join((package, *inner)))
+    return found
+
+
+def test_every_package_is_listed(setuptools_table):
+    assert set(setuptools_table["packages"]) == packages_in_tree()
+
+
+def test_every_listed_package_has_its_folder(setuptools_table):
+    for package, folder in setuptools_table["package-dir"].items():
+        assert (ROOT / folder / "__init__.py").is_file(), package
+
+
+def test_every_data_file_is_covered_by_a_pattern(setuptools_table):
+    data = setuptools_table["package-data"]
+    for folder, package in FOLDERS.items():
+        top = ROOT / folder
+        covered = {path for pattern in data[package] for path in top.glob(pattern)}
+        for path in top.rglob("*"):
+            if path.suffix in {".bg", ".csv", ".lark", ".j2", ".c", ".h", ".typed"}:
+                assert path in covered, path
+
+
+def test_the_top_level_holds_only_what_was_decided():
+    allowed = {"pyproject.toml", "grammar", "compiler", "runtime", "library", "tests", "README.md", "LICENSE"}
+    for path in ROOT.iterdir():
+        generated = path.suffix == ".egg-info" or path.name in {"build", "dist"}
+        assert path.name in allowed or path.name.startswith(".") or generated, path
