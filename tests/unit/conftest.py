@@ -1,6 +1,251 @@
-"""Helper modules of the unit tests (`graphs`) can be imported by their plain names."""
+"""Small hand-written C models, compiled with the runtime and driven through its C interface."""
 
+from __future__ import annotations
+
+import ctypes
+import os
+import shlex
+import shutil
+import subprocess
 import sys
+from collections.abc import Callable, Sequence
+from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_long, c_size_t, c_void_p
 from pathlib import Path
+from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import bgc.runtime
+
+RUNTIME = Path(bgc.runtime.__file__).parent / "c"
+MODELS = Path(__file__).parent / "cmodels"
+WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror")
+FLAGS = ("-std=c11", "-O2", "-fPIC", "-ffp-contract=off")
+
+Floats = npt.NDArray[np.float64]
+
+STATUS = (
+    "OK",
+    "STEP_TOO_SMALL",
+    "TOO_MANY_STEPS",
+    "NOT_FINITE",
+    "SINGULAR",
+    "ASSERTION",
+    "DEVICE",
+    "BAD_PARAMETER",
+    "BAD_ARGUMENT",
+    "INTERRUPTED",
+    "NO_MEMORY",
+    "NOT_EXPLICIT",
+    "INCONSISTENT",
+)
+
+
+class Options(ctypes.Structure):
+    _fields_ = (
+        ("name", c_char_p),
+        ("rtol", c_double),
+        ("atol", c_double),
+        ("step", c_double),
+        ("max_step", c_double),
+        ("max_steps", c_long),
+        ("keep", c_int),
+        ("accounts", c_int),
+    )
+
+
+class Counts(ctypes.Structure):
+    _fields_ = tuple(
+        [
+            (name, c_long)
+            for name in (
+                "steps",
+                "rejected",
+                "rhs",
+                "jacobians",
+                "factorisations",
+                "solves",
+                "refinements",
+                "fallbacks",
+                "samples",
+            )
+        ]
+        + [(name, c_double) for name in ("last_step", "worst_step_seconds", "run_seconds")]
+    )
+
+
+class Instance:
+    """One instance of a compiled model."""
+
+    def __init__(self, library: ctypes.CDLL, outputs: int, states: int, inputs: int) -> None:
+        self.library = library
+        self.outputs, self.states, self.inputs = outputs, states, inputs
+        self.model = c_void_p(library.bgc_get_model())
+        self.data = c_void_p(library.bgc_new(self.model))
+        self.accounts = False
+        assert self.data.value is not None
+
+    def __del__(self) -> None:
+        self.library.bgc_free(self.model, self.data)
+
+    def call(self, function: str, *arguments: Any) -> str:
+        """Name of the status that `function(model, data, ...)` returns."""
+        return STATUS[getattr(self.library, function)(self.model, self.data, *arguments)]
+
+    def set(self, **values: float) -> None:
+        """Parameters by position in their names' order of the model: p0=..., p1=..."""
+        for name, value in values.items():
+            assert self.call("bgc_set_param", int(name[1:]), c_double(value)) == "OK"
+
+    def reset(self, time: float = 0.0) -> str:
+        return self.call("bgc_reset", c_double(time))
+
+    def options(self, name: str | None = None, accounts: bool = False, **values: float) -> str:
+        self.accounts = accounts
+        encoded = None if name is None else name.encode()
+        return self.call("bgc_set_options", byref(Options(encoded, accounts=accounts, **values)))
+
+    def start(self, name: str | None = None, accounts: bool = False, **values: float) -> None:
+        """Reset at time 0, with options."""
+        assert self.options(name, accounts, **values) == "OK"
+        assert self.reset() == "OK"
+
+    def run(self, times: Sequence[float] | Floats) -> tuple[str, Floats]:
+        """Status, and the rows that were finished; rows not written are NaN."""
+        width = self.outputs + 4 * self.accounts
+        grid = np.ascontiguousarray(times, dtype=float)
+        rows = np.full((len(grid), width), np.nan)
+        done = c_size_t(0)
+        status = self.call(
+            "bgc_run",
+            grid.ctypes.data_as(POINTER(c_double)),
+            c_size_t(len(grid)),
+            rows.ctypes.data_as(POINTER(c_double)),
+            byref(done),
+        )
+        return status, rows[: done.value]
+
+    def finish(self, times: Sequence[float] | Floats) -> Floats:
+        """All rows of a run that must succeed."""
+        status, rows = self.run(times)
+        assert status == "OK"
+        return rows
+
+    def save(self) -> ctypes.Array[ctypes.c_char]:
+        memory = ctypes.create_string_buffer(self.library.bgc_save_size(self.model))
+        assert self.call("bgc_save", memory) == "OK"
+        return memory
+
+    def restore(self, memory: ctypes.Array[ctypes.c_char]) -> str:
+        return self.call("bgc_restore", memory)
+
+    def energy(self) -> Floats:
+        account = np.full(4, np.nan)
+        assert self.call("bgc_energy", account.ctypes.data_as(POINTER(c_double))) == "OK"
+        return account
+
+    def open_device(self, options: str | None = None, driver: Any = None) -> tuple[str, str]:
+        """Status and message of opening device 0."""
+        message = ctypes.create_string_buffer(300)
+        encoded = None if options is None else options.encode()
+        status = self.call("bgc_open_device", 0, driver, encoded, message, c_size_t(300))
+        return status, message.value.decode()
+
+    @property
+    def time(self) -> float:
+        return float(self.library.bgc_time(self.data))
+
+    @property
+    def state(self) -> Floats:
+        return np.ctypeslib.as_array(self.library.bgc_state(self.data), (self.states,))
+
+    @property
+    def input(self) -> Floats:
+        return np.ctypeslib.as_array(self.library.bgc_input(self.data), (self.inputs,))
+
+    @property
+    def counts(self) -> Counts:
+        counts: Counts = self.library.bgc_get_counts(self.data).contents
+        return counts
+
+
+def declare(library: ctypes.CDLL) -> None:
+    """Result types of the interface's functions that return no status."""
+    library.bgc_get_model.restype = c_void_p
+    library.bgc_new.restype = c_void_p
+    library.bgc_free.restype = None
+    library.bgc_get_param.restype = c_double
+    library.bgc_status_text.restype = c_char_p
+    library.bgc_method_name.restype = c_char_p
+    library.bgc_time.restype = c_double
+    library.bgc_state.restype = POINTER(c_double)
+    library.bgc_input.restype = POINTER(c_double)
+    library.bgc_save_size.restype = c_size_t
+    library.bgc_get_counts.restype = POINTER(Counts)
+    library.bgc_close_devices.restype = None
+    library.bgc_stop.restype = None
+
+
+def run_compiler(*arguments: str | Path) -> None:
+    """Run the C compiler; BGC_TEST_CFLAGS adds flags, such as those of the sanitizers."""
+    cc = [shutil.which("cc")] if shutil.which("cc") else [sys.executable, "-m", "ziglang", "cc"]
+    extra = shlex.split(os.environ.get("BGC_TEST_CFLAGS", ""))
+    done = subprocess.run([*cc, *FLAGS, *extra, *arguments], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.fixture(scope="session")
+def runtime_objects(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """The C runtime, compiled once, with warnings as errors."""
+    folder = tmp_path_factory.mktemp("runtime")
+    objects = []
+    for source in sorted(RUNTIME.glob("*.c")):
+        objects.append(folder / f"{source.stem}.o")
+        run_compiler(*WARNINGS, "-c", source, "-o", objects[-1])
+    return objects
+
+
+@pytest.fixture(scope="session")
+def c_library(
+    runtime_objects: list[Path], tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[str], ctypes.CDLL]:
+    """The shared library of a model in `cmodels/`, by name; each is built once."""
+    folder = tmp_path_factory.mktemp("models")
+    built: dict[str, ctypes.CDLL] = {}
+
+    def build(name: str) -> ctypes.CDLL:
+        if name not in built:
+            target = folder / f"{name}.so"
+            source = MODELS / f"{name}.c"
+            run_compiler(f"-I{RUNTIME}", "-shared", source, *runtime_objects, "-o", target, "-lm")
+            built[name] = ctypes.CDLL(str(target))
+            declare(built[name])
+        return built[name]
+
+    return build
+
+
+@pytest.fixture(scope="session")
+def c_model(c_library: Callable[[str], ctypes.CDLL]) -> Callable[[str], Instance]:
+    """A new instance of a model in `cmodels/`, by name."""
+
+    class Sizes(ctypes.Structure):
+        _fields_ = (
+            ("abi", ctypes.c_uint32),
+            ("name", c_char_p),
+            ("hash", c_char_p),
+            ("n_param", c_int),
+            ("n_hoist", c_int),
+            ("n_state", c_int),
+            ("n_input", c_int),
+            ("n_output", c_int),
+        )
+
+    def make(name: str) -> Instance:
+        library = c_library(name)
+        sizes = Sizes.from_address(library.bgc_get_model())
+        return Instance(library, sizes.n_output, sizes.n_state, sizes.n_input)
+
+    return make

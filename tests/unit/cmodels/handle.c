@@ -1,0 +1,42 @@
+/* A point that follows a hand with a lag of 0.1 s; the hand feels 10 N/m times the distance. */
+enum { N = 3, P = 1, J = 3 };
+static const int jac_row[] = {0, 1, 2}, jac_col[] = {0, 1, 2};
+#include "frame.h"
+
+static const bgc_param_info param[] = {{"unused", "", 0.0, -INFINITY, INFINITY}};
+static const bgc_channel_use input[] = {
+    {0, BGC_POSITION, 0}, {0, BGC_POSITION, 1}, {0, BGC_POSITION, 2}, {0, BGC_ORIENTATION, 0}};
+static const bgc_channel_use command[] = {
+    {0, BGC_FORCE, 0}, {0, BGC_FORCE, 1}, {0, BGC_FORCE, 2}, {0, BGC_GRIPPER_FORCE, 0}};
+static const bgc_device_info device[] = {{"hand", "trace", "file=hand.csv"}};
+
+static void initial(const double *h, double t, const double *u, double *x, double *w) {
+    UNUSED;
+    memcpy(x, u, N * sizeof *x);
+}
+
+static void rhs(SIGNATURE, double *f, double *w) {
+    UNUSED;
+    for (int i = 0; i < N; i++) {
+        f[i] = 10.0 * (u[i] - x[i]);
+    }
+}
+
+static void jacobian(SIGNATURE, double *jac, double *dfdt, double *w) {
+    UNUSED;
+    for (int i = 0; i < N; i++) {
+        jac[i] = -10.0;
+        dfdt[i] = 0.0;
+    }
+}
+
+static void commands(SIGNATURE, double *c, double *w) {
+    UNUSED;
+    for (int i = 0; i < N; i++) {
+        c[i] = 10.0 * (x[i] - u[i]);
+    }
+    c[3] = u[3];
+}
+
+MODEL(.step = 0.01, .n_input = 4, .n_command = 4, .n_device = 1, .input = input,
+      .command = command, .device = device, .commands = commands)
