@@ -27,11 +27,18 @@ class Source:
         line = bisect_right(self.line_starts, offset)
         return line, offset - self.line_starts[line - 1] + 1
 
+    def line_length(self, number: int) -> int:
+        """Characters of line `number` (from 1), without its end."""
+        start = self.line_starts[number - 1]
+        end = self.line_starts[number] - 1 if number < len(self.line_starts) else len(self.text)
+        while end > start and self.text[end - 1] == "\r":
+            end -= 1
+        return end - start
+
     def line(self, number: int) -> str:
         """Text of line `number` (from 1), without its end."""
         start = self.line_starts[number - 1]
-        end = self.line_starts[number] - 1 if number < len(self.line_starts) else len(self.text)
-        return self.text[start:end].rstrip("\r")
+        return self.text[start : start + self.line_length(number)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,411 @@
+"""Names a syntax error in the user's terms.
+
+The parser knows what was found, what it could go on with, and which brackets are open. From
+these the most pointed message is chosen, and, where one sign is evidently missing, that sign is
+proposed to the parser so that it can read on.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from bgc.grammar.catalogue import did_you_mean
+from bgc.grammar.catalogue import syntax as wrong
+from bgc.grammar.diagnostics import Diagnostic
+from bgc.grammar.source import Source, Span
+from lark import Token
+
+RESERVED = frozenset(
+    "import model interface domain function scene const param let signal input output state "
+    "unknown equation project assert port for in if then else use set and or not der time".split()
+)
+
+_WORDS = {
+    "file": "import const function pseudo domain interface model scene".split(),
+    "model": "const param let signal input output state unknown port equation project assert "
+    "for if".split(),
+    "scene": "use set device drive observe require keep deadline solver step run".split(),
+    "domain": "effort flow signal".split(),
+    "law": [],
+}
+_PLACES = {
+    "file": "at the top level of a file",
+    "model": "in a model",
+    "scene": "in a scene",
+    "domain": "in a domain",
+}
+_BLOCK_OF = {
+    "MODEL": "model",
+    "INTERFACE": "model",
+    "FOR": "model",
+    "IF": "model",
+    "ELSE": "model",
+    "SCENE": "scene",
+    "DOMAIN": "domain",
+    "PSEUDO": "domain",
+}
+
+_CLOSER = {"LPAR": "RPAR", "LSQB": "RSQB", "LBRACE": "RBRACE"}
+_SIGN = {
+    "LPAR": "(",
+    "RPAR": ")",
+    "LSQB": "[",
+    "RSQB": "]",
+    "LBRACE": "{",
+    "RBRACE": "}",
+    "SEMICOLON": ";",
+    "COLON": ":",
+    "COMMA": ",",
+    "DOT": ".",
+    "DOTS": "..",
+    "ARROW": "->",
+    "EQUAL": "=",
+}
+_POSTFIX = ("LPAR", "LSQB", "DOT", "EQUAL")
+_WORD_KINDS = frozenset(word.upper() for words in _WORDS.values() for word in words) | frozenset(
+    "IS OF IN OUT MAIN AS WITHIN EVERY THEN ELSE DER TIME".split()
+)
+_OPERAND_ENDS = frozenset("NAME NUMBER TIME TEXT RPAR RSQB".split())
+_OPERAND_STARTS = frozenset("NAME NUMBER TIME DER TEXT LPAR".split())
+
+
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """Where the parser cannot go on.
+
+    `found` is the token there, None where the characters are no token at all; at the end of
+    the text its type is `$END`. `read` are the tokens before it, `open` those of them that
+    open a bracket or brace still to be closed, and `accepted` the types it could go on with.
+    """
+
+    source: Source
+    offset: int
+    found: Token | None
+    read: list[Token]
+    open: list[Token]
+    accepted: frozenset[str]
+
+    @property
+    def previous(self) -> Token | None:
+        """The token before."""
+        return self.read[-1] if self.read else None
+
+    def span(self) -> Span:
+        """The place of the token that was found."""
+        return Span(self.source, self.offset, self.offset + len(self.found or " "))
+
+    def describe_found(self) -> str:
+        """What was found, as messages name it."""
+        if self.found is None:
+            return "something else"
+        return "the end of the file" if self.found.type == "$END" else _quoted(self.found)
+
+    def describe_previous(self) -> str:
+        """What was read before it, as messages name it."""
+        return _quoted(self.previous) if self.previous else ""
+
+    def at_start_of_line(self) -> bool:
+        """Whether nothing but blanks is before it on its line."""
+        text = self.source.text
+        return not text[text.rfind("\n", 0, self.offset) + 1 : self.offset].strip()
+
+
+@dataclass(frozen=True, slots=True)
+class Mistake:
+    """The diagnostic, and the type of the sign that is missing, if it is only that."""
+
+    diagnostic: Diagnostic
+    missing: str | None = None
+
+
+def diagnose(trouble: Trouble) -> Mistake:
+    """Find the most pointed message for a syntax error."""
+    if trouble.found is None:
+        return Mistake(_characters(trouble))
+    for explain in _EXPLANATIONS:
+        mistake = explain(trouble, trouble.found)
+        if mistake is not None:
+            return mistake
+    return Mistake(
+        wrong.unexpected(
+            trouble.span(),
+            trouble.describe_found(),
+            list(_expected(trouble.accepted)),
+            "" if _begins_statement(trouble.read) else trouble.describe_previous(),
+        )
+    )
+
+
+# --- tokens out of place ----------------------------------------------------------------
+
+
+def _end_of_block(trouble: Trouble, found: Token) -> Mistake | None:
+    """A block is open at the end of the file, or where the next declaration begins a line."""
+    if not trouble.open or "RBRACE" not in trouble.accepted:
+        return None
+    begins = str(found) in _WORDS["file"] and str(found) not in _WORDS["model"]
+    if found.type == "$END" or (begins and trouble.source.position(trouble.offset)[1] == 1):
+        opened = _span_of(trouble, trouble.open[-1])
+        place = trouble.describe_found()
+        return Mistake(wrong.unclosed_block(trouble.span(), opened, place), "RBRACE")
+    return None
+
+
+def _statement_unfinished(trouble: Trouble, found: Token) -> Mistake | None:
+    """Only the `;` is missing before the next statement, or before the end of the block."""
+    if "SEMICOLON" not in trouble.accepted or trouble.previous is None:
+        return None
+    is_word = found.type == "NAME" or str(found) in RESERVED or str(found) in _WORDS["scene"]
+    if found.type in ("RBRACE", "$END") or (is_word and trouble.at_start_of_line()):
+        assert trouble.previous.end_pos is not None
+        end = Span(trouble.source, trouble.previous.end_pos, trouble.previous.end_pos)
+        return Mistake(wrong.missing_semicolon(end, trouble.describe_previous()), "SEMICOLON")
+    return None
+
+
+def _bracket(trouble: Trouble, found: Token) -> Mistake | None:
+    """Something closes that is not open, or ends what a bracket still holds."""
+    if found.type in _CLOSER.values():
+        opener = next(kind for kind, closer in _CLOSER.items() if closer == found.type)
+        if all(token.type != opener for token in trouble.open):
+            return Mistake(wrong.unmatched_closer(trouble.span()))
+    if not trouble.open or trouble.open[-1].type == "LBRACE":
+        return None
+    closer = _CLOSER[trouble.open[-1].type]
+    ends = found.type in {"SEMICOLON", "LBRACE", "$END", *_CLOSER.values()} - {closer}
+    begins = trouble.at_start_of_line() and str(found) in RESERVED
+    if closer not in trouble.accepted or not (ends or begins):
+        return None
+    opened = _span_of(trouble, trouble.open[-1])
+    found_text = trouble.describe_found()
+    return Mistake(
+        wrong.unclosed_bracket(trouble.span(), opened, _SIGN[closer], found_text), closer
+    )
+
+
+def _comparison(trouble: Trouble, found: Token) -> Mistake | None:
+    """A second comparison in a row, or `=` for `==`, or `==` for `=`."""
+    if found.type == "COMPARE" and "TIMES" in trouble.accepted:
+        return Mistake(wrong.chained_comparison(trouble.span()))
+    if found.type != "EQUAL":
+        return None
+    if "COMPARE" in trouble.accepted:
+        return Mistake(wrong.equals_in_condition(trouble.span()))
+    previous = trouble.previous
+    if previous is not None and previous.type == "EQUAL" and previous.end_pos == trouble.offset:
+        doubled = Span(trouble.source, trouble.offset - 1, trouble.offset + 1)
+        return Mistake(wrong.foreign_operator(doubled, "a value is given with `=`"))
+    return None
+
+
+def _reserved(trouble: Trouble, found: Token) -> Mistake | None:
+    """A word of the language where a name must stand."""
+    if "NAME" not in trouble.accepted or str(found) not in RESERVED:
+        return None
+    if trouble.at_start_of_line() and not _begins_statement(trouble.read):
+        return None
+    return Mistake(wrong.reserved_word(trouble.span(), str(found)))
+
+
+def _first_word(trouble: Trouble, found: Token) -> Mistake | None:
+    """A statement whose first word is unknown, or belongs somewhere else."""
+    if _begins_statement(trouble.read):
+        word, span = str(found), trouble.span()
+        if _USED_AS_NAME.match(trouble.source.text, span.end):
+            return None
+    elif _begins_statement(trouble.read[:-1]) and trouble.read[-1].type == "NAME":
+        word, span = str(trouble.read[-1]), _span_of(trouble, trouble.read[-1])
+    else:
+        return None
+    here = _block(trouble)
+    for block, place in _PLACES.items():
+        if word in _WORDS[block] and word not in _WORDS[here]:
+            return Mistake(wrong.misplaced_statement(span, word, place))
+    if word in RESERVED or not _WORD.fullmatch(word):
+        return None
+    near = did_you_mean(word, _WORDS[here])
+    if near or (span == trouble.span() and "NAME" not in trouble.accepted):
+        return Mistake(wrong.unknown_statement(span, word, near))
+    return None
+
+
+def _two_operands(trouble: Trouble, found: Token) -> Mistake | None:
+    """A value directly behind another: an operator or a proper unit is missing."""
+    previous = trouble.previous
+    if previous is None or "TIMES" not in trouble.accepted:
+        return None
+    if previous.type not in _OPERAND_ENDS or found.type not in _OPERAND_STARTS:
+        return None
+    if previous.type == "NUMBER" and _WORD.fullmatch(found):
+        span = _span_of(trouble, previous).to(trouble.span())
+        if " " in previous:
+            message, right = "a unit has no blanks inside", f"`{previous}*{found}`"
+        else:
+            message, right = "one blank stands before a unit", f"`{previous} {found}`"
+        help = f"write {right}; a product is `{previous} * {found}`"
+        return Mistake(wrong.misspelt_number(span, message, help))
+    before, after = trouble.describe_previous(), trouble.describe_found()
+    return Mistake(wrong.missing_operator(trouble.span(), before, after))
+
+
+_EXPLANATIONS: tuple[Callable[[Trouble, Token], Mistake | None], ...] = (
+    _end_of_block,
+    _first_word,
+    _statement_unfinished,
+    _bracket,
+    _comparison,
+    _reserved,
+    _two_operands,
+)
+
+
+def _begins_statement(read: list[Token]) -> bool:
+    """Whether a statement begins behind these tokens."""
+    return not read or read[-1].type in ("SEMICOLON", "LBRACE", "RBRACE")
+
+
+def _block(trouble: Trouble) -> str:
+    """The kind of block the trouble is in: that of the first word before its `{`."""
+    braces = [token for token in trouble.open if token.type == "LBRACE"]
+    if not braces:
+        return "file"
+    read = trouble.read
+    at = next(at for at in range(len(read) - 1, -1, -1) if read[at] is braces[-1])
+    while not _begins_statement(read[:at][-1:]):
+        at -= 1
+    return _BLOCK_OF.get(read[at].type, "law")
+
+
+def _expected(accepted: frozenset[str]) -> Iterator[str]:
+    """What the text could go on with, as messages name it."""
+    if "PARAM" in accepted or "RUN" in accepted:
+        yield "a statement"
+    elif "MODEL" in accepted:
+        yield "a declaration"
+        return
+    elif "NUMBER" in accepted:
+        yield "an expression"
+    elif "NAME" in accepted:
+        yield "a name"
+    if "UNIT" in accepted:
+        yield "a unit"
+    if "TEXT" in accepted and "NUMBER" not in accepted:
+        yield "a text in quotes"
+    if "PARAM" not in accepted and "RUN" not in accepted and "NUMBER" not in accepted:
+        for kind in sorted(accepted):
+            if kind in _WORD_KINDS:
+                yield f"`{kind.lower()}`"
+    continues = "TIMES" in accepted or "NUMBER" in accepted
+    signs = [kind for kind in _SIGN if kind in accepted and not (continues and kind in _POSTFIX)]
+    yield from (f"`{_SIGN[kind]}`" for kind in signs)
+    if "TIMES" in accepted and not signs:
+        yield "an operator"
+    if "$END" in accepted:
+        yield "the end of the file"
+
+
+# --- characters that are no token -----------------------------------------------------------
+
+
+def _characters(trouble: Trouble) -> Diagnostic:
+    """Name what is wrong with characters that begin no token."""
+    source, at = trouble.source, trouble.offset
+    text = source.text
+    if text.startswith("/*", at):
+        return wrong.unclosed_comment(Span(source, at, at + 2))
+    if text[at] == '"':
+        end = text.find("\n", at)
+        return wrong.unclosed_text(Span(source, at, len(text) if end < 0 else end))
+    if text[at] == "'":
+        previous = trouble.previous
+        matrix = str(previous) if previous is not None and previous.type == "NAME" else "A"
+        return wrong.transposition_mark(Span(source, at, at + 1), matrix)
+    if text[at] in ".0123456789":
+        return _number(source, at)
+    for sign, help in _FOREIGN.items():
+        if text.startswith(sign, at):
+            return wrong.foreign_operator(Span(source, at, at + len(sign)), help)
+    char = text[at]
+    shown = f"`{char}`" if char.isprintable() else f"U+{ord(char):04X}"
+    named = f"{shown} (U+{ord(char):04X})" if char.isprintable() and not char.isascii() else shown
+    return wrong.unknown_character(Span(source, at, at + 1), named, _HELP_FOR.get(char, ""))
+
+
+def _number(source: Source, at: int) -> Diagnostic:
+    """Name what is wrong with a number or with its unit, and give the right spelling."""
+    found = _NUMBER_AND_MORE.match(source.text, at)
+    if found is None:
+        span = Span(source, at, at + 1)
+        return wrong.misspelt_number(span, "this is no number", "a number is `1`, `.5` or `1.5`")
+    number, point, glued, unit, tail = found.group("number", "point", "glued", "unit", "tail")
+    span = Span(source, at, found.end())
+    if point:
+        message = "a number has digits behind its point"
+        if found.end() < len(source.text) and source.text[found.end()] in ".0123456789":
+            message = "a number has one point"
+        help = f"write `{number}` or `{number}.0`"
+    elif glued:
+        message = "a unit stands one blank after its number"
+        help = f"write `{number} {glued}` for a unit, `{number}*{glued}` for a product"
+    elif unit is None:
+        message = "a unit is not a quotient alone"
+        word = (tail or "").strip(" /")
+        help = f"write `{number} {word}^-1` for a unit, `{number} / {word}` for a quotient"
+    else:
+        sign, word = (tail or "*").strip()[0], (tail or "").strip(" */.")
+        spelt = "*" if sign == "." else sign
+        message = "a unit has no blanks or points inside"
+        help = f"write `{number} {unit}{spelt}{word}`"
+        if sign != ".":
+            help += f" for a unit, `{number} {unit} {sign} {word}` otherwise"
+    return wrong.misspelt_number(span, message, help)
+
+
+_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_USED_AS_NAME = re.compile(r"\s*(?::|->|,)")
+_NUMBER_AND_MORE = re.compile(
+    r"(?P<number>(?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
+    r"(?:(?P<point>\.(?!\.))|(?P<glued>[A-Za-z_][A-Za-z0-9_]*)"
+    r"|(?: (?P<unit>[A-Za-z_][A-Za-z0-9_^*/-]*))?(?P<tail>(?:\.| ?[*/])[A-Za-z_][A-Za-z0-9_]*))"
+)
+_FOREIGN = {
+    "**": "a power is written with `^`",
+    "&&": "write `and`",
+    "||": "write `or`",
+    "&": "write `and`",
+    "|": "write `or`",
+    "!": "write `not`",
+    "~": "write `not`",
+    "%": "a remainder is `fmod(a, b)`; a comment begins with `//`",
+    "#": "a comment begins with `//`",
+}
+_HELP_FOR = {
+    "\u00b7": "a product is written with `*`",
+    "\u00d7": "a product is written with `*`",
+    "\u2212": "this is a typographic minus; write `-`",
+    "\u2013": "this is a dash; write `-`",
+    "\u2192": "an arrow is written as `->`",
+    "\u00b0": "an angle in degrees is written as `30 deg`",
+    "\u03a9": "a resistance is written in `ohm`",
+    "\u2126": "a resistance is written in `ohm`",
+    "\u00b5": "micro is written as `u`: `10 uF`",
+    "\u03bc": "micro is written as `u`: `10 uF`",
+    "\u00b2": "a square is written as `^2`",
+    "\u00b3": "a cube is written as `^3`",
+    "\u201c": 'this is a typographic quote; write `"`',
+    "\u201d": 'this is a typographic quote; write `"`',
+    "\u00a0": "this is a blank that does not break; write a plain one",
+    "\ufeff": "this is a byte order mark; remove it",
+}
+
+
+def _span_of(trouble: Trouble, token: Token) -> Span:
+    assert token.start_pos is not None and token.end_pos is not None
+    return Span(trouble.source, token.start_pos, token.end_pos)
+
+
+def _quoted(text: str) -> str:
+    """A text in the marks of messages, clipped."""
+    return f"`{text}`" if len(text) <= 40 else f"`{text[:37]}...`"

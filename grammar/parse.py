@@ -1,0 +1,250 @@
+"""From the text of a `.bg` file to its syntax tree."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+from typing import Any
+
+from bgc.grammar import syntax
+from bgc.grammar.catalogue import files
+from bgc.grammar.catalogue import syntax as wrong
+from bgc.grammar.diagnostics import Diagnostic
+from bgc.grammar.files import read_source
+from bgc.grammar.mistakes import Trouble, diagnose
+from bgc.grammar.source import Source, Span
+from bgc.grammar.tables import parser
+from bgc.grammar.transform import transform
+from bgc.grammar.transform_expressions import ParseTree
+from lark import Token, Tree
+from lark.exceptions import UnexpectedCharacters, UnexpectedToken
+
+__all__ = ["MAX_ERRORS", "parse", "parse_tree", "read_source"]
+
+MAX_ERRORS = 50
+_MAX_LINE = 1_000_000
+_MAX_STACK = 200  # of the parser; bounds the depth of the parse tree too
+
+_BONDGRAPHTOOLS = re.compile(r"(?s)\A(?=.{0,4000}^models:)(?=.{0,4000}^root:)", re.MULTILINE)
+_SKIPPED = re.compile(r"""//[^\n]*|/\*.*?\*/|/\*|"[^"\n]*"|[;{}]""", re.DOTALL)
+_ELSE = re.compile(r"\s*else\b")
+
+
+def parse(source: Source) -> tuple[syntax.File, tuple[Diagnostic, ...]]:
+    """Read a text; whatever it is, this does not raise.
+
+    Returns
+    -------
+    tuple
+        The syntax tree of what could be read, and the diagnostics in the order of the text:
+        at most `MAX_ERRORS`, and one that says so. Without any, the tree is the whole text.
+    """
+    tree, _, mistakes = parse_tree(source)
+    if tree is None:
+        return syntax.File(source, (), ()), mistakes
+    file, refused = transform(source, tree)
+    found = sorted(mistakes + refused, key=lambda d: d.span.start if d.span else 0)
+    return file, tuple(found)
+
+
+def parse_tree(
+    source: Source,
+) -> tuple[ParseTree | None, tuple[Token, ...], tuple[Diagnostic, ...]]:
+    """Read a text as far as Lark's parse tree.
+
+    Returns
+    -------
+    tuple
+        The tree (None where the text is not worth reading at all), the tokens that were
+        read, and the diagnostics.
+    """
+    refusal = _refuse(source)
+    if refusal is not None:
+        return None, (), (refusal,)
+    reading = _Reading(source)
+    tree = reading.run()
+    return tree, tuple(reading.tokens), tuple(reading.diagnostics)
+
+
+def _refuse(source: Source) -> Diagnostic | None:
+    """Say why a text is none of ours from the look of it."""
+    if _BONDGRAPHTOOLS.match(source.text):
+        return files.saved_by_bondgraphtools(Span(source, 0, len(source.line(1))))
+    starts = (*source.line_starts, len(source.text))
+    for start, following in pairwise(starts):
+        if following - start > _MAX_LINE:
+            return wrong.long_line(
+                Span(source, start + _MAX_LINE, start + _MAX_LINE + 1), _MAX_LINE
+            )
+    return None
+
+
+class _TooDeep(Exception):
+    """The parser's stack has grown beyond its bound at this token."""
+
+    def __init__(self, token: Token) -> None:
+        self.token = token
+        super().__init__()
+
+
+class _Reading:
+    """One text on its way through the parser, with what went wrong so far.
+
+    After a mistake the parser is taken back to the block it stands in, and goes on behind the
+    next `;` or `}` of that block. Where only one sign is missing, that is put in.
+    """
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.tokens: list[Token] = []
+        self.diagnostics: list[Diagnostic] = []
+        self._parser: Any = parser().parse_interactive(source.text)  # partly untyped in Lark
+        self._last_trouble = -1
+
+    def run(self) -> ParseTree:
+        """Read to the end of the text, or to the last error that is reported."""
+        while True:
+            try:
+                self._read_on()
+                return self._end()
+            except UnexpectedCharacters as problem:
+                assert problem.pos_in_stream is not None
+                self._recover(problem.pos_in_stream, None)
+            except UnexpectedToken as problem:
+                assert problem.token.start_pos is not None
+                self._recover(problem.token.start_pos, problem.token)
+            except _TooDeep as problem:
+                token = problem.token
+                assert token.start_pos is not None
+                self.diagnostics.append(wrong.too_deep(self._span(token.start_pos, len(token))))
+                self._skip(token.start_pos)
+            if len(self.diagnostics) >= MAX_ERRORS:
+                self.diagnostics.append(wrong.too_many_errors(self._span(self._offset), MAX_ERRORS))
+                self._close_blocks()
+                return self._end()
+
+    @property
+    def _offset(self) -> int:
+        """Where the lexer stands."""
+        return int(self._parser.lexer_thread.state.line_ctr.char_pos)
+
+    def _span(self, start: int, length: int = 0) -> Span:
+        return Span(self.source, start, start + length)
+
+    def _read_on(self) -> None:
+        """Feed tokens from where the lexer stands, to the end of the text or a mistake."""
+        state = self._parser.parser_state
+        stack, tokens = state.state_stack, self.tokens
+        for token in self._parser.lexer_thread.lex(state):
+            if len(stack) > _MAX_STACK:
+                raise _TooDeep(token)
+            state.feed_token(token)
+            tokens.append(token)
+
+    def _end(self) -> ParseTree:
+        """Feed the end of the text."""
+        tree = self._parser.feed_token(self._token("$END", len(self.source.text)))
+        assert isinstance(tree, Tree)
+        return tree
+
+    def _token(self, kind: str, at: int) -> Token:
+        """Make a token that is not in the text."""
+        return Token(kind, "", start_pos=at, end_pos=at)
+
+    # --- recovery -------------------------------------------------------------------------
+
+    def _recover(self, at: int, found: Token | None) -> None:
+        """Report a mistake, and take parser and lexer to where reading can go on."""
+        trouble = Trouble(
+            self.source,
+            at,
+            found,
+            self.tokens,
+            [token for _, token in self._open()],
+            frozenset(self._parser.accepts()),
+        )
+        mistake = diagnose(trouble)
+        if at != self._last_trouble:  # else it follows from the one before
+            self.diagnostics.append(mistake.diagnostic)
+            self._last_trouble = at
+        if mistake.missing is not None:
+            missing = self._token(mistake.missing, at)
+            self._parser.feed_token(missing)
+            self.tokens.append(missing)
+            self._resume(at)
+        elif found is not None and found.type == "$END":
+            self._close_blocks()
+        else:
+            self._skip(at)
+
+    def _open(self) -> list[tuple[int, Token]]:
+        """Find the brackets and braces that are open, and where they are on the value stack."""
+        opened: list[tuple[int, Token]] = []
+        for at, value in enumerate(self._parser.parser_state.value_stack):
+            if not isinstance(value, Token):
+                continue
+            if value.type in ("LPAR", "LSQB", "LBRACE"):
+                opened.append((at, value))
+            elif value.type in ("RPAR", "RSQB", "RBRACE"):
+                opened.pop()
+        return opened
+
+    def _back_to_block(self) -> bool:
+        """Drop what was begun in the innermost block; False where that is the file."""
+        state = self._parser.parser_state
+        opened = [at for at, token in self._open() if token.type == "LBRACE"]
+        between = self._parser.accepts() & {"RBRACE", "MODEL"}
+        if between:  # items or declarations: what was read is complete, and is kept
+            self._parser.feed_token(self._token(between.pop(), self._offset))
+            del state.value_stack[-1], state.state_stack[-1]
+            return bool(opened)
+        keep = opened[-1] + 1 if opened else 0
+        if keep < len(state.value_stack) and _is_list_of_items(state.value_stack[keep]):
+            keep += 1
+        del state.value_stack[keep:], state.state_stack[keep + 1 :]
+        return bool(opened)
+
+    def _skip(self, at: int) -> None:
+        """Go on behind the next `;` or block, or before the `}` of the block one is in."""
+        in_block = self._back_to_block()
+        resume = _end_of_statement(self.source.text, at, in_block=in_block)
+        self.tokens.append(self._token("SEMICOLON", resume))
+        self._resume(resume)
+
+    def _resume(self, at: int) -> None:
+        """Let the lexer go on from here."""
+        self._parser.lexer_thread.state.line_ctr.char_pos = at
+
+    def _close_blocks(self) -> None:
+        """Close every block that is open, and let the lexer stand at the end of the text."""
+        end = len(self.source.text)
+        blocks = sum(token.type == "LBRACE" for _, token in self._open())
+        self._back_to_block()
+        for _ in range(blocks):
+            self._parser.feed_token(self._token("RBRACE", end))
+        self._resume(end)
+
+
+def _is_list_of_items(value: object) -> bool:
+    """Whether a parser's value is what Lark makes of `item*`: a tree named `__block_star_1`."""
+    return isinstance(value, Tree) and str(value.data).startswith("__")
+
+
+def _end_of_statement(text: str, at: int, *, in_block: bool) -> int:
+    """Find where the next statement begins, or the `}` of the block one is in."""
+    depth = 0
+    for found in _SKIPPED.finditer(text, at):
+        match found.group():
+            case "{":
+                depth += 1
+            case "}" if depth == 0:
+                return found.start() if in_block else found.end()
+            case "}":
+                depth -= 1
+                if depth == 0 and not _ELSE.match(text, found.end()):
+                    return found.end()
+            case ";" if depth == 0:
+                return found.end()
+            case "/*":  # not closed
+                return len(text)
+    return len(text)

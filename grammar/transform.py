@@ -1,0 +1,373 @@
+"""Makes the syntax tree from Lark's parse tree, and refuses what the grammar let through."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bgc.grammar import syntax
+from bgc.grammar.catalogue import syntax as wrong
+from bgc.grammar.diagnostics import Diagnostic
+from bgc.grammar.source import Source, Span
+from bgc.grammar.transform_expressions import MAX_DEPTH, ExpressionTransform, ParseTree, unquoted
+from lark import Token, Tree
+
+SCENE_WORDS = frozenset("observe run solver device drive require deadline step".split())
+
+
+def transform(source: Source, tree: ParseTree) -> tuple[syntax.File, tuple[Diagnostic, ...]]:
+    """Make the syntax tree of a file from its parse tree.
+
+    A part of the tree that is refused is reported and replaced or left out; the rest stands.
+    """
+    worker = _Transform(source)
+    return worker.file(tree), tuple(worker.diagnostics)
+
+
+class _Transform(ExpressionTransform):
+    """The declarations and items; one method for each rule of the grammar that makes one."""
+
+    def file(self, tree: ParseTree) -> syntax.File:
+        imports: list[syntax.Import] = []
+        declarations: list[syntax.Declaration] = []
+        for child in _trees(tree):
+            if child.data in ("import_file", "import_module"):
+                imported = self._import(child)
+                if declarations:
+                    self.report(wrong.late_import(imported.span))
+                imports.append(imported)
+            else:
+                declarations.append(self._declaration(child))
+        return syntax.File(self.source, tuple(imports), tuple(declarations))
+
+    def _import(self, tree: ParseTree) -> syntax.Import:
+        span = self.span(tree)
+        if tree.data == "import_file":
+            return syntax.ImportFile(unquoted(tree.children[1]), span)
+        return syntax.ImportModule(tuple(str(name) for name in tree.children[1:]), span)
+
+    def _declaration(self, tree: ParseTree) -> syntax.Declaration:
+        match tree.data:
+            case "constant":
+                return self._value(tree)
+            case "function":
+                return self._function(tree)
+            case "domain":
+                return self._domain(tree)
+            case "interface" | "model":
+                return self._model(tree)
+            case "scene":
+                return self._scene(tree)
+        raise AssertionError(tree.data)
+
+    # --- declarations ---------------------------------------------------------------------
+
+    def _function(self, tree: ParseTree) -> syntax.Function:
+        children: list[Any] = tree.children
+        _, name, formals, body = children
+        arguments = self._formals(formals)
+        for formal in arguments:
+            if formal.default is not None:
+                self.report(wrong.default_of_function(formal.span, formal.name))
+        return syntax.Function(
+            str(name),
+            arguments,
+            self.expression(body),
+            self._doc(tree),
+            self.span(tree),
+            self.token_span(name),
+        )
+
+    def _formals(self, tree: ParseTree | None) -> tuple[syntax.Formal, ...]:
+        if tree is None:
+            return ()
+        formals: list[syntax.Formal] = []
+        for child in _trees(tree):
+            children: list[Any] = child.children
+            name, default = children
+            formals.append(
+                syntax.Formal(str(name), self._optional_expression(default), self.span(child))
+            )
+        return tuple(formals)
+
+    def _domain(self, tree: ParseTree) -> syntax.Domain:
+        children: list[Any] = tree.children
+        pseudo, _, name, *variables, _ = children
+        return syntax.Domain(
+            str(name),
+            pseudo is not None,
+            tuple(self._domain_variable(variable) for variable in variables),
+            self._doc(tree),
+            self.span(tree),
+            self.token_span(name),
+        )
+
+    def _domain_variable(self, tree: ParseTree) -> syntax.DomainVariable:
+        children: list[Any] = tree.children
+        kind, name, dims, unit = children
+        return syntax.DomainVariable(
+            str(kind), str(name), self._dims(dims), _optional_text(unit), self.span(tree)
+        )
+
+    def _model(self, tree: ParseTree) -> syntax.Model:
+        children: list[Any] = tree.children
+        _, name, formals, *is_base, block = children
+        base = is_base[1] if is_base else None
+        return syntax.Model(
+            str(name),
+            tree.data == "interface",
+            self._formals(formals),
+            None if base is None else self._type_use(base),
+            self._block(block),
+            self._doc(tree),
+            self.span(tree),
+            self.token_span(name),
+        )
+
+    def _scene(self, tree: ParseTree) -> syntax.Scene:
+        children: list[Any] = tree.children
+        _, name, _, model, *items, _ = children
+        return syntax.Scene(
+            str(name),
+            self._type_use(model),
+            tuple(made for item in items for made in self._scene_item(item)),
+            self._doc(tree),
+            self.span(tree),
+            self.token_span(name),
+        )
+
+    # --- items of a model -----------------------------------------------------------------
+
+    def _block(self, tree: ParseTree) -> tuple[syntax.Item, ...]:
+        items: list[syntax.Item] = []
+        for child in _trees(tree):
+            items.append(self._item(child))
+        return tuple(items)
+
+    def _item(self, tree: ParseTree) -> syntax.Item:
+        match tree.data:
+            case "value":
+                return self._value(tree)
+            case "port":
+                return self._port(tree)
+            case "part":
+                return self._part(tree)
+            case "chain":
+                return self._chain(tree)
+            case "assign":
+                return syntax.Assign(*self._two_sides(tree))
+            case "derivative":
+                return syntax.Derivative(*self._two_sides(tree))
+            case "equation":
+                return syntax.Equation(*self._two_sides(tree))
+            case "project":
+                return syntax.Project(*self._two_sides(tree))
+            case "assertion":
+                return self._assertion(tree)
+            case "for":
+                return self._for(tree)
+            case "if":
+                return self._if(tree)
+        raise AssertionError(tree.data)
+
+    def _two_sides(self, tree: ParseTree) -> tuple[syntax.Expr, syntax.Expr, Span]:
+        """Both sides of `left = right;`, with or without a word in front."""
+        left, right = tree.children[-2:]
+        return self.expression(left), self.expression(right), self.span(tree)
+
+    def _value(self, tree: ParseTree) -> syntax.Value:
+        children: list[Any] = tree.children
+        kind, name, dims, unit, value, _, first, last = children
+        return syntax.Value(
+            str(kind),
+            str(name),
+            self._dims(dims),
+            _optional_text(unit),
+            self._optional_expression(value),
+            None if first is None else (self.expression(first), self.expression(last)),
+            self._doc(tree),
+            self.span(tree),
+            self.token_span(name),
+        )
+
+    def _port(self, tree: ParseTree) -> syntax.Port:
+        children: list[Any] = tree.children
+        _, name, dims, direction, domain, main = children
+        return syntax.Port(
+            str(name),
+            self._dims(dims),
+            None if direction is None else syntax.Direction(str(direction)),
+            _optional_text(domain),
+            main is not None,
+            self._doc(tree),
+            self.span(tree),
+            self.token_span(name),
+        )
+
+    def _part(self, tree: ParseTree) -> syntax.Part:
+        children: list[Any] = tree.children
+        path, type_use, default, *law = children
+        name, *suffixes = path.children
+        index: tuple[syntax.Expr, ...] = ()
+        match suffixes:
+            case []:
+                pass
+            case [Tree(data="indices") as indices]:
+                index = self.plain_indices(indices)
+            case _:
+                self.report(wrong.name_of_part(self.span(path), str(name)))
+        if default is not None and law:
+            self.report(wrong.slot_with_law(self.span(law[0]), str(name)))
+        return syntax.Part(
+            str(name),
+            index,
+            self._type_use(type_use),
+            None if default is None else self._type_use(default.children[0]),
+            tuple(self._law_equation(line) for line in _trees(law[0])) if law else None,
+            self._doc(tree),
+            self.span(tree),
+            self.token_span(name),
+        )
+
+    def _law_equation(self, tree: ParseTree) -> syntax.LawEquation:
+        return syntax.LawEquation(*self._two_sides(tree))
+
+    def _chain(self, tree: ParseTree) -> syntax.Chain:
+        stops = tuple(tuple(self.expression(end) for end in _trees(ends)) for ends in _trees(tree))
+        for stop in stops[1:-1]:
+            if len(stop) > 1:
+                self.report(wrong.list_within_chain(stop[0].span.to(stop[-1].span)))
+        return syntax.Chain(stops, self.span(tree))
+
+    def _assertion(self, tree: ParseTree) -> syntax.Assert:
+        children: list[Any] = tree.children
+        _, condition, message = children
+        return syntax.Assert(self.expression(condition), unquoted(message), self.span(tree))
+
+    def _for(self, tree: ParseTree) -> syntax.For:
+        children: list[Any] = tree.children
+        _, variable, _, first, last, block = children
+        return syntax.For(
+            str(variable),
+            self.expression(first),
+            self.expression(last),
+            self._block(block),
+            self.span(tree),
+        )
+
+    def _if(self, tree: ParseTree) -> syntax.If:
+        """Nest a flat `if c { } else if c { } else { }`, from its end."""
+        children: list[Any] = tree.children
+        *branches, last_else, last_block = children
+        no = () if last_else is None else self._block(last_block)
+        starts = [at for at, child in enumerate(branches) if _is_token(child, "IF")]
+        if len(starts) > MAX_DEPTH:
+            self.report(wrong.too_deep(self.token_span(branches[starts[MAX_DEPTH]])))
+            starts = starts[:MAX_DEPTH]
+        end = self.span(tree)
+        made = None
+        for start in reversed(starts):
+            made = syntax.If(
+                self.expression(branches[start + 1]),
+                self._block(branches[start + 2]),
+                no,
+                self.token_span(branches[start]).to(end),
+            )
+            no = (made,)
+        assert made is not None
+        return made
+
+    # --- items of a scene -----------------------------------------------------------------
+
+    def _scene_item(self, tree: ParseTree) -> list[syntax.SceneItem]:
+        """The items one statement stands for: several where it takes a list."""
+        children: list[Any] = tree.children
+        span = self.span(tree)
+        match tree.data:
+            case "use":
+                _, slot, type_use = children
+                return [syntax.Use(self.expression(slot), self._type_use(type_use), span)]
+            case "set":
+                return [syntax.Set(*self._two_sides(tree))]
+            case "device":
+                _, name, driver, arguments = children
+                self._refuse_scene_word(name)
+                return [syntax.Device(str(name), str(driver), self.arguments(arguments), span)]
+            case "drive":
+                return [syntax.Drive(*self._two_sides(tree))]
+            case "observe":
+                return [self._observed(child) for child in children[1:]]
+            case "require":
+                _, value, _, tolerance = children
+                return [syntax.Require(self.expression(value), self.expression(tolerance), span)]
+            case "keep":
+                return [syntax.Keep(self.expression(c), self.span(c)) for c in children[1:]]
+            case "deadline":
+                return [syntax.Deadline(self.expression(children[1]), span)]
+            case "solver":
+                _, name, arguments = children
+                return [syntax.Solver(str(name), self.arguments(arguments), span)]
+            case "step":
+                return [syntax.Step(self.expression(children[1]), span)]
+            case "run":
+                _, duration, _, every = children
+                return [
+                    syntax.Run(self.expression(duration), self._optional_expression(every), span)
+                ]
+        raise AssertionError(tree.data)
+
+    def _observed(self, tree: ParseTree) -> syntax.Observe:
+        children: list[Any] = tree.children
+        value, _, alias = children
+        if alias is not None:
+            self._refuse_scene_word(alias)
+        return syntax.Observe(self.expression(value), _optional_text(alias), self.span(tree))
+
+    def _refuse_scene_word(self, name: Token) -> None:
+        if str(name) in SCENE_WORDS:
+            self.report(wrong.reserved_word(self.token_span(name), str(name)))
+
+    # --- what several of them need ----------------------------------------------------------
+
+    def _type_use(self, tree: ParseTree) -> syntax.TypeUse:
+        children: list[Any] = tree.children
+        name, dims, _, arguments, _ = children
+        return syntax.TypeUse(
+            str(name),
+            self._dims(dims),
+            self.arguments(arguments),
+            self.span(tree),
+            self.token_span(name),
+        )
+
+    def _dims(self, tree: ParseTree | None) -> tuple[syntax.Expr, ...]:
+        if tree is None:
+            return ()
+        return tuple(self.expression(child) for child in tree.children[1:-1])
+
+    def _optional_expression(self, tree: ParseTree | Token | None) -> syntax.Expr | None:
+        return None if tree is None else self.expression(tree)
+
+    def _doc(self, tree: ParseTree) -> str:
+        """The text of the `///` lines above a declaration, up to one that is none."""
+        source = self.source
+        number, _ = source.position(self.span(tree).start)
+        lines: list[str] = []
+        for above in range(number - 1, 0, -1):
+            line = source.line(above).strip()
+            if line.startswith("///") and not line.startswith("////"):
+                lines.append(line.removeprefix("///").removeprefix(" "))
+            elif line:
+                break
+        return "\n".join(reversed(lines))
+
+
+def _trees(tree: ParseTree) -> list[ParseTree]:
+    return [child for child in tree.children if isinstance(child, Tree)]
+
+
+def _is_token(child: object, kind: str) -> bool:
+    return isinstance(child, Token) and child.type == kind
+
+
+def _optional_text(token: Token | None) -> str | None:
+    return None if token is None else str(token)

@@ -1,0 +1,231 @@
+"""Makes expressions of the syntax tree from Lark's parse tree."""
+
+from __future__ import annotations
+
+import re
+import sys
+from fractions import Fraction
+from typing import Any, TypeAlias
+
+from bgc.grammar import syntax
+from bgc.grammar.catalogue import syntax as wrong
+from bgc.grammar.diagnostics import Diagnostic
+from bgc.grammar.source import Source, Span
+from lark import Token, Tree
+
+ParseTree: TypeAlias = Tree[Token]
+
+MAX_DEPTH = 200
+"""How deep expressions may nest; `a + b + c` nests two deep, as `(a + b) + c`."""
+
+_MAX_DIGITS = 1000
+_LARGEST = Fraction(sys.float_info.max)
+_NUMBER = re.compile(r"(?P<mantissa>[0-9.]+)(?:[eE](?P<exponent>[+-]?[0-9]+))?(?: (?P<unit>.+))?")
+
+
+class ExpressionTransform:
+    """Expressions, arguments and spans; collects the diagnostics."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.diagnostics: list[Diagnostic] = []
+
+    def report(self, diagnostic: Diagnostic) -> None:
+        """Note a mistake."""
+        self.diagnostics.append(diagnostic)
+
+    # --- places ---------------------------------------------------------------------------
+
+    def token_span(self, token: Token) -> Span:
+        """The place of a token."""
+        assert token.start_pos is not None and token.end_pos is not None
+        return Span(self.source, token.start_pos, token.end_pos)
+
+    def span(self, node: ParseTree | Token) -> Span:
+        """The place of a rule, from its first kept token to its last."""
+        first: Any = node
+        while isinstance(first, Tree):
+            first = next(child for child in first.children if child is not None)
+        last: Any = node
+        while isinstance(last, Tree):
+            last = next(child for child in reversed(last.children) if child is not None)
+        return Span(self.source, first.start_pos, last.end_pos)
+
+    # --- expressions ------------------------------------------------------------------------
+
+    def expression(self, node: ParseTree | Token, depth: int = 0) -> syntax.Expr:
+        """Make an expression; where it nests too deep, report and put a 0."""
+        if depth > MAX_DEPTH:
+            span = self.span(node)
+            self.report(wrong.too_deep(span))
+            return syntax.Number(Fraction(0), None, span)
+        if isinstance(node, Token):
+            return self._leaf(node)
+        children: list[Any] = node.children
+        match node.data:
+            case "group":
+                return self.expression(children[1], depth + 1)
+            case "sum" | "product" | "conjunction" | "disjunction" | "comparison":
+                return self._chain_of_operators(children, depth)
+            case "power":
+                return self._chain_of_operators(children, depth + 1)
+            case "sign" | "negation":
+                operator, operand = children
+                inner = self.expression(operand, depth + 1)
+                return syntax.Unary(str(operator), inner, self.token_span(operator).to(inner.span))
+            case "postfix" | "path":
+                return self._postfix(children, depth)
+            case "vector":
+                return self._vector(node, depth)
+            case "conditional":
+                return self._conditional(children, depth)
+        raise AssertionError(node.data)
+
+    def _leaf(self, token: Token) -> syntax.Expr:
+        span = self.token_span(token)
+        match token.type:
+            case "NUMBER":
+                return self._number(token, span)
+            case "TEXT":
+                return syntax.Text(unquoted(token), span)
+            case "DER":
+                self.report(wrong.derivative_of_nothing(span))
+        return syntax.Name(str(token), span)
+
+    def _number(self, token: Token, span: Span) -> syntax.Number:
+        parts = _NUMBER.fullmatch(token)
+        assert parts is not None
+        mantissa, exponent, unit = parts.group("mantissa", "exponent", "unit")
+        value = None
+        if len(mantissa) <= _MAX_DIGITS and len(exponent or "") <= 5:
+            value = Fraction(mantissa) * Fraction(10) ** int(exponent or 0)
+        if value is None or value > _LARGEST:
+            self.report(wrong.number_out_of_range(span))
+            value = Fraction(0)
+        return syntax.Number(value, unit, span)
+
+    def _chain_of_operators(self, children: list[Any], depth: int) -> syntax.Expr:
+        """Fold `a - b + c` from the left; its first operand is the deepest."""
+        operators = children[1::2]
+        made = self.expression(children[0], depth + len(operators))
+        for operator, operand in zip(operators, children[2::2], strict=True):
+            right = self.expression(operand, depth + 1)
+            span = self.span(children[0]).to(self.span(operand))
+            made = syntax.Binary(str(operator), made, right, span)
+        return made
+
+    def _conditional(self, children: list[Any], depth: int) -> syntax.Expr:
+        """Nest a flat `if a then b else if c then d else e` from its end."""
+        conditions, values = children[1::5], children[3::5]
+        made = self.expression(children[-1], depth + len(values))
+        end = made.span
+        for at in range(len(values) - 1, -1, -1):
+            made = syntax.Conditional(
+                self.expression(conditions[at], depth + at + 1),
+                self.expression(values[at], depth + at + 1),
+                made,
+                self.token_span(children[5 * at]).to(end),
+            )
+        return made
+
+    def _vector(self, tree: ParseTree, depth: int) -> syntax.Vector:
+        span = self.span(tree)
+        elements = [child for child in tree.children[1:-1] if child is not None]
+        if not elements:
+            self.report(wrong.empty_vector(span))
+        return syntax.Vector(tuple(self.expression(e, depth + 1) for e in elements), span)
+
+    # --- `.name`, `[index]` and `(arguments)` -------------------------------------------------
+
+    def _postfix(self, children: list[Any], depth: int) -> syntax.Expr:
+        """Fold `a.b[i](c)` from the left."""
+        first, *suffixes = children
+        start = self.span(first)
+        if isinstance(first, Token) and first.type == "DER":
+            return self._derivative(start, suffixes, depth)
+        made = self.expression(first, depth + len(suffixes))
+        for suffix in suffixes:
+            span = start.to(self.span(suffix))
+            match suffix.data:
+                case "member":
+                    made = syntax.Member(made, str(suffix.children[0]), span)
+                case "indices":
+                    made = syntax.Index(made, self._indices(suffix, depth), span)
+                case "call":
+                    made = self._call(made, suffix, span, depth)
+                case _:
+                    raise AssertionError(suffix.data)
+        return made
+
+    def _derivative(self, start: Span, suffixes: list[Any], depth: int) -> syntax.Expr:
+        """Make `der(x)`: of one thing, and nothing behind it."""
+        span = start.to(self.span(suffixes[-1]))
+        arguments = self.arguments(suffixes[0].children[1], depth) if len(suffixes) == 1 else ()
+        if suffixes[0].data != "call" or len(arguments) != 1 or arguments[0].name is not None:
+            self.report(wrong.derivative_of_nothing(start))
+        return syntax.Call("der", tuple(argument.value for argument in arguments), span)
+
+    def _indices(self, tree: ParseTree, depth: int) -> tuple[syntax.Expr | syntax.Range, ...]:
+        indices: list[syntax.Expr | syntax.Range] = []
+        for index in tree.children[1:-1]:
+            assert isinstance(index, Tree)
+            children: list[Any] = index.children
+            first, last = children
+            if last is None:
+                indices.append(self.expression(first, depth + 1))
+            else:
+                ends = self.expression(first, depth + 1), self.expression(last, depth + 1)
+                indices.append(syntax.Range(*ends, self.span(index)))
+        return tuple(indices)
+
+    def plain_indices(self, tree: ParseTree) -> tuple[syntax.Expr, ...]:
+        """Make indices where a range has no meaning."""
+        return self._without_ranges(self._indices(tree, 0))
+
+    def _without_ranges(
+        self, indices: tuple[syntax.Expr | syntax.Range, ...]
+    ) -> tuple[syntax.Expr, ...]:
+        plain: list[syntax.Expr] = []
+        for index in indices:
+            if isinstance(index, syntax.Range):
+                self.report(wrong.range_of_widths(index.span))
+                plain.append(index.last)
+            else:
+                plain.append(index)
+        return tuple(plain)
+
+    def _call(self, callee: syntax.Expr, tree: ParseTree, span: Span, depth: int) -> syntax.Expr:
+        """Make a call of a function, or the use of a type where an argument is named."""
+        arguments = self.arguments(tree.children[1], depth)
+        match callee:
+            case syntax.Name(name, name_span) if name != "time":
+                if any(argument.name is not None for argument in arguments):
+                    return syntax.TypeUse(name, (), arguments, span, name_span)
+                return syntax.Call(name, tuple(argument.value for argument in arguments), span)
+            case syntax.Index(syntax.Name(name, name_span), indices):
+                return syntax.TypeUse(
+                    name, self._without_ranges(indices), arguments, span, name_span
+                )
+        self.report(wrong.not_callable(callee.span))
+        return callee
+
+    def arguments(self, tree: Any, depth: int = 0) -> tuple[syntax.Argument, ...]:
+        """Make the arguments between two parentheses; none where there are none."""
+        if tree is None:
+            return ()
+        made: list[syntax.Argument] = []
+        for argument in tree.children:
+            name, value = argument.children
+            made.append(
+                syntax.Argument(
+                    None if name is None else str(name),
+                    self.expression(value, depth + 1),
+                    self.span(argument),
+                )
+            )
+        return tuple(made)
+
+
+def unquoted(token: object) -> str:
+    """Return a text without its quotes."""
+    return str(token)[1:-1]
