@@ -122,7 +122,7 @@ class Mistake:
 
 def diagnose(trouble: Trouble) -> Mistake:
     """Find the most pointed message for a syntax error."""
-    if trouble.found is None:
+    if trouble.found is None or trouble.source.text.startswith(_NEVER_TOKENS, trouble.offset):
         return Mistake(_characters(trouble))
     for explain in _EXPLANATIONS:
         mistake = explain(trouble, trouble.found)
@@ -157,8 +157,9 @@ def _statement_unfinished(trouble: Trouble, found: Token) -> Mistake | None:
     """Only the `;` is missing before the next statement, or before the end of the block."""
     if "SEMICOLON" not in trouble.accepted or trouble.previous is None:
         return None
-    is_word = found.type == "NAME" or str(found) in RESERVED or str(found) in _WORDS["scene"]
-    if found.type in ("RBRACE", "$END") or (is_word and trouble.at_start_of_line()):
+    is_word = _WORD.fullmatch(found) is not None
+    begins = found.type != "NAME" and str(found) in _WORDS[_block(trouble)]
+    if found.type in ("RBRACE", "$END") or begins or (is_word and trouble.at_start_of_line()):
         assert trouble.previous.end_pos is not None
         end = Span(trouble.source, trouble.previous.end_pos, trouble.previous.end_pos)
         return Mistake(wrong.missing_semicolon(end, trouble.describe_previous()), "SEMICOLON")
@@ -167,37 +168,58 @@ def _statement_unfinished(trouble: Trouble, found: Token) -> Mistake | None:
 
 def _bracket(trouble: Trouble, found: Token) -> Mistake | None:
     """Something closes that is not open, or ends what a bracket still holds."""
-    if found.type in _CLOSER.values():
+    innermost = trouble.open[-1].type if trouble.open else ""
+    if found.type in _CLOSER.values() and _CLOSER.get(innermost) != found.type:
         opener = next(kind for kind, closer in _CLOSER.items() if closer == found.type)
-        if all(token.type != opener for token in trouble.open):
+        if innermost in ("", "LBRACE") and all(token.type != opener for token in trouble.open):
             return Mistake(wrong.unmatched_closer(trouble.span()))
-    if not trouble.open or trouble.open[-1].type == "LBRACE":
+    elif found.type not in ("SEMICOLON", "LBRACE", "$END") and not (
+        trouble.at_start_of_line() and str(found) in RESERVED
+    ):
         return None
-    closer = _CLOSER[trouble.open[-1].type]
-    ends = found.type in {"SEMICOLON", "LBRACE", "$END", *_CLOSER.values()} - {closer}
-    begins = trouble.at_start_of_line() and str(found) in RESERVED
-    if closer not in trouble.accepted or not (ends or begins):
+    closer = _CLOSER.get(innermost)
+    if closer is None or innermost == "LBRACE":
+        return None
+    if closer not in trouble.accepted and found.type not in _CLOSER.values():
         return None
     opened = _span_of(trouble, trouble.open[-1])
-    found_text = trouble.describe_found()
-    return Mistake(
-        wrong.unclosed_bracket(trouble.span(), opened, _SIGN[closer], found_text), closer
-    )
+    place = trouble.describe_found()
+    unclosed = wrong.unclosed_bracket(trouble.span(), opened, _SIGN[closer], place)
+    return Mistake(unclosed, closer if closer in trouble.accepted else None)
 
 
-def _comparison(trouble: Trouble, found: Token) -> Mistake | None:
-    """A second comparison in a row, or `=` for `==`, or `==` for `=`."""
-    if found.type == "COMPARE" and "TIMES" in trouble.accepted:
-        return Mistake(wrong.chained_comparison(trouble.span()))
-    if found.type != "EQUAL":
-        return None
-    if "COMPARE" in trouble.accepted:
-        return Mistake(wrong.equals_in_condition(trouble.span()))
+def _operator(trouble: Trouble, found: Token) -> Mistake | None:
+    """A second comparison in a row, `=` for `==`, `==` for `=`, or `**`."""
     previous = trouble.previous
-    if previous is not None and previous.type == "EQUAL" and previous.end_pos == trouble.offset:
+    if previous is None:
+        return None
+    if previous.type == found.type in ("EQUAL", "TIMES") and previous.end_pos == trouble.offset:
         doubled = Span(trouble.source, trouble.offset - 1, trouble.offset + 1)
-        return Mistake(wrong.foreign_operator(doubled, "a value is given with `=`"))
+        help = "a value is given with `=`" if found.type == "EQUAL" else "a power is `^`"
+        return Mistake(wrong.foreign_operator(doubled, help))
+    if previous.type not in _OPERAND_ENDS:
+        return None
+    before = set(_types_of_statement(trouble))
+    if found.type == "COMPARE" and "COMPARE" in before:
+        return Mistake(wrong.chained_comparison(trouble.span()))
+    if found.type == "EQUAL" and before & {"IF", "ASSERT", "AND", "OR", "NOT"}:
+        return Mistake(wrong.equals_in_condition(trouble.span()))
     return None
+
+
+def _derivative(trouble: Trouble, found: Token) -> Mistake | None:
+    """`der` is followed by something else than `(`."""
+    previous = trouble.previous
+    if previous is None or previous.type != "DER" or "LPAR" not in trouble.accepted:
+        return None
+    return Mistake(wrong.derivative_of_nothing(_span_of(trouble, previous)))
+
+
+def _empty_statement(trouble: Trouble, found: Token) -> Mistake | None:
+    """A `;` with nothing before it."""
+    if found.type != "SEMICOLON" or not _begins_statement(trouble.read):
+        return None
+    return Mistake(wrong.empty_statement(trouble.span()))
 
 
 def _reserved(trouble: Trouble, found: Token) -> Mistake | None:
@@ -226,6 +248,8 @@ def _first_word(trouble: Trouble, found: Token) -> Mistake | None:
     if word in RESERVED or not _WORD.fullmatch(word):
         return None
     near = did_you_mean(word, _WORDS[here])
+    if not near and span == trouble.span():
+        near = did_you_mean(word, [each for words in _WORDS.values() for each in words])
     if near or (span == trouble.span() and "NAME" not in trouble.accepted):
         return Mistake(wrong.unknown_statement(span, word, near))
     return None
@@ -255,7 +279,9 @@ _EXPLANATIONS: tuple[Callable[[Trouble, Token], Mistake | None], ...] = (
     _first_word,
     _statement_unfinished,
     _bracket,
-    _comparison,
+    _operator,
+    _derivative,
+    _empty_statement,
     _reserved,
     _two_operands,
 )
@@ -264,6 +290,14 @@ _EXPLANATIONS: tuple[Callable[[Trouble, Token], Mistake | None], ...] = (
 def _begins_statement(read: list[Token]) -> bool:
     """Whether a statement begins behind these tokens."""
     return not read or read[-1].type in ("SEMICOLON", "LBRACE", "RBRACE")
+
+
+def _types_of_statement(trouble: Trouble) -> Iterator[str]:
+    """The types of the tokens of the statement so far, from the last to the first."""
+    for at in range(len(trouble.read) - 1, -1, -1):
+        if trouble.read[at].type in ("SEMICOLON", "LBRACE", "RBRACE"):
+            return
+        yield trouble.read[at].type
 
 
 def _block(trouble: Trouble) -> str:
@@ -370,8 +404,8 @@ _NUMBER_AND_MORE = re.compile(
     r"(?:(?P<point>\.(?!\.))|(?P<glued>[A-Za-z_][A-Za-z0-9_]*)"
     r"|(?: (?P<unit>[A-Za-z_][A-Za-z0-9_^*/-]*))?(?P<tail>(?:\.| ?[*/])[A-Za-z_][A-Za-z0-9_]*))"
 )
+_NEVER_TOKENS = ("/*", '"', "'", *"0123456789")  # where a number or a text would have been read
 _FOREIGN = {
-    "**": "a power is written with `^`",
     "&&": "write `and`",
     "||": "write `or`",
     "&": "write `and`",

@@ -402,6 +402,17 @@ def range_of_widths(span: Span) -> Diagnostic:
     )
 
 
+def empty_statement(span: Span) -> Diagnostic:
+    """BG131: a `;` without a statement
+
+    What: there is nothing between this `;` and what ends before it.
+    Why: a block ends with its `}`; only a law's may be followed by a `;`.
+    Example: `model A { };`
+    Way out: `model A { }`
+    """
+    return error("BG131", "this `;` ends nothing", span, help="remove it")
+
+
 def _either(words: Sequence[str]) -> str:
     """`a`, `a or b`, `a, b or c`."""
     if len(words) < 2:
