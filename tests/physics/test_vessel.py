@@ -1,0 +1,41 @@
+"""The bare supply vessel, linearised about rest and moving."""
+
+import numpy as np
+
+
+def oscillations(eigenvalues: np.ndarray) -> np.ndarray:
+    """Rows (period in s, damping ratio) of the oscillating modes, by period."""
+    modes = [x for x in eigenvalues if x.imag > 1e-3]
+    rows = [(2 * np.pi / x.imag, -x.real / abs(x)) for x in modes]
+    return np.array(sorted(rows))
+
+
+def test_undamped_periods(load):
+    modes = oscillations(load("vessel_at_rest", "undamped").eigenvalues())
+    np.testing.assert_allclose(modes[:, 0], [5.150, 7.633, 10.181], atol=5e-4)
+    np.testing.assert_allclose(modes[:, 1], 0, atol=1e-9)
+
+
+def test_damped_periods(load):
+    modes = oscillations(load("vessel_at_rest", "damped").eigenvalues())
+    np.testing.assert_allclose(modes[:, 0], [5.487, 7.753, 10.356], atol=5e-4)
+    np.testing.assert_allclose(modes[:, 1], [0.330, 0.205, 0.156], atol=5e-4)
+
+
+def test_an_undamped_heave_keeps_its_energy(load):
+    result = load("vessel_at_rest", "undamped").simulate(20)
+    displacement = result["displacement"]
+    potential = 0.5 * 12018034.8 * displacement[0, 0] ** 2
+    assert displacement[0, 0] == 0.1
+    assert np.ptp(displacement[:, 0]) > 0.1, "it has to heave"
+    assert np.abs(result["energy.stored"]).max() < 1e-7 * potential
+
+
+def test_it_is_carried_along_by_the_current(load):
+    """Let go in a current, it drifts with it in the end and does not turn."""
+    model = load("vessel_at_rest", "damped")
+    current = {"ship.current[1]": 0.5}
+    result = model.simulate(600, every=1, parameters=current)
+    deck = result["deck"]
+    velocity = deck[-1] - deck[-2]
+    np.testing.assert_allclose(velocity, [0.5 * (1 - np.exp(-0.01 * 600)), 0, 0], atol=5e-4)
