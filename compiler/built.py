@@ -1,0 +1,59 @@
+"""What a compilation leaves behind: a shared object, and the scene's facts about running it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from bgc.grammar.diagnostics import Diagnostic
+from bgc.graph import SceneFacts
+
+ENERGY_ACCOUNTS = ("energy.stored", "energy.supplied", "energy.dissipated", "energy.residual")
+
+
+@dataclass(frozen=True, slots=True)
+class RunFacts:
+    """What a scene says of its run, in plain values; None where it says nothing.
+
+    `folder` is that of the scene's file: files of devices are named from there. `columns` are
+    the observed names in the scene's order, the energy accounts among them; times are in
+    seconds, `solver_options` are SI numbers.
+    """
+
+    scene: str
+    model: str
+    columns: tuple[str, ...]
+    folder: str = ""
+    solver: str | None = None
+    solver_options: tuple[tuple[str, float], ...] = ()
+    step: float | None = None
+    duration: float | None = None
+    every: float | None = None
+    deadline: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Built:
+    """A model that is ready to load. `warm` tells that nothing was compiled for it."""
+
+    library: Path
+    facts: RunFacts
+    warnings: tuple[Diagnostic, ...] = ()
+    warm: bool = False
+
+
+def run_facts(scene: SceneFacts, folder: Path) -> RunFacts:
+    """Take from a scene of a file in `folder` what its run needs."""
+    solver = scene.solver
+    return RunFacts(
+        scene=scene.name,
+        model=scene.model,
+        columns=scene.columns,
+        folder=str(folder),
+        solver=solver.name if solver else None,
+        solver_options=solver.options if solver else (),
+        step=scene.step,
+        duration=scene.duration,
+        every=scene.every,
+        deadline=scene.deadline,
+    )

@@ -1,0 +1,158 @@
+"""The user's cache: compiled objects by content, and finished builds by what was read.
+
+Two levels. A *blob* (`objects/KEY.o`, `models/KEY.so`) is named by the hash of everything that
+made it, so that it never has to be invalidated. A *note* (`notes/KEY.json`) answers "this entry
+file, this scene, these overrides" with the files that were read then, their hashes and the
+build that came out: when none of them has changed, a warm start loads the build without
+parsing anything.
+
+Every file is written aside and moved into place, so two runs at once are safe; blobs carry a
+checksum, and what is damaged counts as absent.
+"""
+
+from __future__ import annotations
+
+import atexit
+import json
+import os
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import dataclass
+from hashlib import blake2b
+from pathlib import Path
+
+from bgc.grammar.catalogue.machine import cache_not_writable
+from bgc.grammar.diagnostics import Diagnostic
+
+_KEEP_SECONDS = 60 * 24 * 3600.0  # blobs and notes unused for longer are removed
+
+
+@dataclass(frozen=True, slots=True)
+class Cache:
+    """An opened cache directory, and what there is to say about it."""
+
+    root: Path
+    warnings: tuple[Diagnostic, ...] = ()
+
+    def blob(self, kind: str, name: str) -> Path | None:
+        """A blob by name, None when it is absent or damaged."""
+        path = self.root / kind / name
+        try:
+            if file_digest(path) != _checksum(path).read_text(encoding="ascii"):
+                return None
+            os.utime(path)  # the last use, for `prune`
+        except (OSError, UnicodeDecodeError):
+            return None
+        return path
+
+    def publish(self, kind: str, name: str, made: Path) -> Path:
+        """Move a finished file (of the same file system) into the cache, at once or not at all."""
+        path = self.root / kind / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        digest = file_digest(made)
+        made.replace(path)
+        _write_aside(_checksum(path), digest)
+        return path
+
+    def workplace(self) -> tempfile.TemporaryDirectory[str]:
+        """A private directory on the cache's file system, removed when left."""
+        return tempfile.TemporaryDirectory(prefix="making-", dir=self.root)
+
+    def prune(self) -> None:
+        """Remove what was not used for two months, and what a killed run left half made."""
+        oldest = time.time() - _KEEP_SECONDS
+        for kind in ("objects", "models", "notes"):
+            for path in (self.root / kind).glob("*"):
+                with suppress(OSError):
+                    if path.suffix != ".sum" and path.stat().st_mtime < oldest:
+                        path.unlink()
+                        _checksum(path).unlink(missing_ok=True)
+        for path in self.root.glob("making-*"):
+            with suppress(OSError):
+                if path.stat().st_mtime < time.time() - 24 * 3600.0:
+                    shutil.rmtree(path, ignore_errors=True)
+
+
+def cache_directory() -> Path:
+    """Where the cache is: `$BGC_CACHE_DIR`, else `bgc` in the user's cache directory."""
+    if chosen := os.environ.get("BGC_CACHE_DIR"):
+        return Path(chosen).absolute()
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "bgc"
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local")) / "bgc"
+    if chosen := os.environ.get("XDG_CACHE_HOME"):
+        return Path(chosen).absolute() / "bgc"
+    return Path.home() / ".cache" / "bgc"
+
+
+def open_cache() -> Cache:
+    """Open the user's cache for writing, or a temporary one, with a warning, where it cannot be."""
+    try:
+        root = cache_directory()
+    except RuntimeError as problem:  # no home directory
+        return _temporary_cache("~/.cache/bgc", str(problem))
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=root) as probe:
+            probe.write(b"bgc")
+    except OSError as problem:
+        return _temporary_cache(str(root), problem.strerror or str(problem))
+    return Cache(root)
+
+
+def _temporary_cache(wanted: str, reason: str) -> Cache:
+    root = Path(tempfile.mkdtemp(prefix="bgc-"))
+    atexit.register(shutil.rmtree, root, ignore_errors=True)
+    return Cache(root, (cache_not_writable(wanted, reason),))
+
+
+def digest_of(parts: Iterable[str]) -> str:
+    """Hash texts to 32 hexadecimal digits; their boundaries count."""
+    state = blake2b(digest_size=16)
+    for part in parts:
+        data = part.encode("utf-8", "surrogateescape")
+        state.update(len(data).to_bytes(8, "little"))
+        state.update(data)
+    return state.hexdigest()
+
+
+def file_digest(path: Path) -> str:
+    """Hash a file's bytes; OSError where it cannot be read."""
+    return blake2b(path.read_bytes(), digest_size=16).hexdigest()
+
+
+def read_note(root: Path, key: str) -> object:
+    """The JSON value noted under a key, None when there is none or it is damaged."""
+    path = root / "notes" / f"{key}.json"
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+
+
+def write_note(root: Path, key: str, value: object) -> None:
+    """Note a JSON value under a key."""
+    path = root / "notes" / f"{key}.json"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    _write_aside(path, json.dumps(value))
+
+
+def _checksum(path: Path) -> Path:
+    return path.with_name(path.name + ".sum")
+
+
+def _write_aside(path: Path, text: str) -> None:
+    handle, name = tempfile.mkstemp(dir=path.parent)
+    aside = Path(name)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        aside.replace(path)
+    except BaseException:
+        aside.unlink(missing_ok=True)
+        raise

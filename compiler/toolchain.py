@@ -1,0 +1,101 @@
+"""Find the C compiler of this machine."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+from bgc.grammar.catalogue.machine import chosen_compiler_missing, no_c_compiler
+from bgc.grammar.diagnostics import BgError
+
+CANDIDATES = ("cc", "gcc", "clang")
+
+# Instruction set of this machine, fused multiply-add above all (LU 1.5 x); no errno to keep, so
+# that sqrt is one instruction. -ffast-math was measured to gain nothing (numerics.md).
+COMMON_FLAGS = ("-std=c11", "-march=native", "-fno-math-errno", "-fPIC")
+RUNTIME_FLAGS = ("-O2", *COMMON_FLAGS)
+
+
+@dataclass(frozen=True, slots=True)
+class Toolchain:
+    """A C compiler: the words that start it, its kind and its version's first line.
+
+    `kind` is `gcc`, `clang`, `zig` or `cc` (one that does not say).
+    """
+
+    command: tuple[str, ...]
+    kind: str
+    version: str
+
+    @property
+    def name(self) -> str:
+        """The command as a user would type it."""
+        return shlex.join(self.command)
+
+    def run(self, arguments: tuple[str, ...], directory: Path) -> subprocess.CompletedProcess[str]:
+        """Run the compiler in a directory; output and errors come back as one text."""
+        command = [*self.command, *arguments]
+        try:
+            return subprocess.run(
+                command,
+                cwd=directory,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                errors="replace",
+                # The compiler's words in English whatever the user's language: reports quote them.
+                env={**os.environ, "LC_ALL": "C"},
+                check=False,
+            )
+        except OSError as problem:  # not a program after all
+            return subprocess.CompletedProcess(command, 127, str(problem))
+
+
+def find_toolchain() -> Toolchain:
+    """Find a C compiler: `$CC`, `cc`, `gcc`, `clang`, else that of the `ziglang` wheel.
+
+    Raises BgError (BG050, BG051) when there is none. Whether it works is seen when it is used.
+    """
+    if chosen := os.environ.get("CC", "").strip():
+        command = tuple(shlex.split(chosen))
+        if shutil.which(command[0]) is None:
+            raise BgError([chosen_compiler_missing(chosen)])
+        return _identify(command)
+    for candidate in CANDIDATES:
+        if shutil.which(candidate) is not None:
+            return _identify((candidate,))
+    if find_spec("ziglang") is not None:
+        return _identify((sys.executable, "-m", "ziglang", "cc"))
+    raise BgError([no_c_compiler(("$CC", *CANDIDATES, "ziglang"))])
+
+
+def _identify(command: tuple[str, ...]) -> Toolchain:
+    """Ask a compiler for its version; one that does not answer fails when it is used."""
+    try:
+        answer = subprocess.run(
+            [*command, "--version"],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=60,
+            check=False,
+        ).stdout
+    except (OSError, subprocess.SubprocessError):
+        answer = ""
+    version = next((line.strip() for line in answer.splitlines() if line.strip()), "unknown")
+    return Toolchain(command, _kind(command, answer), version)
+
+
+def _kind(command: tuple[str, ...], answer: str) -> str:
+    if "ziglang" in command or Path(command[0]).name == "zig":
+        return "zig"
+    if "clang" in answer:
+        return "clang"
+    return "gcc" if "Free Software Foundation" in answer else "cc"

@@ -1,0 +1,157 @@
+"""BG7xx: what may go wrong while a compiled model runs."""
+
+from __future__ import annotations
+
+from bgc.grammar.catalogue import error
+from bgc.grammar.diagnostics import Diagnostic
+
+_FASTEST = "see which state is at fault, and whether its parameters and initial value make sense"
+
+
+def _state(name: str | None) -> str:
+    return f"; state `{name}` is at fault" if name else ""
+
+
+def step_too_small(time: float, state: str | None) -> Diagnostic:
+    """BG701: the error control asked for a step that is too small
+
+    What: the adaptive method could not meet the tolerance with any step the clock resolves.
+    Why: the solution runs to infinity or jumps, or the tolerance is tighter than rounding.
+    Example: `der(x) = x^2` from 1, at t = 1.
+    Way out: look at the state named; loosen `rtol`, or mend the equation that has a pole.
+    """
+    return error(
+        "BG701",
+        f"at t = {time:.9g} s no step is small enough for the tolerance{_state(state)}",
+        help=f"{_FASTEST}; a looser `rtol` helps where it is close to rounding (1e-15)",
+    )
+
+
+def too_many_steps(time: float, state: str | None) -> Diagnostic:
+    """BG702: too many steps between two rows
+
+    What: the run was ended because it made no visible progress.
+    Why: an explicit method on a stiff model, or a fixed step far too short.
+    Example: `solver rk4` with an adaptive step on a crane with stiff joints.
+    Way out: `solver rodas5p`, a longer step, or a looser tolerance.
+    """
+    return error(
+        "BG702",
+        f"too many steps between two rows at t = {time:.9g} s{_state(state)}",
+        help="use a stiff method (`solver rodas5p`), a longer step or a looser tolerance",
+    )
+
+
+def not_finite(time: float, state: str | None) -> Diagnostic:
+    """BG703: a value is no longer finite
+
+    What: an overflow, a division by zero or a function outside its domain.
+    Why: an unstable model, a fixed step that is too long, or a law used where it is undefined.
+    Example: `sqrt(x)` with x below zero; an explicit method on a stiff spring.
+    Way out: a shorter step or a stiff method; guard the law, for instance with `max(x, 0)`.
+    """
+    return error(
+        "BG703",
+        f"a value is not finite after t = {time:.9g} s{_state(state)}",
+        help="shorten the step or use a stiff method; guard laws that are undefined somewhere",
+    )
+
+
+def singular(time: float, state: str | None) -> Diagnostic:
+    """BG704: the equations of a step are singular
+
+    What: the matrix of the linearly implicit step cannot be factorised.
+    Why: an algebraic equation does not determine its unknown, or a modulus became zero.
+    Example: `equation 0*z = x;`.
+    Way out: look at the state named and at the equation or bond that determines it.
+    """
+    return error(
+        "BG704",
+        f"the equations have no unique solution at t = {time:.9g} s{_state(state)}",
+        help="look for an equation that does not determine its unknown, or a ratio that is zero",
+    )
+
+
+def assertion_failed(time: float, message: str) -> Diagnostic:
+    """BG705: an `assert` of the model failed
+
+    What: a condition that the model states for its own validity is false.
+    Why: the model was driven beyond what it describes.
+    Example: `assert cos(theta) > 0.01, "pitch of 90 deg";`.
+    Way out: as the message says.
+    """
+    return error("BG705", f"{message} (at t = {time:.9g} s)")
+
+
+def device_failed(time: float) -> Diagnostic:
+    """BG706: a device reported a fault
+
+    What: reading from or writing to a device failed; its forces were set to zero.
+    Why: unplugged, switched off, or the end of its data in a form it cannot continue from.
+    Example: the handle's cable was pulled.
+    Way out: check the device, then run again.
+    """
+    return error("BG706", f"a device reported a fault at t = {time:.9g} s; its forces are zero")
+
+
+def parameters_refused(message: str) -> Diagnostic:
+    """BG707: parameters that give no valid model
+
+    What: a quantity that follows from the parameters has a value that makes no sense.
+    Why: a mass, a compliance or another divisor is zero or negative.
+    Example: `--set m=0` where `m` is the parameter of an I.
+    Way out: change the parameters that the message names.
+    """
+    return error("BG707", message, help="change the parameters that it depends on")
+
+
+def no_memory() -> Diagnostic:
+    """BG708: no memory for an instance of the model
+
+    What: the operating system gave no memory.
+    Why: the machine is full, or its limits are tight.
+    Example: `ulimit -v` below what the model needs.
+    Way out: free some memory.
+    """
+    return error("BG708", "there is no memory left for an instance of the model")
+
+
+def interrupted(time: float) -> Diagnostic:
+    """BG709: the run was interrupted
+
+    What: Ctrl-C, or a call to `stop`, ended the run.
+    Why: somebody asked for it.
+    Example: Ctrl-C.
+    Way out: none needed: the rows up to this time are kept.
+    """
+    return error("BG709", f"interrupted at t = {time:.9g} s; the rows up to there are kept")
+
+
+def not_explicit() -> Diagnostic:
+    """BG710: an explicit method on a model with algebraic equations
+
+    What: the model has unknowns that only equations determine, and the method cannot solve them.
+    Why: explicit methods (`rk4`, `heun`) need every derivative written out.
+    Example: `solver rk4` on a model with an algebraic loop.
+    Way out: an implicit method: `solver rodas5p`, or `ros34prw` with a step.
+    """
+    return error(
+        "BG710",
+        "an explicit solver cannot solve a model with algebraic equations",
+        help="use `solver rodas5p`, or `ros34prw` with a step",
+    )
+
+
+def inconsistent(time: float, state: str | None) -> Diagnostic:
+    """BG711: no consistent values were found
+
+    What: the algebraic equations have no solution near the values given.
+    Why: starting values that are far off, or equations that contradict each other.
+    Example: `unknown z = 0; equation z^2 = -1;`.
+    Way out: give the unknown a better starting value, or mend its equation.
+    """
+    return error(
+        "BG711",
+        f"at t = {time:.9g} s no values near the given ones satisfy the equations{_state(state)}",
+        help="give `unknown NAME = VALUE;` a better starting value, or mend its equation",
+    )

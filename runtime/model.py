@@ -1,0 +1,274 @@
+"""A compiled model, as Python sees it: parameters, simulation, linearisation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from bgc.built import ENERGY_ACCOUNTS, Built, RunFacts
+from bgc.grammar.catalogue.machine import no_duration
+from bgc.grammar.diagnostics import BgError, Diagnostic
+from bgc.options import Options
+from bgc.runtime.binding import Array, Instance, Library, Status, VarInfo, text
+from bgc.runtime.failures import RunInterrupted, SimulationError, explain, require
+from bgc.runtime.linear import Linearisation
+from bgc.runtime.parameters import Parameters, Quantity
+from bgc.runtime.result import Result
+from bgc.runtime.rows import row_times
+from bgc.runtime.run import Method, choose_method, open_devices, run_watched, wants_accounts
+
+
+def compile_model(
+    path: str | Path,
+    scene: str | None = None,
+    parameters: Mapping[str, Quantity] | None = None,
+) -> Model:
+    """Compile a scene of a `.bg` file, or load it from the cache, and return the model.
+
+    Parameters
+    ----------
+    path
+        The `.bg` file.
+    scene
+        The scene's name; by default the file's first.
+    parameters
+        Values by name, SI numbers or texts with a unit. Those that decide the model's structure
+        (a `const`, a parameter of a part that the scene replaces) are compiled in, all others
+        are set in the model's `parameters`.
+
+    Raises
+    ------
+    BgError
+        What is wrong with the model, the machine or the values; its `diagnostics` say where.
+    """
+    given = dict(parameters or {})
+    try:
+        model = Model(_build(Path(path), Options(scene)))
+        structural = {name: value for name, value in given.items() if name not in model.parameters}
+    except BgError:
+        if not given:
+            raise
+        # A parameter without a default cannot be compiled without its value.
+        structural = given
+    if structural:
+        overrides = tuple((name, _as_source(value)) for name, value in structural.items())
+        model = Model(_build(Path(path), Options(scene, overrides)))
+    for name, value in given.items():
+        if name not in structural:
+            model.parameters[name] = value
+    return model
+
+
+def _build(path: Path, options: Options) -> Built:
+    """Take a build from the cache, or compile."""
+    from bgc.recall import recall
+
+    if (found := recall(path, options)) is not None:
+        return found
+    from bgc.driver import compile_source
+
+    return compile_source(path, options)
+
+
+def _as_source(value: Quantity) -> str:
+    return value if isinstance(value, str) else repr(float(value))
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A state or an output: its name and its SI unit."""
+
+    name: str
+    unit: str
+
+
+class Model:
+    """A loaded model. Runs do not share anything: each starts from the initial state.
+
+    Attributes
+    ----------
+    parameters
+        Run-time parameters by name; set one with `model.parameters["boom.mass"] = "7 t"`.
+    states, outputs
+        Names and units of the states and of what the scene observes.
+    facts
+        What the scene says about its run.
+    warnings
+        What the compiler had to say.
+    """
+
+    def __init__(self, built: Built) -> None:
+        self._library = Library(built.library)
+        self.facts: RunFacts = built.facts
+        self.warnings: tuple[Diagnostic, ...] = built.warnings
+        self.warm = built.warm
+        self.parameters = Parameters(self._library)
+        model = self._library.model
+        self.states = tuple(_variable(model.state[k]) for k in range(model.n_state))
+        self._observed = tuple(_variable(model.output[k]) for k in range(model.n_output))
+        accounts = (Variable(name, "J") for name in ENERGY_ACCOUNTS)
+        known = {v.name: v for v in (*self._observed, *accounts)}
+        self.outputs = tuple(known[name] for name in self.facts.columns)
+
+    def __repr__(self) -> str:
+        return (
+            f"<bgc model {self.facts.scene}: {len(self.states)} states, "
+            f"{len(self.parameters)} parameters, {len(self.outputs)} outputs>"
+        )
+
+    @property
+    def solvers(self) -> tuple[str, ...]:
+        """Names of the integration methods."""
+        return self._library.methods()
+
+    def simulate(
+        self,
+        duration: float | None = None,
+        *,
+        every: float | None = None,
+        solver: str | None = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+        step: float | None = None,
+        parameters: Mapping[str, Quantity] | None = None,
+        progress: bool = False,
+    ) -> Result:
+        """Run from the initial state and return the observed values.
+
+        Parameters
+        ----------
+        duration, every
+            End time and interval between rows, s; by default the scene's. Without an interval
+            there is a row for each step of a fixed-step method, else there are 1,000 intervals.
+        solver, rtol, atol, step
+            Method and its options; by default the scene's, else `rodas5p`, or `ros34prw` where
+            the scene gives a step. `atol` is one for all states, SI; without it each state has
+            its own, from its unit's scale.
+        parameters
+            Values for this run alone, SI numbers or texts with a unit.
+        progress
+            Show a progress bar on a terminal when the run takes longer than a second.
+
+        Raises
+        ------
+        SimulationError
+            The run could not be completed; its `result` holds the rows up to there.
+        RunInterrupted
+            Ctrl-C; its `result` holds the rows up to there.
+        BgError
+            An argument or a parameter is at fault.
+        """
+        facts = self.facts
+        method = choose_method(self._library, facts, solver, rtol, atol, step)
+        accounts = wants_accounts(facts)
+        end = facts.duration if duration is None else duration
+        if end is None:
+            raise BgError([no_duration(facts.scene)])
+        interval = facts.every if every is None else every
+        width = len(self._observed) + (len(ENERGY_ACCOUNTS) if accounts else 0)
+        times = row_times(end, interval, method.step if method.fixed else None, width)
+        instance = self.parameters.instance(parameters or {})
+        require(instance, instance.set_options(method.struct(accounts)))
+        rows = np.full((len(times), width), np.nan)
+        with open_devices(instance, facts.folder):
+            require(instance, instance.reset())
+            status, done, interrupted = run_watched(instance, times, rows, progress)
+        result = self._result(times[:done], rows[:done], method, instance)
+        if interrupted or status is Status.INTERRUPTED:
+            diagnostic = explain(instance, Status.INTERRUPTED)
+            raise RunInterrupted(diagnostic, result.ended("interrupted", diagnostic.message))
+        if status is not Status.OK:
+            diagnostic = explain(instance, status)
+            raise SimulationError(diagnostic, result.ended("failed", diagnostic.message))
+        return result
+
+    def _result(self, times: Array, rows: Array, method: Method, instance: Instance) -> Result:
+        """Name the columns of the rows, in the scene's order."""
+        names = (*(v.name for v in self._observed), *ENERGY_ACCOUNTS)
+        place = {name: k for k, name in enumerate(names)}
+        return Result(
+            scene=self.facts.scene,
+            time=times,
+            columns={v.name: rows[:, place[v.name]] for v in self.outputs},
+            units={v.name: v.unit for v in self.outputs},
+            solver=method.name,
+            counts=instance.counts,
+        )
+
+    def initial_state(self, parameters: Mapping[str, Quantity] | None = None) -> Array:
+        """The state at time 0, SI, in the order of `states`."""
+        return self._instance_at(None, 0.0, parameters).state.copy()
+
+    def rhs(
+        self,
+        state: Array | None = None,
+        time: float = 0.0,
+        parameters: Mapping[str, Quantity] | None = None,
+    ) -> Array:
+        """f of `M y' = f(t, y)`, by default at the initial state."""
+        instance = self._instance_at(state, time, parameters)
+        status, f = instance.rhs()
+        require(instance, status)
+        return f
+
+    def jacobian(
+        self,
+        state: Array | None = None,
+        time: float = 0.0,
+        parameters: Mapping[str, Quantity] | None = None,
+    ) -> Array:
+        """df/dy, dense (n, n), by default at the initial state."""
+        instance = self._instance_at(state, time, parameters)
+        status, dense, _ = instance.jacobian()
+        require(instance, status)
+        return dense
+
+    def observe(
+        self,
+        state: Array | None = None,
+        time: float = 0.0,
+        parameters: Mapping[str, Quantity] | None = None,
+    ) -> dict[str, float]:
+        """The observed values, by default at the initial state; no energy accounts."""
+        instance = self._instance_at(state, time, parameters)
+        status, values = instance.outputs()
+        require(instance, status)
+        pairs = zip(self._observed, values.tolist(), strict=True)
+        return {variable.name: value for variable, value in pairs}
+
+    def linearise(
+        self,
+        state: Array | None = None,
+        time: float = 0.0,
+        parameters: Mapping[str, Quantity] | None = None,
+    ) -> Linearisation:
+        """Linearise about a state, by default the initial one: `M dy' = A dy`."""
+        instance = self._instance_at(state, time, parameters)
+        status, dense, _ = instance.jacobian()
+        require(instance, status)
+        return Linearisation(dense, tuple(v.name for v in self.states))
+
+    def eigenvalues(
+        self,
+        state: Array | None = None,
+        time: float = 0.0,
+        parameters: Mapping[str, Quantity] | None = None,
+    ) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
+        """Eigenvalues of the linearised model, 1/s, by rising real part."""
+        return self.linearise(state, time, parameters).eigenvalues()
+
+    def _instance_at(
+        self, state: Array | None, time: float, parameters: Mapping[str, Quantity] | None
+    ) -> Instance:
+        """Make an instance that stands at a given state, by default the initial one."""
+        instance = self.parameters.instance(parameters or {})
+        require(instance, instance.reset(time))
+        if state is not None:
+            instance.state[:] = state
+        return instance
+
+
+def _variable(info: VarInfo) -> Variable:
+    return Variable(text(info.name), text(info.unit))

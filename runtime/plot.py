@@ -1,0 +1,144 @@
+"""Plots of a result: time plots stacked by unit, or panels of the user's choice."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import cycle
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib
+from bgc.grammar.catalogue.machine import bad_panel, nothing_to_draw, unknown_file_kind
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.files import written_whole
+from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from bgc.runtime.result import Result
+
+KINDS = (".png", ".svg", ".pdf")
+
+_WIDTH, _PANEL_HEIGHT, _SQUARE_HEIGHT, _MARGIN = 8.0, 2.4, 4.2, 0.7  # inches
+_MOST_IN_LEGEND = 10
+# Okabe and Ito's colours, which colour-blind readers can tell apart.
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+_STYLE: dict[Any, Any] = {
+    "agg.path.chunksize": 20_000,  # long runs overflow the renderer otherwise
+    "axes.grid": True,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "font.size": 9.5,
+    "grid.alpha": 0.35,
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "lines.linewidth": 1.3,
+    "svg.hashsalt": "bgc",  # the same bytes for the same result
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """Columns drawn together, against the column `across`: `time`, or another one."""
+
+    columns: tuple[str, ...]
+    across: str = "time"
+
+
+def read_panel(text: str) -> Panel:
+    """Read `tip.z, handle.z` or `force against elevation`; BG069 where it is neither."""
+    first, against, second = text.partition(" against ")
+    columns = tuple(name.strip() for name in re.split(r",(?![^\[]*\])", first))
+    across = second.strip() if against else "time"
+    if not all(columns) or not across or any(name.endswith(" against") for name in columns):
+        raise BgError([bad_panel(text)])
+    return Panel(columns, across)
+
+
+def plot_result(
+    result: Result,
+    path: str | Path | None,
+    columns: Sequence[str] | None,
+    panels: Sequence[str] | None,
+) -> Figure:
+    """Draw a result, and write the figure where a path is given; see `Result.plot`."""
+    if path is not None and Path(path).suffix.lower() not in KINDS:
+        raise BgError([unknown_file_kind(str(path), KINDS)])
+    if len(result.time) < 2:
+        raise BgError([nothing_to_draw("the run ended at its start")])
+    if panels:
+        chosen = [read_panel(text) for text in panels]
+        chosen = [Panel(tuple(result.expand(p.columns)), p.across) for p in chosen]
+    else:
+        chosen = _panels_by_unit(result, result.expand(list(columns or result)))
+    if not chosen:
+        raise BgError([nothing_to_draw("the scene observes nothing")])
+    with matplotlib.rc_context(_STYLE):
+        figure = _draw(result, chosen)
+        if path is not None:
+            with written_whole(path) as aside:
+                kind = Path(path).suffix.lower()[1:]
+                undated = {"Date": None} if kind == "svg" else None
+                figure.savefig(aside, format=kind, dpi=150, metadata=undated)
+    return figure
+
+
+def _panels_by_unit(result: Result, columns: Sequence[str]) -> list[Panel]:
+    by_unit: dict[str, list[str]] = {}
+    for column in columns:
+        by_unit.setdefault(result.units.get(column, ""), []).append(column)
+    return [Panel(tuple(names)) for names in by_unit.values()]
+
+
+def _draw(result: Result, panels: Sequence[Panel]) -> Figure:
+    heights = [_PANEL_HEIGHT if p.across == "time" else _SQUARE_HEIGHT for p in panels]
+    figure = Figure(figsize=(_WIDTH, sum(heights) + _MARGIN), layout="constrained")
+    grid = figure.add_gridspec(len(panels), 1, height_ratios=heights)
+    timed: Any = None
+    for k, panel in enumerate(panels):
+        axes = figure.add_subplot(grid[k], sharex=timed if panel.across == "time" else None)
+        if panel.across == "time":
+            timed = axes
+        _draw_panel(result, panel, axes)
+        last = all(p.across != "time" for p in panels[k + 1 :])
+        if panel.across != "time" or last:
+            axes.set_xlabel(_label(panel.across, result))
+        else:
+            axes.tick_params(labelbottom=False)
+    figure.suptitle(
+        result.scene if result.status == "done" else f"{result.scene} ({result.status})"
+    )
+    return figure
+
+
+def _draw_panel(result: Result, panel: Panel, axes: Any) -> None:
+    """Draw one panel; columns of a second unit get the axis at the right."""
+    across = result[panel.across]
+    units = list(dict.fromkeys(result.units[column] for column in panel.columns))
+    right: Any = None
+    if len(units) == 2:
+        right = axes.twinx()
+        right.grid(False)
+        right.spines["right"].set_visible(True)
+    lines = []
+    for column, colour in zip(panel.columns, cycle(_COLOURS), strict=False):
+        side = right if right is not None and result.units[column] == units[1] else axes
+        lines += side.plot(across, result[column], label=column, color=colour)
+    single = len(panel.columns) == 1
+    axes.set_ylabel(_label(panel.columns[0], result) if single else _bracketed(units[0]))
+    if right is not None:
+        right.set_ylabel(_bracketed(units[1]))
+    if panel.across == "time":
+        axes.margins(x=0)
+    if not single:
+        axes.legend(handles=lines[:_MOST_IN_LEGEND], ncols=min(len(lines), 5), fontsize="small")
+
+
+def _label(name: str, result: Result) -> str:
+    unit = "s" if name == "time" else result.units[name]
+    return f"{name} {_bracketed(unit)}".strip()
+
+
+def _bracketed(unit: str) -> str:
+    return f"[{unit}]" if unit else ""

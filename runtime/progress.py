@@ -1,0 +1,62 @@
+"""A progress bar on the terminal for runs that take longer than a moment."""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
+
+_AFTER_SECONDS = 1.0
+
+
+class ProgressBar:
+    """Shows how much of the simulated time is done, from one second after it was made.
+
+    Nothing is drawn, and nothing loaded, unless `wanted` and standard error is a terminal.
+    """
+
+    def __init__(self, end: float, wanted: bool) -> None:
+        self._end = end
+        self._start = time.monotonic()
+        self._wanted = wanted and sys.stderr.isatty()
+        self._drawn: tuple[Progress, TaskID] | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._drawn is not None:
+            self._drawn[0].stop()
+
+    def show(self, reached: float) -> None:
+        """Draw that the run has reached a time."""
+        if not self._wanted or time.monotonic() - self._start < _AFTER_SECONDS:
+            return
+        if self._drawn is None:
+            self._drawn = self._draw()
+        bar, task = self._drawn
+        bar.update(task, completed=reached)
+
+    def _draw(self) -> tuple[Progress, TaskID]:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+        bar = Progress(
+            TextColumn("simulating"),
+            BarColumn(),
+            TextColumn("{task.completed:.3g} of {task.total:.3g} s"),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+            transient=True,
+        )
+        bar.start()
+        return bar, bar.add_task("simulating", total=self._end)

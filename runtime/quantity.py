@@ -1,0 +1,40 @@
+"""Numbers with units, as a user gives them at run time: `7`, `7 t`, `45 deg`."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from bgc.grammar.catalogue.machine import not_a_value, wrong_unit
+from bgc.grammar.diagnostics import BgError
+
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+
+
+def read_quantity(text: str, name: str, unit: str) -> float:
+    """Read a number, or a number, a blank and a unit, as an SI value of the given unit.
+
+    `name` is what the value is for, in messages. Raises BgError BG062 where the text is no
+    such thing, BG063 where its unit measures something else.
+    """
+    match = _NUMBER.match(text.strip())
+    if match is None:
+        raise BgError([not_a_value(text, name)])
+    number = float(match.group())
+    rest = text.strip()[match.end() :]
+    if not math.isfinite(number) or (rest and not rest[0].isspace()):
+        raise BgError([not_a_value(text, name)])
+    return number * _factor(rest.strip(), name, unit) if rest else number
+
+
+def _factor(given: str, name: str, unit: str) -> float:
+    """How many SI units of `unit`'s kind one `given` is."""
+    from bgc.units import DIMENSIONLESS, parse_unit
+
+    parsed = parse_unit(given)
+    if parsed is None:
+        raise BgError([not_a_value(given, name)])
+    wanted = parse_unit(unit) if unit else None
+    if parsed.dimension != (wanted.dimension if wanted else DIMENSIONLESS):
+        raise BgError([wrong_unit(name, given, unit)])
+    return float(parsed.factor)

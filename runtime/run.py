@@ -1,0 +1,159 @@
+"""One run of a model: its method, its devices, and a watch over it while it goes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Thread
+
+from bgc.built import ENERGY_ACCOUNTS, RunFacts
+from bgc.grammar.catalogue.machine import (
+    bad_option,
+    device_not_opened,
+    step_needed,
+    unknown_driver,
+    unknown_solver,
+)
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.binding import Array, Instance, Library, OptionsStruct, Status, text
+from bgc.runtime.progress import ProgressBar
+
+ADAPTIVE_DEFAULT = "rodas5p"
+FIXED_DEFAULT = "ros34prw"
+
+_WATCH_SECONDS = 0.05  # how often a run is looked at: bounds the wait after Ctrl-C
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """An integration method with its options, SI; 0 where the runtime is to choose."""
+
+    name: str
+    fixed: bool
+    rtol: float = 0.0
+    atol: float = 0.0
+    step: float = 0.0
+    max_step: float = 0.0
+    max_steps: int = 0
+    keep: int = 0
+
+    def struct(self, accounts: bool) -> OptionsStruct:
+        """The options as C takes them."""
+        return OptionsStruct(
+            name=self.name.encode(),
+            rtol=self.rtol,
+            atol=self.atol,
+            step=self.step,
+            max_step=self.max_step,
+            max_steps=self.max_steps,
+            keep=self.keep,
+            accounts=int(accounts),
+        )
+
+
+def choose_method(
+    library: Library,
+    facts: RunFacts,
+    solver: str | None,
+    rtol: float | None,
+    atol: float | None,
+    step: float | None,
+) -> Method:
+    """Settle the method of a run: what the caller asks for, else what the scene says.
+
+    Without a solver it is `rodas5p`, or `ros34prw` where a step is given.
+    """
+    options = dict(facts.solver_options)
+    asked = {"rtol": rtol, "atol": atol, "step": step}
+    options.update({name: value for name, value in asked.items() if value is not None})
+    for name, value in options.items():
+        if not (math.isfinite(value) and value > 0):
+            raise BgError([bad_option(name, value, "a positive number")])
+    name = solver or facts.solver or "auto"
+    if name == "auto":
+        name = FIXED_DEFAULT if options.get("step") or facts.step else ADAPTIVE_DEFAULT
+    known = library.methods()
+    if name not in known:
+        raise BgError([unknown_solver(name, known)])
+    fixed = library.is_fixed(name)
+    if fixed and "step" not in options:
+        if facts.step is None:
+            raise BgError([step_needed(name)])
+        options["step"] = facts.step
+    return Method(
+        name,
+        fixed,
+        rtol=options.get("rtol", 0.0),
+        atol=options.get("atol", 0.0),
+        step=options.get("step", 0.0),
+        max_step=options.get("max_step", 0.0),
+        max_steps=int(options.get("max_steps", 0)),
+        keep=int(options.get("keep", 0)),
+    )
+
+
+def wants_accounts(facts: RunFacts) -> bool:
+    """Whether the scene observes an energy account, so that they have to be integrated."""
+    return any(column in ENERGY_ACCOUNTS for column in facts.columns)
+
+
+@contextmanager
+def open_devices(instance: Instance, folder: str) -> Iterator[None]:
+    """Open the scene's devices, and close them, their forces zero, whatever happens.
+
+    `folder` is that of the scene's file, from which the files of devices are named.
+    """
+    model = instance.library.model
+    try:
+        for index in range(model.n_device):
+            info = model.device[index]
+            name, driver_name = text(info.name), text(info.driver)
+            driver = instance.find_driver(info.driver)
+            if driver is None:
+                raise BgError([unknown_driver(name, driver_name)])
+            status, message = instance.open_device(
+                index, driver, _located(text(info.options), folder)
+            )
+            if status is not Status.OK:
+                raise BgError([device_not_opened(name, driver_name, message)])
+        yield
+    finally:
+        instance.close_devices()
+
+
+def _located(options: str, folder: str) -> str:
+    """Name the file of a device's options from where the scene's file is."""
+    lines = (line.partition("=") for line in options.splitlines())
+    return "".join(
+        f"{key}={Path(folder, value) if key == 'file' else value}\n" for key, _, value in lines
+    )
+
+
+def run_watched(
+    instance: Instance, times: Array, rows: Array, progress: bool
+) -> tuple[Status, int, bool]:
+    """Run to all times, with a progress bar if asked; Ctrl-C stops it within 0.2 s.
+
+    The C code runs in one piece in a thread of its own, so that neither the watching nor the
+    length of its intervals can change a bit of the result.
+
+    Returns the status, the number of finished rows, and whether Ctrl-C was seen.
+    """
+    outcome: list[tuple[Status, int]] = []
+    thread = Thread(target=lambda: outcome.append(instance.run(times, rows)), daemon=True)
+    interrupted = False
+    with ProgressBar(float(times[-1]), progress) as bar:
+        thread.start()
+        while thread.is_alive():
+            try:
+                thread.join(_WATCH_SECONDS)
+                bar.show(instance.time)
+            except KeyboardInterrupt:
+                interrupted = True
+            if interrupted:
+                instance.stop()
+    ((status, done),) = outcome
+    return status, done, interrupted
