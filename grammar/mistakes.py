@@ -122,7 +122,7 @@ class Mistake:
 
 def diagnose(trouble: Trouble) -> Mistake:
     """Find the most pointed message for a syntax error."""
-    if trouble.found is None or trouble.source.text.startswith(_NEVER_TOKENS, trouble.offset):
+    if trouble.found is None or _is_misread(trouble, trouble.found):
         return Mistake(_characters(trouble))
     for explain in _EXPLANATIONS:
         mistake = explain(trouble, trouble.found)
@@ -224,6 +224,9 @@ def _empty_statement(trouble: Trouble, found: Token) -> Mistake | None:
 
 def _reserved(trouble: Trouble, found: Token) -> Mistake | None:
     """A word of the language where a name must stand."""
+    previous = trouble.previous
+    if found.type == "COLON" and previous is not None and str(previous) in RESERVED:
+        return Mistake(wrong.reserved_word(_span_of(trouble, previous), str(previous)))
     if "NAME" not in trouble.accepted or str(found) not in RESERVED:
         return None
     if trouble.at_start_of_line() and not _begins_statement(trouble.read):
@@ -343,6 +346,12 @@ def _expected(accepted: frozenset[str]) -> Iterator[str]:
 # --- characters that are no token -----------------------------------------------------------
 
 
+def _is_misread(trouble: Trouble, found: Token) -> bool:
+    """Whether the token is only the start of a misspelt number, or of an unclosed comment."""
+    starts_comment = trouble.source.text.startswith("/*", trouble.offset)
+    return starts_comment or (found[:1] in set("0123456789") and found.type != "NUMBER")
+
+
 def _characters(trouble: Trouble) -> Diagnostic:
     """Name what is wrong with characters that begin no token."""
     source, at = trouble.source, trouble.offset
@@ -404,7 +413,6 @@ _NUMBER_AND_MORE = re.compile(
     r"(?:(?P<point>\.(?!\.))|(?P<glued>[A-Za-z_][A-Za-z0-9_]*)"
     r"|(?: (?P<unit>[A-Za-z_][A-Za-z0-9_^*/-]*))?(?P<tail>(?:\.| ?[*/])[A-Za-z_][A-Za-z0-9_]*))"
 )
-_NEVER_TOKENS = ("/*", '"', "'", *"0123456789")  # where a number or a text would have been read
 _FOREIGN = {
     "&&": "write `and`",
     "||": "write `or`",

@@ -19,7 +19,7 @@ from bgc.grammar.transform_expressions import ParseTree
 from lark import Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 
-__all__ = ["MAX_ERRORS", "parse", "parse_tree", "read_source"]
+__all__ = ["MAX_ERRORS", "parse", "parse_with_tokens", "read_source"]
 
 MAX_ERRORS = 50
 _MAX_LINE = 1_000_000
@@ -39,31 +39,22 @@ def parse(source: Source) -> tuple[syntax.File, tuple[Diagnostic, ...]]:
         The syntax tree of what could be read, and the diagnostics in the order of the text:
         at most `MAX_ERRORS`, and one that says so. Without any, the tree is the whole text.
     """
-    tree, _, mistakes = parse_tree(source)
-    if tree is None:
-        return syntax.File(source, (), ()), mistakes
-    file, refused = transform(source, tree)
-    found = sorted(mistakes + refused, key=lambda d: d.span.start if d.span else 0)
-    return file, tuple(found)
+    file, _, diagnostics = parse_with_tokens(source)
+    return file, diagnostics
 
 
-def parse_tree(
+def parse_with_tokens(
     source: Source,
-) -> tuple[ParseTree | None, tuple[Token, ...], tuple[Diagnostic, ...]]:
-    """Read a text as far as Lark's parse tree.
-
-    Returns
-    -------
-    tuple
-        The tree (None where the text is not worth reading at all), the tokens that were
-        read, and the diagnostics.
-    """
+) -> tuple[syntax.File, tuple[Token, ...], tuple[Diagnostic, ...]]:
+    """Read a text as `parse` does, and give the tokens that were read too."""
     refusal = _refuse(source)
     if refusal is not None:
-        return None, (), (refusal,)
+        return syntax.File(source, (), ()), (), (refusal,)
     reading = _Reading(source)
-    tree = reading.run()
-    return tree, tuple(reading.tokens), tuple(reading.diagnostics)
+    file, refused = transform(source, reading.run())
+    found = (*reading.diagnostics, *refused)
+    ordered = sorted(found, key=lambda d: d.span.start if d.span else 0)
+    return file, tuple(reading.tokens), tuple(ordered)
 
 
 def _refuse(source: Source) -> Diagnostic | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from bgc.grammar import syntax
@@ -11,6 +12,7 @@ from bgc.grammar.source import Source, Span
 from bgc.grammar.transform_expressions import MAX_DEPTH, ExpressionTransform, ParseTree, unquoted
 from lark import Token, Tree
 
+_COMMENTS = re.compile(r"/\*.*?\*/")
 SCENE_WORDS = frozenset("observe run solver device drive require deadline step".split())
 
 
@@ -348,9 +350,12 @@ class _Transform(ExpressionTransform):
         return None if tree is None else self.expression(tree)
 
     def _doc(self, tree: ParseTree) -> str:
-        """The text of the `///` lines above a declaration, up to one that is none."""
+        """The text of the `///` lines above a declaration that begins its line."""
         source = self.source
-        number, _ = source.position(self.span(tree).start)
+        start = self.span(tree).start
+        number, column = source.position(start)
+        if _COMMENTS.sub("", source.text[start - column + 1 : start]).strip():
+            return ""
         lines: list[str] = []
         for above in range(number - 1, 0, -1):
             line = source.line(above).strip()

@@ -1,0 +1,239 @@
+"""`bgc fmt`: prints a `.bg` text in its canonical form, comments kept.
+
+Two blanks of indentation, one statement a line, at most one blank line, `+` and `-` with blanks
+around, `*`, `/` and `^` without (behind a unit they need them), the colons of neighbouring parts
+one below the other. What is a choice stays as written: blank lines, line breaks within a
+statement, and whether a short block stands on one line.
+
+Works on the tokens and the comments between them, so that nothing of the text can get lost.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from bgc.grammar.diagnostics import BgError
+from bgc.grammar.parse import parse_with_tokens
+from bgc.grammar.source import Source
+from lark import Token
+
+_WIDTH = 100
+_INDENT = 2
+
+_COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
+_OPENERS = ("LPAR", "LSQB")
+_CLOSERS = ("RPAR", "RSQB")
+_TIGHT_BEFORE = ("COMMA", "SEMICOLON", "DOT", *_CLOSERS)
+_TIGHT_AFTER = ("DOT", *_OPENERS)
+_TIGHT_OPERATORS = ("TIMES", "OVER", "POWER")
+_ENDS_OPERAND = ("NAME", "NUMBER", "TIME", "TEXT", "DER", *_CLOSERS)
+
+
+def format_source(source: Source) -> str:
+    """Print a text in canonical form; what it means is unchanged.
+
+    Raises
+    ------
+    BgError
+        With the syntax errors of the text, when it has any.
+    """
+    _, tokens, wrong = parse_with_tokens(source)
+    if wrong:
+        raise BgError(wrong)
+    return _Printer(list(_pieces(source.text, tokens))).print()
+
+
+@dataclass(frozen=True, slots=True)
+class _Piece:
+    """A token or a comment, and the line ends between it and what is before it."""
+
+    kind: str  # the type of the token, or "COMMENT"
+    text: str
+    newlines: int
+
+    @property
+    def is_line_comment(self) -> bool:
+        """Whether the line must end behind it."""
+        return self.kind == "COMMENT" and self.text.startswith("//")
+
+    @property
+    def has_unit(self) -> bool:
+        """Whether an operator behind it would be taken for a part of its unit."""
+        return self.kind == "NUMBER" and " " in self.text
+
+
+def _pieces(text: str, tokens: tuple[Token, ...]) -> Iterator[_Piece]:
+    """The tokens of a text and the comments between them; no `;` behind a law's `}`."""
+    at = 0
+    previous = ""
+    for token in (*tokens, None):
+        start = len(text) if token is None else token.start_pos
+        assert start is not None
+        for comment in _COMMENT.finditer(text, at, start):
+            yield _Piece("COMMENT", comment.group().rstrip(), text.count("\n", at, comment.start()))
+            at = comment.end()
+        if token is None:
+            return
+        assert token.end_pos is not None
+        if not (token.type == "SEMICOLON" and previous == "RBRACE"):
+            yield _Piece(token.type, str(token), text.count("\n", at, start))
+        at, previous = token.end_pos, token.type
+
+
+@dataclass(slots=True)
+class _Line:
+    """One line of the result, and where the colon of the part it declares is."""
+
+    text: str
+    colon: int | None = None
+
+
+@dataclass(slots=True)
+class _Printer:
+    """Sets the pieces one after the other, each with what belongs before it."""
+
+    pieces: list[_Piece]
+    lines: list[_Line] = field(default_factory=lambda: [_Line("")])
+    inline: list[bool] = field(default_factory=list)  # of each open block: is it on one line
+    depth: int = 0  # of open brackets within the statement
+    statement: str = ""  # kind of the first token of the statement, "" before it
+    token: _Piece = _Piece("", "", 0)  # the last one that was no comment
+    is_sign: bool = False  # it was a sign before an operand
+    is_spaced: bool = False  # it was an operator with blanks around
+    leads: bool = False  # the last comment began its line
+
+    def print(self) -> str:
+        """Print the whole text."""
+        for at, piece in enumerate(self.pieces):
+            if at > 0:
+                self._separate(self.pieces[at - 1], piece)
+            if piece.kind == "COMMENT":
+                self._set_comment(piece)
+            else:
+                self._set_token(at, piece)
+        text = "\n".join(line.text for line in _aligned(self.lines))
+        return f"{text}\n" if text else ""
+
+    # --- what stands before a piece -----------------------------------------------------------
+
+    def _separate(self, before: _Piece, piece: _Piece) -> None:
+        """Put the line end or the blank that belongs before a piece."""
+        between = not self.statement
+        if before.is_line_comment or (piece.kind == "COMMENT" and piece.newlines):
+            self._new_line(before, piece, blank=between and piece.newlines > 1)
+        elif piece.kind == "COMMENT":
+            self.lines[-1].text += "  " if piece.is_line_comment else " "
+        elif between:
+            is_else = piece.kind == "ELSE" and before.kind == "RBRACE"
+            beside_comment = before.kind == "COMMENT" and self.leads and not piece.newlines
+            if is_else or beside_comment or (self.inline and self.inline[-1]):
+                self.lines[-1].text += " "
+            else:
+                self._new_line(before, piece, blank=piece.newlines > 1)
+        elif piece.newlines and piece.kind not in ("LBRACE", "SEMICOLON", "COMMA"):
+            self._new_line(before, piece, blank=False)
+        elif self._needs_blank(before, piece):
+            self.lines[-1].text += " "
+
+    def _new_line(self, before: _Piece, piece: _Piece, *, blank: bool) -> None:
+        """Begin a line and indent it; with an empty one before, but not at a block's ends."""
+        indent = _INDENT * (len(self.inline) - (piece.kind == "RBRACE"))
+        if self.statement:
+            closes = piece.kind in _CLOSERS
+            indent += _INDENT * (self.depth - closes if self.depth else 1)
+        if blank and before.kind != "LBRACE" and piece.kind != "RBRACE":
+            self.lines.append(_Line(""))
+        self.lines.append(_Line(" " * indent))
+
+    def _needs_blank(self, before: _Piece, piece: _Piece) -> bool:
+        """Whether a blank stands between two pieces of a statement."""
+        if piece.kind in _TIGHT_BEFORE or before.kind in _TIGHT_AFTER:
+            return False
+        if before.kind == "COMMENT":
+            return True
+        if piece.kind in _OPENERS:
+            return before.kind not in _ENDS_OPERAND and not self.is_sign
+        if piece.kind in _TIGHT_OPERATORS:
+            return before.has_unit
+        if before.kind in _TIGHT_OPERATORS:
+            return self.is_spaced
+        if "DOTS" in (piece.kind, before.kind):
+            in_declaration = self.statement != "FOR" and not self.depth
+            return in_declaration or (before.kind == "DOTS" and piece.text.startswith("."))
+        return not self.is_sign
+
+    # --- the piece itself -------------------------------------------------------------------
+
+    def _set_comment(self, piece: _Piece) -> None:
+        self.leads = not self.lines[-1].text.strip()
+        first, *more = piece.text.split("\n")
+        self.lines[-1].text += first
+        self.lines += [_Line(text.rstrip()) for text in more]
+
+    def _set_token(self, at: int, piece: _Piece) -> None:
+        """Put a token, and keep account of where it leads."""
+        line, before = self.lines[-1], self.token
+        if piece.kind == "COLON" and self.statement == "NAME" and not any(self.inline):
+            line.colon = len(line.text)
+        line.text += piece.text
+        self.token = piece
+        self.is_sign = piece.kind in ("PLUS", "MINUS") and before.kind not in _ENDS_OPERAND
+        self.is_spaced = piece.kind in _TIGHT_OPERATORS and before.has_unit
+        self.statement = self.statement or piece.kind
+        match piece.kind:
+            case "LPAR" | "LSQB":
+                self.depth += 1
+            case "RPAR" | "RSQB":
+                self.depth -= 1
+            case "LBRACE":
+                self.inline.append(self._is_inline(at))
+                self.statement = ""
+            case "RBRACE":
+                self.inline.pop()
+                self.statement = ""
+            case "SEMICOLON":
+                self.statement = ""
+
+    def _is_inline(self, at: int) -> bool:
+        """Whether the block that begins here was written on one line, and has room on one."""
+        if self.inline and self.inline[-1]:
+            return True
+        width = len(self.lines[-1].text)
+        level = 1
+        for piece in self.pieces[at + 1 :]:
+            level += (piece.kind == "LBRACE") - (piece.kind == "RBRACE")
+            width += len(piece.text) + 1
+            if level == 0:
+                is_empty = piece is self.pieces[at + 1]
+                return is_empty or (not piece.newlines and width <= _WIDTH)
+            if piece.newlines or piece.kind == "COMMENT" or width > _WIDTH:
+                return False
+        raise AssertionError("a block without an end")
+
+
+def _aligned(lines: list[_Line]) -> list[_Line]:
+    """Put the colons of parts one below the other where their lines are neighbours."""
+    start = 0
+    while start < len(lines):
+        end = start + 1
+        while end < len(lines) and _are_neighbours(lines[end - 1], lines[end]):
+            end += 1
+        furthest = max(line.colon or 0 for line in lines[start:end])
+        for line in lines[start:end]:
+            if line.colon is not None:
+                before, after = line.text[: line.colon], line.text[line.colon :]
+                line.text = before.ljust(furthest) + after
+        start = end
+    return lines
+
+
+def _are_neighbours(line: _Line, following: _Line) -> bool:
+    if line.colon is None or following.colon is None:
+        return False
+    return _indent(line.text) == _indent(following.text)
+
+
+def _indent(text: str) -> int:
+    return len(text) - len(text.lstrip(" "))
