@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.parse import parse_with_tokens
@@ -28,6 +28,7 @@ _CLOSERS = ("RPAR", "RSQB")
 _TIGHT_BEFORE = ("COMMA", "SEMICOLON", "DOT", *_CLOSERS)
 _TIGHT_AFTER = ("DOT", *_OPENERS)
 _TIGHT_OPERATORS = ("TIMES", "OVER", "POWER")
+_CONTINUE = ("PLUS", "MINUS", "COMPARE", "AND", "OR", "THEN", "ELSE", *_TIGHT_OPERATORS)
 _ENDS_OPERAND = ("NAME", "NUMBER", "TIME", "TEXT", "DER", *_CLOSERS)
 
 
@@ -97,7 +98,7 @@ class _Printer:
     pieces: list[_Piece]
     lines: list[_Line] = field(default_factory=lambda: [_Line("")])
     inline: list[bool] = field(default_factory=list)  # of each open block: is it on one line
-    depth: int = 0  # of open brackets within the statement
+    brackets: list[int] = field(default_factory=list)  # the line each open one stands on
     statement: str = ""  # kind of the first token of the statement, "" before it
     token: _Piece = _Piece("", "", 0)  # the last one that was no comment
     is_sign: bool = False  # it was a sign before an operand
@@ -139,13 +140,17 @@ class _Printer:
 
     def _new_line(self, before: _Piece, piece: _Piece, *, blank: bool) -> None:
         """Begin a line and indent it; with an empty one before, but not at a block's ends."""
-        indent = _INDENT * (len(self.inline) - (piece.kind == "RBRACE"))
-        if self.statement:
-            closes = piece.kind in _CLOSERS
-            indent += _INDENT * (self.depth - closes if self.depth else 1)
+        indent = len(self.inline) - (piece.kind == "RBRACE")
+        if self.brackets:
+            opened = set(self.brackets)
+            if piece.kind in _CLOSERS:
+                opened.remove(self.brackets[-1])
+            indent += len(opened) + (piece.kind in _CONTINUE)
+        elif self.statement:
+            indent += 1
         if blank and before.kind != "LBRACE" and piece.kind != "RBRACE":
             self.lines.append(_Line(""))
-        self.lines.append(_Line(" " * indent))
+        self.lines.append(_Line(" " * (_INDENT * indent)))
 
     def _needs_blank(self, before: _Piece, piece: _Piece) -> bool:
         """Whether a blank stands between two pieces of a statement."""
@@ -153,14 +158,14 @@ class _Printer:
             return False
         if before.kind == "COMMENT":
             return True
-        if piece.kind in _OPENERS:
-            return before.kind not in _ENDS_OPERAND and not self.is_sign
         if piece.kind in _TIGHT_OPERATORS:
             return before.has_unit
         if before.kind in _TIGHT_OPERATORS:
             return self.is_spaced
+        if piece.kind in _OPENERS:
+            return before.kind not in _ENDS_OPERAND and not self.is_sign
         if "DOTS" in (piece.kind, before.kind):
-            in_declaration = self.statement != "FOR" and not self.depth
+            in_declaration = self.statement != "FOR" and not self.brackets
             return in_declaration or (before.kind == "DOTS" and piece.text.startswith("."))
         return not self.is_sign
 
@@ -184,9 +189,9 @@ class _Printer:
         self.statement = self.statement or piece.kind
         match piece.kind:
             case "LPAR" | "LSQB":
-                self.depth += 1
+                self.brackets.append(len(self.lines))
             case "RPAR" | "RSQB":
-                self.depth -= 1
+                self.brackets.pop()
             case "LBRACE":
                 self.inline.append(self._is_inline(at))
                 self.statement = ""
@@ -200,17 +205,19 @@ class _Printer:
         """Whether the block that begins here was written on one line, and has room on one."""
         if self.inline and self.inline[-1]:
             return True
-        width = len(self.lines[-1].text)
-        level = 1
-        for piece in self.pieces[at + 1 :]:
-            level += (piece.kind == "LBRACE") - (piece.kind == "RBRACE")
-            width += len(piece.text) + 1
-            if level == 0:
-                is_empty = piece is self.pieces[at + 1]
-                return is_empty or (not piece.newlines and width <= _WIDTH)
-            if piece.newlines or piece.kind == "COMMENT" or width > _WIDTH:
+        block: list[_Piece] = []
+        level = 0
+        for piece in self.pieces[at:]:
+            if block and piece.newlines and not (piece.kind == "RBRACE" and len(block) == 1):
                 return False
-        raise AssertionError("a block without an end")
+            if piece.kind == "COMMENT" or len(block) > _WIDTH:
+                return False
+            block.append(replace(piece, newlines=0))
+            level += (piece.kind == "LBRACE") - (piece.kind == "RBRACE")
+            if level == 0:
+                break
+        alone = _Printer(block, inline=[True]).print().strip()
+        return len(block) == 2 or len(self.lines[-1].text) + len(alone) <= _WIDTH
 
 
 def _aligned(lines: list[_Line]) -> list[_Line]:
