@@ -1,0 +1,47 @@
+"""Jacobian typologies: tip velocity J q' and torque J' F from one transformer."""
+
+import numpy as np
+import pytest
+
+CASES = {
+    "planar": ([0.7, -0.4], [30, -20]),
+    "slewing": ([0.7, -0.4, 0.9], [30, -20, 50]),
+    "telescoping": ([0.7, -0.4, 0.9], [30, -20, 50]),
+}
+
+
+@pytest.mark.parametrize("scene", CASES)
+def test_the_jacobian_is_the_derivative_of_the_position(load, scene):
+    result = load("typologies", scene).simulate()
+    moved = result["position"] - result["position"][0]
+    assert np.abs(moved).max() > 0.5
+    np.testing.assert_allclose(result["travelled"], moved, atol=1e-8)
+
+
+@pytest.mark.parametrize("scene", CASES)
+def test_torque_is_its_transpose_times_the_force(load, scene):
+    """At any rates, so the powers agree: q' . J'F = F . J q'."""
+    rates, force = CASES[scene]
+    result = load("typologies", scene).simulate()
+    np.testing.assert_allclose(result["torque"] @ rates, result["velocity"] @ force, rtol=1e-12)
+
+
+def test_closed_forms_at_the_start(load):
+    planar = load("typologies", "planar").observe()
+    a, b = 0.3, 0.8
+    assert planar["position[1]"] == pytest.approx(2 * np.cos(a) + 1.5 * np.cos(b))
+    assert planar["position[2]"] == pytest.approx(2 * np.sin(a) + 1.5 * np.sin(b))
+    assert planar["torque[2]"] == pytest.approx(1.5 * (-30 * np.sin(b) - 20 * np.cos(b)))
+
+    slewing = load("typologies", "slewing").observe()
+    reach = 2 * np.cos(0.5) + 1.5 * np.cos(-0.2)
+    assert slewing["position[1]"] == pytest.approx(reach * np.cos(0.3))
+    assert slewing["position[3]"] == pytest.approx(2 * np.sin(0.5) + 1.5 * np.sin(-0.2))
+    slew_torque = reach * (-30 * np.sin(0.3) - 20 * np.cos(0.3))
+    assert slewing["torque[1]"] == pytest.approx(slew_torque)
+
+    telescoping = load("typologies", "telescoping").observe()
+    along = np.array([np.cos(0.5) * np.cos(0.3), np.cos(0.5) * np.sin(0.3), np.sin(0.5)])
+    position = [telescoping[f"position[{k}]"] for k in (1, 2, 3)]
+    np.testing.assert_allclose(position, 2.7 * along)
+    assert telescoping["torque[3]"] == pytest.approx(along @ [30, -20, 50])
