@@ -44,12 +44,14 @@ static bgc_status correct(const bgc_model *m, bgc_data *d) {
     return status;
 }
 
-/* Puts d->x on its algebraic equations at the present t and u. BGC_INCONSISTENT: no solution was
- * found from here, and x is as it was. */
+/* Puts d->x on its algebraic equations at the present t and u. Where no solution is found from
+ * here, x is as it was: BGC_SINGULAR if the equations do not determine the states, otherwise
+ * BGC_INCONSISTENT. */
 bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d) {
     const int n = m->n_state;
     const size_t size = (size_t)n * sizeof(double);
     double size_of_residual;
+    bgc_status status = BGC_INCONSISTENT;
 
     if (d->core.algebraic == 0) {
         return BGC_OK;
@@ -60,9 +62,11 @@ bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d) {
     size_of_residual = residual_at(m, d, d->x);
     for (int k = 0; k < MAX_ITERATIONS && isfinite(size_of_residual); k++) {
         double part = 1.0, reached, length;
-        if (correct(m, d) != BGC_OK) {
+        status = correct(m, d);
+        if (status != BGC_OK) {
             break;
         }
+        status = BGC_INCONSISTENT;
         memcpy(d->error, d->right, size);
         length = bgc_norm(m, d, d->error, d->x, d->x);
         for (int halving = 0;; halving++) {
@@ -84,5 +88,5 @@ bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d) {
     }
     memcpy(d->x, d->next, size);
     d->core.jac_valid = 0;
-    return BGC_INCONSISTENT;
+    return status;
 }

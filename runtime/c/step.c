@@ -8,7 +8,7 @@
 /* PI control of the step: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.2. */
 static const double safety = 0.9, least_factor = 0.2, largest_factor = 5.0;
 static const double proportional = 0.7, integral = 0.4;
-static const double least_error = 1e-4; /* a lucky small error is not remembered as such */
+static const double least_remembered = 1e-2; /* a lucky small error does not slow the next step */
 
 /* f at the present state, unless it is known. */
 void bgc_evaluate_f(const bgc_model *m, bgc_data *d) {
@@ -198,12 +198,14 @@ static int worst_state(const bgc_model *m, const bgc_data *d) {
 static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_tableau *method) {
     bgc_core *core = &d->core;
     const double q = method->embedded + 1;
-    double h, t_new, error, factor, wanted;
+    double h, t_new, error, factor;
     bgc_status status;
+    int bad;
 
     bgc_evaluate_f(m, d);
-    core->failed_state = bgc_first_bad(m->n_state, d->f);
-    if (core->failed_state >= 0) {
+    bad = bgc_first_bad(m->n_state, d->f);
+    if (bad >= 0) {
+        core->failed_state = bad;
         return BGC_NOT_FINITE;
     }
     bgc_evaluate_jacobian(m, d);
@@ -238,17 +240,13 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_ta
         return reject(d, status, 0.1 * h);
     }
 
-    /* The next step from this error and the one before; one that a sample cut short tells nothing
+    /* The next step from this error and the one before; one that a sample cut short says nothing
      * against the longer step that was wanted. */
-    error = fmax(error, least_error);
+    error = fmax(error, 1e-10);
     factor = safety * pow(error, -proportional / q) * pow(core->error_old, integral / q);
-    factor = fmin(largest_factor, fmax(least_factor, factor));
-    if (core->rejected) {
-        factor = fmin(factor, 1.0);
-    }
-    wanted = factor * h;
-    core->h_next = h < core->h_next ? fmax(core->h_next, wanted) : wanted;
-    core->error_old = error;
+    factor = fmin(core->rejected ? 1.0 : largest_factor, fmax(least_factor, factor));
+    core->h_next = h < core->h_next ? fmax(core->h_next, factor * h) : factor * h;
+    core->error_old = fmax(error, least_remembered);
     core->rejected = 0;
     core->failed_state = -1;
     accept(m, d, method, t_new);

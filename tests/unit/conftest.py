@@ -13,11 +13,10 @@ from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_long, c_size_t, 
 from pathlib import Path
 from typing import Any
 
+import bgc.runtime
 import numpy as np
 import numpy.typing as npt
 import pytest
-
-import bgc.runtime
 
 RUNTIME = Path(bgc.runtime.__file__).parent / "c"
 MODELS = Path(__file__).parent / "cmodels"
@@ -188,12 +187,26 @@ def declare(library: ctypes.CDLL) -> None:
     library.bgc_stop.restype = None
 
 
-def run_compiler(*arguments: str | Path) -> None:
+def run_compiler(*arguments: str | Path, warnings: bool = False) -> None:
     """Run the C compiler; BGC_TEST_CFLAGS adds flags, such as those of the sanitizers."""
-    cc = [shutil.which("cc")] if shutil.which("cc") else [sys.executable, "-m", "ziglang", "cc"]
-    extra = shlex.split(os.environ.get("BGC_TEST_CFLAGS", ""))
-    done = subprocess.run([*cc, *FLAGS, *extra, *arguments], capture_output=True, text=True)
+    system = shutil.which("cc")
+    cc = [system] if system is not None else [sys.executable, "-m", "ziglang", "cc"]
+    flags = [*FLAGS, *shlex.split(os.environ.get("BGC_TEST_CFLAGS", ""))]
+    flags += WARNINGS if warnings else ()
+    done = subprocess.run([*cc, *flags, *arguments], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.fixture(scope="session")
+def compile_c() -> Callable[..., None]:
+    """Runs the C compiler on its arguments."""
+    return run_compiler
+
+
+@pytest.fixture(scope="session")
+def runtime_c() -> Path:
+    """The folder of the C runtime."""
+    return RUNTIME
 
 
 @pytest.fixture(scope="session")
@@ -203,7 +216,7 @@ def runtime_objects(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     objects = []
     for source in sorted(RUNTIME.glob("*.c")):
         objects.append(folder / f"{source.stem}.o")
-        run_compiler(*WARNINGS, "-c", source, "-o", objects[-1])
+        run_compiler("-c", source, "-o", objects[-1], warnings=True)
     return objects
 
 
@@ -221,15 +234,14 @@ def c_library(
             source = MODELS / f"{name}.c"
             run_compiler(f"-I{RUNTIME}", "-shared", source, *runtime_objects, "-o", target, "-lm")
             built[name] = ctypes.CDLL(str(target))
-            declare(built[name])
         return built[name]
 
     return build
 
 
 @pytest.fixture(scope="session")
-def c_model(c_library: Callable[[str], ctypes.CDLL]) -> Callable[[str], Instance]:
-    """A new instance of a model in `cmodels/`, by name."""
+def c_model(c_library: Callable[[str], ctypes.CDLL]) -> Callable[..., Instance]:
+    """A new instance of a model in `cmodels/`, by name, or of the model in another library."""
 
     class Sizes(ctypes.Structure):
         _fields_ = (
@@ -243,8 +255,10 @@ def c_model(c_library: Callable[[str], ctypes.CDLL]) -> Callable[[str], Instance
             ("n_output", c_int),
         )
 
-    def make(name: str) -> Instance:
-        library = c_library(name)
+    def make(name: str, library: ctypes.CDLL | None = None) -> Instance:
+        if library is None:
+            library = c_library(name)
+        declare(library)
         sizes = Sizes.from_address(library.bgc_get_model())
         return Instance(library, sizes.n_output, sizes.n_state, sizes.n_input)
 

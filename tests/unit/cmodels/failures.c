@@ -1,6 +1,6 @@
 /* Equations that fail, as `kind` says: 0 y' = y^2 escapes at t = 1; 1 y' = -sqrt(y) leaves its
  * domain at t = 2; 2 the algebraic equation 0 = y^2 + 1 - z has one solution, and 0 = z^2 + 1 + y
- * (kind 3) none; kind 4 is singular. */
+ * (kind 3) none; for kind 4 it is 0 = 0. */
 enum { N = 2, P = 1, J = 4 };
 static const int jac_row[] = {0, 0, 1, 1}, jac_col[] = {0, 1, 0, 1};
 #define MASS 1
@@ -12,7 +12,7 @@ static const bgc_param_info param[] = {{"kind", "", 0.0, 0.0, 4.0}};
 static void initial(const double *h, double t, const double *u, double *x, double *w) {
     UNUSED;
     x[0] = 1.0;
-    x[1] = 0.0;
+    x[1] = 0.5;
 }
 
 static void mass(const double *h, double *m, double *w) {

@@ -38,5 +38,40 @@ static void commands(SIGNATURE, double *c, double *w) {
     c[3] = u[3];
 }
 
+/* A device that the tests watch: at x = t, faulty when told to be. */
+double test_written[4], test_faulty_from = INFINITY;
+int test_writes, test_open;
+
+static void *test_device_open(const char *options, char *message, size_t size) {
+    (void)options;
+    (void)message;
+    (void)size;
+    test_open++;
+    return &test_open;
+}
+
+static int test_device_read(void *handle, double t, bgc_pose *pose) {
+    (void)handle;
+    pose->position[0] = t;
+    return t >= test_faulty_from;
+}
+
+static int test_device_write(void *handle, double t, const bgc_effort *effort) {
+    (void)handle;
+    (void)t;
+    test_writes++;
+    memcpy(test_written, effort->force, sizeof effort->force);
+    test_written[3] = effort->gripper_force[0];
+    return 0;
+}
+
+static void test_device_close(void *handle) {
+    (void)handle;
+    test_open--;
+}
+
+const bgc_driver test_driver = {"test", test_device_open, test_device_read, test_device_write,
+                                test_device_close};
+
 MODEL(.step = 0.01, .n_input = 4, .n_command = 4, .n_device = 1, .input = input,
       .command = command, .device = device, .commands = commands)

@@ -8,13 +8,13 @@ static const double g = 9.81;
 static const bgc_param_info param[] = {{"k", "N/m", 1e8, 1.0, INFINITY},
                                        {"d", "N*s/m", 0.0, 0.0, INFINITY}};
 
-/* Released at 1 rad from rest, the spring in balance with gravity. */
+/* Released from rest at 1 rad, the spring in balance with gravity. */
 static void initial(const double *h, double t, const double *u, double *x, double *w) {
     UNUSED;
-    x[0] = sin(1.0);
-    x[1] = -cos(1.0);
-    x[2] = x[3] = 0.0;
     x[4] = g * cos(1.0) / h[0];
+    x[0] = (1.0 + x[4]) * sin(1.0);
+    x[1] = -(1.0 + x[4]) * cos(1.0);
+    x[2] = x[3] = 0.0;
 }
 
 static void rhs(SIGNATURE, double *f, double *w) {

@@ -1,0 +1,272 @@
+"""Devices: samples, held inputs, commands, faults; and the trace driver."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+HAND = "time,x,y,z\n0,0,0,0\n1,1,0,-2\n3,1,0,0\n"
+
+
+class Pose(ctypes.Structure):
+    _fields_ = (
+        ("position", ctypes.c_double * 3),
+        ("orientation", ctypes.c_double * 4),
+        ("velocity", ctypes.c_double * 3),
+        ("angular_velocity", ctypes.c_double * 3),
+        ("gripper", ctypes.c_double),
+        ("buttons", ctypes.c_double * 8),
+    )
+
+
+class Driver(ctypes.Structure):
+    _fields_ = (
+        ("name", ctypes.c_char_p),
+        (
+            "open",
+            ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_size_t),
+        ),
+        (
+            "read",
+            ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.POINTER(Pose)),
+        ),
+        ("write", ctypes.c_void_p),
+        ("close", ctypes.CFUNCTYPE(None, ctypes.c_void_p)),
+    )
+
+
+class Trace:
+    """The trace driver, used directly."""
+
+    def __init__(self, library: Any, options: str) -> None:
+        self.driver = Driver.in_dll(library, "bgc_trace_driver")
+        message = ctypes.create_string_buffer(400)
+        self.handle = self.driver.open(options.encode(), message, 400)
+        self.message = message.value.decode()
+
+    def at(self, time: float) -> Pose:
+        pose = Pose()
+        assert self.driver.read(self.handle, time, ctypes.byref(pose)) == 0
+        return pose
+
+    def __del__(self) -> None:
+        if self.handle:
+            self.driver.close(self.handle)
+
+
+@pytest.fixture
+def library(c_library: Any) -> Any:
+    return c_library("handle")
+
+
+@pytest.fixture
+def handle(c_model: Any, library: Any) -> Any:
+    """A model with the test device open, and the device reset."""
+    faulty = ctypes.c_double.in_dll(library, "test_faulty_from")
+    faulty.value = math.inf
+    ctypes.c_int.in_dll(library, "test_writes").value = 0
+    ctypes.c_int.in_dll(library, "test_open").value = 0
+    instance = c_model("handle")
+    driver = ctypes.byref(Driver.in_dll(library, "test_driver"))
+    assert instance.open_device(driver=driver) == ("OK", "")
+    return instance
+
+
+def written(library: Any) -> list[float]:
+    return list((ctypes.c_double * 4).in_dll(library, "test_written"))
+
+
+# --- samples ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("options", [{"name": "rodas5p", "rtol": 1e-9}, {"name": "ros34prw"}])
+def test_inputs_are_held_between_samples(handle: Any, options: dict[str, Any]) -> None:
+    handle.start(**options)
+    rows = handle.finish(np.linspace(0.0, 1.0, 101))
+    exact = np.zeros(101)
+    for k in range(100):  # x' = 10 (t_k - x) over each sample
+        exact[k + 1] = 0.01 * k + (exact[k] - 0.01 * k) * math.exp(-0.1)
+    np.testing.assert_allclose(rows[:, 0], exact, atol=1e-7 if "rtol" in options else 1e-5)
+    assert handle.counts.samples == 101
+
+
+def test_commands_are_written_at_each_sample(handle: Any, library: Any) -> None:
+    handle.start("ros34prw")
+    handle.finish([0.5])
+    assert ctypes.c_int.in_dll(library, "test_writes").value == 51
+    force = written(library)
+    assert force[0] == 10.0 * (handle.state[0] - 0.5)
+    assert force[3] == 1.0  # the orientation's real part, which rests at 1
+
+
+def test_adaptive_steps_end_at_samples_and_grow_beyond_none(handle: Any) -> None:
+    handle.start("rodas5p", rtol=1e-3)
+    handle.finish([1.0])
+    assert handle.counts.steps <= 125
+    assert handle.time == 1.0
+
+
+@pytest.mark.parametrize("name", ["rodas5p", "ros34prw"])
+def test_chunks_with_devices_give_the_same_bits(handle: Any, name: str) -> None:
+    times = np.linspace(0.0, 0.3, 77)
+    handle.start(name)
+    whole = handle.finish(times)
+    handle.start(name)
+    rows = np.concatenate([handle.finish(part) for part in np.array_split(times, 9)])
+    np.testing.assert_array_equal(rows, whole)
+
+
+def test_closing_leaves_no_force(handle: Any, library: Any) -> None:
+    handle.start("ros34prw")
+    handle.finish([0.5])
+    assert written(library)[0] != 0.0
+    handle.library.bgc_close_devices(handle.model, handle.data)
+    assert written(library) == [0.0] * 4
+    assert ctypes.c_int.in_dll(library, "test_open").value == 0
+
+
+def test_fault_ends_the_run_without_force(handle: Any, library: Any) -> None:
+    handle.start("ros34prw")
+    ctypes.c_double.in_dll(library, "test_faulty_from").value = 0.255
+    status, rows = handle.run(np.linspace(0.0, 1.0, 101))
+    assert status == "DEVICE"
+    assert len(rows) == 26
+    assert handle.time == pytest.approx(0.26)
+    assert written(library) == [0.0] * 4
+
+
+def test_caller_drives_inputs_of_devices_that_are_not_open(c_model: Any) -> None:
+    instance = c_model("handle")
+    instance.start("rodas5p")
+    np.testing.assert_array_equal(instance.input, [0.0, 0.0, 0.0, 1.0])
+    instance.input[1] = 2.0
+    rows = instance.finish([0.1, 0.2])
+    np.testing.assert_allclose(rows[:, 1], 2.0 * (1.0 - np.exp([-1.0, -2.0])), rtol=1e-5)
+    assert instance.time == 0.2  # steps of a model with inputs end at samples
+
+
+def test_device_and_driver_that_do_not_exist(c_model: Any) -> None:
+    instance = c_model("handle")
+    message = ctypes.create_string_buffer(100)
+    assert instance.call("bgc_open_device", 1, None, None, message, 100) == "BAD_ARGUMENT"
+    assert b"no device 1" in message.value
+    instance.library.bgc_find_driver.restype = ctypes.c_void_p
+    assert instance.library.bgc_find_driver(b"joystick") is None
+    assert instance.library.bgc_find_driver(b"trace") is not None
+
+
+def test_scene_options_are_used_when_none_are_given(c_model: Any) -> None:
+    status, message = c_model("handle").open_device()
+    assert status == "DEVICE"
+    assert message.startswith("hand.csv: the file cannot be read")
+
+
+# --- the trace driver ------------------------------------------------------------------------
+
+
+def test_trace_interpolates_and_holds_its_ends(library: Any, tmp_path: Path) -> None:
+    path = tmp_path / "hand.csv"
+    path.write_text(HAND)
+    trace = Trace(library, f"file={path}\n")
+    for time, position, velocity in (
+        (-1.0, [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]),
+        (0.0, [0.0, 0.0, 0.0], [1.0, 0.0, -2.0]),
+        (0.25, [0.25, 0.0, -0.5], [1.0, 0.0, -2.0]),
+        (2.0, [1.0, 0.0, -1.0], [0.0, 0.0, 1.0]),
+        (0.5, [0.5, 0.0, -1.0], [1.0, 0.0, -2.0]),
+        (3.0, [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]),
+        (99.0, [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]),
+    ):
+        pose = trace.at(time)
+        np.testing.assert_allclose(list(pose.position), position, atol=1e-15)
+        np.testing.assert_allclose(list(pose.velocity), velocity, atol=1e-15)
+        assert list(pose.orientation) == [1.0, 0.0, 0.0, 0.0]
+
+
+def test_trace_scale_and_loop(library: Any, tmp_path: Path) -> None:
+    path = tmp_path / "hand.csv"
+    path.write_text(HAND)
+    trace = Trace(library, f"file={path}\nscale=10\nloop=1\n")
+    for time in (0.25, 3.25, 30.25):
+        pose = trace.at(time)
+        np.testing.assert_allclose(list(pose.position), [2.5, 0.0, -5.0])
+        np.testing.assert_allclose(list(pose.velocity), [10.0, 0.0, -20.0])
+
+
+def test_trace_with_orientation_gripper_and_buttons(library: Any, tmp_path: Path) -> None:
+    path = tmp_path / "hand.csv"
+    half = 0.005  # half the angle between rows: 0.01 rad in 0.1 s about z
+    path.write_text(
+        "\ufeff# recorded\r\n\r\ntime, qw, qx, qy, qz, x, y, z, gripper, button2\r\n"
+        + "0, 1, 0, 0, 0, 0, 0, 0, 0.01, 1\r\n"
+        + f"0.1, {-math.cos(half)}, 0, 0, {-math.sin(half)}, 0, 0, 0, 0.03, 0"
+    )
+    pose = Trace(library, f"file={path}").at(0.05)
+    np.testing.assert_allclose(
+        list(pose.orientation), [math.cos(half / 2), 0.0, 0.0, math.sin(half / 2)], atol=1e-12
+    )
+    np.testing.assert_allclose(list(pose.angular_velocity), [0.0, 0.0, 0.1], rtol=1e-4)
+    assert pose.gripper == pytest.approx(0.02)
+    assert list(pose.buttons) == [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", ": the file has no header `time,x,y,z`"),
+        ("# only a comment\n\n", ": the file has no header `time,x,y,z`"),
+        ("time,x,y,z\n", ": the file has no rows"),
+        ("time,x,y\n0,0,0\n", ":1: the header lacks the column z"),
+        ("\ntime,x,y,zz\n", ":2: there is no column called zz"),
+        ("time,x,y,z,x\n", ":1: this column is there twice: x"),
+        ("time,x,y,z,qx\n", ":1: the header lacks the column qw"),
+        ("time,x,y,z\n0,0,0,0\n1,a,0,0\n", ":3: this is not a number: a"),
+        ("time,x,y,z\n0,0,0,\n", ":2: this is not a number: (empty)"),
+        ("time,x,y,z\n0,nan,0,0\n", ":2: this is not a number: nan"),
+        ("time,x,y,z\n0,1e999,0,0\n", ":2: this is not a number: 1e999"),
+        ("time,x,y,z\n0,0,0\n", ":2: this row lacks the column z"),
+        ("time,x,y,z\n0,0,0,0,0\n", ":2: this row has more columns than the header"),
+        ("time,x,y,z\n0,0,0,0\n\n0,1,1,1\n", ":4: times must increase from row to row"),
+        ("time,x,y,z,qw,qx,qy,qz\n0,0,0,0,0,0,0,0\n", ":2: this quaternion has no direction"),
+    ],
+)
+def test_trace_reports_the_line_at_fault(
+    library: Any, tmp_path: Path, text: str, message: str
+) -> None:
+    path = tmp_path / "hand.csv"
+    path.write_text(text)
+    trace = Trace(library, f"file={path}")
+    assert not trace.handle
+    assert trace.message == f"{path}{message}"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ("", "trace: the option `file` is missing"),
+        ("file", "trace: this option has no value: file"),
+        ("file=a\nspeed=2", "trace: there is no option called speed: file, scale, loop"),
+        ("file=a\nscale=big", "trace: scale must be a number, not big"),
+        ("file=a\nloop=2", "trace: loop must be 0 or 1, not 2"),
+    ],
+)
+def test_trace_reports_wrong_options(library: Any, options: str, message: str) -> None:
+    trace = Trace(library, options)
+    assert not trace.handle
+    assert trace.message == message
+
+
+def test_trace_of_many_rows(library: Any, tmp_path: Path) -> None:
+    path = tmp_path / "hand.csv"
+    times = np.linspace(0.0, 10.0, 5001)
+    table = np.column_stack([times, np.sin(times), np.cos(times), 0.0 * times])
+    np.savetxt(path, table, delimiter=",", header="time,x,y,z", comments="")
+    trace = Trace(library, f"file={path}")
+    for time in np.random.default_rng(1).uniform(0.0, 10.0, 300):
+        assert trace.at(time).position[0] == pytest.approx(math.sin(time), abs=1e-6)
+        assert trace.at(time).velocity[1] == pytest.approx(-math.sin(time), abs=2e-3)
