@@ -94,7 +94,8 @@ class Trouble:
 
     def span(self) -> Span:
         """The place of the token that was found."""
-        return Span(self.source, self.offset, self.offset + len(self.found or " "))
+        length = 1 if self.found is None else len(self.found)
+        return Span(self.source, self.offset, self.offset + length)
 
     def describe_found(self) -> str:
         """What was found, as messages name it."""

@@ -22,7 +22,7 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 __all__ = ["MAX_ERRORS", "parse", "parse_with_tokens", "read_source"]
 
 MAX_ERRORS = 50
-_MAX_LINE = 1_000_000
+_MAX_LINE = 100_000
 _MAX_STACK = 200  # of the parser; bounds the depth of the parse tree too
 
 _BONDGRAPHTOOLS = re.compile(r"(?s)\A(?=.{0,4000}^models:)(?=.{0,4000}^root:)", re.MULTILINE)
@@ -52,9 +52,12 @@ def parse_with_tokens(
         return syntax.File(source, (), ()), (), (refusal,)
     reading = _Reading(source)
     file, refused = transform(source, reading.run())
-    found = (*reading.diagnostics, *refused)
-    ordered = sorted(found, key=lambda d: d.span.start if d.span else 0)
-    return file, tuple(reading.tokens), tuple(ordered)
+    found = sorted((*reading.diagnostics, *refused), key=lambda d: d.span.start if d.span else 0)
+    if len(found) > MAX_ERRORS:
+        rest = found[MAX_ERRORS].span
+        assert rest is not None
+        found[MAX_ERRORS:] = [wrong.too_many_errors(rest, MAX_ERRORS)]
+    return file, tuple(reading.tokens), tuple(found)
 
 
 def _refuse(source: Source) -> Diagnostic | None:
@@ -109,8 +112,7 @@ class _Reading:
                 assert token.start_pos is not None
                 self.diagnostics.append(wrong.too_deep(self._span(token.start_pos, len(token))))
                 self._skip(token.start_pos)
-            if len(self.diagnostics) >= MAX_ERRORS:
-                self.diagnostics.append(wrong.too_many_errors(self._span(self._offset), MAX_ERRORS))
+            if len(self.diagnostics) > MAX_ERRORS:
                 self._close_blocks()
                 return self._end()
 

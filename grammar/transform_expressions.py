@@ -56,9 +56,7 @@ class ExpressionTransform:
     def expression(self, node: ParseTree | Token, depth: int = 0) -> syntax.Expr:
         """Make an expression; where it nests too deep, report and put a 0."""
         if depth > MAX_DEPTH:
-            span = self.span(node)
-            self.report(wrong.too_deep(span))
-            return syntax.Number(Fraction(0), None, span)
+            return self._too_deep(node)
         if isinstance(node, Token):
             return self._leaf(node)
         children: list[Any] = node.children
@@ -80,6 +78,12 @@ class ExpressionTransform:
             case "conditional":
                 return self._conditional(children, depth)
         raise AssertionError(node.data)
+
+    def _too_deep(self, node: ParseTree | Token) -> syntax.Expr:
+        """Report that it nests too deep, and put a number in its place."""
+        span = self.span(node)
+        self.report(wrong.too_deep(span))
+        return syntax.Number(Fraction(0), None, span)
 
     def _leaf(self, token: Token) -> syntax.Expr:
         span = self.token_span(token)
@@ -107,6 +111,8 @@ class ExpressionTransform:
     def _chain_of_operators(self, children: list[Any], depth: int) -> syntax.Expr:
         """Fold `a - b + c` from the left; its first operand is the deepest."""
         operators = children[1::2]
+        if depth + len(operators) > MAX_DEPTH:
+            return self._too_deep(operators[MAX_DEPTH - depth])
         made = self.expression(children[0], depth + len(operators))
         for operator, operand in zip(operators, children[2::2], strict=True):
             right = self.expression(operand, depth + 1)
@@ -117,6 +123,8 @@ class ExpressionTransform:
     def _conditional(self, children: list[Any], depth: int) -> syntax.Expr:
         """Nest a flat `if a then b else if c then d else e` from its end."""
         conditions, values = children[1::5], children[3::5]
+        if depth + len(values) > MAX_DEPTH:
+            return self._too_deep(children[5 * (MAX_DEPTH - depth)])
         made = self.expression(children[-1], depth + len(values))
         end = made.span
         for at in range(len(values) - 1, -1, -1):
@@ -140,9 +148,13 @@ class ExpressionTransform:
     def _postfix(self, children: list[Any], depth: int) -> syntax.Expr:
         """Fold `a.b[i](c)` from the left."""
         first, *suffixes = children
+        if depth + len(suffixes) > MAX_DEPTH:
+            return self._too_deep(suffixes[MAX_DEPTH - depth])
         start = self.span(first)
         if isinstance(first, Token) and first.type == "DER":
             return self._derivative(start, suffixes, depth)
+        if isinstance(first, Token) and first.type != "NAME" and suffixes[0].data != "call":
+            self.report(wrong.part_of_literal(self.span(suffixes[0]), str(first)))
         made = self.expression(first, depth + len(suffixes))
         for suffix in suffixes:
             span = start.to(self.span(suffix))

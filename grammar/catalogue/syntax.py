@@ -259,7 +259,7 @@ def number_out_of_range(span: Span) -> Diagnostic:
 def long_line(span: Span, limit: int) -> Diagnostic:
     """BG120: a line that is too long
 
-    What: a line has more than 1,000,000 characters.
+    What: a line has more than 100,000 characters.
     Why: it is most likely not a model, and no message about it could be read.
     Example: a data file given in place of a model
     Way out: give the right file, or break the line.
@@ -270,12 +270,12 @@ def long_line(span: Span, limit: int) -> Diagnostic:
 def too_many_errors(span: Span, limit: int) -> Diagnostic:
     """BG121: too many errors
 
-    What: the rest of the file was not read after 50 errors.
+    What: from here on errors are not reported any more: there were 50 before.
     Why: by then most of them follow from others, or the file is not a model.
     Example: a text in another language
     Way out: correct the first ones and try again.
     """
-    return error("BG121", f"after {limit} errors the rest of the file is not read", span)
+    return error("BG121", f"there are more than {limit} errors; the others are not shown", span)
 
 
 def late_import(span: Span) -> Diagnostic:
@@ -411,6 +411,17 @@ def empty_statement(span: Span) -> Diagnostic:
     Way out: `model A { }`
     """
     return error("BG131", "this `;` ends nothing", span, help="remove it")
+
+
+def part_of_literal(span: Span, literal: str) -> Diagnostic:
+    """BG132: a component or member of a single value
+
+    What: a `.name` or an index stands behind a number, a text or `time`.
+    Why: these have no components; after a number it may be a misspelt decimal point.
+    Example: `3 .x`, `time[1]`
+    Way out: remove it.
+    """
+    return error("BG132", f"`{_clipped(literal)}` has no parts", span)
 
 
 def _either(words: Sequence[str]) -> str:
