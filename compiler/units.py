@@ -176,7 +176,8 @@ def parse_unit(text: str) -> Unit | None:
         if match is None or word is None:
             return None
         exponent = _plain(Fraction(match[2] or 1) * (1 if operator == "*" else -1))
-        if abs(exponent) > _MAX_EXPONENT or (word.factor != 1 and exponent.denominator != 1):
+        whole = exponent.denominator == 1
+        if abs(Fraction(exponent)) > _MAX_EXPONENT or not (whole or word.factor == 1):
             return None
         if word.factor != 1:
             factor *= word.factor ** int(exponent)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import prod
 from typing import TypeAlias
@@ -82,6 +82,10 @@ class Value:
         return tuple(
             Value.scalar(node, unit) for node, unit in zip(self.nodes, self.units, strict=True)
         )
+
+    def components_at(self, places: Iterable[int]) -> Iterator[tuple[int, Dimension | None]]:
+        """Nodes and units at these places of the row-major order, from 0."""
+        return ((self.nodes[place], self.units[place]) for place in places)
 
     def with_unit(self, unit: Dimension | None) -> Value:
         """The same nodes, all of another unit."""

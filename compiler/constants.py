@@ -1,0 +1,77 @@
+"""Values that must be known at compile time, and the checks of constants."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+from bgc.arithmetic import Operand, failure, require_plain, require_scalar
+from bgc.dag import Dag, Level, Op
+from bgc.evaluate import evaluate_nodes, to_double
+from bgc.grammar.catalogue import values as catalogue
+from bgc.grammar.source import Span
+
+MAX_WHOLE = 10**9
+
+_IN_WORDS = {
+    Level.CONST: "known at compile time",
+    Level.PARAM: "known before the run",
+    Level.TIME: "independent of the states",
+}
+_FOUND = {
+    Level.PARAM: "depends on a parameter",
+    Level.TIME: "depends on time or a device",
+    Level.STATE: "depends on the state of the model",
+}
+
+
+def constant_number(dag: Dag, node: int) -> Fraction | float | None:
+    """The number of a constant node, exact where it is rational; None if it is no constant."""
+    exact = dag.value(node)
+    if exact is not None:
+        return exact
+    return evaluate_nodes(dag, [node], {})[0] if dag.level[node] == Level.CONST else None
+
+
+def constant_scalar(dag: Dag, operand: Operand, what: str) -> Fraction:
+    """The exact number of a constant scalar, in SI units; `what` it is stands in messages."""
+    number = constant_number(dag, require_scalar(operand, what))
+    if number is None:
+        raise failure(catalogue.not_constant(operand.span, what))
+    return Fraction(number)
+
+
+def whole_number(dag: Dag, operand: Operand, what: str, least: int | None = None) -> int:
+    """The integer of a constant plain scalar, at least `least`."""
+    require_plain(operand, what)
+    number = constant_scalar(dag, operand, what)
+    if number.denominator != 1:
+        raise failure(catalogue.not_whole(operand.span, what, f"{to_double(number):g}"))
+    if abs(number) > MAX_WHOLE or (least is not None and number < least):
+        limits = f"from {-MAX_WHOLE if least is None else least} to {MAX_WHOLE}"
+        raise failure(catalogue.not_whole(operand.span, what, f"{to_double(number):.15g}", limits))
+    return int(number)
+
+
+def require_level(dag: Dag, operand: Operand, level: Level, what: str) -> None:
+    """A value may change at most as often as `level` says."""
+    found = max((Level(dag.level[node]) for node in operand.value.nodes), default=Level.CONST)
+    if found > level:
+        raise failure(catalogue.varies(operand.span, what, _IN_WORDS[level], _FOUND[found]))
+
+
+def check_finite(dag: Dag, operand: Operand) -> None:
+    """No constant component may be infinite or not a number. Exact ones never are."""
+    for node in operand.value.nodes:
+        if dag.level[node] == Level.CONST and dag.op[node] != Op.CONST:
+            (number,) = evaluate_nodes(dag, [node], {})
+            if not math.isfinite(number):
+                found = "not a number" if math.isnan(number) else "too large: it overflows"
+                raise failure(catalogue.not_finite(operand.span, found))
+
+
+def check_literal(number: Fraction, span: Span) -> None:
+    """A literal must be zero or a number that a double holds."""
+    double = to_double(number)
+    if math.isinf(double) or (double == 0 and number != 0):
+        raise failure(catalogue.out_of_double_range(span, span.text))

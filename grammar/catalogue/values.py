@@ -1,0 +1,666 @@
+"""BG3xx: units, shapes, indices, functions and constants of expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from bgc.grammar.catalogue import did_you_mean, error
+from bgc.grammar.diagnostics import Diagnostic, Label
+from bgc.grammar.source import Span
+
+# --- units ------------------------------------------------------------------------------
+
+
+def unknown_unit(span: Span, text: str, suggestion: str) -> Diagnostic:
+    """BG301: not a unit
+
+    What: the text after a number, or after the colon of a declaration, is not a unit.
+
+    Why: units have one spelling each: SI symbols with prefixes, and `t min h day deg rev rpm
+    knot nmi bar L`. Factors are joined by `*` and `/`, powers written `^`.
+
+    Example: `param torque = 5 Nm;`
+
+    Way out: write `5 N*m`. Feet, pounds and degrees Celsius are not known: convert them.
+    """
+    way_out = (
+        f"write `{suggestion}`" if suggestion else "units look like `kg*m/s`, `s^-1` or `kN*m`"
+    )
+    return error("BG301", f"`{text}` is not a unit", span, help=way_out)
+
+
+def unit_is_a_name(span: Span, word: str) -> Diagnostic:
+    """BG302: a unit that is also a name
+
+    What: the word after a number is a unit, and also the name of a value visible here.
+
+    Why: `3 m` could mean three metres or, by mistake, three times the value `m`.
+
+    Example: `param m = 8 t; let weight = 3 m;`
+
+    Way out: rename the value, or write the product as `3*m`.
+    """
+    return error(
+        "BG302",
+        f"`{word}` is a unit and also the name of a value here",
+        span,
+        help=f"rename the value `{word}`; a product is written with `*`",
+    )
+
+
+def cannot_combine(
+    operator: str, left: tuple[Span, str], right: tuple[Span, str], component: str = ""
+) -> Diagnostic:
+    """BG303: quantities of different kinds
+
+    What: two quantities are added, subtracted or compared whose units differ in kind.
+
+    Why: a length and a mass have no sum.
+
+    Example: `let x = 3 m + 2 kg;`
+
+    Way out: check which of the two was meant; a number without a unit fits any unit.
+    """
+    one, two = left[1], right[1]
+    match operator:
+        case "+":
+            message = f"cannot add {two} to {one}"
+        case "-":
+            message = f"cannot subtract {two} from {one}"
+        case "<" | "<=" | ">" | ">=" | "==" | "!=":
+            message = f"cannot compare {one} with {two}"
+        case _:
+            message = f"{one} and {two} do not go together in {operator}"
+    return error(
+        "BG303",
+        message + (f", in component {component}" if component else ""),
+        right[0],
+        labels=(Label(left[0], one),),
+        help="both must be quantities of one kind",
+    )
+
+
+def needs_plain_number(span: Span, what: str, found: str) -> Diagnostic:
+    """BG304: a quantity where a plain number belongs
+
+    What: the argument of a function as `sin` or `exp`, an exponent, or a condition has a unit.
+
+    Why: such a function of a length would depend on the unit the length is measured in.
+
+    Example: `let y = sin(3 m);`
+
+    Way out: divide by a reference of the same kind, as in `sin(x/wavelength)`. Angles, in
+    radians or degrees, are plain numbers.
+    """
+    return error(
+        "BG304",
+        f"{what} must be a plain number or an angle, not {found}",
+        span,
+        help="divide it by a reference of the same kind",
+    )
+
+
+def needs_constant_exponent(span: Span, base: str) -> Diagnostic:
+    """BG305: the unit of a power is not known
+
+    What: a quantity with a unit is raised to a power that is not a constant, or is a very
+    large one.
+
+    Why: the unit of the result would not be known at compile time.
+
+    Example: `param n = 2; let area = (3 m)^n;`
+
+    Way out: use a number, as in `length^2`, or make the base a plain number:
+    `(length/(1 m))^n`.
+    """
+    return error(
+        "BG305",
+        f"the exponent of {base} must be a constant of at most 100",
+        span,
+        help="divide the base by a reference of its kind, so that it is a plain number",
+    )
+
+
+def wrong_unit(span: Span, what: str, expected: str, found: str) -> Diagnostic:
+    """BG306: a value of the wrong kind
+
+    What: a value is given whose unit is not the one declared.
+
+    Why: a mass given as a length is a mistake wherever it happens.
+
+    Example: `param mass : kg = 3 m;`
+
+    Way out: give a value in the declared unit, or a multiple of it as `t` for `kg`; a number
+    without a unit is taken in SI units.
+    """
+    return error(
+        "BG306",
+        f"{what} must be {expected}, not {found}",
+        span,
+        help="a number without a unit would be taken in SI units",
+    )
+
+
+# --- shapes -----------------------------------------------------------------------------
+
+
+def shapes_differ(operator: str, left: tuple[Span, str], right: tuple[Span, str]) -> Diagnostic:
+    """BG310: shapes that do not go together
+
+    What: two values are combined component by component, but have not the same shape.
+
+    Why: `+`, `-`, `if`, `min` and their like need equal shapes; nothing is repeated silently.
+
+    Example: `let v = [1, 2, 3] + 1;`
+
+    Way out: build the other vector too, for instance `[1, 2, 3] + ones(3)`.
+    """
+    return error(
+        "BG310",
+        f"{left[1]} and {right[1]} do not go together in {operator}",
+        right[0],
+        labels=(Label(left[0], left[1]),),
+        help="both must have the same shape",
+    )
+
+
+def no_product(left: tuple[Span, str], right: tuple[Span, str], help: str) -> Diagnostic:
+    """BG311: shapes that have no product
+
+    What: the columns of the left factor are not as many as the rows of the right one, or both
+    are vectors.
+
+    Why: `*` is the product of scalars and matrices. Of two vectors there are three products,
+    and each has a name.
+
+    Example: `let power = [1, 2, 3]*[4, 5, 6];`
+
+    Way out: `dot(a, b)`, `cross(a, b)` or `outer(a, b)` of vectors; `transpose(A)*b` where the
+    matrix lies the other way.
+    """
+    return error(
+        "BG311",
+        f"there is no product of {left[1]} and {right[1]}",
+        right[0],
+        labels=(Label(left[0], left[1]),),
+        help=help,
+    )
+
+
+def needs_scalar(span: Span, what: str, found: str, help: str = "") -> Diagnostic:
+    """BG312: a scalar is needed
+
+    What: a vector or matrix stands where only a single number has a meaning: a divisor, a
+    base or exponent, a condition, an argument of `atan2`.
+
+    Why: there is no division by a vector, and no vector is true or false.
+
+    Example: `let x = 1/[1, 2, 3];`
+
+    Way out: pick one component, as in `v[2]` or `v.x`.
+    """
+    return error("BG312", f"{what} must be a scalar, not {found}", span, help=help)
+
+
+def wrong_argument_shape(span: Span, function: str, expected: str, found: str) -> Diagnostic:
+    """BG313: an argument of the wrong shape
+
+    What: a function is given a scalar, vector or matrix of a shape it is not made for.
+
+    Why: `cross` takes vectors of 3, `inv` a square matrix, and so on.
+
+    Example: `let n = cross([1, 0], [0, 1]);`
+
+    Way out: give an argument of the shape the message asks for.
+    """
+    return error("BG313", f"`{function}` takes {expected}, not {found}", span)
+
+
+def ragged(span: Span, expected: str, found: str) -> Diagnostic:
+    """BG314: rows of different lengths
+
+    What: the elements of a vector literal are not all scalars, or not all vectors of one
+    length.
+
+    Why: `[a, b]` is a vector of scalars, `[[a, b], [c, d]]` a matrix by rows.
+
+    Example: `let A = [[1, 2], [3]];`
+
+    Way out: give each row as many elements as the first. To join vectors use `stack(a, b)`,
+    to join matrices `stack` or `block`.
+    """
+    return error(
+        "BG314",
+        f"this element is {found}, the first is {expected}",
+        span,
+        help="`stack(a, b)` joins vectors, `block([[A, B], [C, D]])` matrices",
+    )
+
+
+def empty_vector(span: Span) -> Diagnostic:
+    """BG318: a vector of nothing
+
+    What: a vector literal has no elements.
+
+    Why: a vector has at least one component.
+
+    Example: `param v = [];`
+
+    Way out: give its elements, or use `zeros(n)`.
+    """
+    return error("BG318", "a vector needs at least one element", span)
+
+
+def wrong_shape(span: Span, what: str, expected: str, found: str) -> Diagnostic:
+    """BG315: a value of the wrong shape
+
+    What: a value is given whose shape is not the one declared.
+
+    Why: the number of components of everything is fixed at compile time.
+
+    Example: `param axis[3] = [0, 1];`
+
+    Way out: give as many components as declared.
+    """
+    return error("BG315", f"{what} must be {expected}, not {found}", span)
+
+
+def blocks_differ(span: Span, what: str) -> Diagnostic:
+    """BG316: blocks that do not fit
+
+    What: the matrices in one row of `block`, or below each other, have different sizes, or
+    its argument is no matrix of matrices.
+
+    Why: blocks beside each other share their height, blocks above each other their width.
+
+    Example: `let A = block([[eye(3), zeros(2, 3)]]);`
+
+    Way out: correct the sizes; a plain `0` stands for a block of zeros of the size that fits.
+    """
+    return error("BG316", what, span, help="write `block([[A, B], [C, D]])`, by rows")
+
+
+def too_large(span: Span, what: str) -> Diagnostic:
+    """BG317: larger than the compiler is made for
+
+    What: a value of more than 100,000 components is asked for, or a product of matrices that
+    would take millions of operations.
+
+    Why: every component becomes code of its own; this is most often a slip of the keyboard.
+
+    Example: `let v = zeros(1000000000);`
+
+    Way out: use a smaller size.
+    """
+    return error("BG317", f"{what} is too large", span, help="use a smaller size")
+
+
+# --- indices and components -------------------------------------------------------------
+
+
+def index_out_of_range(span: Span, index: int, size: int, shape: str) -> Diagnostic:
+    """BG320: an index out of range
+
+    What: an index is less than 1, or more than there are components.
+
+    Why: components count from 1, and the last of `n` is `n`.
+
+    Example: `param v[3] = [1, 2, 3]; let x = v[0];`
+
+    Way out: use an index from 1 to the number of components.
+    """
+    return error(
+        "BG320", f"there is no component {index} in {shape}", span, help=f"count from 1 to {size}"
+    )
+
+
+def wrong_index_count(span: Span, shape: str, expected: int, found: int) -> Diagnostic:
+    """BG321: too many or too few indices
+
+    What: a vector takes one index, a matrix two, a scalar none.
+
+    Why: `A[2]` of a matrix could be a row, a column or an element.
+
+    Example: `let row = A[2];`
+
+    Way out: `A[2, 1..3]` is row 2 of a matrix with 3 columns.
+    """
+    needs = ("no index", "one index", "two indices")[expected]
+    return error(
+        "BG321",
+        f"{shape} takes {needs}, not {found}",
+        span,
+        help="a row of a matrix is `A[2, 1..3]`" if expected == 2 else "",
+    )
+
+
+def empty_range(span: Span, first: int, last: int) -> Diagnostic:
+    """BG322: a range that runs backwards
+
+    What: the first index of a range is more than the last.
+
+    Why: a range holds both its ends, so it has at least one component.
+
+    Example: `let w = v[3..1];`
+
+    Way out: write the smaller index first.
+    """
+    return error(
+        "BG322",
+        f"the range {first}..{last} is empty",
+        span,
+        help=f"write `{last}..{first}`"
+        if first - last > 1
+        else "the first must not exceed the last",
+    )
+
+
+def no_component(span: Span, name: str, shape: str) -> Diagnostic:
+    """BG323: no component of that name
+
+    What: `.x`, `.y` and `.z` are the first three components of a vector, and a value has no
+    other members.
+
+    Why: a value is a scalar, a vector or a matrix; only parts of models have members.
+
+    Example: `param v[3] = [1, 2, 3]; let a = v.w;`
+
+    Way out: use an index, as in `v[2]`.
+    """
+    return error(
+        "BG323",
+        f"{shape} has no component `{name}`",
+        span,
+        help="components are `.x`, `.y`, `.z` of a vector, or `[1]`, `[2]`, ..",
+    )
+
+
+def no_range_of_parts(span: Span, what: str) -> Diagnostic:
+    """BG324: a range of parts in an expression
+
+    What: an expression takes a range of an array of parts.
+
+    Why: parts have no common value; a range picks components of a vector or matrix.
+
+    Example: `let p = mass[1..3].p;`
+
+    Way out: name the parts one by one: `[mass[1].p, mass[2].p]`.
+    """
+    return error(
+        "BG324",
+        f"a range cannot pick from {what} in an expression",
+        span,
+        help="name one part: `mass[2].p`",
+    )
+
+
+# --- constants --------------------------------------------------------------------------
+
+
+def not_constant(span: Span, what: str) -> Diagnostic:
+    """BG330: not known at compile time
+
+    What: a dimension, an index, the ends of a `for`, or the condition of a compile-time `if`
+    depends on a parameter, on time or on a state.
+
+    Why: the structure of the model is fixed when it is compiled; parameters may be changed
+    afterwards.
+
+    Example: `param n = 3; port p[n];`
+
+    Way out: declare the value with `const`, or as a dimension of the model: `model M[n]`.
+    """
+    return error(
+        "BG330",
+        f"{what} must be known at compile time",
+        span,
+        help="declare it with `const`, or as a dimension of the model",
+    )
+
+
+def not_whole(span: Span, what: str, found: str, limits: str = "") -> Diagnostic:
+    """BG331: not a whole number
+
+    What: a dimension, an index or an end of a `for` is a fraction, negative where that makes
+    no sense, or beyond all reason.
+
+    Why: things are counted in whole numbers.
+
+    Example: `state x[2.5] = 0;`
+
+    Way out: round it: `floor(n/2)`.
+    """
+    whole = f"a whole number {limits}".rstrip()
+    return error("BG331", f"{what} must be {whole}, not {found}", span)
+
+
+def varies(span: Span, what: str, allowed: str, found: str) -> Diagnostic:
+    """BG332: a value that varies where it must not
+
+    What: a `const` depends on a parameter, or a parameter on time or on a state.
+
+    Why: a `const` is fixed at compile time, a `param` before the run begins.
+
+    Example: `param area = 2*pi*time;`
+
+    Way out: declare what varies with `signal` or `let`.
+    """
+    return error("BG332", f"{what} must be {allowed}, but this {found}", span)
+
+
+def out_of_double_range(span: Span, text: str) -> Diagnostic:
+    """BG333: a number that no double holds
+
+    What: a number is larger than about 1.8e308, or smaller than about 4.9e-324 but not zero.
+
+    Why: the model is computed in doubles.
+
+    Example: `param k = 1e400;`
+
+    Way out: check the exponent and the unit.
+    """
+    return error(
+        "BG333", f"`{text}` is out of the range of numbers", span, help="check the exponent"
+    )
+
+
+def division_by_zero(span: Span) -> Diagnostic:
+    """BG334: division by zero
+
+    What: the divisor is zero whatever the parameters are, or zero is raised to a negative
+    power.
+
+    Why: the result would not be a number.
+
+    Example: `let x = 1/(2 - 2);`
+
+    Way out: correct the divisor; a branch of `if` with a constant condition that is not taken
+    is not looked at.
+    """
+    return error("BG334", "this divides by zero", span)
+
+
+def not_finite(span: Span, found: str) -> Diagnostic:
+    """BG335: a constant that is not a number
+
+    What: a constant expression overflows, or a function has no value there: `log(0)`,
+    `sqrt(-1)`, `9^9^9^9`.
+
+    Why: nothing that depends on it could be computed.
+
+    Example: `const big = 10^1000;`
+
+    Way out: correct the arguments.
+    """
+    return error("BG335", f"the value of this constant is {found}", span)
+
+
+# --- names and functions ----------------------------------------------------------------
+
+
+def unknown_value(span: Span, name: str, near: Iterable[str]) -> Diagnostic:
+    """BG340: a value that is not declared
+
+    What: no value, part or port of that name is visible here.
+
+    Why: names are visible in the model that declares them; parts of parts are reached by
+    their path.
+
+    Example: `param mass = 1 t; let weight = 9.81*mas;`
+
+    Way out: correct the spelling, declare the value, or give the path: `boom.mass`.
+    """
+    return error("BG340", f"there is no value called `{name}`", span, help=did_you_mean(name, near))
+
+
+def not_a_value(span: Span, what: str) -> Diagnostic:
+    """BG341: a part where a value belongs
+
+    What: the path ends at a part, a port or an array, or the expression is a text or a type.
+
+    Why: a part has many values; only numbers, vectors and matrices can be calculated with.
+
+    Example: `boom : Beam(length = 3 m); let x = 2*boom;`
+
+    Way out: name the value that is meant, as in `boom.length` or `coil.p`.
+    """
+    return error(
+        "BG341", f"{what} is not a value", span, help="name one of its values, as in `coil.p`"
+    )
+
+
+def unknown_function(span: Span, name: str, near: Iterable[str]) -> Diagnostic:
+    """BG342: a function that is not declared
+
+    What: neither the language nor this file or its imports has a function of that name.
+
+    Why: functions have their C names: `asin`, `fmod`, `tanh`.
+
+    Example: `let a = arcsin(0.5);`
+
+    Way out: correct the spelling, or declare it: `function f(x) = x^2;`.
+    """
+    return error(
+        "BG342", f"there is no function called `{name}`", span, help=did_you_mean(name, near)
+    )
+
+
+def called_value(span: Span, name: str) -> Diagnostic:
+    """BG343: a value is called like a function
+
+    What: parentheses follow the name of a value.
+
+    Why: `k(x)` calls a function `k`; a product needs its `*`.
+
+    Example: `param k = 2; let f = k(3 + 4);`
+
+    Way out: write `k*(3 + 4)`, or `v[2]` for a component.
+    """
+    return error(
+        "BG343",
+        f"`{name}` is a value, not a function",
+        span,
+        help=f"write `{name}*(..)` for a product, `{name}[..]` for a component",
+    )
+
+
+def wrong_argument_count(span: Span, function: str, expected: str, found: int) -> Diagnostic:
+    """BG344: too many or too few arguments
+
+    What: a function is given another number of arguments than it takes.
+
+    Why: arguments are positional and all must be given.
+
+    Example: `let a = atan2(1);`
+
+    Way out: give as many as the message says.
+    """
+    return error("BG344", f"`{function}` takes {expected}, not {found}", span)
+
+
+def recursive_function(span: Span, name: str, calls: Sequence[str]) -> Diagnostic:
+    """BG345: a function that calls itself
+
+    What: evaluating a function leads to a call of the same function.
+
+    Why: functions are replaced by what they stand for, which would never end.
+
+    Example: `function f(n) = n*f(n - 1);`
+
+    Way out: write it without the call, for instance with a `for` over a state array or a sum.
+    """
+    through = f", through {' -> '.join(f'`{call}`' for call in calls)}" if len(calls) > 1 else ""
+    return error("BG345", f"the function `{name}` calls itself{through}", span)
+
+
+def misplaced_derivative(span: Span) -> Diagnostic:
+    """BG346: der(x) where it has no meaning
+
+    What: `der(x)` stands in a definition, an argument or a law.
+
+    Why: derivatives follow from the equations; nothing is differentiated in a definition.
+
+    Example: `let v = der(x);`
+
+    Way out: give the state's equation as `der(x) = ..;`, or use `der(x)` on either side of an
+    implicit `equation left = right;`.
+    """
+    return error(
+        "BG346",
+        "`der(x)` stands only in `der(x) = ..;` and in an `equation`",
+        span,
+        help="use the right-hand side of its equation, or an `equation`",
+    )
+
+
+def derivative_of_expression(span: Span) -> Diagnostic:
+    """BG347: the derivative of something that is no state
+
+    What: the argument of `der` is not a declared `state` or a component of one.
+
+    Why: only states have a derivative of their own.
+
+    Example: `equation der(2*x) = 1;`
+
+    Way out: write the derivative out: `2*der(x)`.
+    """
+    return error("BG347", "`der` takes a declared state, or a component of one", span)
+
+
+# --- matrices ---------------------------------------------------------------------------
+
+
+def singular_matrix(span: Span) -> Diagnostic:
+    """BG350: a matrix without an inverse
+
+    What: `inv` is given a matrix that is singular whatever the parameters are.
+
+    Why: it has no inverse.
+
+    Example: `let W = inv([[1, 2], [2, 4]]);`
+
+    Way out: correct the matrix. Of a singular stiffness give `stiffness`, of a singular
+    conductance `conductance`: then nothing has to be inverted.
+    """
+    return error("BG350", "this matrix is singular, it has no inverse", span)
+
+
+def varying_inverse(span: Span) -> Diagnostic:
+    """BG351: the inverse of a varying matrix
+
+    What: `inv` is given a matrix that depends on time or on a state.
+
+    Why: an inverse is computed once, before the run; a varying matrix may become singular
+    during it.
+
+    Example: `let W = inv([[x, 0], [0, 1]]);`
+
+    Way out: solve for the unknown: `unknown z[2] = [0, 0]; equation A*z = b;`, or write the
+    inverse of a rotation as `transpose(A)`.
+    """
+    return error(
+        "BG351",
+        "`inv` takes a matrix of constants and parameters only",
+        span,
+        help="use an `unknown` and an `equation`, or `transpose` of a rotation",
+    )
