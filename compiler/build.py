@@ -25,13 +25,8 @@ from bgc.grammar.catalogue.machine import (
 )
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.recall import machine_identity
-from bgc.toolchain import RUNTIME_FLAGS, Toolchain
+from bgc.toolchain import RUNTIME_FLAGS, Toolchain, try_compiler
 
-_PROBE = """#include <math.h>
-#include <stdint.h>
-#include <string.h>
-double bgc_probe(double x) { char t[8]; memset(t, 0, sizeof t); return sqrt(x) + t[0]; }
-"""
 _LINES_SHOWN = 20
 _GCC_ONLY = frozenset(
     ("-fexpensive-optimizations", "-fno-expensive-optimizations", "-fno-tree-dse", "-fno-dse")
@@ -159,10 +154,8 @@ def _failure(toolchain: Toolchain, output: str, cache: Cache, work: Path) -> Dia
     shown = _first_lines(output)
     if "No space left on device" in output:
         return cannot_write(str(cache.root), os.strerror(errno.ENOSPC))
-    (work / "probe.c").write_text(_PROBE, encoding="utf-8")
-    probe = toolchain.run((*RUNTIME_FLAGS, "-c", "probe.c", "-o", "probe.o"), work)
-    if probe.returncode != 0:
-        return compiler_does_not_work(toolchain.name, _first_lines(probe.stdout))
+    if complaint := try_compiler(toolchain):
+        return compiler_does_not_work(toolchain.name, _first_lines(complaint))
     kept = cache.root / "failed" / digest_of([output])
     shutil.copytree(work, kept, ignore=shutil.ignore_patterns("*.o"), dirs_exist_ok=True)
     (kept / "output.txt").write_text(output, encoding="utf-8")

@@ -46,10 +46,10 @@ def remember(
     for source in sources:
         try:
             digest = file_digest(Path(source.name))
-            text = Path(source.name).read_text(encoding="utf-8-sig")
+            text = _read(source.name)
         except (OSError, UnicodeDecodeError):
             return  # not from a file
-        if _plain(text) != _plain(source.text):
+        if text != source.text:
             return
         files.append([source.name, digest])
     note = {
@@ -120,8 +120,9 @@ def _tuples(value: Any) -> Any:
     return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
 
 
-def _plain(text: str) -> str:
-    return text.removeprefix("\ufeff").replace("\r\n", "\n")
+def _read(name: str) -> str:
+    """A file's text as the compiler reads it: line ends stay what they are."""
+    return Path(name).read_bytes().decode("utf-8-sig")
 
 
 def _diagnostic_to_json(diagnostic: Diagnostic) -> dict[str, object]:
@@ -161,4 +162,4 @@ def _span_from_json(value: Any) -> Span | None:
     if value is None:
         return None
     name, start, end = value
-    return Span(Source(name, _plain(Path(name).read_text(encoding="utf-8-sig"))), start, end)
+    return Span(Source(name, _read(name)), start, end)

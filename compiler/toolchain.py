@@ -7,6 +7,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tempfile
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -20,6 +21,14 @@ CANDIDATES = ("cc", "gcc", "clang")
 # that sqrt is one instruction. -ffast-math was measured to gain nothing (numerics.md).
 COMMON_FLAGS = ("-std=c11", "-march=native", "-fno-math-errno", "-fPIC")
 RUNTIME_FLAGS = ("-O2", *COMMON_FLAGS)
+
+
+_PROBE = """#include <math.h>
+#include <stdint.h>
+#include <string.h>
+double bgc_probe(double x);
+double bgc_probe(double x) { char t[8]; memset(t, 0, sizeof t); return sqrt(x) + t[0]; }
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +83,15 @@ def find_toolchain() -> Toolchain:
     if find_spec("ziglang") is not None:
         return _identify((sys.executable, "-m", "ziglang", "cc"))
     raise BgError([no_c_compiler(("$CC", *CANDIDATES, "ziglang"))])
+
+
+def try_compiler(toolchain: Toolchain) -> str:
+    """Make a trivial shared object; returns what the compiler complains about, or nothing."""
+    with tempfile.TemporaryDirectory(prefix="bgc-") as place:
+        (Path(place) / "probe.c").write_text(_PROBE, encoding="utf-8")
+        arguments = (*RUNTIME_FLAGS, "-shared", "probe.c", "-o", "probe.so", "-lm")
+        done = toolchain.run(arguments, Path(place))
+    return done.stdout.strip() or f"status {done.returncode}" if done.returncode else ""
 
 
 def _identify(command: tuple[str, ...]) -> Toolchain:

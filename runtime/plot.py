@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
+import numpy as np
 from bgc.grammar.catalogue.machine import bad_panel, nothing_to_draw, unknown_file_kind
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.files import written_whole
@@ -22,6 +23,7 @@ KINDS = (".png", ".svg", ".pdf")
 
 _WIDTH, _PANEL_HEIGHT, _SQUARE_HEIGHT, _MARGIN = 8.0, 2.4, 4.2, 0.7  # inches
 _MOST_IN_LEGEND = 10
+_UNLIKE_RANGES = 10.0
 # Okabe and Ito's colours, which colour-blind readers can tell apart.
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 _STYLE: dict[Any, Any] = {
@@ -113,26 +115,51 @@ def _draw(result: Result, panels: Sequence[Panel]) -> Figure:
 
 
 def _draw_panel(result: Result, panel: Panel, axes: Any) -> None:
-    """Draw one panel; columns of a second unit get the axis at the right."""
+    """Draw one panel; what does not fit the left scale gets the one at the right."""
     across = result[panel.across]
-    units = list(dict.fromkeys(result.units[column] for column in panel.columns))
-    right: Any = None
-    if len(units) == 2:
-        right = axes.twinx()
-        right.grid(False)
-        right.spines["right"].set_visible(True)
+    left, right = _sides(result, panel)
+    other = axes.twinx() if right else None
     lines = []
     for column, colour in zip(panel.columns, cycle(_COLOURS), strict=False):
-        side = right if right is not None and result.units[column] == units[1] else axes
+        side = other if column in right else axes
         lines += side.plot(across, result[column], label=column, color=colour)
-    single = len(panel.columns) == 1
-    axes.set_ylabel(_label(panel.columns[0], result) if single else _bracketed(units[0]))
-    if right is not None:
-        right.set_ylabel(_bracketed(units[1]))
+    axes.set_ylabel(_axis_label(left, result))
+    if other is not None:
+        other.grid(False)
+        other.spines["right"].set_visible(True)
+        other.set_ylabel(_axis_label(right, result))
     if panel.across == "time":
         axes.margins(x=0)
-    if not single:
-        axes.legend(handles=lines[:_MOST_IN_LEGEND], ncols=min(len(lines), 5), fontsize="small")
+    if len(panel.columns) > 1:
+        axes.legend(
+            handles=lines[:_MOST_IN_LEGEND],
+            loc="lower left",
+            bbox_to_anchor=(0, 1),
+            borderaxespad=0.1,
+            ncols=5,
+            fontsize="small",
+        )
+
+
+def _sides(result: Result, panel: Panel) -> tuple[list[str], list[str]]:
+    """Share a panel's columns between the scales at its left and at its right.
+
+    At the right are columns of a second unit; of a pair in one unit, the second where it spans
+    a far smaller or larger range than the first.
+    """
+    units = list(dict.fromkeys(result.units[column] for column in panel.columns))
+    if len(units) == 2:
+        left = [column for column in panel.columns if result.units[column] == units[0]]
+        return left, [column for column in panel.columns if column not in left]
+    if len(panel.columns) == 2:
+        first, second = (float(np.ptp(result[column])) for column in panel.columns)
+        if min(first, second) * _UNLIKE_RANGES < max(first, second) and min(first, second) > 0:
+            return [panel.columns[0]], [panel.columns[1]]
+    return list(panel.columns), []
+
+
+def _axis_label(columns: Sequence[str], result: Result) -> str:
+    return _label(columns[0], result) if len(columns) == 1 else _bracketed(result.units[columns[0]])
 
 
 def _label(name: str, result: Result) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from threading import Thread
+from threading import Event, Thread
 
 from bgc.built import ENERGY_ACCOUNTS, RunFacts
 from bgc.grammar.catalogue.machine import (
@@ -143,13 +143,21 @@ def run_watched(
     Returns the status, the number of finished rows, and whether Ctrl-C was seen.
     """
     outcome: list[tuple[Status, int]] = []
-    thread = Thread(target=lambda: outcome.append(instance.run(times, rows)), daemon=True)
+    finished = Event()
+
+    def work() -> None:
+        try:
+            outcome.append(instance.run(times, rows))
+        finally:
+            finished.set()
+
     interrupted = False
     with ProgressBar(float(times[-1]), progress) as bar:
-        thread.start()
-        while thread.is_alive():
+        Thread(target=work, daemon=True).start()
+        while not finished.is_set():
+            # An event, since Ctrl-C in Thread.join makes Python take the thread for ended.
             try:
-                thread.join(_WATCH_SECONDS)
+                finished.wait(_WATCH_SECONDS)
                 bar.show(instance.time)
             except KeyboardInterrupt:
                 interrupted = True

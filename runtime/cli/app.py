@@ -1,0 +1,99 @@
+"""The group of commands, and what becomes of their errors."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from collections.abc import Iterable
+from importlib import import_module
+from typing import Any, NoReturn
+
+import click
+from bgc.grammar.diagnostics import BgError, Diagnostic
+
+DONE, AT_FAULT, USAGE, BUG, INTERRUPTED = 0, 1, 2, 70, 130
+
+# Each command is a module of this package; none is imported before it is needed.
+_COMMANDS = {
+    "check": "say what is wrong with models, without compiling them",
+    "build": "compile a scene to C or to a shared object",
+    "run": "simulate a scene",
+    "show": "print what a pass of the compiler made",
+    "graph": "draw the bond graph with its causal strokes",
+    "fmt": "print files in canonical form",
+    "explain": "tell more about a diagnostic's code",
+    "doctor": "say what bgc found on this machine, and what to install",
+}
+
+
+class Application(click.Group):
+    """Loads commands when they are named, and turns errors into messages and statuses."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names of the commands, in the order of a user's day."""
+        return list(_COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Load a command."""
+        if cmd_name not in _COMMANDS:
+            return None
+        command = getattr(import_module(f"bgc.runtime.cli.{cmd_name}"), cmd_name)
+        assert isinstance(command, click.Command)
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands without loading them."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(_COMMANDS.items()))
+
+    def main(self, *args: Any, **extra: Any) -> NoReturn:
+        """Run a command and exit with its status."""
+        extra["standalone_mode"] = False
+        try:
+            status = super().main(*args, **extra)
+        except click.ClickException as problem:
+            problem.show()
+            status = problem.exit_code
+        except click.Abort:
+            status = INTERRUPTED
+        except BgError as problem:
+            print_diagnostics(problem.diagnostics)
+            status = AT_FAULT
+        except Exception as problem:
+            status = _confess(problem)
+        sys.exit(status or DONE)
+
+
+@click.command(cls=Application, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="bgc-lang", prog_name="bgc")
+def application() -> None:
+    """Compile bond graphs to C, and run them."""
+
+
+def print_diagnostics(diagnostics: Iterable[Diagnostic]) -> None:
+    """Print diagnostics to standard error, in colour on a terminal."""
+    from bgc.grammar.render import render
+
+    if text := render(diagnostics, colour=_colour_wanted()):
+        click.echo(text, err=True, nl=False)
+
+
+def _colour_wanted() -> bool:
+    plain = "NO_COLOR" in os.environ or os.environ.get("TERM") == "dumb"
+    return sys.stderr.isatty() and not plain
+
+
+def _confess(problem: Exception) -> int:
+    """Say that bgc itself is at fault; the traceback on request only."""
+    if os.environ.get("BGC_DEBUG"):
+        traceback.print_exc()
+    else:
+        kind = type(problem).__name__
+        click.echo(f"this is a bug of bgc: {kind}: {problem}", err=True)
+        click.echo(
+            "please report it with the model that shows it, and with what is printed when the "
+            "variable BGC_DEBUG is set to 1",
+            err=True,
+        )
+    return BUG

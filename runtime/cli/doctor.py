@@ -1,0 +1,18 @@
+"""`bgc doctor`."""
+
+from __future__ import annotations
+
+import click
+from bgc.runtime.cli.app import AT_FAULT
+
+
+@click.command()
+@click.pass_context
+def doctor(context: click.Context) -> None:
+    """Say what bgc found on this machine; status 1 where something needed is missing."""
+    from bgc.runtime.doctor import examine, is_well, report
+
+    findings = examine()
+    click.echo(report(findings))
+    if not is_well(findings):
+        context.exit(AT_FAULT)

@@ -1,0 +1,123 @@
+"""`bgc run`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+from bgc.grammar.catalogue.machine import cannot_write, unknown_file_kind
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.cli.app import AT_FAULT, INTERRUPTED, print_diagnostics
+from bgc.runtime.cli.options import model_file, read_assignments, scene_option, set_option
+
+if TYPE_CHECKING:
+    from bgc.runtime.result import Result
+
+_TABLES = (".csv", ".npz")
+_PICTURES = (".png", ".svg", ".pdf")
+
+
+@click.command()
+@model_file
+@scene_option
+@set_option
+@click.option("--out", metavar="FILE", help="Write the rows: .csv, .npz, or - for CSV here.")
+@click.option("--plot", metavar="FILE", help="Draw them: .png, .svg or .pdf.")
+@click.option(
+    "--panel",
+    "panels",
+    multiple=True,
+    metavar="TEXT",
+    help='A panel of the plot: "tip.z, handle.z", or "force against elevation".',
+)
+@click.option("--solver", metavar="NAME", help="Integration method, as rodas5p or rk4.")
+@click.option("--rtol", type=float, help="Relative tolerance.")
+@click.option("--atol", type=float, help="Absolute tolerance of all states, SI.")
+@click.option("--step", metavar="TIME", help="Step of a fixed-step method: 0.001, or 1 ms.")
+@click.option("--every", metavar="TIME", help="Interval between rows.")
+@click.option("--time", "duration", metavar="TIME", help="How long to simulate.")
+@click.option("--quiet", "-q", is_flag=True, help="No summary and no progress bar.")
+@click.pass_context
+def run(
+    context: click.Context,
+    file: Path,
+    scene: str | None,
+    assignments: tuple[str, ...],
+    out: str | None,
+    plot: str | None,
+    panels: tuple[str, ...],
+    solver: str | None,
+    rtol: float | None,
+    atol: float | None,
+    step: str | None,
+    every: str | None,
+    duration: str | None,
+    quiet: bool,
+) -> None:
+    """Simulate a scene of FILE, and write and draw what it observes.
+
+    A run that fails, or that Ctrl-C ends, still writes the rows up to there.
+    """
+    from bgc.runtime.failures import RunInterrupted, SimulationError
+    from bgc.runtime.model import compile_model
+    from bgc.runtime.quantity import read_quantity
+    from bgc.runtime.summary import summarise
+
+    if panels and plot is None:
+        raise click.UsageError("--panel needs --plot FILE")
+    _check_target(out, (*_TABLES, "-"))
+    _check_target(plot, _PICTURES)
+    times = {
+        name: None if text is None else read_quantity(text, f"--{name}", "s")
+        for name, text in (("step", step), ("every", every), ("time", duration))
+    }
+    model = compile_model(file, scene, read_assignments(assignments))
+    print_diagnostics(model.warnings)
+    status = 0
+    try:
+        result = model.simulate(
+            times["time"],
+            every=times["every"],
+            solver=solver,
+            rtol=rtol,
+            atol=atol,
+            step=times["step"],
+            progress=not quiet,
+        )
+    except SimulationError as problem:
+        print_diagnostics(problem.diagnostics)
+        result, status = problem.result, AT_FAULT
+    except RunInterrupted as problem:
+        print_diagnostics([problem.diagnostic])
+        result, status = problem.result, INTERRUPTED
+    _write(result, out)
+    if plot is not None and (status == 0 or len(result.time) > 1):
+        result.plot(plot, panels=panels or None)
+    if not quiet:
+        click.echo(summarise(result), err=out == "-")
+    context.exit(status)
+
+
+def _check_target(path: str | None, kinds: tuple[str, ...]) -> None:
+    """Refuse what could not be written after the run before it."""
+    if path is None or path == "-":
+        return
+    if Path(path).suffix.lower() not in kinds and not _is_special(Path(path)):
+        raise BgError([unknown_file_kind(path, kinds)])
+    if not Path(path).absolute().parent.is_dir():
+        raise BgError([cannot_write(path, "there is no such directory")])
+
+
+def _is_special(path: Path) -> bool:
+    return path.exists() and not path.is_file()
+
+
+def _write(result: Result, out: str | None) -> None:
+    if out == "-":
+        result.write_csv(sys.stdout)
+    elif out is not None and Path(out).suffix.lower() == ".npz":
+        result.to_npz(out)
+    elif out is not None:
+        result.to_csv(out)

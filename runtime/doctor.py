@@ -1,0 +1,114 @@
+"""Looks at the machine: what bgc needs, what it may use, and how to get what is missing."""
+
+from __future__ import annotations
+
+import platform
+import shutil
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from importlib.metadata import version
+from importlib.util import find_spec
+
+from bgc.cache import open_cache
+from bgc.grammar.diagnostics import BgError
+from bgc.toolchain import find_toolchain, try_compiler
+
+_NEEDED = ("click", "jinja2", "lark", "matplotlib", "numpy", "pint", "rich", "scipy", "sympy")
+
+
+class Health(Enum):
+    """How it is: fine, missing but not needed, or missing and needed."""
+
+    GOOD = "ok"
+    OPTIONAL = "--"
+    MISSING = "!!"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing looked for: what was found, and what to do where it is missing."""
+
+    name: str
+    health: Health
+    found: str
+    remedy: str = ""
+
+
+def examine() -> tuple[Finding, ...]:
+    """Look for everything."""
+    looks: tuple[Callable[[], Finding], ...] = (
+        _python,
+        _packages,
+        _compiler,
+        _cache,
+        _graphviz,
+        _pandas,
+    )
+    return tuple(look() for look in looks)
+
+
+def is_well(findings: tuple[Finding, ...]) -> bool:
+    """Whether nothing that is needed is missing."""
+    return all(finding.health is not Health.MISSING for finding in findings)
+
+
+def report(findings: tuple[Finding, ...]) -> str:
+    """Print findings as a table, each remedy below what it is for."""
+    width = max(len(finding.name) for finding in findings)
+    lines = []
+    for finding in findings:
+        lines.append(f"{finding.health.value}  {finding.name:<{width}}  {finding.found}")
+        if finding.remedy:
+            lines.append(f"{'':{width + 6}}-> {finding.remedy}")
+    return "\n".join(lines)
+
+
+def _python() -> Finding:
+    return Finding("Python", Health.GOOD, f"{platform.python_version()} at {sys.executable}")
+
+
+def _packages() -> Finding:
+    missing = [name for name in _NEEDED if find_spec(name) is None]
+    if missing:
+        remedy = f"pip install {' '.join(missing)}"
+        return Finding("Python packages", Health.MISSING, f"no {', '.join(missing)}", remedy)
+    return Finding("Python packages", Health.GOOD, "all that are needed")
+
+
+def _compiler() -> Finding:
+    try:
+        toolchain = find_toolchain()
+    except BgError as problem:
+        (diagnostic,) = problem.diagnostics
+        return Finding("C compiler", Health.MISSING, diagnostic.message, diagnostic.help)
+    if complaint := try_compiler(toolchain):
+        found = f"{toolchain.name} fails: {complaint.splitlines()[0]}"
+        remedy = "apt-get install gcc libc6-dev, or pip install ziglang"
+        return Finding("C compiler", Health.MISSING, found, remedy)
+    return Finding("C compiler", Health.GOOD, f"{toolchain.name}: {toolchain.version}")
+
+
+def _cache() -> Finding:
+    cache = open_cache()
+    if cache.warnings:
+        (warning,) = cache.warnings
+        return Finding("cache", Health.OPTIONAL, warning.message, warning.help)
+    sizes = [path.stat().st_size for path in cache.root.rglob("*") if path.is_file()]
+    return Finding("cache", Health.GOOD, f"{cache.root} ({sum(sizes) / 1e6:.1f} MB)")
+
+
+def _graphviz() -> Finding:
+    found = shutil.which("dot")
+    if found is None:
+        remedy = "apt-get install graphviz (brew install graphviz), for `bgc graph`"
+        return Finding("Graphviz", Health.OPTIONAL, "no `dot`", remedy)
+    return Finding("Graphviz", Health.GOOD, found)
+
+
+def _pandas() -> Finding:
+    if find_spec("pandas") is None:
+        remedy = "pip install pandas, for `result.to_pandas()`"
+        return Finding("pandas", Health.OPTIONAL, "not installed", remedy)
+    return Finding("pandas", Health.GOOD, f"version {version('pandas')}")

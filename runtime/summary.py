@@ -1,0 +1,45 @@
+"""What a run came to, in a few lines."""
+
+from __future__ import annotations
+
+import numpy as np
+from bgc.built import ENERGY_ACCOUNTS
+from bgc.runtime.result import Result
+
+
+def summarise(result: Result) -> str:
+    """Tell how far a run went, what it cost, and how well it kept its energy."""
+    counts = result.counts
+    reached = float(result.time[-1]) if len(result.time) else 0.0
+    spent = counts["run_seconds"]
+    factor = f", {reached / spent:.3g} x real time" if spent > 0 and reached > 0 else ""
+    ended = "" if result.status == "done" else f" ({result.status})"
+    rejected = f" ({counts['rejected']:.0f} rejected)" if counts["rejected"] else ""
+    lines = [
+        f"{result.scene}: {_seconds(reached)} simulated in {_seconds(spent)}{factor}{ended}",
+        f"  {result.solver}: {counts['steps']:,.0f} steps{rejected}, "
+        f"{len(result.time):,} rows, worst step {_seconds(counts['worst_step_seconds'])}",
+    ]
+    if counts["fallbacks"]:
+        lines.append(f"  {counts['fallbacks']:,.0f} factorisations needed full pivoting")
+    if residual := _residual(result):
+        lines.append(f"  {residual}")
+    return "\n".join(lines)
+
+
+def _residual(result: Result) -> str:
+    """The energy residual, and its share of the largest account that is observed."""
+    if "energy.residual" not in result.columns or not len(result.time):
+        return ""
+    worst = float(np.max(np.abs(result["energy.residual"])))
+    others = [name for name in ENERGY_ACCOUNTS[:3] if name in result.columns]
+    exchanged = max((float(np.max(np.abs(result[name]))) for name in others), default=0.0)
+    share = f", {worst / exchanged:.1e} of the {exchanged:.3g} J exchanged" if exchanged else ""
+    return f"energy residual {worst:.2g} J{share}"
+
+
+def _seconds(value: float) -> str:
+    for size, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "us")):
+        if value >= size:
+            return f"{value / size:.4g} {unit}"
+    return "0 s" if value == 0 else f"{value * 1e9:.3g} ns"

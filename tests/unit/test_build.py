@@ -1,0 +1,165 @@
+import shutil
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from bgc import build
+from bgc.build import Unit, build_shared_object, runtime_directory, unit_flags
+from bgc.cache import Cache
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.binding import Library
+from bgc.toolchain import Toolchain, find_toolchain
+
+OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
+UNITS = (Unit("model", OSCILLATOR),)
+
+
+@pytest.fixture(scope="module")
+def toolchain() -> Toolchain:
+    return find_toolchain()
+
+
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory, toolchain) -> Path:
+    """A cache that holds the compiled runtime, so that the tests compile little."""
+    root = tmp_path_factory.mktemp("filled")
+    build_shared_object(UNITS, toolchain, Cache(root))
+    return root
+
+
+@pytest.fixture
+def cache(filled, tmp_path) -> Cache:
+    shutil.copytree(filled, tmp_path / "cache")
+    return Cache(tmp_path / "cache")
+
+
+class Counting(Toolchain):
+    """A compiler that remembers what it was asked."""
+
+    calls: list[tuple[str, ...]]
+
+    def __init__(self, toolchain: Toolchain) -> None:
+        super().__init__(toolchain.command, toolchain.kind, toolchain.version)
+        object.__setattr__(self, "calls", [])
+
+    def run(self, arguments, directory):
+        self.calls.append(arguments)
+        return super().run(arguments, directory)
+
+    def compiled(self) -> list[str]:
+        return [a for call in self.calls for a in call if a.endswith(".c")]
+
+
+def test_what_is_built_can_be_loaded(cache, toolchain):
+    path = build_shared_object(UNITS, toolchain, cache)
+    assert Library(path).model.name == b"oscillator"
+
+
+def test_a_second_build_runs_no_compiler(cache, toolchain):
+    counting = Counting(toolchain)
+    build_shared_object(UNITS, counting, cache)
+    assert counting.calls == []
+
+
+def test_only_the_changed_unit_is_compiled(cache, toolchain):
+    counting = Counting(toolchain)
+    changed = Unit("model", OSCILLATOR + "\n/* changed */\n")
+    build_shared_object((changed,), counting, cache)
+    assert counting.compiled() == ["model.c"]
+
+
+def test_units_see_the_emitted_headers(cache, toolchain):
+    unit = Unit("model", '#include "facts.h"\n' + OSCILLATOR)
+    path = build_shared_object((unit,), toolchain, cache, {"facts.h": "#define FACT 1\n"})
+    other = build_shared_object((unit,), toolchain, cache, {"facts.h": "#define FACT 2\n"})
+    assert path != other
+
+
+@pytest.mark.parametrize("kind", ["objects", "models"])
+def test_damaged_entries_are_rebuilt(cache, toolchain, kind):
+    whole = build_shared_object(UNITS, toolchain, cache)
+    for path in (cache.root / kind).iterdir():
+        if path.suffix in (".o", ".so"):
+            path.write_bytes(b"damaged")
+    if kind == "objects":
+        whole.unlink()
+    assert Library(build_shared_object(UNITS, toolchain, cache)).model.n_state == 2
+
+
+def test_two_builds_at_once_make_one_whole_library(tmp_path, toolchain):
+    def build_it(_: int) -> Path:
+        return build_shared_object(UNITS, toolchain, Cache(tmp_path / "cache"))
+
+    (tmp_path / "cache").mkdir()
+    with ThreadPoolExecutor(2) as pool:
+        first, second = pool.map(build_it, range(2))
+    assert first == second
+    assert Library(first).model.n_state == 2
+    assert not list((tmp_path / "cache").glob("making-*"))
+
+
+def test_rejected_code_is_kept_with_the_compilers_words(cache, toolchain):
+    with pytest.raises(BgError) as error:
+        build_shared_object((Unit("model", "int f(void) { return x; }\n"),), toolchain, cache)
+    (diagnostic,) = error.value.diagnostics
+    assert diagnostic.code == "BG053"
+    assert "undeclared" in diagnostic.note
+    (kept,) = (cache.root / "failed").iterdir()
+    assert str(kept) in diagnostic.help
+    assert (kept / "model.c").is_file()
+    assert "undeclared" in (kept / "output.txt").read_text()
+
+
+def test_a_compiler_that_does_not_work_is_told_from_bad_code(cache, tmp_path):
+    script = tmp_path / "cc"
+    script.write_text("#!/bin/sh\necho 'math.h: No such file or directory' >&2\nexit 1\n")
+    script.chmod(0o755)
+    with pytest.raises(BgError) as error:
+        build_shared_object(UNITS, Toolchain((str(script),), "cc", "1"), cache)
+    (diagnostic,) = error.value.diagnostics
+    assert diagnostic.code == "BG052"
+    assert "math.h" in diagnostic.note
+
+
+def test_a_full_disk_is_named_as_such(cache, tmp_path):
+    script = tmp_path / "cc"
+    script.write_text("#!/bin/sh\necho 'cannot write x.o: No space left on device'\nexit 1\n")
+    script.chmod(0o755)
+    with pytest.raises(BgError) as error:
+        build_shared_object(UNITS, Toolchain((str(script),), "cc", "1"), cache)
+    assert error.value.diagnostics[0].code == "BG055"
+
+
+def test_a_cache_that_vanishes_is_a_diagnostic(tmp_path, toolchain):
+    with pytest.raises(BgError) as error:
+        build_shared_object(UNITS, toolchain, Cache(tmp_path / "missing"))
+    assert error.value.diagnostics[0].code == "BG055"
+
+
+def test_only_gcc_is_given_gccs_own_flags():
+    unit = Unit("model", "", ("-O1", "-fexpensive-optimizations", "-fno-dse"))
+    assert unit_flags(unit, Toolchain(("gcc",), "gcc", "")) == unit.flags
+    assert unit_flags(unit, Toolchain(("clang",), "clang", "")) == ("-O1",)
+
+
+def test_the_runtime_is_clean_under_strict_warnings(toolchain, tmp_path):
+    warnings = ("-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror")
+    for unit in build.runtime_units():
+        source = runtime_directory() / f"{unit.name}.c"
+        arguments = (*unit.flags, *warnings, "-fsyntax-only", str(source))
+        done = toolchain.run(arguments, tmp_path)
+        assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the wheel is tried on Linux only")
+def test_zig_builds_a_model(tmp_path):
+    pytest.importorskip("ziglang")
+    toolchain = Toolchain((sys.executable, "-m", "ziglang", "cc"), "zig", "")
+    (tmp_path / "cache").mkdir()
+    path = build_shared_object(UNITS, toolchain, Cache(tmp_path / "cache"))
+    loaded = subprocess.run(
+        [sys.executable, "-c", f"import ctypes; ctypes.CDLL({str(path)!r})"], check=False
+    )
+    assert loaded.returncode == 0

@@ -1,0 +1,226 @@
+import math
+import os
+import shutil
+import signal
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bgc.build import Unit, build_shared_object
+from bgc.built import Built, RunFacts
+from bgc.cache import Cache
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime import binding
+from bgc.runtime.failures import RunInterrupted, SimulationError
+from bgc.runtime.model import Model
+from bgc.toolchain import find_toolchain
+
+OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
+COLUMNS = ("v", "q", "energy.residual", "r[1]", "r[2]")
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory) -> Path:
+    cache = Cache(tmp_path_factory.mktemp("cache"))
+    return build_shared_object((Unit("model", OSCILLATOR),), find_toolchain(), cache)
+
+
+@pytest.fixture
+def model(library) -> Model:
+    return Model(Built(library, RunFacts("swing", "Oscillator", COLUMNS, duration=2.0)))
+
+
+def code_of(error: pytest.ExceptionInfo[BgError]) -> str:
+    (diagnostic,) = error.value.diagnostics
+    return diagnostic.code
+
+
+# --- simulation -------------------------------------------------------------------------------
+
+
+def test_a_run_gives_the_observed_columns_in_the_scenes_order(model):
+    result = model.simulate(rtol=1e-10)
+    assert tuple(result) == COLUMNS
+    assert result.units["v"] == "m/s" and result.units["energy.residual"] == "J"
+    assert result.status == "done"
+    assert (len(result.time), result.time[-1]) == (1001, 2.0)
+    np.testing.assert_allclose(result["q"], np.cos(2 * result.time), atol=1e-8)
+    np.testing.assert_allclose(result["r"][:, 1], 3 * result["q"], rtol=1e-15)
+    assert np.max(np.abs(result["energy.residual"])) < 1e-8
+
+
+def test_a_fixed_step_gives_a_row_each_step(model):
+    result = model.simulate(1.0, solver="rk4", step=0.01)
+    assert (len(result.time), result.solver) == (101, "rk4")
+    assert abs(result["q"][-1] - math.cos(2.0)) < 1e-7
+
+
+def test_a_step_without_a_solver_chooses_the_fixed_default(model):
+    assert model.simulate(0.1, step=0.01).solver == "ros34prw"
+
+
+def test_the_scenes_solver_is_used_and_can_be_replaced(library):
+    facts = RunFacts("s", "M", ("q",), solver="rk4", step=0.1, duration=1.0, every=0.5)
+    model = Model(Built(library, facts))
+    result = model.simulate()
+    assert (result.solver, result.time.tolist()) == ("rk4", [0.0, 0.5, 1.0])
+    assert model.simulate(solver="rodas5p", every=0.25).time.tolist()[1] == 0.25
+
+
+def test_runs_are_the_same_to_the_last_bit(model):
+    first, second = model.simulate(), model.simulate()
+    assert all(np.array_equal(first[name], second[name]) for name in first)
+
+
+def test_runs_in_several_threads_do_not_disturb_each_other(model):
+    ends = {}
+
+    def run(k: float) -> None:
+        ends[k] = model.simulate(rtol=1e-9, parameters={"spring.k": k})["q"][-1]
+
+    threads = [threading.Thread(target=run, args=(float(k),)) for k in range(1, 9)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for k, end in ends.items():
+        assert abs(end - math.cos(2 * math.sqrt(k))) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        ({"solver": "ode45"}, "BG071"),
+        ({"solver": "rk4"}, "BG072"),
+        ({"rtol": 0.0}, "BG066"),
+        ({"duration": -1.0}, "BG066"),
+        ({"every": 1e-15}, "BG068"),
+        ({"parameters": {"mess": 1.0}}, "BG060"),
+        ({"parameters": {"mass": 5000.0}}, "BG061"),
+        ({"parameters": {"mass": 0.0}}, "BG707"),
+        ({"parameters": {"mass": "7 m"}}, "BG063"),
+    ],
+)
+def test_arguments_at_fault(model, arguments, code):
+    with pytest.raises(BgError) as error:
+        model.simulate(**arguments)
+    assert code_of(error) == code
+
+
+def test_a_scene_without_an_end_needs_a_duration(library):
+    model = Model(Built(library, RunFacts("s", "M", ("q",))))
+    with pytest.raises(BgError) as error:
+        model.simulate()
+    assert code_of(error) == "BG067"
+    assert model.simulate(0.5).time[-1] == 0.5
+
+
+# --- runs that end early ------------------------------------------------------------------------
+
+
+def test_a_failed_run_keeps_its_rows(model):
+    with pytest.raises(SimulationError) as error:
+        model.simulate(parameters={"s": 5.0})
+    result = error.value.result
+    assert code_of(error) in ("BG701", "BG703")
+    assert result.status == "failed" and "t = 1.9" in result.message
+    assert 900 < len(result.time) < 1000
+    assert np.all(np.isfinite(result["q"]))
+
+
+def test_a_failed_assertion_is_told_in_the_models_words(model):
+    with pytest.raises(SimulationError) as error:
+        model.simulate(parameters={"limit": 0.5})
+    assert code_of(error) == "BG705"
+    assert "the spring is too long" in str(error.value)
+    assert len(error.value.result.time) == 0
+
+
+def test_ctrl_c_stops_a_long_run_at_once_and_keeps_its_rows(model):
+    def press() -> None:
+        pressed.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    pressed: list[float] = []
+    timer = threading.Timer(0.3, press)
+    timer.start()
+    with pytest.raises(RunInterrupted) as error:
+        model.simulate(1e6, every=10.0, rtol=1e-10)
+    assert time.monotonic() - pressed[0] < 0.2
+    result = error.value.result
+    assert result.status == "interrupted"
+    assert len(result.time) > 10 and np.all(np.isfinite(result["q"]))
+    assert isinstance(error.value, KeyboardInterrupt)
+
+
+# --- parameters -----------------------------------------------------------------------------------
+
+
+def test_parameters_tell_value_unit_and_range(model):
+    mass = model.parameters["mass"]
+    assert (mass.value, mass.unit, mass.low, mass.high) == (1.0, "kg", 0.0, 1000.0)
+    assert list(model.parameters) == ["mass", "spring.k", "spring.c", "s", "limit"]
+    assert "mass = 1 kg" in repr(model.parameters)
+
+
+def test_a_parameter_set_holds_for_later_runs_until_it_is_deleted(model):
+    model.parameters["mass"] = "4000 g"
+    assert model.parameters["mass"].value == 4.0
+    assert abs(model.simulate(rtol=1e-9)["q"][-1] - math.cos(2.0)) < 1e-6
+    assert abs(model.simulate(parameters={"mass": 1})["q"][-1] - math.cos(4.0)) < 1e-4
+    assert model.parameters["mass"].value == 4.0
+    del model.parameters["mass"]
+    assert model.parameters["mass"].value == 1.0
+
+
+def test_misspelt_parameters_get_a_suggestion(model):
+    for attempt in (
+        lambda: model.parameters["spring_k"],
+        lambda: model.parameters.__setitem__("spring_k", 1.0),
+        lambda: model.parameters.__delitem__("spring_k"),
+    ):
+        with pytest.raises(BgError) as error:
+            attempt()
+        assert code_of(error) == "BG060"
+        assert "spring.k" in error.value.diagnostics[0].help
+    assert "spring_k" not in model.parameters
+
+
+# --- evaluation -------------------------------------------------------------------------------------
+
+
+def test_jacobian_and_right_hand_side_at_a_state(model):
+    state = np.array([0.5, 2.0])
+    assert model.initial_state().tolist() == [1.0, 0.0]
+    assert model.rhs(state).tolist() == [2.0, -2.0]
+    assert model.jacobian(state, parameters={"spring.c": 3.0}).tolist() == [[0.0, 1.0], [-4, -3]]
+    assert model.observe(state) == {"q": 0.5, "v": 2.0, "r[1]": 1.0, "r[2]": 1.5}
+    assert [(s.name, s.unit) for s in model.states] == [("spring.q", "m"), ("body.p", "kg*m/s")]
+
+
+def test_modes_of_a_damped_oscillator(model):
+    (mode,) = model.linearise(parameters={"spring.c": 1.0}).modes()
+    assert mode.damping == pytest.approx(0.25)
+    assert mode.period == pytest.approx(2 * math.pi / math.sqrt(4 - 0.25))
+    assert sorted(model.eigenvalues().imag) == pytest.approx([-2.0, 2.0])
+
+
+# --- loading ------------------------------------------------------------------------------------------
+
+
+def test_what_is_no_compiled_model_is_refused(tmp_path):
+    (tmp_path / "x.so").write_bytes(b"not machine code")
+    with pytest.raises(BgError) as error:
+        binding.Library(tmp_path / "x.so")
+    assert code_of(error) == "BG059"
+
+
+def test_another_version_of_the_interface_is_refused(library, monkeypatch, tmp_path):
+    monkeypatch.setattr(binding, "ABI", 99)
+    shutil.copy(library, tmp_path / "copy.so")
+    with pytest.raises(BgError) as error:
+        binding.Library(tmp_path / "copy.so")
+    assert code_of(error) == "BG059"
+    assert "99" in error.value.diagnostics[0].message

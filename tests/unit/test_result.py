@@ -1,0 +1,217 @@
+import csv
+import json
+import os
+import stat
+import sys
+
+import numpy as np
+import pytest
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.plot import Panel, read_panel
+from bgc.runtime.result import Result, UnknownColumn
+
+TIME = np.array([0.0, 0.1, 0.2])
+
+
+def make(names: dict[str, str], time: np.ndarray = TIME) -> Result:
+    return Result(
+        scene="s",
+        time=time,
+        columns={name: (k + 1) * time / 3 for k, name in enumerate(names)},
+        units=names,
+        solver="rodas5p",
+        counts={},
+    )
+
+
+@pytest.fixture
+def result() -> Result:
+    return make({"tip[2]": "m", "tip[1]": "m", "force": "N", "tip.z": "m"})
+
+
+def code_of(error: pytest.ExceptionInfo[BgError]) -> str:
+    (diagnostic,) = error.value.diagnostics
+    return diagnostic.code
+
+
+# --- columns --------------------------------------------------------------------------------
+
+
+def test_columns_by_name(result):
+    assert result["force"].tolist() == (3 * TIME / 3).tolist()
+    assert result["time"] is result.time
+    assert list(result) == ["tip[2]", "tip[1]", "force", "tip.z"]
+    assert "tip" in result and "time" in result and "tap" not in result
+
+
+def test_vectors_in_the_order_of_their_components(result):
+    assert np.array_equal(result["tip"], np.column_stack([result["tip[1]"], result["tip[2]"]]))
+
+
+def test_unknown_columns_are_key_errors_that_suggest(result):
+    with pytest.raises(UnknownColumn) as error:
+        result["fource"]
+    assert code_of(error) == "BG065"
+    assert "`force`" in error.value.diagnostics[0].help
+    assert isinstance(error.value, KeyError)
+    assert str(error.value) == "BG065: the result has no column `fource`"
+
+
+# --- files ----------------------------------------------------------------------------------
+
+
+def test_csv_has_the_contracts_header_and_every_digit(result, tmp_path):
+    result.to_csv(tmp_path / "r.csv")
+    lines = (tmp_path / "r.csv").read_text().splitlines()
+    assert lines[0] == "time,tip[2],tip[1],force,tip.z"
+    table = np.loadtxt(tmp_path / "r.csv", delimiter=",", skiprows=1)
+    assert np.array_equal(table[:, 0], TIME)
+    assert np.array_equal(table[:, 3], result["force"])
+
+
+def test_csv_quotes_names_with_commas(tmp_path):
+    make({"K[1,2]": "N"}).to_csv(tmp_path / "r.csv")
+    with (tmp_path / "r.csv").open(newline="") as file:
+        assert next(csv.reader(file)) == ["time", "K[1,2]"]
+
+
+def test_a_failed_write_leaves_the_earlier_file(result, tmp_path, monkeypatch):
+    target = tmp_path / "r.csv"
+    target.write_text("earlier")
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Result, "write_csv", full)
+    with pytest.raises(BgError) as error:
+        result.to_csv(target)
+    assert code_of(error) == "BG055"
+    assert target.read_text() == "earlier"
+    assert os.listdir(tmp_path) == ["r.csv"]
+
+
+def test_writing_into_a_missing_folder_is_a_diagnostic(result, tmp_path):
+    with pytest.raises(BgError) as error:
+        result.to_csv(tmp_path / "missing" / "r.csv")
+    assert code_of(error) == "BG055"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such permissions")
+def test_files_get_the_users_permissions_and_keep_their_own(result, tmp_path):
+    old = os.umask(0o027)
+    try:
+        result.to_csv(tmp_path / "new.csv")
+        (tmp_path / "own.csv").touch(mode=0o600)
+        result.to_csv(tmp_path / "own.csv")
+    finally:
+        os.umask(old)
+    assert stat.S_IMODE((tmp_path / "new.csv").stat().st_mode) == 0o640
+    assert stat.S_IMODE((tmp_path / "own.csv").stat().st_mode) == 0o600
+
+
+def test_writing_through_a_link_keeps_the_link(result, tmp_path):
+    (tmp_path / "link.csv").symlink_to(tmp_path / "real.csv")
+    result.to_csv(tmp_path / "link.csv")
+    assert (tmp_path / "link.csv").is_symlink()
+    assert (tmp_path / "real.csv").read_text().startswith("time,")
+
+
+def test_npz_holds_columns_and_units(tmp_path):
+    result = make({"tip[1]": "m", "file": ""})
+    result.to_npz(tmp_path / "r.npz")
+    with np.load(tmp_path / "r.npz") as archive:
+        assert sorted(archive) == ["about", "file", "time", "tip[1]"]
+        assert np.array_equal(archive["tip[1]"], result["tip[1]"])
+        about = json.loads(str(archive["about"]))
+    assert about["units"] == {"time": "s", "tip[1]": "m", "file": ""}
+    assert about["status"] == "done"
+
+
+def test_pandas_frame_is_indexed_by_time(result):
+    pytest.importorskip("pandas")
+    frame = result.to_pandas()
+    assert frame.index.name == "time"
+    assert list(frame.columns) == list(result)
+    assert frame.attrs["units"]["force"] == "N"
+
+
+def test_without_pandas_the_message_says_what_to_install(result, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(BgError) as error:
+        result.to_pandas()
+    assert code_of(error) == "BG058"
+    assert "pip install pandas" in error.value.diagnostics[0].help
+
+
+# --- plots ------------------------------------------------------------------------------------
+
+
+def test_columns_are_stacked_by_unit(result):
+    figure = result.plot()
+    assert [axes.get_ylabel() for axes in figure.axes] == ["[m]", "force [N]"]
+    assert [len(axes.lines) for axes in figure.axes] == [3, 1]
+    assert figure.axes[-1].get_xlabel() == "time [s]"
+
+
+def test_panels_against_time_and_against_another_column(result):
+    figure = result.plot(panels=["tip.z, force", "force against tip.z"])
+    first, second, right = figure.axes[0], figure.axes[2], figure.axes[1]
+    assert (first.get_ylabel(), right.get_ylabel()) == ("tip.z [m]", "force [N]")
+    assert (second.get_xlabel(), second.get_ylabel()) == ("tip.z [m]", "force [N]")
+
+
+def test_a_vector_is_plotted_by_its_components(result):
+    (axes,) = result.plot(columns=["tip"]).axes
+    assert [line.get_label() for line in axes.lines] == ["tip[1]", "tip[2]"]
+
+
+@pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
+def test_plots_are_written(result, tmp_path, kind):
+    result.plot(tmp_path / f"r.{kind}")
+    assert (tmp_path / f"r.{kind}").stat().st_size > 1000
+
+
+def test_the_same_result_draws_the_same_bytes(result, tmp_path):
+    for name in ("a.svg", "b.svg"):
+        result.plot(tmp_path / name)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("text", "panel"),
+    [
+        ("a, b.c", Panel(("a", "b.c"))),
+        ("K[1,2],x", Panel(("K[1,2]", "x"))),
+        ("y against x", Panel(("y",), "x")),
+    ],
+)
+def test_panels_are_read(text, panel):
+    assert read_panel(text) == panel
+
+
+@pytest.mark.parametrize("text", ["", "a,", "a against ", " against b"])
+def test_what_is_no_panel(text):
+    with pytest.raises(BgError) as error:
+        read_panel(text)
+    assert code_of(error) == "BG069"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        ({"path": "r.bmp"}, "BG070"),
+        ({"columns": ["nothing"]}, "BG065"),
+        ({"panels": ["force against nothing"]}, "BG065"),
+    ],
+)
+def test_what_cannot_be_plotted(result, arguments, code):
+    with pytest.raises(BgError) as error:
+        result.plot(**arguments)
+    assert code_of(error) == code
+
+
+def test_a_result_without_columns_or_rows_has_nothing_to_plot(result):
+    for empty in (make({}), make({"a": ""}, TIME[:1])):
+        with pytest.raises(BgError) as error:
+            empty.plot()
+        assert code_of(error) == "BG075"
