@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from bgc.grammar.catalogue import did_you_mean
 from bgc.grammar.catalogue import syntax as wrong
+from bgc.grammar.characters import explain_characters
 from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.source import Source, Span
 from lark import Token
@@ -63,6 +64,8 @@ _SIGN = {
     "ARROW": "->",
     "EQUAL": "=",
 }
+_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_USED_AS_NAME = re.compile(r"\s*(?::|->|,)")
 _POSTFIX = ("LPAR", "LSQB", "DOT", "EQUAL")
 _WORD_KINDS = frozenset(word.upper() for words in _WORDS.values() for word in words) | frozenset(
     "IS OF IN OUT MAIN AS WITHIN EVERY THEN ELSE DER TIME".split()
@@ -124,7 +127,7 @@ class Mistake:
 def diagnose(trouble: Trouble) -> Mistake:
     """Find the most pointed message for a syntax error."""
     if trouble.found is None or _is_misread(trouble, trouble.found):
-        return Mistake(_characters(trouble))
+        return Mistake(explain_characters(trouble.source, trouble.offset, trouble.previous))
     for explain in _EXPLANATIONS:
         mistake = explain(trouble, trouble.found)
         if mistake is not None:
@@ -137,6 +140,12 @@ def diagnose(trouble: Trouble) -> Mistake:
             "" if _begins_statement(trouble.read) else trouble.describe_previous(),
         )
     )
+
+
+def _is_misread(trouble: Trouble, found: Token) -> bool:
+    """Whether the token is only the start of a misspelt number, or of an unclosed comment."""
+    starts_comment = trouble.source.text.startswith("/*", trouble.offset)
+    return starts_comment or (found[:1] in set("0123456789") and found.type != "NUMBER")
 
 
 # --- tokens out of place ----------------------------------------------------------------
@@ -342,106 +351,6 @@ def _expected(accepted: frozenset[str]) -> Iterator[str]:
         yield "an operator"
     if "$END" in accepted:
         yield "the end of the file"
-
-
-# --- characters that are no token -----------------------------------------------------------
-
-
-def _is_misread(trouble: Trouble, found: Token) -> bool:
-    """Whether the token is only the start of a misspelt number, or of an unclosed comment."""
-    starts_comment = trouble.source.text.startswith("/*", trouble.offset)
-    return starts_comment or (found[:1] in set("0123456789") and found.type != "NUMBER")
-
-
-def _characters(trouble: Trouble) -> Diagnostic:
-    """Name what is wrong with characters that begin no token."""
-    source, at = trouble.source, trouble.offset
-    text = source.text
-    if text.startswith("/*", at):
-        return wrong.unclosed_comment(Span(source, at, at + 2))
-    if text[at] == '"':
-        end = text.find("\n", at)
-        return wrong.unclosed_text(Span(source, at, len(text) if end < 0 else end))
-    if text[at] == "'":
-        previous = trouble.previous
-        matrix = str(previous) if previous is not None and previous.type == "NAME" else "A"
-        return wrong.transposition_mark(Span(source, at, at + 1), matrix)
-    if text[at] in ".0123456789":
-        return _number(source, at)
-    for sign, help in _FOREIGN.items():
-        if text.startswith(sign, at):
-            return wrong.foreign_operator(Span(source, at, at + len(sign)), help)
-    char = text[at]
-    shown = f"`{char}`" if char.isprintable() else f"U+{ord(char):04X}"
-    named = f"{shown} (U+{ord(char):04X})" if char.isprintable() and not char.isascii() else shown
-    return wrong.unknown_character(Span(source, at, at + 1), named, _HELP_FOR.get(char, ""))
-
-
-def _number(source: Source, at: int) -> Diagnostic:
-    """Name what is wrong with a number or with its unit, and give the right spelling."""
-    found = _NUMBER_AND_MORE.match(source.text, at)
-    if found is None:
-        span = Span(source, at, at + 1)
-        return wrong.misspelt_number(span, "this is no number", "a number is `1`, `.5` or `1.5`")
-    number, point, glued, unit, tail = found.group("number", "point", "glued", "unit", "tail")
-    span = Span(source, at, found.end())
-    if point:
-        message = "a number has digits behind its point"
-        if found.end() < len(source.text) and source.text[found.end()] in ".0123456789":
-            message = "a number has one point"
-        help = f"write `{number}` or `{number}.0`"
-    elif glued:
-        message = "a unit stands one blank after its number"
-        help = f"write `{number} {glued}` for a unit, `{number}*{glued}` for a product"
-    elif unit is None:
-        message = "a unit is not a quotient alone"
-        word = (tail or "").strip(" /")
-        help = f"write `{number} {word}^-1` for a unit, `{number} / {word}` for a quotient"
-    else:
-        sign, word = (tail or "*").strip()[0], (tail or "").strip(" */.")
-        spelt = "*" if sign == "." else sign
-        message = "a unit has no blanks or points inside"
-        help = f"write `{number} {unit}{spelt}{word}`"
-        if sign != ".":
-            help += f" for a unit, `{number} {unit} {sign} {word}` otherwise"
-    return wrong.misspelt_number(span, message, help)
-
-
-_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-_USED_AS_NAME = re.compile(r"\s*(?::|->|,)")
-_NUMBER_AND_MORE = re.compile(
-    r"(?P<number>(?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
-    r"(?:(?P<point>\.(?!\.))|(?P<glued>[A-Za-z_][A-Za-z0-9_]*)"
-    r"|(?: (?P<unit>[A-Za-z_][A-Za-z0-9_^*/-]*))?(?P<tail>(?:\.| ?[*/])[A-Za-z_][A-Za-z0-9_]*))"
-)
-_FOREIGN = {
-    "&&": "write `and`",
-    "||": "write `or`",
-    "&": "write `and`",
-    "|": "write `or`",
-    "!": "write `not`",
-    "~": "write `not`",
-    "%": "a remainder is `fmod(a, b)`; a comment begins with `//`",
-    "#": "a comment begins with `//`",
-}
-_HELP_FOR = {
-    "\u00b7": "a product is written with `*`",
-    "\u00d7": "a product is written with `*`",
-    "\u2212": "this is a typographic minus; write `-`",
-    "\u2013": "this is a dash; write `-`",
-    "\u2192": "an arrow is written as `->`",
-    "\u00b0": "an angle in degrees is written as `30 deg`",
-    "\u03a9": "a resistance is written in `ohm`",
-    "\u2126": "a resistance is written in `ohm`",
-    "\u00b5": "micro is written as `u`: `10 uF`",
-    "\u03bc": "micro is written as `u`: `10 uF`",
-    "\u00b2": "a square is written as `^2`",
-    "\u00b3": "a cube is written as `^3`",
-    "\u201c": 'this is a typographic quote; write `"`',
-    "\u201d": 'this is a typographic quote; write `"`',
-    "\u00a0": "this is a blank that does not break; write a plain one",
-    "\ufeff": "this is a byte order mark; remove it",
-}
 
 
 def _span_of(trouble: Trouble, token: Token) -> Span:
