@@ -20,6 +20,7 @@ from bgc.value import Shape, Value, describe_shape
 MAX_COMPONENTS = 100_000
 _MAX_PRODUCTS = 4_000_000
 _MAX_UNIT_EXPONENT = 100
+_MAX_EXACT_BITS = 512
 
 
 @dataclass(frozen=True, slots=True)
@@ -299,4 +300,13 @@ def raise_to(dag: Dag, base: Operand, exponent: Operand) -> Value:
                 catalogue.needs_constant_exponent(exponent.span, describe_dimension(unit))
             )
         unit = power(unit, Fraction(constant).limit_denominator(1000))
+    exact = dag.value(a)
+    if exact is not None and constant is not None and _is_short_power(exact, constant):
+        return Value.scalar(dag.const(exact ** int(constant)), unit)
     return Value.scalar(dag.pow(a, b), unit)
+
+
+def _is_short_power(base: Fraction, exponent: Fraction) -> bool:
+    """Whether a constant power is a whole one that stays an exact constant of some digits."""
+    digits = base.numerator.bit_length() + base.denominator.bit_length()
+    return exponent.denominator == 1 and abs(exponent) * digits <= _MAX_EXACT_BITS

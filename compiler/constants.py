@@ -11,8 +11,6 @@ from bgc.evaluate import evaluate_nodes, to_double
 from bgc.grammar.catalogue import values as catalogue
 from bgc.grammar.source import Span
 
-MAX_WHOLE = 10**9
-
 _IN_WORDS = {
     Level.CONST: "known at compile time",
     Level.PARAM: "known before the run",
@@ -41,15 +39,13 @@ def constant_scalar(dag: Dag, operand: Operand, what: str) -> Fraction:
     return Fraction(number)
 
 
-def whole_number(dag: Dag, operand: Operand, what: str, least: int | None = None) -> int:
-    """The integer of a constant plain scalar, at least `least`."""
+def whole_number(dag: Dag, operand: Operand, what: str, least: int, most: int) -> int:
+    """The integer, from `least` to `most`, of a constant plain scalar."""
     require_plain(operand, what)
     number = constant_scalar(dag, operand, what)
-    if number.denominator != 1:
-        raise failure(catalogue.not_whole(operand.span, what, f"{to_double(number):g}"))
-    if abs(number) > MAX_WHOLE or (least is not None and number < least):
-        limits = f"from {-MAX_WHOLE if least is None else least} to {MAX_WHOLE}"
-        raise failure(catalogue.not_whole(operand.span, what, f"{to_double(number):.15g}", limits))
+    if number.denominator != 1 or not least <= number <= most:
+        found = f"{to_double(number):.15g}"
+        raise failure(catalogue.not_whole(operand.span, what, least, most, found))
     return int(number)
 
 

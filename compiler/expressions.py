@@ -14,8 +14,13 @@ from typing import TypeAlias, assert_never
 from bgc import arithmetic, components, functions
 from bgc.arithmetic import Operand, failure
 from bgc.blocks import join_blocks
-from bgc.constants import check_finite, check_literal, constant_number, constant_scalar
-from bgc.constants import whole_number as whole_number_of
+from bgc.constants import (
+    check_finite,
+    check_literal,
+    constant_number,
+    constant_scalar,
+    whole_number,
+)
 from bgc.dag import Dag, Kind, Op
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import values as catalogue
@@ -25,11 +30,12 @@ from bgc.units import DIMENSIONLESS, divide, parse_unit, suggest_unit, unit_word
 from bgc.value import Value, describe_shape
 
 __all__ = ["FunctionUse", "Namespace", "Scope", "evaluate", "evaluate_condition"]
-__all__ += ["evaluate_constant", "evaluate_whole_number", "resolve_path"]
+__all__ += ["evaluate_constant", "evaluate_whole", "resolve_path"]
 
 _SECOND = (0, 0, 1, 0, 0, 0, 0)
 _PI = Fraction(math.pi)  # the double
 _SPECIAL = ("block", "der")
+_FAR = 10**9  # beyond any index that may be in range
 
 _Calls: TypeAlias = dict[tuple[int, tuple[Value, ...]], Value]
 
@@ -42,7 +48,10 @@ def evaluate(expr: syntax.Expr, scope: Scope, dag: Dag) -> Value:
     BgError
         With one diagnostic of what is wrong (BG3xx, or what the scope raises).
     """
-    return _Evaluator(scope, dag).value(expr)
+    try:
+        return _Evaluator(scope, dag).value(expr)
+    except RecursionError:
+        raise failure(catalogue.too_deep(expr.span)) from None
 
 
 def evaluate_constant(expr: syntax.Expr, scope: Scope, dag: Dag, what: str) -> Fraction:
@@ -50,11 +59,12 @@ def evaluate_constant(expr: syntax.Expr, scope: Scope, dag: Dag, what: str) -> F
     return constant_scalar(dag, Operand(evaluate(expr, scope, dag), expr.span), what)
 
 
-def evaluate_whole_number(
-    expr: syntax.Expr, scope: Scope, dag: Dag, what: str, least: int | None = None
+def evaluate_whole(
+    expr: syntax.Expr, scope: Scope, dag: Dag, what: str, least: int, most: int
 ) -> int:
-    """A dimension, an index, an end of a `for`: whole, known at compile time."""
-    return whole_number_of(dag, Operand(evaluate(expr, scope, dag), expr.span), what, least)
+    """A dimension, an index, an end of a `for`: whole, known at compile time, in its limits."""
+    operand = Operand(evaluate(expr, scope, dag), expr.span)
+    return whole_number(dag, operand, what, least, most)
 
 
 def evaluate_condition(expr: syntax.Expr, scope: Scope, dag: Dag, what: str) -> bool:
@@ -123,7 +133,8 @@ class _Evaluator:
             case syntax.Member(base, name, span):
                 found = self.path(base)
                 if isinstance(found, Value):
-                    return components.member(found, name, span)
+                    end = Span(span.source, span.end - len(name), span.end)
+                    return components.member(found, name, end)
                 return found.member(name, span)
             case syntax.Index(base, indices, span):
                 return self.index(self.path(base), indices, span)
@@ -186,15 +197,15 @@ class _Evaluator:
 
     def selection(self, index: syntax.Expr | syntax.Range) -> components.Selection:
         if not isinstance(index, syntax.Range):
-            place = whole_number_of(self.dag, self.operand(index), "an index")
+            place = self.place(index)
             return components.Selection(place, place, True, index.span)
-        first, last = (
-            whole_number_of(self.dag, self.operand(end), "an index")
-            for end in (index.first, index.last)
-        )
+        first, last = self.place(index.first), self.place(index.last)
         if first > last:
             raise failure(catalogue.empty_range(index.span, first, last))
         return components.Selection(first, last, False, index.span)
+
+    def place(self, index: syntax.Expr) -> int:
+        return whole_number(self.dag, self.operand(index), "an index", -_FAR, _FAR)
 
     # --- operators ------------------------------------------------------------------
 

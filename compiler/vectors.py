@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 from bgc import linalg
 from bgc.arithmetic import (
+    MAX_COMPONENTS,
     Component,
     Operand,
     combine,
@@ -212,4 +213,4 @@ def eye(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
 
 
 def _size_argument(dag: Dag, name: str, argument: Operand) -> int:
-    return whole_number(dag, argument, f"the argument of `{name}`", least=1)
+    return whole_number(dag, argument, f"an argument of `{name}`", 1, MAX_COMPONENTS)

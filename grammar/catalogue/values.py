@@ -295,6 +295,23 @@ def too_large(span: Span, what: str) -> Diagnostic:
     return error("BG317", f"{what} is too large", span, help="use a smaller size")
 
 
+def too_deep(span: Span) -> Diagnostic:
+    """BG319: nested too deeply
+
+    What: an expression, with the functions and definitions it leads to, nests hundreds deep.
+
+    Why: the compiler follows them one within the other, and its memory for that is bounded.
+
+    Example: a thousand functions that call each other in turn.
+
+    Way out: break the expression up, and order the definitions so that each comes after those
+    it uses.
+    """
+    return error(
+        "BG319", "this expression is nested too deeply", span, help="break it up into several"
+    )
+
+
 # --- indices and components -------------------------------------------------------------
 
 
@@ -418,7 +435,7 @@ def not_constant(span: Span, what: str) -> Diagnostic:
     )
 
 
-def not_whole(span: Span, what: str, found: str, limits: str = "") -> Diagnostic:
+def not_whole(span: Span, what: str, least: int, most: int, found: str) -> Diagnostic:
     """BG331: not a whole number
 
     What: a dimension, an index or an end of a `for` is a fraction, negative where that makes
@@ -430,8 +447,8 @@ def not_whole(span: Span, what: str, found: str, limits: str = "") -> Diagnostic
 
     Way out: round it: `floor(n/2)`.
     """
-    whole = f"a whole number {limits}".rstrip()
-    return error("BG331", f"{what} must be {whole}, not {found}", span)
+    message = f"{what} must be a whole number from {least} to {most}, not {found}"
+    return error("BG331", message, span)
 
 
 def varies(span: Span, what: str, allowed: str, found: str) -> Diagnostic:
