@@ -10,7 +10,12 @@
 
 #include <stdatomic.h>
 
-enum { BGC_MAX_STAGES = 8, BGC_MAX_DENSE = 3 };
+enum { BGC_MAX_STAGES = 8, BGC_MAX_DENSE = 3, BGC_LANES = 8 };
+
+/* Vectors of states take whole cache lines; what is beyond n stays zero. */
+static inline size_t bgc_padded(int n) {
+    return ((size_t)n + BGC_LANES - 1) / BGC_LANES * BGC_LANES;
+}
 
 /* A Rosenbrock method in the variables U = h Gamma k, which need no product with J:
  *   (M / (h gamma) - J) U_i = f(t + alpha_i h, y + sum a_ij U_j) + M sum c_ij U_j / h + g_i h df/dt
@@ -96,10 +101,10 @@ struct bgc_data {
     double *inverse_mass;  /* 1 / m_ii where row i of M has that entry only, else 0 */
     double *algebraic;     /* 1 where state i has neither row nor column in M, else 0 */
     double *jac, *dfdt, *lu, *f;
-    double *y0, *y1, *k;   /* dense output; k is BGC_MAX_DENSE by n */
+    double *y0, *y1, *k;   /* dense output; k is BGC_MAX_DENSE vectors */
 
     /* Scratch. */
-    double *stages;        /* BGC_MAX_STAGES by n: the U_i */
+    double *stages;        /* BGC_MAX_STAGES vectors: the U_i */
     double *next, *error, *point, *right, *residual, *magnitude, *b;
     double *output, *command, *check, *work;
     double *dense_lu;      /* n by n: the fallback */
@@ -119,8 +124,7 @@ bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b);
 void bgc_multiply_mass(const bgc_model *m, const bgc_data *d, const double *v, double *out);
 
 /* --- vectors.c */
-void bgc_combine(int n, int count, const double *weight, const double *vectors,
-                 double *restrict out);
+void bgc_combine(int n, int count, const double *weight, const double *vectors, double *out);
 double bgc_norm(const bgc_model *m, const bgc_data *d, const double *v, const double *a,
                 const double *b);
 int bgc_first_bad(int n, const double *v);

@@ -16,9 +16,9 @@ void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_tableau *method)
     memcpy(d->y0, d->x, size);
     memcpy(d->y1, d->next, size);
     if (method != NULL && method->dense > 0) {
-        memset(d->k, 0, BGC_MAX_DENSE * size);
+        memset(d->k, 0, BGC_MAX_DENSE * bgc_padded(n) * sizeof *d->k);
         for (int l = 0; l < method->dense; l++) {
-            bgc_combine(n, method->stages, method->h[l], d->stages, d->k + (size_t)l * (size_t)n);
+            bgc_combine(n, method->stages, method->h[l], d->stages, d->k + (size_t)l * bgc_padded(n));
         }
         d->core.dense = BGC_DENSE_READY;
     } else {
@@ -31,7 +31,7 @@ void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_tableau *method)
 static void complete_slopes(const bgc_model *m, bgc_data *d) {
     const int n = m->n_state;
     const double h = d->core.t - d->core.t_old;
-    double *k1 = d->k, *k2 = d->k + n;
+    double *k1 = d->k, *k2 = k1 + bgc_padded(n), *k3 = k2 + bgc_padded(n);
 
     m->rhs(d->h, d->core.t, d->y1, d->u, d->f, d->work);
     d->core.counts.rhs++;
@@ -43,14 +43,14 @@ static void complete_slopes(const bgc_model *m, bgc_data *d) {
         k1[i] = smooth ? start - rise : 0.0;
         k2[i] = smooth ? (rise - start) + (rise - end) : 0.0;
     }
-    memset(d->k + 2 * (size_t)n, 0, (size_t)n * sizeof *d->k);
+    memset(k3, 0, (size_t)n * sizeof *k3);
     d->core.dense = BGC_DENSE_READY;
 }
 
 /* x at time t inside the last step. */
 void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
     const int n = m->n_state;
-    const double *k1 = d->k, *k2 = d->k + n, *k3 = d->k + 2 * (size_t)n;
+    const double *k1 = d->k, *k2 = k1 + bgc_padded(n), *k3 = k2 + bgc_padded(n);
     double s, r;
 
     if (d->core.dense == BGC_SLOPES_PENDING) {

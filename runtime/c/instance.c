@@ -17,7 +17,7 @@ typedef struct {
 static double *place(layout *l, size_t count) {
     double *at = l->from == NULL ? NULL : l->from + l->used;
 
-    l->used += (count + 7) & ~(size_t)7;
+    l->used += (count + BGC_LANES - 1) / BGC_LANES * BGC_LANES;
     return at;
 }
 
@@ -41,10 +41,10 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->f = place(&l, n);
     d->y0 = place(&l, n);
     d->y1 = place(&l, n);
-    d->k = place(&l, BGC_MAX_DENSE * n);
+    d->k = place(&l, BGC_MAX_DENSE * bgc_padded(m->n_state));
     d->n_saved = l.used;
 
-    d->stages = place(&l, BGC_MAX_STAGES * n);
+    d->stages = place(&l, BGC_MAX_STAGES * bgc_padded(m->n_state));
     d->next = place(&l, n);
     d->error = place(&l, n);
     d->point = place(&l, n);

@@ -31,7 +31,7 @@ bgc_status bgc_rosenbrock(const bgc_model *m, bgc_data *d, const bgc_tableau *me
     const size_t size = (size_t)n * sizeof(double);
 
     for (int s = 0; s < method->stages; s++) {
-        double *stage = d->stages + (size_t)s * (size_t)n;
+        double *stage = d->stages + (size_t)s * bgc_padded(n);
         const double slope = method->g[s] * h;
         bgc_status status;
 

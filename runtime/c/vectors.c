@@ -3,10 +3,25 @@
 
 #include <math.h>
 
-/* out += sum of weight[j] times vector j; the vectors lie n apart. Four at a time, so that out is
- * loaded and stored once for them. Weights of zero cost nothing. */
-void bgc_combine(int n, int count, const double *weight, const double *vectors,
-                 double *restrict out) {
+/* Fixed short loops, which compilers vectorise at every level of optimisation. */
+static inline void add_one(double *restrict out, double w, const double *restrict v) {
+    for (int l = 0; l < BGC_LANES; l++) {
+        out[l] += w * v[l];
+    }
+}
+
+static inline void add_four(double *restrict out, double w0, double w1, double w2, double w3,
+                            const double *restrict v0, const double *restrict v1,
+                            const double *restrict v2, const double *restrict v3) {
+    for (int l = 0; l < BGC_LANES; l++) {
+        out[l] += (w0 * v0[l] + w1 * v1[l]) + (w2 * v2[l] + w3 * v3[l]);
+    }
+}
+
+/* out += sum of weight[j] times vector j; the vectors lie bgc_padded(n) apart. Four at a time, so
+ * that out is loaded and stored once for them. Weights of zero cost nothing. */
+void bgc_combine(int n, int count, const double *weight, const double *vectors, double *out) {
+    const size_t length = bgc_padded(n);
     const double *v[4] = {NULL, NULL, NULL, NULL};
     double w[4] = {0.0, 0.0, 0.0, 0.0};
     int filled = 0;
@@ -16,17 +31,17 @@ void bgc_combine(int n, int count, const double *weight, const double *vectors,
             continue;
         }
         w[filled] = weight[j];
-        v[filled++] = vectors + (size_t)j * (size_t)n;
+        v[filled++] = vectors + (size_t)j * length;
         if (filled == 4) {
-            for (int i = 0; i < n; i++) {
-                out[i] += (w[0] * v[0][i] + w[1] * v[1][i]) + (w[2] * v[2][i] + w[3] * v[3][i]);
+            for (size_t i = 0; i < length; i += BGC_LANES) {
+                add_four(out + i, w[0], w[1], w[2], w[3], v[0] + i, v[1] + i, v[2] + i, v[3] + i);
             }
             filled = 0;
         }
     }
     for (int j = 0; j < filled; j++) {
-        for (int i = 0; i < n; i++) {
-            out[i] += w[j] * v[j][i];
+        for (size_t i = 0; i < length; i += BGC_LANES) {
+            add_one(out + i, w[j], v[j] + i);
         }
     }
 }
