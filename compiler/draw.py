@@ -34,7 +34,7 @@ _COMPONENT = re.compile(r"\[\d+\]$")
 _SHORT = {"J0": "0", "J1": "1"}
 _HEAD = """digraph bond_graph {
   rankdir=LR; nodesep=0.25; ranksep=0.55; fontname="Helvetica"; fontsize=10;
-  node [shape=plain, fontname="Helvetica", fontsize=13];
+  node [shape=box, peripheries=0, margin="0.06,0.04", width=0, height=0, fontname="Helvetica"];
   edge [dir=both, arrowtail=none, arrowhead=lvee, arrowsize=0.8, penwidth=1.1,
         fontname="Helvetica", fontsize=9, fontcolor="#555555"];
 """

@@ -100,13 +100,13 @@ def model(tmp_path) -> Path:
     return path
 
 
-def remember(cache: Cache, model: Path, options: Options = Options()) -> Built:
+def remember(cache: Cache, model: Path) -> Built:
     source = Source(str(model), model.read_bytes().decode())
     span = Span(source, 6, 7)
     label = Label(Span(source, 18, 19), "here")
     warning = Diagnostic("BG299", Severity.WARNING, "m", span, "n", (label,), "h")
     built = Built(published(cache), FACTS, (warning,))
-    recall.remember(cache, model, options, (source,), built)
+    recall.remember(cache, model, Options(), (source,), built)
     return built
 
 

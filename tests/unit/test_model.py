@@ -155,7 +155,7 @@ def test_ctrl_c_stops_a_long_run_at_once_and_keeps_its_rows(model):
     assert isinstance(error.value, KeyboardInterrupt)
 
 
-# --- parameters -----------------------------------------------------------------------------------
+# --- parameters ------------------------------------------------------------------------------
 
 
 def test_parameters_tell_value_unit_and_range(model):
@@ -188,7 +188,7 @@ def test_misspelt_parameters_get_a_suggestion(model):
     assert "spring_k" not in model.parameters
 
 
-# --- evaluation -------------------------------------------------------------------------------------
+# --- evaluation ------------------------------------------------------------------------------
 
 
 def test_jacobian_and_right_hand_side_at_a_state(model):
@@ -207,7 +207,7 @@ def test_modes_of_a_damped_oscillator(model):
     assert sorted(model.eigenvalues().imag) == pytest.approx([-2.0, 2.0])
 
 
-# --- loading ------------------------------------------------------------------------------------------
+# --- loading ---------------------------------------------------------------------------------
 
 
 def test_what_is_no_compiled_model_is_refused(tmp_path):

@@ -87,7 +87,7 @@ def test_a_failed_write_leaves_the_earlier_file(result, tmp_path, monkeypatch):
         result.to_csv(target)
     assert code_of(error) == "BG055"
     assert target.read_text() == "earlier"
-    assert os.listdir(tmp_path) == ["r.csv"]
+    assert [path.name for path in tmp_path.iterdir()] == ["r.csv"]
 
 
 def test_writing_into_a_missing_folder_is_a_diagnostic(result, tmp_path):

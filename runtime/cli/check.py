@@ -1,0 +1,51 @@
+"""`bgc check`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+from bgc.grammar.diagnostics import BgError, Diagnostic, Severity
+from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
+from bgc.runtime.cli.options import MODEL_FILE, scene_option
+
+
+@click.command()
+@click.argument("files", type=MODEL_FILE, nargs=-1, required=True)
+@scene_option
+@click.pass_context
+def check(context: click.Context, files: tuple[Path, ...], scene: str | None) -> None:
+    """Say what is wrong with FILES, up to their equations, in all scenes or one."""
+    from bgc.driver import check_source
+
+    found: list[Diagnostic] = []
+    for file in files:
+        try:
+            found.extend(check_source(file, scene))
+        except BgError as problem:
+            found.extend(problem.diagnostics)
+    found = _each_once(found)
+    print_diagnostics(found)
+    errors = sum(diagnostic.severity is Severity.ERROR for diagnostic in found)
+    warnings = sum(diagnostic.severity is Severity.WARNING for diagnostic in found)
+    click.echo(
+        f"{_counted(len(files), 'file')}: {_counted(errors, 'error')}, "
+        f"{_counted(warnings, 'warning')}",
+        err=True,
+    )
+    if errors:
+        context.exit(AT_FAULT)
+
+
+def _each_once(found: list[Diagnostic]) -> list[Diagnostic]:
+    """Drop what an import of several files repeats."""
+    kept: dict[tuple[object, ...], Diagnostic] = {}
+    for diagnostic in found:
+        span = diagnostic.span
+        place = (span.source.name, span.start, span.end) if span else None
+        kept.setdefault((diagnostic.code, diagnostic.message, place), diagnostic)
+    return list(kept.values())
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number or 'no'} {noun}{'' if number == 1 else 's'}"

@@ -1,0 +1,39 @@
+"""`bgc graph`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+from bgc.grammar.catalogue.machine import unknown_file_kind
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.cli.app import print_diagnostics
+from bgc.runtime.cli.options import model_file, read_assignments, scene_option, set_option
+
+_KINDS = (".svg", ".dot", ".pdf", ".png")
+
+
+@click.command()
+@model_file
+@scene_option
+@set_option
+@click.option("-o", "--out", metavar="FILE", help="Where: .svg, .pdf, .png or .dot; FILE.svg.")
+def graph(file: Path, scene: str | None, assignments: tuple[str, ...], out: str | None) -> None:
+    """Draw the bond graph of a scene: half arrows, causal strokes, names."""
+    from bgc.draw import lay_out, to_dot
+    from bgc.driver import causal_graph
+    from bgc.options import Options
+    from bgc.runtime.files import written_whole
+
+    target = Path(out) if out is not None else Path(f"{file.stem}.svg")
+    kind = target.suffix.lower()
+    if kind not in _KINDS:
+        raise BgError([unknown_file_kind(str(target), _KINDS)])
+    overrides = tuple(read_assignments(assignments).items())
+    causal = causal_graph(file, Options(scene, overrides))
+    print_diagnostics(causal.warnings)
+    text = to_dot(causal)
+    picture = text.encode() if kind == ".dot" else lay_out(text, kind[1:])
+    with written_whole(target) as aside:
+        aside.write_bytes(picture)
+    click.echo(f"wrote {target}", err=True)

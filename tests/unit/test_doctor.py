@@ -1,0 +1,61 @@
+import pytest
+from bgc import toolchain
+from bgc.runtime import doctor
+from bgc.runtime.doctor import Finding, Health, examine, is_well, report
+
+
+def named(findings: tuple[Finding, ...], name: str) -> Finding:
+    return next(finding for finding in findings if finding.name == name)
+
+
+@pytest.fixture(autouse=True)
+def own_cache(monkeypatch, tmp_path):
+    monkeypatch.setenv("BGC_CACHE_DIR", str(tmp_path / "cache"))
+
+
+def test_a_complete_machine_is_well():
+    findings = examine()
+    assert is_well(findings)
+    assert named(findings, "C compiler").health is Health.GOOD
+    assert str(named(findings, "cache").found).startswith("/")
+
+
+def test_without_a_compiler_it_says_what_to_install(monkeypatch, tmp_path):
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr(toolchain, "find_spec", lambda name: None)
+    findings = examine()
+    assert not is_well(findings)
+    compiler = named(findings, "C compiler")
+    assert compiler.health is Health.MISSING
+    assert "pip install ziglang" in compiler.remedy
+    assert named(findings, "Graphviz").health is Health.OPTIONAL
+
+
+def test_a_compiler_that_fails_is_not_well(monkeypatch, tmp_path):
+    script = tmp_path / "cc"
+    script.write_text("#!/bin/sh\necho 'stdint.h: no such file'\nexit 1\n")
+    script.chmod(0o755)
+    monkeypatch.setenv("CC", str(script))
+    compiler = named(examine(), "C compiler")
+    assert compiler.health is Health.MISSING
+    assert "stdint.h" in compiler.found
+
+
+def test_an_unwritable_cache_is_no_illness(monkeypatch, tmp_path):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("BGC_CACHE_DIR", str(tmp_path / "file" / "cache"))
+    findings = examine()
+    assert named(findings, "cache").health is Health.OPTIONAL
+    assert is_well(findings)
+
+
+def test_missing_packages_are_named(monkeypatch):
+    monkeypatch.setattr(doctor, "find_spec", lambda name: None if name == "lark" else name)
+    packages = named(examine(), "Python packages")
+    assert (packages.health, packages.remedy) == (Health.MISSING, "pip install lark")
+
+
+def test_the_report_puts_remedies_below_what_they_are_for():
+    findings = (Finding("a", Health.GOOD, "here"), Finding("bcd", Health.MISSING, "no", "get it"))
+    assert report(findings).splitlines() == ["ok  a    here", "!!  bcd  no", "         -> get it"]
