@@ -117,7 +117,8 @@ typedef struct bgc_model {
     /* entries of df/dx in the order of jac_row, jac_col; and df/dt, dense. */
     void (*jacobian)(const double *h, double t, const double *x, const double *u, double *jac,
                      double *dfdt, double *w);
-    /* factorises W = c M - J with static pivots; growth: max |entry of LU| / max |entry of W|. */
+    /* factorises W = c M - J with static pivots; growth: max |entry of LU| / max |entry of W|.
+     * Nonzero: a pivot vanished. */
     int (*factor)(const double *m, const double *jac, double c, double *lu, double *growth);
     /* b := W^-1 b, in the model's own order of states. */
     void (*solve)(const double *lu, double *b, double *w);
@@ -149,7 +150,8 @@ void bgc_free(const bgc_model *m, bgc_data *d);
  * bgc_reset. */
 bgc_status bgc_set_param(const bgc_model *m, bgc_data *d, int k, double value);
 double bgc_get_param(const bgc_model *m, const bgc_data *d, int k);
-/* Recomputes what depends on parameters, checks them, puts x to its initial values at time t. */
+/* Recomputes what depends on parameters, checks them, puts x to its initial values at time t, and
+ * states without a derivative on their equations. Reads the devices that are open. */
 bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t);
 
 int bgc_failed_parameter(const bgc_data *d); /* index into param, or n_param + check index */
@@ -157,9 +159,12 @@ int bgc_failed_assertion(const bgc_data *d);
 int bgc_failed_state(const bgc_data *d);     /* the state at fault, or -1 */
 const char *bgc_status_text(bgc_status s);
 
+/* The present: the end of the last step, which may lie beyond the last row (see bgc_run). */
 double bgc_time(const bgc_data *d);
 double *bgc_state(bgc_data *d);              /* x, n_state; may be written between steps */
 double *bgc_input(bgc_data *d);              /* u, n_input; what no device writes is the caller's */
+/* Everything but the devices: a restored run continues with the same bits. Another model's state
+ * is refused. */
 size_t bgc_save_size(const bgc_model *m);
 bgc_status bgc_save(const bgc_model *m, const bgc_data *d, void *memory);
 bgc_status bgc_restore(const bgc_model *m, bgc_data *d, const void *memory);
@@ -175,7 +180,7 @@ bgc_status bgc_energy(const bgc_model *m, bgc_data *d, double account[4]);
 /* --- integration -------------------------------------------------------------------------- */
 
 typedef struct {
-    const char *name;  /* "rodas5p", "ros34prw", "rk4"; NULL: rodas5p, or ros34prw with a step */
+    const char *name;  /* see bgc_method_name; NULL: rodas5p, or ros34prw with a step */
     double rtol;       /* 0: 1e-6 */
     double atol;       /* > 0: one for all states; 0: rtol times each state's scale */
     double step;       /* fixed step, or first step of an adaptive method; 0: chosen */
@@ -191,13 +196,17 @@ typedef struct {
     double last_step, worst_step_seconds, run_seconds;
 } bgc_counts;
 
+/* Also counts steps and samples anew from the present time; rows inside the last step are lost. */
 bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o);
 int bgc_method_is_fixed(const char *name);    /* 1 fixed step, 0 adaptive, -1 unknown name */
 const char *bgc_method_name(int k);           /* k-th method, NULL past the last */
 
 /* Integrates and writes one row a time in times[0..n): y then, with accounts, the four energies.
- * times[0] may equal the present time. `done` counts finished rows, also after a failure; the
- * instance then stands at its last good state. */
+ * times[0] may equal the present time. Rows inside a step come from its dense output, so the last
+ * step may end beyond the last row; the next call goes on from there, and rows in several calls
+ * have the bits of rows in one. Steps of a model with devices or inputs end at samples.
+ * `done` counts finished rows, also after a failure; the instance then stands at its last good
+ * state, and its devices without force. */
 bgc_status bgc_run(const bgc_model *m, bgc_data *d, const double *times, size_t n, double *rows,
                    size_t *done);
 void bgc_stop(bgc_data *d);                   /* async-signal-safe: bgc_run returns soon */
@@ -226,9 +235,10 @@ typedef struct {
 extern const bgc_driver bgc_trace_driver;
 const bgc_driver *bgc_find_driver(const char *name);  /* NULL: unknown */
 
-/* Opens device k of the model with the given options (NULL: those of the scene). Device inputs
- * are read at every multiple of the sample period (m->step or the step of a fixed-step method),
- * held over it, and commands are written there. */
+/* Opens device k of the model with the given driver (NULL: the scene's) and options (NULL: the
+ * scene's); on a fault `message` says why. Device inputs are read at every multiple of the sample
+ * period (the step of a fixed-step method, otherwise m->step, or 1 ms without one), held over it,
+ * and commands are written there. */
 bgc_status bgc_open_device(const bgc_model *m, bgc_data *d, int k, const bgc_driver *driver,
                            const char *options, char *message, size_t size);
 void bgc_close_devices(const bgc_model *m, bgc_data *d);  /* zero force first */

@@ -81,6 +81,18 @@ static double slack(const bgc_core *core) {
     return fmax(8.0 * DBL_EPSILON * fabs(core->t), 1e-9 * (core->t - core->t_old));
 }
 
+/* Lets inputs that were written take effect: states without a derivative jump with them. */
+static bgc_status accept_inputs(const bgc_model *m, bgc_data *d) {
+    const size_t size = (size_t)m->n_input * sizeof *d->u;
+
+    if (memcmp(d->u, d->u_seen, size) == 0) {
+        return BGC_OK;
+    }
+    d->core.f_valid = d->core.jac_valid = 0;
+    memcpy(d->u_seen, d->u, size);
+    return bgc_make_consistent(m, d);
+}
+
 /* Inputs from the devices, and commands to them, where the present time is a sample's. */
 static bgc_status sample(const bgc_model *m, bgc_data *d) {
     bgc_core *core = &d->core;
@@ -90,24 +102,18 @@ static bgc_status sample(const bgc_model *m, bgc_data *d) {
     if (core->period == 0.0 || core->t < due - slack(core)) {
         return BGC_OK;
     }
-    core->sample++;
-    if (m->n_input > 0) {
-        const size_t size = (size_t)m->n_input * sizeof *d->u;
-        status = bgc_read_devices(m, d);
-        if (status != BGC_OK) {
-            return status;
-        }
-        if (memcmp(d->u, d->u_seen, size) != 0) {
-            core->f_valid = core->jac_valid = 0;
-            memcpy(d->u_seen, d->u, size);
-            status = bgc_make_consistent(m, d);
-            if (status != BGC_OK) {
-                return status;
-            }
-        }
+    status = bgc_read_devices(m, d);
+    if (status == BGC_OK) {
+        status = accept_inputs(m, d);
     }
-    core->counts.samples += m->n_device > 0;
-    return bgc_write_devices(m, d);
+    if (status == BGC_OK) {
+        status = bgc_write_devices(m, d);
+    }
+    if (status == BGC_OK) {
+        core->sample++;
+        core->counts.samples += m->n_device > 0;
+    }
+    return status;
 }
 
 /* --- rows ---------------------------------------------------------------------------------- */
@@ -184,7 +190,10 @@ static bgc_status run(const bgc_model *m, bgc_data *d, const double *times, size
             return BGC_BAD_ARGUMENT;
         }
     }
-    status = bgc_check_asserts(m, d, d->core.t, d->x);
+    status = accept_inputs(m, d);
+    if (status == BGC_OK) {
+        status = bgc_check_asserts(m, d, d->core.t, d->x);
+    }
     for (size_t i = 0; i < n && status == BGC_OK; i++) {
         status = reach(m, d, times[i]);
         if (status == BGC_OK) {

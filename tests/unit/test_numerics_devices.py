@@ -150,6 +150,18 @@ def test_caller_drives_inputs_of_devices_that_are_not_open(c_model: Any) -> None
     assert instance.time == 0.2  # steps of a model with inputs end at samples
 
 
+@pytest.mark.parametrize("name", ["rodas5p", "ros34prw"])
+def test_algebraic_states_follow_an_input_that_jumps(c_model: Any, name: str) -> None:
+    instance = c_model("follower")
+    instance.start(name, rtol=1e-8)
+    assert instance.finish([0.0, 1.0])[1].tolist() == [0.0, 0.0]
+    instance.input[0] = 1.0
+    rows = instance.finish([1.0, 1.1, 2.0])
+    np.testing.assert_allclose(rows[1:, 0], 1.0 - np.exp([-0.1, -1.0]), atol=1e-5)
+    np.testing.assert_allclose(rows[1:, 1], 1.0)
+    assert instance.counts.rejected == 0
+
+
 def test_device_and_driver_that_do_not_exist(c_model: Any) -> None:
     instance = c_model("handle")
     message = ctypes.create_string_buffer(100)
