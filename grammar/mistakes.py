@@ -66,6 +66,7 @@ _SIGN = {
 }
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _USED_AS_NAME = re.compile(r"\s*(?::|->|,)")
+_PART_OR_CHAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*(?:\[[^\]\n]*\])?[ \t]*(?::|->)")
 _POSTFIX = ("LPAR", "LSQB", "DOT", "EQUAL")
 _WORD_KINDS = frozenset(word.upper() for words in _WORDS.values() for word in words) | frozenset(
     "IS OF IN OUT MAIN AS WITHIN EVERY THEN ELSE DER TIME".split()
@@ -183,9 +184,7 @@ def _bracket(trouble: Trouble, found: Token) -> Mistake | None:
         opener = next(kind for kind, closer in _CLOSER.items() if closer == found.type)
         if innermost in ("", "LBRACE") and all(token.type != opener for token in trouble.open):
             return Mistake(wrong.unmatched_closer(trouble.span()))
-    elif found.type not in ("SEMICOLON", "LBRACE", "$END") and not (
-        trouble.at_start_of_line() and str(found) in RESERVED
-    ):
+    elif found.type not in ("SEMICOLON", "LBRACE", "$END") and not _begins_line(trouble, found):
         return None
     closer = _CLOSER.get(innermost)
     if closer is None or innermost == "LBRACE":
@@ -275,6 +274,8 @@ def _two_operands(trouble: Trouble, found: Token) -> Mistake | None:
         return None
     if previous.type not in _OPERAND_ENDS or found.type not in _OPERAND_STARTS:
         return None
+    if trouble.at_start_of_line():
+        return None
     if previous.type == "NUMBER" and _WORD.fullmatch(found):
         span = _span_of(trouble, previous).to(trouble.span())
         if " " in previous:
@@ -303,6 +304,12 @@ _EXPLANATIONS: tuple[Callable[[Trouble, Token], Mistake | None], ...] = (
 def _begins_statement(read: list[Token]) -> bool:
     """Whether a statement begins behind these tokens."""
     return not read or read[-1].type in ("SEMICOLON", "LBRACE", "RBRACE")
+
+
+def _begins_line(trouble: Trouble, found: Token) -> bool:
+    """Whether a line begins here that looks like a statement."""
+    looks_so = str(found) in RESERVED or _PART_OR_CHAIN.match(trouble.source.text, trouble.offset)
+    return bool(looks_so) and trouble.at_start_of_line()
 
 
 def _types_of_statement(trouble: Trouble) -> Iterator[str]:

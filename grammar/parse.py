@@ -26,7 +26,11 @@ _MAX_LINE = 100_000
 _MAX_STACK = 200  # of the parser; bounds the depth of the parse tree too
 
 _BONDGRAPHTOOLS = re.compile(r"(?s)\A(?=.{0,4000}^models:)(?=.{0,4000}^root:)", re.MULTILINE)
-_SKIPPED = re.compile(r"""//[^\n]*|/\*.*?\*/|/\*|"[^"\n]*"|[;{}]""", re.DOTALL)
+_SKIPPED = re.compile(
+    r"""//[^\n]*|/\*.*?\*/|/\*|"[^"\n]*"|[;{}]"""
+    r"""|^(?:import|function|domain|pseudo|interface|model|scene)\b""",
+    re.DOTALL | re.MULTILINE,
+)
 _ELSE = re.compile(r"\s*else\b")
 
 
@@ -94,6 +98,7 @@ class _Reading:
         self.diagnostics: list[Diagnostic] = []
         self._parser: Any = parser().parse_interactive(source.text)  # partly untyped in Lark
         self._last_trouble = -1
+        self._resumed = -1
 
     def run(self) -> ParseTree:
         """Read to the end of the text, or to the last error that is reported."""
@@ -200,13 +205,14 @@ class _Reading:
     def _skip(self, at: int) -> None:
         """Go on behind the next `;` or block, or before the `}` of the block one is in."""
         in_block = self._back_to_block()
-        resume = _end_of_statement(self.source.text, at, in_block=in_block)
+        resume = _end_of_statement(self.source.text, at, self._resumed, in_block=in_block)
         self.tokens.append(self._token("SEMICOLON", resume))
         self._resume(resume)
 
     def _resume(self, at: int) -> None:
         """Let the lexer go on from here."""
         self._parser.lexer_thread.state.line_ctr.char_pos = at
+        self._resumed = at
 
     def _close_blocks(self) -> None:
         """Close every block that is open, and let the lexer stand at the end of the text."""
@@ -223,8 +229,12 @@ def _is_list_of_items(value: object) -> bool:
     return isinstance(value, Tree) and str(value.data).startswith("__")
 
 
-def _end_of_statement(text: str, at: int, *, in_block: bool) -> int:
-    """Find where the next statement begins, or the `}` of the block one is in."""
+def _end_of_statement(text: str, at: int, resumed: int, *, in_block: bool) -> int:
+    """Find where the next statement begins, or the `}` of the block one is in.
+
+    A line that begins as a declaration ends whatever was open, unless reading was resumed
+    there before.
+    """
     depth = 0
     for found in _SKIPPED.finditer(text, at):
         match found.group():
@@ -240,4 +250,6 @@ def _end_of_statement(text: str, at: int, *, in_block: bool) -> int:
                 return found.end()
             case "/*":  # not closed
                 return len(text)
+            case word if word.isalpha() and found.start() > resumed:
+                return found.start()
     return len(text)
