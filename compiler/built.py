@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bgc.grammar.diagnostics import Diagnostic
-from bgc.graph import SceneFacts
+
+if TYPE_CHECKING:  # a warm start does without the compiler's own modules
+    from bgc.graph import SceneFacts
 
 ENERGY_ACCOUNTS = ("energy.stored", "energy.supplied", "energy.dissipated", "energy.residual")
 

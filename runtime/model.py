@@ -45,7 +45,7 @@ def compile_model(
     """
     given = dict(parameters or {})
     try:
-        model = Model(_build(Path(path), Options(scene)))
+        model = Model(load_or_compile(Path(path), Options(scene)))
         structural = {name: value for name, value in given.items() if name not in model.parameters}
     except BgError:
         if not given:
@@ -54,15 +54,15 @@ def compile_model(
         structural = given
     if structural:
         overrides = tuple((name, _as_source(value)) for name, value in structural.items())
-        model = Model(_build(Path(path), Options(scene, overrides)))
+        model = Model(load_or_compile(Path(path), Options(scene, overrides)))
     for name, value in given.items():
         if name not in structural:
             model.parameters[name] = value
     return model
 
 
-def _build(path: Path, options: Options) -> Built:
-    """Take a build from the cache, or compile."""
+def load_or_compile(path: Path, options: Options) -> Built:
+    """Take the build of an equal, earlier request from the cache, or compile."""
     from bgc.recall import recall
 
     if (found := recall(path, options)) is not None:

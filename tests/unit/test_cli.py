@@ -1,0 +1,250 @@
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bgc.build import Unit, build_shared_object
+from bgc.built import Built, RunFacts
+from bgc.cache import Cache
+from bgc.runtime import model as runtime_model
+from bgc.runtime.cli.app import application
+from bgc.toolchain import find_toolchain
+from click.testing import CliRunner, Result
+
+OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
+COLUMNS = ("q", "v", "r[1]", "r[2]", "energy.stored", "energy.residual")
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory) -> Path:
+    cache = Cache(tmp_path_factory.mktemp("cache"))
+    return build_shared_object((Unit("model", OSCILLATOR),), find_toolchain(), cache)
+
+
+@pytest.fixture
+def oscillator(library, monkeypatch) -> Built:
+    """Whatever file is named: a model written by hand, without the compiler."""
+    built = Built(library, RunFacts("swing", "Oscillator", COLUMNS, duration=2.0))
+    monkeypatch.setattr(runtime_model, "load_or_compile", lambda path, options: built)
+    return built
+
+
+def bgc(*arguments: object) -> Result:
+    return CliRunner().invoke(application, [str(argument) for argument in arguments])
+
+
+# --- statuses ---------------------------------------------------------------------------------
+
+
+def test_help_lists_every_command():
+    result = bgc("--help")
+    assert result.exit_code == 0
+    for command in ("check", "build", "run", "show", "graph", "fmt", "explain", "doctor"):
+        assert f"\n  {command} " in result.output
+        assert bgc(command, "--help").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["nothing"],
+        ["run"],
+        ["run", "x.bg", "--nothing"],
+        ["run", "x.bg", "--rtol", "small"],
+        ["run", "x.bg", "--panel", "a"],
+        ["build", "x.bg", "--target", "exe"],
+        ["explain", "XY1"],
+    ],
+)
+def test_wrong_usage_is_status_2(arguments):
+    assert bgc(*arguments).exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["--out", "r.xlsx"], "BG070"),
+        (["--plot", "r.bmp"], "BG070"),
+        (["--out", "missing/r.csv"], "BG055"),
+        (["--set", "mass"], "BG064"),
+        (["--set", "mass=7 m"], "BG063"),
+        (["--time", "1 m"], "BG063"),
+        (["--every", "soon"], "BG062"),
+        (["--solver", "ode45"], "BG071"),
+        (["--set", "limit=0"], "BG705"),
+    ],
+)
+def test_what_is_at_fault_is_status_1_and_has_a_code(oscillator, arguments, code):
+    result = bgc("run", "x.bg", *arguments)
+    assert result.exit_code == 1
+    assert f"error[{code}]" in result.stderr
+
+
+def test_a_bug_is_status_70_and_shows_its_traceback_only_on_request(monkeypatch):
+    def broken(*_: object) -> None:
+        raise AssertionError("nobody expects this")
+
+    monkeypatch.setattr(runtime_model, "load_or_compile", broken)
+    monkeypatch.delenv("BGC_DEBUG", raising=False)
+    result = bgc("run", "x.bg")
+    assert result.exit_code == 70
+    assert "nobody expects this" in result.stderr and "Traceback" not in result.stderr
+    monkeypatch.setenv("BGC_DEBUG", "1")
+    assert "Traceback" in bgc("run", "x.bg").stderr
+
+
+# --- run ----------------------------------------------------------------------------------------
+
+
+def test_run_summarises(oscillator):
+    result = bgc("run", "x.bg")
+    assert result.exit_code == 0, result.stderr
+    assert "swing: 2 s simulated in" in result.stdout
+    assert "rodas5p" in result.stdout and "1,001 rows" in result.stdout
+    assert "energy residual" in result.stdout
+    assert bgc("run", "x.bg", "--quiet").stdout == ""
+
+
+def test_run_writes_rows_and_plots(oscillator, tmp_path):
+    csv, npz, png = (tmp_path / name for name in ("r.csv", "r.npz", "r.png"))
+    every = ("--every", "500 ms")
+    assert bgc("run", "x.bg", *every, "--out", csv, "--plot", png).exit_code == 0
+    assert bgc("run", "x.bg", *every, "--out", npz).exit_code == 0
+    table = np.genfromtxt(csv, delimiter=",", names=True, deletechars="")
+    assert table["time"].tolist() == [0.0, 0.5, 1.0, 1.5, 2.0]
+    with np.load(npz) as archive:
+        assert np.array_equal(archive["q"], table["q"])
+    assert png.read_bytes().startswith(b"\x89PNG")
+
+
+def test_run_writes_csv_to_standard_output_and_the_summary_elsewhere(oscillator):
+    result = bgc("run", "x.bg", "--every", "1", "--out", "-")
+    lines = result.stdout.splitlines()
+    assert lines[0] == "time,q,v,r[1],r[2],energy.stored,energy.residual"
+    assert len(lines) == 4
+    assert "simulated" in result.stderr
+
+
+def test_run_takes_times_with_units_and_parameters(oscillator):
+    result = bgc(
+        "run", "x.bg", "--out", "-", "--time", "100 ms", "--step", "50 ms", "--solver", "rk4",
+        "--set", "mass = 4000 g", "--set", "spring.k=0",
+    )  # fmt: skip
+    assert [line.split(",")[:2] for line in result.stdout.splitlines()[1:]] == [
+        ["0.0", "1.0"],
+        ["0.05", "1.0"],
+        ["0.1", "1.0"],
+    ]
+
+
+def test_a_failed_run_writes_its_rows(oscillator, tmp_path):
+    out = tmp_path / "r.csv"
+    result = bgc("run", "x.bg", "--set", "s=5", "--out", out, "--plot", tmp_path / "r.png")
+    assert result.exit_code == 1
+    assert "error[BG70" in result.stderr
+    assert "(failed)" in result.stdout
+    assert 900 < len(out.read_text().splitlines()) < 1002
+    assert (tmp_path / "r.png").is_file()
+
+
+def test_a_parameter_that_the_library_does_not_have_is_compiled_in(oscillator, monkeypatch):
+    asked = []
+
+    def build(path: Path, options: object) -> Built:
+        asked.append(options)
+        return oscillator
+
+    monkeypatch.setattr(runtime_model, "load_or_compile", build)
+    assert bgc("run", "x.bg", "--set", "n=3", "--set", "mass=2").exit_code == 0
+    assert [options.overrides for options in asked] == [(), (("n", "3"),)]
+
+
+# --- as a process ---------------------------------------------------------------------------------
+
+
+def script(built: Built, tmp_path: Path) -> list[str]:
+    """A process whose every model is the oscillator, for an hour."""
+    text = f"""
+        from pathlib import Path
+        from bgc.built import Built, RunFacts
+        from bgc.runtime import cli, model
+        facts = RunFacts("swing", "Oscillator", ("q",), duration=1e5)
+        model.load_or_compile = lambda path, options: Built(Path({str(built.library)!r}), facts)
+        print("ready", flush=True)
+        cli.main()
+    """
+    path = tmp_path / "script.py"
+    path.write_text(textwrap.dedent(text))
+    return [sys.executable, str(path)]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+def test_ctrl_c_is_status_130_and_keeps_the_rows(oscillator, tmp_path):
+    out = tmp_path / "r.csv"
+    command = [*script(oscillator, tmp_path), "run", "x.bg", "--rtol", "1e-12", "--out", str(out)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    threading.Timer(0.6, process.send_signal, (signal.SIGINT,)).start()
+    stdout, stderr = process.communicate(timeout=30)
+    assert process.returncode == 130, stderr
+    assert "interrupted at t =" in stderr
+    assert "(interrupted)" in stdout
+    assert out.read_text().startswith("time,q\n0.0,1.0\n")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
+def test_a_closed_pipe_ends_it_quietly(oscillator, tmp_path):
+    command = [*script(oscillator, tmp_path), "run", "x.bg", "--time", "100", "--every", "1e-3"]
+    process = subprocess.Popen(
+        [*command, "--out", "-"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert process.stdout is not None and process.stderr is not None
+    process.stdout.readline()
+    process.stdout.close()
+    process.wait(timeout=30)
+    errors = process.stderr.read()
+    process.stderr.close()
+    assert b"Traceback" not in errors and b"BrokenPipe" not in errors
+    assert process.returncode == -signal.SIGPIPE
+
+
+def test_a_warm_start_loads_nothing_of_the_compiler(oscillator, tmp_path):
+    heavy = {"sympy", "lark", "pint", "matplotlib", "rich", "scipy", "jinja2", "bgc.graph"}
+    text = Path(script(oscillator, tmp_path)[1]).read_text().replace("cli.main()", "")
+    path = tmp_path / "warm.py"
+    path.write_text(
+        text
+        + "import sys, bgc.recall\nfrom bgc.runtime.cli.app import application\n"
+        + "try:\n    application.main(['run', 'x.bg', '--time', '1'])\nexcept SystemExit:\n    pass\n"
+        + f"print(sorted(set(sys.modules) & {heavy!r}))\n"
+    )
+    done = subprocess.run([sys.executable, path], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+# --- the others -------------------------------------------------------------------------------------
+
+
+def test_explain_prints_the_page_of_a_code():
+    result = bgc("explain", "bg055")
+    assert result.output.startswith("BG055: a file cannot be written")
+    assert "Way out:" in result.output
+
+
+def test_doctor_is_well_here(monkeypatch, tmp_path):
+    monkeypatch.setenv("BGC_CACHE_DIR", str(tmp_path))
+    result = bgc("doctor")
+    assert result.exit_code == 0
+    assert "C compiler" in result.output
+
+
+def test_doctor_is_status_1_without_a_compiler(monkeypatch, tmp_path):
+    monkeypatch.setenv("CC", "no-such-compiler")
+    result = bgc("doctor")
+    assert result.exit_code == 1
+    assert "no-such-compiler" in result.output
