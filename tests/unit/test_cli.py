@@ -220,14 +220,15 @@ def test_a_warm_start_loads_nothing_of_the_compiler(oscillator, tmp_path):
     path.write_text(
         text
         + "import sys, bgc.recall\nfrom bgc.runtime.cli.app import application\n"
-        + "try:\n    application.main(['run', 'x.bg', '--time', '1'])\nexcept SystemExit:\n    pass\n"
+        + "try:\n    application.main(['run', 'x.bg', '--time', '1'])\n"
+        + "except SystemExit:\n    pass\n"
         + f"print(sorted(set(sys.modules) & {heavy!r}))\n"
     )
     done = subprocess.run([sys.executable, path], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-# --- the others -------------------------------------------------------------------------------------
+# --- the others ------------------------------------------------------------------------------
 
 
 def test_explain_prints_the_page_of_a_code():

@@ -1,0 +1,36 @@
+import inspect
+import pkgutil
+from collections import Counter
+from importlib import import_module
+
+import pytest
+from bgc.grammar import catalogue
+from bgc.grammar.catalogue.pages import find_page, pages
+
+
+def test_every_page_tells_what_why_an_example_and_the_way_out():
+    for code, page in pages().items():
+        for paragraph in ("What: ", "Why: ", "Example: ", "Way out: "):
+            assert f"\n{paragraph}" in page, f"{code} has no paragraph {paragraph}"
+
+
+def test_no_code_is_given_twice():
+    codes = Counter(
+        (inspect.getdoc(function) or "").partition(":")[0]
+        for topic in pkgutil.iter_modules(catalogue.__path__)
+        for _, function in inspect.getmembers(
+            module := import_module(f"{catalogue.__name__}.{topic.name}"), inspect.isfunction
+        )
+        if function.__module__ == module.__name__
+    )
+    assert [code for code, count in codes.items() if code.startswith("BG") and count > 1] == []
+
+
+@pytest.mark.parametrize("code", ["BG055", "bg055"])
+def test_pages_are_found_in_any_case(code):
+    page = find_page(code)
+    assert page is not None and page.startswith("BG055: ")
+
+
+def test_what_is_no_code_has_no_page():
+    assert find_page("hello") is None
