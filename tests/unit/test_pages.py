@@ -15,14 +15,17 @@ def test_every_page_tells_what_why_an_example_and_the_way_out():
 
 
 def test_no_code_is_given_twice():
-    codes = Counter(
-        (inspect.getdoc(function) or "").partition(":")[0]
-        for topic in pkgutil.iter_modules(catalogue.__path__)
-        for _, function in inspect.getmembers(
-            module := import_module(f"{catalogue.__name__}.{topic.name}"), inspect.isfunction
-        )
-        if function.__module__ == module.__name__
-    )
+    topics = [
+        import_module(f"{catalogue.__name__}.{found.name}")
+        for found in pkgutil.iter_modules(catalogue.__path__)
+    ]
+    pages_of_topics = [
+        inspect.getdoc(function) or ""
+        for topic in topics
+        for _, function in inspect.getmembers(topic, inspect.isfunction)
+        if function.__module__ == topic.__name__
+    ]
+    codes = Counter(page.partition(":")[0] for page in pages_of_topics)
     assert [code for code, count in codes.items() if code.startswith("BG") and count > 1] == []
 
 
