@@ -1,3 +1,4 @@
+import os
 import signal
 import subprocess
 import sys
@@ -211,6 +212,21 @@ def test_a_closed_pipe_ends_it_quietly(oscillator, tmp_path):
     process.stderr.close()
     assert b"Traceback" not in errors and b"BrokenPipe" not in errors
     assert process.returncode == -signal.SIGPIPE
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX terminals")
+def test_a_long_run_shows_its_progress_on_a_terminal(oscillator, tmp_path):
+    master, slave = os.openpty()
+    command = [*script(oscillator, tmp_path), "run", "x.bg", "--rtol", "1e-13"]
+    terminal = {**os.environ, "TERM": "xterm", "COLUMNS": "80"}
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=slave, env=terminal)
+    os.close(slave)
+    seen = b""
+    while b"simulating" not in seen:
+        seen += os.read(master, 4096)  # ends with an error where the process ends without it
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=30) == 130
+    os.close(master)
 
 
 def test_a_warm_start_loads_nothing_of_the_compiler(oscillator, tmp_path):
