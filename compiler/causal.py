@@ -152,7 +152,7 @@ class CausalGraph:
     class_of: tuple[int, ...]  # of each bond
     rows: tuple[Row, ...]
     steps: tuple[Step, ...]
-    redundant: frozenset[int]  # rows that say nothing new: their multiplier is indeterminate
+    redundant: frozenset[int]  # rows that repeat each other: their multipliers are indeterminate
     basis: tuple[Basis, ...]
     flows: tuple[tuple[tuple[int, Node], ...], ...]  # of each class: (index in basis, entry of N)
     strokes: tuple[Stroke, ...]  # of each bond

@@ -57,7 +57,12 @@ def assign_causality(graph: FlatGraph) -> CausalGraph:
         class_of=structure.class_of,
         rows=elimination.rows,
         steps=elimination.steps,
-        redundant=frozenset(row for row, left in elimination.remaining if not left),
+        redundant=frozenset(
+            origin
+            for row, left in elimination.remaining
+            if not left
+            for origin in elimination.origins[row]
+        ),
         basis=basis,
         flows=tuple(tuple(entries.items()) for entries in flows),
         strokes=place_strokes(

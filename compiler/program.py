@@ -77,3 +77,4 @@ class Program:
     energy: Energy
     positive: tuple[PositiveParameter, ...]
     dropped: tuple[str, ...]  # what slicing left out, in words
+    kept: tuple[str, ...] = ()  # names of what slicing must not leave out

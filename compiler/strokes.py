@@ -22,6 +22,7 @@ from bgc.causal import (
     Stroke,
 )
 from bgc.graph import FlatGraph, Gyristor, Junction, Resistor, Source, Storage, Transformer
+from bgc.matching import match
 from bgc.regions import ports_of
 
 _Ends = dict[int, dict[int, tuple[int, int]]]
@@ -96,39 +97,16 @@ def _givers(
 
 
 def _matching(steps: Sequence[Step], ends: _Ends) -> dict[int, int]:
-    """Pair every step's row with a dependent class on it, as eliminated where possible.
+    """Row -> the dependent class that it gives, as eliminated where possible.
 
-    The pairing of the elimination itself may join a row with a class that came into it by an
-    earlier substitution; augmenting paths repair that.
+    The elimination itself may have paired a row with a class that came into it by an earlier
+    substitution; the matching then differs from it.
     """
     dependents = {step.dependent for step in steps}
-    row_of: dict[int, int] = {}
-    loose = []
-    for step in steps:
-        if step.dependent in ends.get(step.row, {}):
-            row_of[step.dependent] = step.row
-        else:
-            loose.append(step.row)
-    for start in loose:
-        came_from: dict[int, int] = {}
-        queue = [start]
-        free = None
-        for row in queue:  # grows while it is walked
-            for number in ends.get(row, {}):
-                if number in dependents and number not in came_from:
-                    came_from[number] = row
-                    if number not in row_of:
-                        free = number
-                        break
-                    queue.append(row_of[number])
-            if free is not None:
-                break
-        while free is not None:
-            row = came_from[free]
-            previous = next((n for n, r in row_of.items() if r == row), None)
-            row_of[free] = row
-            free = None if row == start else previous
-    return {row: number for number, row in row_of.items()}
+    rows = [step.row for step in steps]
+    candidates = [[n for n in ends.get(row, {}) if n in dependents] for row in rows]
+    meant = {k: step.dependent for k, step in enumerate(steps) if step.dependent in candidates[k]}
+    return {rows[k]: number for k, number in match(candidates, meant).items()}
 
 
 def _spread(

@@ -306,19 +306,22 @@ def derivative_loop(span: Span, names: Sequence[str]) -> Diagnostic:
     )
 
 
-def rate_of_input(span: Span, name: str, source: str) -> Diagnostic:
-    """BG522: the rate of a device's input is needed
+def rate_unknown(span: Span, name: str) -> Diagnostic:
+    """BG522: a rate that is not known
 
-    What: an effort or flow is needed that depends on how fast a device's input changes.
-    Why: a sampled input has no rate.
+    What: an effort or flow is needed that depends on how fast a device's input, or the
+    unknown of an algebraic loop, changes.
+    Why: a sampled input has no rate, and that of a loop's unknown is not computed.
     Example: the force of an `Sf` driven by a device on a rigid mass.
-    Way out: do not observe it, or put a virtual coupling (a C with an R) behind the device.
+    Way out: do not ask for the variable (nor for the energy supplied), or put a virtual
+    coupling (a C with an R in parallel) behind the device.
     """
     return error(
         "BG522",
-        f"what `{name}` needs is the rate of {source}, which is not known",
+        f"the reaction at `{name}` needs a rate that is not known",
         span,
-        help="put a C with an R in parallel behind the device, or do not ask for the variable",
+        note="it follows a device's input, or the unknown of an algebraic loop, rigidly",
+        help="put a C with an R in parallel in between, or do not ask for the variable",
     )
 
 
@@ -356,7 +359,7 @@ def singular_equations(span: Span, names: Sequence[str]) -> Diagnostic:
     )
 
 
-def invalid_initial(span: Span, name: str) -> Diagnostic:
+def invalid_initial(span: Span | None, name: str) -> Diagnostic:
     """BG532: an initial value that depends on itself
 
     What: the initial values of states depend on each other in a circle.
@@ -369,4 +372,20 @@ def invalid_initial(span: Span, name: str) -> Diagnostic:
         f"the initial value of `{name}` depends on itself",
         span,
         help="give one of the states in the circle a value of its own",
+    )
+
+
+def rate_not_linear(span: Span) -> Diagnostic:
+    """BG533: an equation that is not linear in the rates
+
+    What: an `equation` holds a `der(x)` in a product with a state, or inside a function.
+    Why: the rates enter by a mass matrix of constants and parameters.
+    Example: `equation x*der(x) = 1;`
+    Way out: declare the rate as an unknown: `unknown w; der(x) = w; equation x*w = 1;`
+    """
+    return error(
+        "BG533",
+        "this equation is not linear in the rates with constant coefficients",
+        span,
+        help="declare the rate as an unknown: `unknown w; der(x) = w;` and use `w` here",
     )

@@ -1,0 +1,171 @@
+"""The energy accounts: what is stored, what sources supply, what resistors dissipate.
+
+Powers are those of bonds whose effort times flow is a power. Gyrators, junctions and
+transformers have none of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from bgc.causal import CausalGraph
+from bgc.dag import Dag, Kind, Op
+from bgc.graph import EnergyLaw, ExplicitLaw, Node, Port, Resistor, Source
+from bgc.storage import IntegratedState, StorageElement
+from bgc.variables import Variables
+
+
+@dataclass(frozen=True, slots=True)
+class Accounts:
+    """Raw nodes of the accounts, and states that integrate what has no closed form."""
+
+    stored: Node
+    supplied: Node
+    dissipated: Node
+    states: list[IntegratedState]
+
+    @property
+    def nodes(self) -> tuple[Node, Node, Node]:
+        """The three accounts in order."""
+        return self.stored, self.supplied, self.dissipated
+
+
+def energy_accounts(variables: Variables, elements: Sequence[StorageElement]) -> Accounts:
+    """The accounts of a whole graph.
+
+    A source of value zero supplies nothing, so its reaction is not asked for.
+    """
+    causal, dag = variables.causal, variables.dag
+    stored = dag.zero
+    states: list[IntegratedState] = []
+    for element in elements:
+        ports = element.storage.ports
+        if not all(causal.graph.bonds[port.bond].power for port in ports):
+            continue
+        energy = _stored(dag, element)
+        if energy is None:
+            energy = variables.new_state(Kind.DISPLACEMENT)
+            power = dag.sum(_power(dag, port) for port in ports)
+            name = f"{element.storage.name}.energy"
+            states.append(IntegratedState(energy, name, "J", "declared", power, dag.zero, None))
+        stored = dag.add(stored, energy)
+    supplied, dissipated = _powers(causal)
+    return Accounts(stored, supplied, dissipated, states)
+
+
+def _powers(causal: CausalGraph) -> tuple[Node, Node]:
+    dag = causal.graph.dag
+    supplied = dissipated = dag.zero
+    for element in causal.graph.elements:
+        match element:
+            case Source() if element.value != dag.zero:
+                if causal.graph.bonds[element.port.bond].power:
+                    supplied = dag.sub(supplied, _power(dag, element.port))
+            case Resistor():
+                for port in element.ports:
+                    if causal.graph.bonds[port.bond].power:
+                        dissipated = dag.add(dissipated, _power(dag, port))
+            case _:
+                pass
+    return supplied, dissipated
+
+
+def _power(dag: Dag, port: Port) -> Node:
+    """Power into an element."""
+    power = dag.mul(dag.symbol(Kind.EFFORT, port.bond), dag.symbol(Kind.FLOW, port.bond))
+    return power if port.sign > 0 else dag.neg(power)
+
+
+def _stored(dag: Dag, element: StorageElement) -> Node | None:
+    """The energy as a function of the element's states; None without a closed form."""
+    half = dag.const(Fraction(1, 2))
+    match element.storage.law:
+        case EnergyLaw(energy=energy):
+            return energy
+        case ExplicitLaw(nodes=(node,)):
+            return antiderivative(dag, node, element.law.states[0])
+        case ExplicitLaw():
+            return None
+        case _:
+            return dag.mul(half, dag.dot(element.law.states, element.law.answers))
+
+
+def antiderivative(dag: Dag, node: Node, symbol: Node) -> Node | None:
+    """The integral from zero of a polynomial in a symbol, `abs(x)` and `x^n` included.
+
+    None of anything else: the energy is then integrated along with the states.
+    """
+    terms = _terms(dag, node, symbol)
+    if terms is None:
+        return None
+    size = dag.call(Op.ABS, symbol)
+    total = dag.zero
+    for (power, absolute), coefficient in sorted(terms.items()):
+        degree = power + absolute + 1
+        term = dag.pow(symbol, dag.const(power + 1))
+        if absolute:
+            term = dag.mul(term, size)
+        total = dag.add(total, dag.div(dag.mul(coefficient, term), dag.const(degree)))
+    return total
+
+
+_Terms = dict[tuple[int, int], Node]  # (power of x, 1 if times abs(x)) -> coefficient
+
+
+def _terms(dag: Dag, node: Node, symbol: Node) -> _Terms | None:
+    """A node as a sum of `c x^n` and `c x^n abs(x)`."""
+    found: dict[Node, _Terms | None] = {}
+    for inner in dag.reachable([node]):
+        operands = [found[x] for x in dag.operands(inner)]
+        parts = [part for part in operands if part is not None]
+        if len(parts) < len(operands):
+            found[inner] = None
+        elif inner == symbol:
+            found[inner] = {(1, 0): dag.one}
+        elif all(set(part) <= {(0, 0)} for part in parts):
+            found[inner] = {(0, 0): inner}
+        else:
+            found[inner] = _combined(dag, Op(dag.op[inner]), dag.operands(inner), parts, symbol)
+    return found[node]
+
+
+def _combined(
+    dag: Dag, op: Op, operands: Sequence[Node], parts: Sequence[_Terms], symbol: Node
+) -> _Terms | None:
+    match op, parts:
+        case Op.ADD, [a, b]:
+            return _added(dag, a, b)
+        case Op.SUB, [a, b]:
+            return _added(dag, a, _negated(dag, b))
+        case Op.NEG, [a]:
+            return _negated(dag, a)
+        case Op.MUL, [a, b]:
+            return _multiplied(dag, a, b)
+        case Op.DIV, [a, b] if set(b) <= {(0, 0)}:
+            return {key: dag.div(c, operands[1]) for key, c in a.items()}
+        case Op.ABS, _ if operands[0] == symbol:
+            return {(0, 1): dag.one}
+        case _:
+            return None
+
+
+def _added(dag: Dag, a: _Terms, b: _Terms) -> _Terms:
+    total = dict(a)
+    for key, node in b.items():
+        total[key] = dag.add(total.get(key, dag.zero), node)
+    return total
+
+
+def _negated(dag: Dag, a: _Terms) -> _Terms:
+    return {key: dag.neg(node) for key, node in a.items()}
+
+
+def _multiplied(dag: Dag, a: _Terms, b: _Terms) -> _Terms:
+    total: _Terms = {}
+    for (n, s), x in a.items():
+        for (m, t), y in b.items():
+            key = (n + m + 2, 0) if s and t else (n + m, s + t)  # abs(x)^2 = x^2
+            total[key] = dag.add(total.get(key, dag.zero), dag.mul(x, y))
+    return total

@@ -1,0 +1,296 @@
+"""Initial values of merged storage: what is given decides, the rest is least energy.
+
+Every given value is one linear condition. They are inserted one at a time: one that already
+follows from those before must agree with them, or it is named as the culprit. What the
+conditions leave open is settled by the least stored energy, so that nothing given means nothing
+stored.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from bgc.dag import Dag, Level
+from bgc.grammar.catalogue import causality as catalogue
+from bgc.grammar.diagnostics import BgError
+from bgc.graph import Initial, Node
+from bgc.initial import given_values
+from bgc.solving import SingularSystemError, solve_definite, solve_general
+from bgc.storage import StorageElement, StoragePort
+from bgc.variables import Variables
+
+_Row = dict[int, Node]
+
+
+@dataclass(frozen=True, slots=True)
+class _Condition:
+    """`sum row * unknown = value`, from an initial value of an element."""
+
+    row: _Row
+    value: Node
+    element: StorageElement
+    initial: Initial
+
+
+def initial_momenta(
+    variables: Variables, elements: Sequence[StorageElement], flows: Sequence[int]
+) -> dict[int, Node]:
+    """The initial merged momenta of inertias on the given independent flows.
+
+    Conditions are on the flows u: `N_k u = f0`, `M_k N u = p0`. Least energy means
+    `pi = G' l` for the conditions `G u = g`.
+    """
+    dag = variables.dag
+    order = {k: i for i, k in enumerate(flows)}
+    conditions = [
+        condition
+        for element in elements
+        for condition in _conditions_on_flows(variables, element, order)
+    ]
+    chosen = _independent(variables, conditions)
+    if not chosen:
+        return dict.fromkeys(flows, dag.zero)
+    mass, driven = _reduced_mass(variables, elements, order)
+    columns = [[c.row.get(i, dag.zero) for i in range(len(order))] for c in chosen]
+    *answers, response = solve_definite(dag, mass, [*columns, driven])
+    matrix = [
+        {j: dag.dot(column, answer) for j, answer in enumerate(answers)} for column in columns
+    ]
+    right = [
+        dag.add(c.value, dag.dot(column, response))
+        for c, column in zip(chosen, columns, strict=True)
+    ]
+    weights = _solve(variables, matrix, right)
+    return {k: dag.dot(weights, (column[i] for column in columns)) for k, i in order.items()}
+
+
+def _conditions_on_flows(
+    variables: Variables, element: StorageElement, order: Mapping[int, int]
+) -> list[_Condition]:
+    dag = variables.dag
+    found = []
+    for (position, variable), initial in given_values(element).items():
+        port = element.ports[position]
+        if variable == ("f" if port.has_momentum else "e"):
+            weights = {position: dag.one}
+        elif variable == ("p" if port.has_momentum else "q") and element.law.capacity is not None:
+            weights = dict(enumerate(element.law.capacity[position]))
+        elif port.charge is not None and variable == "q":
+            continue  # the charge of an IC port is a state of its own
+        else:
+            raise _unusable(element, initial)
+        row: _Row = {}
+        value = initial.value
+        for other, weight in weights.items():
+            for k, entry in element.ports[other].flow.items():
+                term = dag.mul(weight, entry)
+                if k in order:
+                    row[order[k]] = dag.add(row.get(order[k], dag.zero), term)
+                else:
+                    number = variables.causal.basis[k].bond_class
+                    source = variables.class_through(number)
+                    value = dag.sub(value, dag.mul(term, source))
+        found.append(_Condition(row, value, element, initial))
+    return found
+
+
+def _reduced_mass(
+    variables: Variables, elements: Sequence[StorageElement], order: Mapping[int, int]
+) -> tuple[list[_Row], list[Node]]:
+    """`N' M N`, and `N' M N_s s` of the sources that drive the elements."""
+    dag, basis = variables.dag, variables.causal.basis
+    mass: list[_Row] = [{} for _ in order]
+    driven = [dag.zero] * len(order)
+    for element in elements:
+        if element.law.capacity is None:
+            continue
+        for port, line in zip(element.ports, element.law.capacity, strict=True):
+            for other, entry in zip(element.ports, line, strict=True):
+                if entry == dag.zero:
+                    continue
+                for k, left in port.flow.items():
+                    if k not in order:
+                        continue
+                    i = order[k]
+                    for m, right in other.flow.items():
+                        term = dag.mul(left, dag.mul(entry, right))
+                        if m in order:
+                            j = order[m]
+                            mass[i][j] = dag.add(mass[i].get(j, dag.zero), term)
+                        else:
+                            source = variables.class_through(basis[m].bond_class)
+                            driven[i] = dag.add(driven[i], dag.mul(term, source))
+    return mass, driven
+
+
+def initial_differences(
+    variables: Variables,
+    elements: Sequence[StorageElement],
+    designated: Mapping[int, StoragePort],
+    follow: Mapping[int, Mapping[int, Node]],
+) -> dict[int, Node]:
+    """The initial `Q = q - B q_d` of merged compliances: element port -> node.
+
+    Charges that are given hold; with none given all are zero. Charges not given are those of
+    least energy that balance the efforts: `K q = K B l + G' w` for conditions `G q = g`.
+    """
+    dag = variables.dag
+    ports = [port for element in elements for port in element.ports]
+    place = {port.index: i for i, port in enumerate(ports)}
+    conditions = [
+        condition
+        for element in elements
+        for condition in _conditions_on_charges(variables, element, place)
+    ]
+    chosen = _independent(variables, conditions)
+    charges = [dag.zero] * len(ports)
+    if chosen:
+        charges = _least_energy(variables, elements, chosen, designated, follow, place)
+    return {
+        port.index: dag.sub(
+            charges[place[port.index]],
+            dag.sum(
+                dag.mul(b, charges[place[designated[k].index]])
+                for k, b in follow[port.index].items()
+            ),
+        )
+        for port in ports
+    }
+
+
+def _conditions_on_charges(
+    variables: Variables, element: StorageElement, place: Mapping[int, int]
+) -> list[_Condition]:
+    dag = variables.dag
+    found = []
+    for (position, variable), initial in given_values(element).items():
+        port = element.ports[position]
+        if variable == ("p" if port.has_momentum else "q"):
+            row = {place[port.index]: dag.one}
+        elif element.law.response is not None:
+            line = element.law.response[position]
+            row = {
+                place[other.index]: entry
+                for other, entry in zip(element.ports, line, strict=True)
+                if entry != dag.zero
+            }
+        else:
+            raise _unusable(element, initial)
+        found.append(_Condition(row, initial.value, element, initial))
+    return found
+
+
+def _least_energy(
+    variables: Variables,
+    elements: Sequence[StorageElement],
+    chosen: Sequence[_Condition],
+    designated: Mapping[int, StoragePort],
+    follow: Mapping[int, Mapping[int, Node]],
+    place: Mapping[int, int],
+) -> list[Node]:
+    """`q = B l + C G' w` with `B' K q = 0` and `G q = g` (C the inverse of K)."""
+    dag = variables.dag
+    size = len(place)
+    columns: list[list[Node]] = []  # of B, then of C G'
+    for k in designated:
+        column = [dag.zero] * size
+        for index, entries in follow.items():
+            column[place[index]] = entries.get(k, dag.zero)
+        columns.append(column)
+    capacity = _whole(variables, elements, place, capacity=True)
+    response = _whole(variables, elements, place, capacity=False)
+    if capacity is None or response is None:
+        raise _unusable(chosen[0].element, chosen[0].initial)
+    tests = [_times(dag, response, column) for column in columns]
+    for condition in chosen:
+        row = [condition.row.get(i, dag.zero) for i in range(size)]
+        columns.append(_times(dag, capacity, row))
+        tests.append(row)
+    matrix = [{j: dag.dot(test, column) for j, column in enumerate(columns)} for test in tests]
+    right = [dag.zero] * len(designated) + [c.value for c in chosen]
+    weights = _solve(variables, matrix, right)
+    return [dag.dot(weights, (column[i] for column in columns)) for i in range(size)]
+
+
+def _whole(
+    variables: Variables,
+    elements: Sequence[StorageElement],
+    place: Mapping[int, int],
+    *,
+    capacity: bool,
+) -> list[_Row] | None:
+    """The laws of all elements as one matrix."""
+    rows: list[_Row] = [{} for _ in place]
+    for element in elements:
+        law = element.law.capacity if capacity else element.law.response
+        if law is None:
+            return None
+        for port, line in zip(element.ports, law, strict=True):
+            for other, entry in zip(element.ports, line, strict=True):
+                if entry != variables.dag.zero:
+                    rows[place[port.index]][place[other.index]] = entry
+    return rows
+
+
+def _times(dag: Dag, rows: Sequence[_Row], vector: Sequence[Node]) -> list[Node]:
+    return [dag.sum(dag.mul(entry, vector[j]) for j, entry in row.items()) for row in rows]
+
+
+def _independent(variables: Variables, conditions: Sequence[_Condition]) -> list[_Condition]:
+    """Insert conditions one at a time; one that follows from others has to agree."""
+    dag, prints = variables.dag, variables.causal.fingerprints
+    reduced: list[tuple[int, _Row, Node]] = []  # pivot, row, value
+    chosen: list[_Condition] = []
+    for condition in conditions:
+        row, value = dict(condition.row), condition.value
+        for pivot, other, other_value in reduced:
+            if pivot in row:
+                factor = dag.div(row[pivot], other[pivot])
+                for j, entry in other.items():
+                    row[j] = dag.sub(row.get(j, dag.zero), dag.mul(factor, entry))
+                value = dag.sub(value, dag.mul(factor, other_value))
+        row = {j: node for j, node in row.items() if not prints.is_zero(node)}
+        if row:
+            reduced.append((min(row), row, value))
+            chosen.append(condition)
+        elif not _agrees(variables, value):
+            names = list(dict.fromkeys(c.element.storage.name for c in chosen))
+            raise BgError(
+                [
+                    catalogue.initial_conflict(
+                        condition.initial.span,
+                        condition.element.storage.name,
+                        f"{condition.initial.variable}0",
+                        names,
+                    )
+                ]
+            )
+    return chosen
+
+
+def _agrees(variables: Variables, misfit: Node) -> bool:
+    """Whether a misfit is zero: proven, or to rounding at the parameters' default values."""
+    if variables.causal.fingerprints.is_zero(misfit):
+        return True
+    if variables.dag.level[misfit] > Level.PARAM:
+        return False
+    value = variables.default(misfit)
+    return math.isfinite(value) and abs(value) < 1e-12
+
+
+def _solve(variables: Variables, matrix: Sequence[_Row], right: Sequence[Node]) -> list[Node]:
+    dag = variables.dag
+    try:
+        return solve_general(
+            dag, variables.causal.fingerprints, matrix, right, lambda node: dag.level[node]
+        )
+    except SingularSystemError:
+        raise AssertionError("conditions that were inserted one by one are dependent") from None
+
+
+def _unusable(element: StorageElement, initial: Initial) -> BgError:
+    return BgError(
+        [catalogue.initial_unusable(initial.span, element.storage.name, f"{initial.variable}0")]
+    )
