@@ -16,37 +16,8 @@ from bgc.grammar.catalogue import syntax as wrong
 from bgc.grammar.characters import explain_characters
 from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.source import Source, Span
+from bgc.grammar.words import BLOCK_OF, FORMS, FORMS_IN, PLACES, RESERVED, WORDS
 from lark import Token
-
-RESERVED = frozenset(
-    "import model interface domain function scene const param let signal input output state "
-    "unknown equation project assert port for in if then else use set and or not der time".split()
-)
-
-_WORDS = {
-    "file": "import const function pseudo domain interface model scene".split(),
-    "model": "const param let signal input output state unknown port equation project assert "
-    "for if".split(),
-    "scene": "use set device drive observe require keep deadline solver step run".split(),
-    "domain": "effort flow signal".split(),
-    "law": [],
-}
-_PLACES = {
-    "file": "at the top level of a file",
-    "model": "in a model",
-    "scene": "in a scene",
-    "domain": "in a domain",
-}
-_BLOCK_OF = {
-    "MODEL": "model",
-    "INTERFACE": "model",
-    "FOR": "model",
-    "IF": "model",
-    "ELSE": "model",
-    "SCENE": "scene",
-    "DOMAIN": "domain",
-    "PSEUDO": "domain",
-}
 
 _CLOSER = {"LPAR": "RPAR", "LSQB": "RSQB", "LBRACE": "RBRACE"}
 _SIGN = {
@@ -68,7 +39,7 @@ _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _USED_AS_NAME = re.compile(r"\s*(?::|->|,)")
 _PART_OR_CHAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*(?:\[[^\]\n]*\])?[ \t]*(?::|->)")
 _POSTFIX = ("LPAR", "LSQB", "DOT", "EQUAL")
-_WORD_KINDS = frozenset(word.upper() for words in _WORDS.values() for word in words) | frozenset(
+_WORD_KINDS = frozenset(word.upper() for words in WORDS.values() for word in words) | frozenset(
     "IS OF IN OUT MAIN AS WITHIN EVERY THEN ELSE DER TIME".split()
 )
 _OPERAND_ENDS = frozenset("NAME NUMBER TIME TEXT RPAR RSQB".split())
@@ -139,6 +110,7 @@ def diagnose(trouble: Trouble) -> Mistake:
             trouble.describe_found(),
             list(_expected(trouble.accepted)),
             "" if _begins_statement(trouble.read) else trouble.describe_previous(),
+            _form(trouble),
         )
     )
 
@@ -156,7 +128,7 @@ def _end_of_block(trouble: Trouble, found: Token) -> Mistake | None:
     """A block is open at the end of the file, or where the next declaration begins a line."""
     if not trouble.open or "RBRACE" not in trouble.accepted:
         return None
-    begins = str(found) in _WORDS["file"] and str(found) not in _WORDS["model"]
+    begins = str(found) in WORDS["file"] and str(found) not in WORDS["model"]
     if found.type == "$END" or (begins and trouble.source.position(trouble.offset)[1] == 1):
         opened = _span_of(trouble, trouble.open[-1])
         place = trouble.describe_found()
@@ -169,7 +141,7 @@ def _statement_unfinished(trouble: Trouble, found: Token) -> Mistake | None:
     if "SEMICOLON" not in trouble.accepted or trouble.previous is None:
         return None
     is_word = _WORD.fullmatch(found) is not None
-    begins = found.type != "NAME" and str(found) in _WORDS[_block(trouble)]
+    begins = found.type != "NAME" and str(found) in WORDS[_block(trouble)]
     if found.type in ("RBRACE", "$END") or begins or (is_word and trouble.at_start_of_line()):
         assert trouble.previous.end_pos is not None
         end = Span(trouble.source, trouble.previous.end_pos, trouble.previous.end_pos)
@@ -254,16 +226,16 @@ def _first_word(trouble: Trouble, found: Token) -> Mistake | None:
     else:
         return None
     here = _block(trouble)
-    for block, place in _PLACES.items():
-        if word in _WORDS[block] and word not in _WORDS[here]:
+    for block, place in PLACES.items():
+        if word in WORDS[block] and word not in WORDS[here]:
             return Mistake(wrong.misplaced_statement(span, word, place))
     if word in RESERVED or not _WORD.fullmatch(word):
         return None
-    near = did_you_mean(word, _WORDS[here])
+    near = did_you_mean(word, WORDS[here])
     if not near and span == trouble.span():
-        near = did_you_mean(word, [each for words in _WORDS.values() for each in words])
+        near = did_you_mean(word, [each for words in WORDS.values() for each in words])
     if near or (span == trouble.span() and "NAME" not in trouble.accepted):
-        return Mistake(wrong.unknown_statement(span, word, near))
+        return Mistake(wrong.unknown_statement(span, word, near, _form(trouble)))
     return None
 
 
@@ -306,6 +278,17 @@ def _begins_statement(read: list[Token]) -> bool:
     return not read or read[-1].type in ("SEMICOLON", "LBRACE", "RBRACE")
 
 
+def _form(trouble: Trouble) -> str:
+    """The form of the statement the trouble is in, or of what may stand in its block."""
+    block = _block(trouble)
+    if _begins_statement(trouble.read):
+        return FORMS_IN[block]
+    at = len(trouble.read) - 1
+    while not _begins_statement(trouble.read[:at][-1:]):
+        at -= 1
+    return FORMS.get(trouble.read[at].type.lower(), FORMS_IN[block])
+
+
 def _begins_line(trouble: Trouble, found: Token) -> bool:
     """Whether a line begins here that looks like a statement."""
     looks_so = str(found) in RESERVED or _PART_OR_CHAIN.match(trouble.source.text, trouble.offset)
@@ -329,7 +312,7 @@ def _block(trouble: Trouble) -> str:
     at = next(at for at in range(len(read) - 1, -1, -1) if read[at] is braces[-1])
     while not _begins_statement(read[:at][-1:]):
         at -= 1
-    return _BLOCK_OF.get(read[at].type, "law")
+    return BLOCK_OF.get(read[at].type, "law")
 
 
 def _expected(accepted: frozenset[str]) -> Iterator[str]:

@@ -10,10 +10,10 @@ from bgc.grammar.catalogue import syntax as wrong
 from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.source import Source, Span
 from bgc.grammar.transform_expressions import MAX_DEPTH, ExpressionTransform, ParseTree, unquoted
+from bgc.grammar.words import SCENE_WORDS
 from lark import Token, Tree
 
 _COMMENTS = re.compile(r"/\*.*?\*/")
-SCENE_WORDS = frozenset("observe run solver device drive require deadline step".split())
 
 
 def transform(source: Source, tree: ParseTree) -> tuple[syntax.File, tuple[Diagnostic, ...]]:

@@ -9,7 +9,9 @@ from bgc.grammar.diagnostics import Diagnostic, Label
 from bgc.grammar.source import Span
 
 
-def unexpected(span: Span, found: str, expected: Sequence[str], after: str) -> Diagnostic:
+def unexpected(
+    span: Span, found: str, expected: Sequence[str], after: str, form: str
+) -> Diagnostic:
     """BG101: something else was expected here
 
     What: the text cannot go on as it does; the message says what may stand in its place.
@@ -19,7 +21,7 @@ def unexpected(span: Span, found: str, expected: Sequence[str], after: str) -> D
     """
     wanted = _either(expected)
     message = f"expected {wanted} after {after}" if after else f"expected {wanted}"
-    return error("BG101", f"{message}, found {found}", span)
+    return error("BG101", f"{message}, found {found}", span, help=form)
 
 
 def missing_semicolon(span: Span, after: str) -> Diagnostic:
@@ -57,7 +59,12 @@ def unmatched_closer(span: Span) -> Diagnostic:
     Example: `model A { } }`
     Way out: remove it, or write the one it should close.
     """
-    return error("BG104", f"this `{span.text}` closes nothing", span)
+    return error(
+        "BG104",
+        f"this `{span.text}` closes nothing",
+        span,
+        help="remove it, or write the one that it should close",
+    )
 
 
 def unclosed_block(span: Span, opened: Span, found: str) -> Diagnostic:
@@ -73,6 +80,7 @@ def unclosed_block(span: Span, opened: Span, found: str) -> Diagnostic:
         f"expected `}}` before {found}",
         span,
         labels=(Label(opened, "this block is not closed"),),
+        help="close it with `}`",
     )
 
 
@@ -98,7 +106,12 @@ def unknown_character(span: Span, shown: str, help: str) -> Diagnostic:
     Example: `param ω = 3;`
     Way out: `param omega = 3;`
     """
-    return error("BG107", f"the character {shown} has no meaning here", span, help=help)
+    return error(
+        "BG107",
+        f"the character {shown} has no meaning here",
+        span,
+        help=help or "names are made of a to z, A to Z, 0 to 9 and `_`",
+    )
 
 
 def foreign_operator(span: Span, help: str) -> Diagnostic:
@@ -144,7 +157,9 @@ def unclosed_text(span: Span) -> Diagnostic:
     Example: `import "joints.bg;`
     Way out: `import "joints.bg";`
     """
-    return error("BG111", 'expected a closing `"` on this line', span)
+    return error(
+        "BG111", 'expected a closing `"` on this line', span, help="a text ends on its line"
+    )
 
 
 def reserved_word(span: Span, word: str) -> Diagnostic:
@@ -218,7 +233,7 @@ def misplaced_statement(span: Span, word: str, place: str) -> Diagnostic:
     return error("BG116", f"`{word}` does not belong here", span, help=f"it stands {place}")
 
 
-def unknown_statement(span: Span, word: str, near: str) -> Diagnostic:
+def unknown_statement(span: Span, word: str, near: str, form: str) -> Diagnostic:
     """BG117: a statement that begins with no known word
 
     What: the first word is none of those a statement begins with.
@@ -226,7 +241,7 @@ def unknown_statement(span: Span, word: str, near: str) -> Diagnostic:
     Example: `parameter R = 2 ohm;`
     Way out: `param R = 2 ohm;`
     """
-    return error("BG117", f"no statement begins with `{word}`", span, help=near)
+    return error("BG117", f"no statement begins with `{word}`", span, help=near or form)
 
 
 def too_deep(span: Span) -> Diagnostic:
@@ -264,7 +279,9 @@ def long_line(span: Span, limit: int) -> Diagnostic:
     Example: a data file given in place of a model
     Way out: give the right file, or break the line.
     """
-    return error("BG120", f"this line is longer than {limit:,} characters", span)
+    return error(
+        "BG120", f"this line is longer than {limit:,} characters", span, help="break the line"
+    )
 
 
 def too_many_errors(span: Span, limit: int) -> Diagnostic:
@@ -275,7 +292,12 @@ def too_many_errors(span: Span, limit: int) -> Diagnostic:
     Example: a text in another language
     Way out: correct the first ones and try again.
     """
-    return error("BG121", f"there are more than {limit} errors; the others are not shown", span)
+    return error(
+        "BG121",
+        f"there are more than {limit} errors; the others are not shown",
+        span,
+        help="correct the first ones and try again",
+    )
 
 
 def late_import(span: Span) -> Diagnostic:
@@ -345,7 +367,9 @@ def empty_vector(span: Span) -> Diagnostic:
     Example: `let v = [];`
     Way out: `let v = [0, 0, 0];`, or leave the argument out.
     """
-    return error("BG126", "a vector has at least one component", span)
+    return error(
+        "BG126", "a vector has at least one component", span, help="write its components: `[0, 0]`"
+    )
 
 
 def not_callable(span: Span) -> Diagnostic:
@@ -383,7 +407,12 @@ def default_of_function(span: Span, name: str) -> Diagnostic:
     Example: `function gain(x, k = 2) = k*x;`
     Way out: `function gain(x, k) = k*x;`
     """
-    return error("BG129", f"the argument `{name}` cannot have a default", span)
+    return error(
+        "BG129",
+        f"the argument `{name}` cannot have a default",
+        span,
+        help="give the value where the function is called",
+    )
 
 
 def range_of_widths(span: Span) -> Diagnostic:
@@ -421,7 +450,7 @@ def part_of_literal(span: Span, literal: str) -> Diagnostic:
     Example: `3 .x`, `time[1]`
     Way out: remove it.
     """
-    return error("BG132", f"`{_clipped(literal)}` has no parts", span)
+    return error("BG132", f"`{_clipped(literal)}` has no parts", span, help="remove this")
 
 
 def _either(words: Sequence[str]) -> str:

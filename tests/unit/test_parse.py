@@ -15,12 +15,12 @@ from bgc.grammar import files, syntax
 from bgc.grammar.catalogue import files as wrong_files
 from bgc.grammar.catalogue import syntax as wrong_syntax
 from bgc.grammar.diagnostics import BgError
-from bgc.grammar.mistakes import RESERVED
 from bgc.grammar.parse import MAX_ERRORS, parse, read_source
 from bgc.grammar.render import render
 from bgc.grammar.source import Source, Span
 from bgc.grammar.syntax import Binary, Call, Index, Member, Name, Number, Range, TypeUse, Unary
 from bgc.grammar.tables import make_parser
+from bgc.grammar.words import RESERVED
 
 ROOT = Path(__file__).parents[2]
 
@@ -154,6 +154,7 @@ def show(expr: syntax.Expr | Range) -> str:
 def wrong(text: str) -> list[tuple[str, str]]:
     """Code and underlined text of every diagnostic."""
     _, found = parse(Source("test.bg", text))
+    assert all(d.help or d.labels for d in found), "a message without a way out"
     return [(d.code, d.span.text if d.span else "") for d in found]
 
 
