@@ -118,7 +118,7 @@ def _draw_panel(result: Result, panel: Panel, axes: Any) -> None:
     """Draw one panel; what does not fit the left scale gets the one at the right."""
     across = result[panel.across]
     left, right = _sides(result, panel)
-    other = axes.twinx() if right else None
+    other: Any = axes.twinx() if right else None
     lines = []
     for column, colour in zip(panel.columns, cycle(_COLOURS), strict=False):
         side = other if column in right else axes
