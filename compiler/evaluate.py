@@ -40,7 +40,7 @@ def to_double(exact: Fraction) -> float:
     try:
         return float(exact)
     except OverflowError:
-        return math.copysign(math.inf, exact)
+        return math.inf if exact > 0 else -math.inf
 
 
 def apply(op: Op, *operands: float) -> float:

@@ -1,0 +1,177 @@
+"""Units: exact factors, dimensions, spellings and suggestions; pint is the independent answer."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from fractions import Fraction
+
+import pint
+import pytest
+from bgc import units
+from bgc.units import (
+    DIMENSIONLESS,
+    describe_dimension,
+    divide,
+    multiply,
+    parse_unit,
+    power,
+    si_symbol,
+    suggest_unit,
+)
+from hypothesis import given
+from hypothesis import strategies as st
+
+LONG_NAMES = {
+    "m": "meter", "g": "gram", "s": "second", "A": "ampere", "K": "kelvin", "mol": "mole",
+    "cd": "candela", "rad": "radian", "Hz": "hertz", "N": "newton", "Pa": "pascal", "bar": "bar",
+    "J": "joule", "W": "watt", "C": "coulomb", "V": "volt", "F": "farad", "ohm": "ohm",
+    "S": "siemens", "Wb": "weber", "T": "tesla", "H": "henry", "L": "liter", "t": "metric_ton",
+    "min": "minute", "h": "hour", "day": "day", "deg": "degree", "rev": "turn",
+    "rpm": "revolutions_per_minute", "knot": "knot", "nmi": "nautical_mile",
+}  # fmt: skip
+LONG_PREFIXES = {
+    "p": "pico", "n": "nano", "u": "micro", "m": "milli", "c": "centi", "d": "deci",
+    "h": "hecto", "k": "kilo", "M": "mega", "G": "giga", "T": "tera",
+}  # fmt: skip
+PINT_BASE = {
+    "[mass]": 0,
+    "[length]": 1,
+    "[time]": 2,
+    "[current]": 3,
+    "[temperature]": 4,
+    "[substance]": 5,
+    "[luminosity]": 6,
+}
+WORDS = sorted({*units._WITH_PREFIX, *units._WITHOUT_PREFIX, "kN", "MPa", "mm", "uF", "kohm"})
+
+exponents = st.integers(-4, 4).filter(bool)
+texts = st.lists(st.tuples(st.sampled_from("*/"), st.sampled_from(WORDS), exponents), min_size=1)
+dimensions = st.tuples(*[st.integers(-4, 4)] * 7)
+
+
+def spell(factors: list[tuple[str, str, int]]) -> str:
+    text = "".join(f"{operator}{word}^{exponent}" for operator, word, exponent in factors[:5])
+    return text[1:] if text[0] == "*" else "1" + text
+
+
+def test_every_unit_agrees_with_pint() -> None:
+    registry = pint.UnitRegistry()
+    names = {word: LONG_NAMES[word] for word in (*units._WITH_PREFIX, *units._WITHOUT_PREFIX)}
+    for prefix, word in itertools.product(units._PREFIXES, units._WITH_PREFIX):
+        names.setdefault(prefix + word, LONG_PREFIXES[prefix] + LONG_NAMES[word])
+    for word, name in names.items():
+        unit = parse_unit(word)
+        assert unit is not None
+        base = (1.0 * registry.Unit(name)).to_base_units()
+        assert base.magnitude == pytest.approx(float(unit.factor), rel=1e-14), word
+        found = [0] * 7
+        for kind, exponent in base.dimensionality.items():
+            found[PINT_BASE[kind]] = int(exponent)
+        assert tuple(found) == unit.dimension, word
+
+
+def test_a_word_of_its_own_wins_over_a_prefix() -> None:
+    for word, symbol in (("cd", "cd"), ("min", "s"), ("Pa", "Pa"), ("T", "T"), ("h", "s")):
+        unit = parse_unit(word)
+        assert unit is not None and unit.symbol == symbol
+
+
+@pytest.mark.parametrize(
+    ("text", "factor", "symbol"),
+    [
+        ("kN*m", 1000, "N*m"),
+        ("kg*m/s", 1, "kg*m/s"),
+        ("s^-1", 1, "1/s"),
+        ("1/s", 1, "1/s"),
+        ("N/m", 1, "N/m"),
+        ("L/min", Fraction(1, 60_000), "m^3/s"),
+        ("km/h", Fraction(5, 18), "m/s"),
+        ("mm/m", Fraction(1, 1000), "1"),
+        ("W/m/K", 1, "W/m/K"),
+        ("g*m*m", Fraction(1, 1000), "kg*m^2"),
+        ("m^0.5", 1, "m^0.5"),
+        ("1", 1, "1"),
+        ("rad/s", 1, "rad/s"),
+    ],
+)
+def test_factor_is_exact_and_symbol_keeps_the_spelling(
+    text: str, factor: Fraction | int, symbol: str
+) -> None:
+    unit = parse_unit(text)
+    assert unit is not None
+    assert (unit.factor, unit.symbol) == (factor, symbol)
+
+
+def test_degree_is_the_double_of_pi_over_180() -> None:
+    degree, rpm = parse_unit("deg"), parse_unit("rpm")
+    assert degree is not None and rpm is not None
+    assert degree.factor == Fraction(math.pi) / 180
+    assert degree.dimension == DIMENSIONLESS
+    assert (rpm.symbol, rpm.dimension) == ("rad/s", (0, 0, -1, 0, 0, 0, 0))
+
+
+@pytest.mark.parametrize(
+    "text", ["", "x", "Nm", "N m", "N/", "/s", "*m", "m^", "m^99", "5", "mm^0.5", "m**2", "1/1"]
+)
+def test_what_is_no_unit_is_refused(text: str) -> None:
+    assert parse_unit(text) is None
+
+
+@given(texts)
+def test_symbol_is_a_unit_of_the_same_dimension_and_factor_one(
+    factors: list[tuple[str, str, int]],
+) -> None:
+    unit = parse_unit(spell(factors))
+    assert unit is not None
+    again = parse_unit(unit.symbol)
+    assert again is not None
+    assert (again.factor, again.dimension, again.symbol) == (1, unit.dimension, unit.symbol)
+
+
+@given(dimensions, dimensions)
+def test_si_symbol_reads_back(one: units.Dimension, two: units.Dimension) -> None:
+    for dimension in (one, multiply(one, two), divide(one, two), power(one, Fraction(1, 2))):
+        unit = parse_unit(si_symbol(dimension))
+        assert unit is not None
+        assert (unit.factor, unit.dimension) == (1, dimension)
+
+
+def test_dimension_arithmetic_agrees_with_units() -> None:
+    newton, metre, joule = (parse_unit(text) for text in ("N", "m", "J"))
+    assert newton is not None and metre is not None and joule is not None
+    assert multiply(newton.dimension, metre.dimension) == joule.dimension
+    assert divide(joule.dimension, metre.dimension) == newton.dimension
+    assert power(power(metre.dimension, 2), Fraction(1, 2)) == metre.dimension
+
+
+def test_dimensions_are_described_in_words() -> None:
+    assert describe_dimension((0, 1, 0, 0, 0, 0, 0)) == "a length (m)"
+    assert describe_dimension((0, 2, 0, 0, 0, 0, 0)) == "an area (m^2)"
+    assert describe_dimension(DIMENSIONLESS) == "a plain number"
+    assert describe_dimension((1, 0, -5, 0, 0, 0, 0)) == "a quantity in kg/s^5"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [
+        ("KN", "kN"),
+        ("Nm", "N*m"),
+        ("kNm", "kN*m"),
+        ("kN.m", "kN*m"),
+        ("Kg", "kg"),
+        ("PA", "Pa"),
+        ("meters", "m"),
+        ("sec", "s"),
+        ("°", "deg"),
+        ("µm", "um"),
+        ("m/s2", "m/s^2"),
+        ("m/s²", "m/s^2"),
+        ("Ω", "ohm"),
+        ("knots", "knot"),
+        ("furlong", ""),
+        ("m", ""),
+    ],
+)
+def test_near_misses_are_corrected(wrong: str, right: str) -> None:
+    assert suggest_unit(wrong) == right
