@@ -41,8 +41,9 @@ typedef struct {
 extern const bgc_method bgc_methods[];
 enum { BGC_METHODS = 7 };
 
-/* Which factorisation of W is at hand. */
-typedef enum { BGC_STATIC, BGC_REFINED, BGC_DENSE } bgc_pivoting;
+/* Which factorisation of W is at hand: with static pivots, and whether its solutions are checked,
+ * or the dense one. */
+typedef enum { BGC_STATIC, BGC_CHECKED_ONCE, BGC_WATCHED, BGC_DENSE } bgc_pivoting;
 
 /* What the dense output of the last step is made of. */
 typedef enum { BGC_NO_DENSE, BGC_SLOPES_PENDING, BGC_DENSE_READY } bgc_dense_state;
@@ -73,7 +74,7 @@ typedef struct {
     /* The factorisation at hand: of c M - J, for so many more steps. */
     double c;
     bgc_pivoting pivoting;
-    int held;
+    int held, watched; /* watched: all solutions are checked, for so many factorisations more */
 
     /* Step control. */
     double h_next, error_old;

@@ -192,7 +192,7 @@ static void start_afresh(bgc_core *core, double t) {
     core->failed_parameter = core->failed_assertion = core->failed_state = -1;
     core->t = core->t_old = core->origin = t;
     core->ticks = core->sample = 0;
-    core->f_valid = core->jac_valid = core->held = core->rejected = 0;
+    core->f_valid = core->jac_valid = core->held = core->rejected = core->watched = 0;
     core->dense = BGC_NO_DENSE;
     core->h_next = 0.0;
     core->error_old = 1.0;

@@ -1,18 +1,19 @@
 /* linear.c: systems with W = c M - J.
  *
- * The model factorises W by unrolled elimination with static pivots. That is fast, and safe as
- * long as the factors do not grow; where they do, each solution is refined, and where refinement
- * does not converge, or a pivot vanishes, W is factorised again densely with scaled partial
- * pivoting.
+ * The model factorises W by unrolled elimination with static pivots: fast, but blind. So solutions
+ * are checked by their backward error: all of them where the model reports that its pivots lose
+ * digits, or a check has failed a short while ago, otherwise the first one of every sixteenth
+ * factorisation. A solution that fails is refined, and where that does not help, or a pivot
+ * vanishes, W is factorised again densely with scaled partial pivoting.
  */
 #include "bgc_internal.h"
 
 #include <math.h>
 #include <string.h>
 
-static const double growth_limit = 1e4;     /* static pivots lose so many digits: then refine */
-static const double refined_enough = 1e-13; /* componentwise backward error */
-enum { MAX_REFINEMENTS = 5 };
+static const double growth_limit = 1e5; /* static pivots that lose so many digits are watched */
+static const double acceptable = 1e-11; /* componentwise backward error of a solution */
+enum { MAX_REFINEMENTS = 5, CHECK_EVERY = 16, WATCH_FOR = 100 };
 
 /* out = W v, and magnitude = |W| |v|. */
 static void multiply(const bgc_model *m, const bgc_data *d, const double *v, double *out,
@@ -154,7 +155,16 @@ bgc_status bgc_factorise(const bgc_model *m, bgc_data *d, double c) {
     if (failed != 0 || !isfinite(growth)) {
         return fall_back(m, d);
     }
-    d->core.pivoting = growth > growth_limit ? BGC_REFINED : BGC_STATIC;
+    if (growth > growth_limit) {
+        d->core.watched = WATCH_FOR;
+    }
+    if (d->core.watched > 0) {
+        d->core.watched--;
+        d->core.pivoting = BGC_WATCHED;
+    } else {
+        d->core.pivoting =
+            d->core.counts.factorisations % CHECK_EVERY == 1 ? BGC_CHECKED_ONCE : BGC_STATIC;
+    }
     return BGC_OK;
 }
 
@@ -174,13 +184,17 @@ static double backward_error(const bgc_model *m, bgc_data *d, const double *b, c
     return worst;
 }
 
-/* x := W^-1 x by static pivots and refinement; 1 where that converged. */
-static int solve_refined(const bgc_model *m, bgc_data *d, const double *b, double *x) {
+/* x := W^-1 x by static pivots, refined where need be; 1 where x is acceptable. */
+static int solve_checked(const bgc_model *m, bgc_data *d, const double *b, double *x) {
     double error;
 
     m->solve(d->lu, x, d->work);
     error = backward_error(m, d, b, x);
-    for (int k = 0; k < MAX_REFINEMENTS && error > refined_enough; k++) {
+    if (!(error <= acceptable)) {
+        d->core.watched = WATCH_FOR;
+        d->core.pivoting = BGC_WATCHED;
+    }
+    for (int k = 0; k < MAX_REFINEMENTS && error > acceptable; k++) {
         const double before = error;
         d->core.counts.refinements++;
         m->solve(d->lu, d->residual, d->work);
@@ -192,7 +206,7 @@ static int solve_refined(const bgc_model *m, bgc_data *d, const double *b, doubl
             break;
         }
     }
-    return error <= refined_enough;
+    return error <= acceptable;
 }
 
 /* b := W^-1 b with the factorisation at hand. */
@@ -205,12 +219,15 @@ bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b) {
         m->solve(d->lu, b, d->work);
         return BGC_OK;
     }
-    if (d->core.pivoting == BGC_REFINED) {
+    if (d->core.pivoting != BGC_DENSE) {
         if (bgc_first_bad(m->n_state, b) >= 0) {
             return BGC_OK; /* the caller sees the NaN; it is no fault of W */
         }
         memcpy(d->b, b, size);
-        if (solve_refined(m, d, d->b, b)) {
+        if (solve_checked(m, d, d->b, b)) {
+            if (d->core.pivoting == BGC_CHECKED_ONCE) {
+                d->core.pivoting = BGC_STATIC;
+            }
             return BGC_OK;
         }
         memcpy(b, d->b, size);
