@@ -18,15 +18,13 @@ ENERGY_ACCOUNTS = ("energy.stored", "energy.supplied", "energy.dissipated", "ene
 class RunFacts:
     """What a scene says of its run, in plain values; None where it says nothing.
 
-    `folder` is that of the scene's file: files of devices are named from there. `columns` are
-    the observed names in the scene's order, the energy accounts among them; times are in
-    seconds, `solver_options` are SI numbers.
+    `columns` are the observed names in the scene's order, the energy accounts among them;
+    times are in seconds, `solver_options` are SI numbers.
     """
 
     scene: str
     model: str
     columns: tuple[str, ...]
-    folder: str = ""
     solver: str | None = None
     solver_options: tuple[tuple[str, float], ...] = ()
     step: float | None = None
@@ -45,14 +43,13 @@ class Built:
     warm: bool = False
 
 
-def run_facts(scene: SceneFacts, folder: Path) -> RunFacts:
-    """Take from a scene of a file in `folder` what its run needs."""
+def run_facts(scene: SceneFacts) -> RunFacts:
+    """Take from a scene what its run needs."""
     solver = scene.solver
     return RunFacts(
         scene=scene.name,
         model=scene.model,
         columns=scene.columns,
-        folder=str(folder),
         solver=solver.name if solver else None,
         solver_options=solver.options if solver else (),
         step=scene.step,

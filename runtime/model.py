@@ -45,7 +45,7 @@ def compile_model(
     """
     given = dict(parameters or {})
     try:
-        model = Model(load_or_compile(Path(path), Options(scene)))
+        model = _load(Path(path), Options(scene))
         structural = {name: value for name, value in given.items() if name not in model.parameters}
     except BgError:
         if not given:
@@ -54,11 +54,15 @@ def compile_model(
         structural = given
     if structural:
         overrides = tuple((name, _as_source(value)) for name, value in structural.items())
-        model = Model(load_or_compile(Path(path), Options(scene, overrides)))
+        model = _load(Path(path), Options(scene, overrides))
     for name, value in given.items():
         if name not in structural:
             model.parameters[name] = value
     return model
+
+
+def _load(path: Path, options: Options) -> Model:
+    return Model(load_or_compile(path, options), path.absolute().parent)
 
 
 def load_or_compile(path: Path, options: Options) -> Built:
@@ -99,7 +103,9 @@ class Model:
         What the compiler had to say.
     """
 
-    def __init__(self, built: Built) -> None:
+    def __init__(self, built: Built, folder: Path = Path()) -> None:
+        """Load a build; files of devices are named from `folder`, that of the scene's file."""
+        self._folder = folder
         self._library = Library(built.library)
         self.facts: RunFacts = built.facts
         self.warnings: tuple[Diagnostic, ...] = built.warnings
@@ -172,7 +178,7 @@ class Model:
         instance = self.parameters.instance(parameters or {})
         require(instance, instance.set_options(method.struct(accounts)))
         rows = np.full((len(times), width), np.nan)
-        with open_devices(instance, facts.folder):
+        with open_devices(instance, self._folder):
             require(instance, instance.reset())
             status, done, interrupted = run_watched(instance, times, rows, progress)
         result = self._result(times[:done], rows[:done], method, instance)

@@ -101,7 +101,7 @@ def wants_accounts(facts: RunFacts) -> bool:
 
 
 @contextmanager
-def open_devices(instance: Instance, folder: str) -> Iterator[None]:
+def open_devices(instance: Instance, folder: Path) -> Iterator[None]:
     """Open the scene's devices, and close them, their forces zero, whatever happens.
 
     `folder` is that of the scene's file, from which the files of devices are named.
@@ -124,11 +124,11 @@ def open_devices(instance: Instance, folder: str) -> Iterator[None]:
         instance.close_devices()
 
 
-def _located(options: str, folder: str) -> str:
+def _located(options: str, folder: Path) -> str:
     """Name the file of a device's options from where the scene's file is."""
     lines = (line.partition("=") for line in options.splitlines())
     return "".join(
-        f"{key}={Path(folder, value) if key == 'file' else value}\n" for key, _, value in lines
+        f"{key}={folder / value if key == 'file' else value}\n" for key, _, value in lines
     )
 
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-import shutil
+import time
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 from bgc.grammar.catalogue.machine import cannot_write
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import model_file, read_assignments, scene_option, set_option
+
+if TYPE_CHECKING:
+    from bgc.options import Options
 
 
 @click.command()
@@ -42,24 +47,61 @@ def build(
     timings: bool,
 ) -> None:
     """Compile a scene of FILE to C or to a shared object, and print its path."""
-    from bgc.driver import amalgamate_source, compile_source
     from bgc.options import Options
     from bgc.runtime.files import written_whole
 
-    options = Options(scene, tuple(read_assignments(assignments).items()))
+    options = Options(scene, read_assignments(assignments))
+    seconds: dict[str, float] = {}
     name = file.stem if scene is None else f"{file.stem}.{scene}"
     goal = folder / f"{name}.{target}"
+    if target == "c":
+        content = _c_file(file, options, seconds)
+    else:
+        content = _shared_object(file, options, seconds)
+    _make(folder)
+    with written_whole(goal) as aside:
+        aside.write_bytes(content)
+    if timings:
+        click.echo(_table(seconds), err=True)
+    click.echo(goal)
+
+
+def _c_file(file: Path, options: Options, seconds: dict[str, float]) -> bytes:
+    from bgc.build import runtime_directory
+    from bgc.driver import Compilation
+    from bgc.emit import amalgamate
+
+    compilation = Compilation(file, options, seconds)
+    text = amalgamate(compilation.emitted, runtime_directory())
+    print_diagnostics(compilation.warnings)
+    return text.encode()
+
+
+def _shared_object(file: Path, options: Options, seconds: dict[str, float]) -> bytes:
+    from bgc.recall import recall
+
+    start = time.perf_counter()
+    built = recall(file, options)
+    if built is not None:
+        seconds["from the cache"] = time.perf_counter() - start
+    else:
+        from bgc.driver import Compilation
+
+        built = Compilation(file, options, seconds).built
+    print_diagnostics(built.warnings)
+    return built.library.read_bytes()
+
+
+def _make(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
-        raise BgError([cannot_write(str(folder), problem.strerror or "")]) from problem
-    if target == "c":
-        text = amalgamate_source(file, options)
-        with written_whole(goal) as aside:
-            aside.write_text(text, encoding="utf-8")
-    else:
-        built = compile_source(file, options)
-        print_diagnostics(built.warnings)
-        with written_whole(goal) as aside:
-            shutil.copyfile(built.library, aside)
-    click.echo(goal)
+        reason = problem.strerror or str(problem)
+        raise BgError([cannot_write(str(folder), reason)]) from problem
+
+
+def _table(seconds: Mapping[str, float]) -> str:
+    """Stages with their seconds, and the sum."""
+    rows = [*seconds.items(), ("together", sum(seconds.values()))]
+    width = max(len(name) for name, _ in rows)
+    return "\n".join(f"{name:<{width}} {spent:8.3f} s" for name, spent in rows)

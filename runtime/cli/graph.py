@@ -21,7 +21,7 @@ _KINDS = (".svg", ".dot", ".pdf", ".png")
 def graph(file: Path, scene: str | None, assignments: tuple[str, ...], out: str | None) -> None:
     """Draw the bond graph of a scene: half arrows, causal strokes, names."""
     from bgc.draw import lay_out, to_dot
-    from bgc.driver import causal_graph
+    from bgc.driver import Compilation
     from bgc.options import Options
     from bgc.runtime.files import written_whole
 
@@ -29,11 +29,10 @@ def graph(file: Path, scene: str | None, assignments: tuple[str, ...], out: str 
     kind = target.suffix.lower()
     if kind not in _KINDS:
         raise BgError([unknown_file_kind(str(target), _KINDS)])
-    overrides = tuple(read_assignments(assignments).items())
-    causal = causal_graph(file, Options(scene, overrides))
-    print_diagnostics(causal.warnings)
-    text = to_dot(causal)
+    compilation = Compilation(file, Options(scene, read_assignments(assignments)))
+    text = to_dot(compilation.causal)
+    print_diagnostics(compilation.warnings)
     picture = text.encode() if kind == ".dot" else lay_out(text, kind[1:])
     with written_whole(target) as aside:
         aside.write_bytes(picture)
-    click.echo(f"wrote {target}", err=True)
+    click.echo(target)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -34,12 +34,12 @@ def set_option(command: _Command) -> _Command:
     )
 
 
-def read_assignments(texts: tuple[str, ...]) -> Mapping[str, str]:
+def read_assignments(texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     """Read the values of `--set`; BG064 where one has no name or no value."""
-    pairs = {}
+    pairs = []
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
         if not (name and equals and value):
             raise BgError([bad_assignment(text)])
-        pairs[name] = value
-    return pairs
+        pairs.append((name, value))
+    return tuple(pairs)

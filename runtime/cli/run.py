@@ -73,7 +73,7 @@ def run(
         name: None if text is None else read_quantity(text, f"--{name}", "s")
         for name, text in (("step", step), ("every", every), ("time", duration))
     }
-    model = compile_model(file, scene, read_assignments(assignments))
+    model = compile_model(file, scene, dict(read_assignments(assignments)))
     print_diagnostics(model.warnings)
     status = 0
     try:
