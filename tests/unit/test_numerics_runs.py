@@ -333,9 +333,12 @@ def test_accounts_do_not_change_the_solution(c_model: Any) -> None:
 # --- the code itself -------------------------------------------------------------------------
 
 
-def test_all_files_compile_as_one_unit(tmp_path: Path, compile_c: Any, runtime_c: Path) -> None:
+def test_runtime_and_model_compile_as_one_unit(
+    tmp_path: Path, compile_c: Any, runtime_c: Path
+) -> None:
     unit = tmp_path / "all.c"
-    includes = [f'#include "{source}"' for source in sorted(runtime_c.glob("*.c"))]
+    model = Path(__file__).parent / "cmodels" / "oscillator.c"
+    includes = [f'#include "{source}"' for source in (*sorted(runtime_c.glob("*.c")), model)]
     unit.write_text("\n".join(includes) + "\n")
     compile_c(f"-I{runtime_c}", "-c", unit, "-o", tmp_path / "all.o", warnings=True)
 
