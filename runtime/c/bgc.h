@@ -46,7 +46,7 @@ typedef struct {
 
 /* A channel component that the model reads from (input) or writes to (command) a device. */
 typedef struct {
-    int device;
+    int device;     /* -1: an input that the caller writes */
     int channel;    /* one of bgc_channel */
     int component;  /* from 0 */
 } bgc_channel_use;

@@ -49,10 +49,15 @@ static double *command_of(bgc_effort *effort, const bgc_channel_use *use) {
     }
 }
 
-/* The inputs of a model whose devices are at rest. */
+/* Whether input k comes from a device, and not from the caller. */
+static int from_device(const bgc_model *m, int k) {
+    return m->input != NULL && m->input[k].device >= 0;
+}
+
+/* The inputs of a model whose devices are at rest, and whose caller gives none. */
 void bgc_default_inputs(const bgc_model *m, double *u) {
     for (int k = 0; k < m->n_input; k++) {
-        u[k] = m->input == NULL ? 0.0 : input_of(&resting, &m->input[k]);
+        u[k] = from_device(m, k) ? input_of(&resting, &m->input[k]) : 0.0;
     }
 }
 
@@ -81,9 +86,9 @@ bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d) {
         }
     }
     for (int k = 0; k < m->n_input; k++) {
-        const bgc_channel_use *use = m->input == NULL ? NULL : &m->input[k];
-        if (use != NULL && use->device >= 0 && d->device[use->device].driver != NULL) {
-            d->u[k] = input_of(&d->device[use->device].pose, use);
+        const bgc_device *device = from_device(m, k) ? &d->device[m->input[k].device] : NULL;
+        if (device != NULL && device->driver != NULL) {
+            d->u[k] = input_of(&device->pose, &m->input[k]);
         }
     }
     return BGC_OK;
