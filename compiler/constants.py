@@ -61,13 +61,14 @@ def check_finite(dag: Dag, operand: Operand) -> None:
     for node in operand.value.nodes:
         if dag.level[node] == Level.CONST and dag.op[node] != Op.CONST:
             (number,) = evaluate_nodes(dag, [node], {})
-            if not math.isfinite(number):
-                found = "not a number" if math.isnan(number) else "too large: it overflows"
-                raise failure(catalogue.not_finite(operand.span, found))
+            if math.isnan(number):
+                raise failure(catalogue.not_a_number(operand.span))
+            if math.isinf(number):
+                raise failure(catalogue.out_of_range(operand.span))
 
 
 def check_literal(number: Fraction, span: Span) -> None:
     """A literal must be zero or a number that a double holds."""
     double = to_double(number)
     if math.isinf(double) or (double == 0 and number != 0):
-        raise failure(catalogue.out_of_double_range(span, span.text))
+        raise failure(catalogue.out_of_range(span))

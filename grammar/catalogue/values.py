@@ -199,7 +199,8 @@ def needs_scalar(span: Span, what: str, found: str, help: str = "") -> Diagnosti
 
     Way out: pick one component, as in `v[2]` or `v.x`.
     """
-    return error("BG312", f"{what} must be a scalar, not {found}", span, help=help)
+    way_out = help or "pick one component, as in `v[2]` or `v.x`"
+    return error("BG312", f"{what} must be a scalar, not {found}", span, help=way_out)
 
 
 def wrong_argument_shape(span: Span, function: str, expected: str, found: str) -> Diagnostic:
@@ -213,7 +214,8 @@ def wrong_argument_shape(span: Span, function: str, expected: str, found: str) -
 
     Way out: give an argument of the shape the message asks for.
     """
-    return error("BG313", f"`{function}` takes {expected}, not {found}", span)
+    message = f"`{function}` takes {expected}, not {found}"
+    return error("BG313", message, span, help=f"give it {expected}")
 
 
 def ragged(span: Span, expected: str, found: str) -> Diagnostic:
@@ -248,7 +250,8 @@ def empty_vector(span: Span) -> Diagnostic:
 
     Way out: give its elements, or use `zeros(n)`.
     """
-    return error("BG318", "a vector needs at least one element", span)
+    message = "a vector needs at least one element"
+    return error("BG318", message, span, help="give its elements, or use `zeros(n)`")
 
 
 def wrong_shape(span: Span, what: str, expected: str, found: str) -> Diagnostic:
@@ -262,7 +265,8 @@ def wrong_shape(span: Span, what: str, expected: str, found: str) -> Diagnostic:
 
     Way out: give as many components as declared.
     """
-    return error("BG315", f"{what} must be {expected}, not {found}", span)
+    message = f"{what} must be {expected}, not {found}"
+    return error("BG315", message, span, help="give as many components as declared")
 
 
 def blocks_differ(span: Span, what: str) -> Diagnostic:
@@ -347,7 +351,7 @@ def wrong_index_count(span: Span, shape: str, expected: int, found: int) -> Diag
         "BG321",
         f"{shape} takes {needs}, not {found}",
         span,
-        help="a row of a matrix is `A[2, 1..3]`" if expected == 2 else "",
+        help="a row of a matrix is `A[2, 1..3]`" if expected == 2 else "leave out what is too much",
     )
 
 
@@ -448,7 +452,7 @@ def not_whole(span: Span, what: str, least: int, most: int, found: str) -> Diagn
     Way out: round it: `floor(n/2)`.
     """
     message = f"{what} must be a whole number from {least} to {most}, not {found}"
-    return error("BG331", message, span)
+    return error("BG331", message, span, help="`floor` and `ceil` round to whole numbers")
 
 
 def varies(span: Span, what: str, allowed: str, found: str) -> Diagnostic:
@@ -462,22 +466,27 @@ def varies(span: Span, what: str, allowed: str, found: str) -> Diagnostic:
 
     Way out: declare what varies with `signal` or `let`.
     """
-    return error("BG332", f"{what} must be {allowed}, but this {found}", span)
+    message = f"{what} must be {allowed}, but this {found}"
+    return error("BG332", message, span, help="declare what varies with `let` or `signal`")
 
 
-def out_of_double_range(span: Span, text: str) -> Diagnostic:
+def out_of_range(span: Span) -> Diagnostic:
     """BG333: a number that no double holds
 
-    What: a number is larger than about 1.8e308, or smaller than about 4.9e-324 but not zero.
+    What: a constant is larger than about 1.8e308, infinite, or smaller than about 4.9e-324 but
+    not zero.
 
     Why: the model is computed in doubles.
 
-    Example: `param k = 1e400;`
+    Example: `const big = 9^9^9^9;`
 
-    Way out: check the exponent and the unit.
+    Way out: check the exponents and the units.
     """
     return error(
-        "BG333", f"`{text}` is out of the range of numbers", span, help="check the exponent"
+        "BG333",
+        "this is out of the range of numbers",
+        span,
+        help="the largest is about 1.8e308, the smallest about 4.9e-324",
     )
 
 
@@ -494,22 +503,28 @@ def division_by_zero(span: Span) -> Diagnostic:
     Way out: correct the divisor; a branch of `if` with a constant condition that is not taken
     is not looked at.
     """
-    return error("BG334", "this divides by zero", span)
+    way_out = "correct the divisor; a branch of a constant `if` that is not taken is not looked at"
+    return error("BG334", "this divides by zero", span, help=way_out)
 
 
-def not_finite(span: Span, found: str) -> Diagnostic:
+def not_a_number(span: Span) -> Diagnostic:
     """BG335: a constant that is not a number
 
-    What: a constant expression overflows, or a function has no value there: `log(0)`,
-    `sqrt(-1)`, `9^9^9^9`.
+    What: a function has no real value for a constant argument: `log(-1)`, `sqrt(-1)`,
+    `(-8)^(1/3)`.
 
     Why: nothing that depends on it could be computed.
 
-    Example: `const big = 10^1000;`
+    Example: `const root = sqrt(-1);`
 
-    Way out: correct the arguments.
+    Way out: correct the argument; the cube root of a negative number is `cbrt(x)`.
     """
-    return error("BG335", f"the value of this constant is {found}", span)
+    return error(
+        "BG335",
+        "the value of this constant is not a number",
+        span,
+        help="correct the argument of the function or power",
+    )
 
 
 # --- names and functions ----------------------------------------------------------------
@@ -527,7 +542,8 @@ def unknown_value(span: Span, name: str, near: Iterable[str]) -> Diagnostic:
 
     Way out: correct the spelling, declare the value, or give the path: `boom.mass`.
     """
-    return error("BG340", f"there is no value called `{name}`", span, help=did_you_mean(name, near))
+    way_out = did_you_mean(name, near) or "declare it, or give its path, as in `boom.mass`"
+    return error("BG340", f"there is no value called `{name}`", span, help=way_out)
 
 
 def not_a_value(span: Span, what: str) -> Diagnostic:
@@ -557,9 +573,8 @@ def unknown_function(span: Span, name: str, near: Iterable[str]) -> Diagnostic:
 
     Way out: correct the spelling, or declare it: `function f(x) = x^2;`.
     """
-    return error(
-        "BG342", f"there is no function called `{name}`", span, help=did_you_mean(name, near)
-    )
+    way_out = did_you_mean(name, near) or f"declare it: `function {name}(x) = ..;`"
+    return error("BG342", f"there is no function called `{name}`", span, help=way_out)
 
 
 def called_value(span: Span, name: str) -> Diagnostic:
@@ -592,7 +607,8 @@ def wrong_argument_count(span: Span, function: str, expected: str, found: int) -
 
     Way out: give as many as the message says.
     """
-    return error("BG344", f"`{function}` takes {expected}, not {found}", span)
+    message = f"`{function}` takes {expected}, not {found}"
+    return error("BG344", message, span, help="arguments go by position, none may be left out")
 
 
 def recursive_function(span: Span, name: str, calls: Sequence[str]) -> Diagnostic:
@@ -607,7 +623,8 @@ def recursive_function(span: Span, name: str, calls: Sequence[str]) -> Diagnosti
     Way out: write it without the call, for instance with a `for` over a state array or a sum.
     """
     through = f", through {' -> '.join(f'`{call}`' for call in calls)}" if len(calls) > 1 else ""
-    return error("BG345", f"the function `{name}` calls itself{through}", span)
+    message = f"the function `{name}` calls itself{through}"
+    return error("BG345", message, span, help="write the repetition as a sum, or with `for`")
 
 
 def misplaced_derivative(span: Span) -> Diagnostic:
@@ -641,7 +658,8 @@ def derivative_of_expression(span: Span) -> Diagnostic:
 
     Way out: write the derivative out: `2*der(x)`.
     """
-    return error("BG347", "`der` takes a declared state, or a component of one", span)
+    message = "`der` takes a declared state, or a component of one"
+    return error("BG347", message, span, help="write the derivative out, as in `2*der(x)`")
 
 
 # --- matrices ---------------------------------------------------------------------------
@@ -659,7 +677,9 @@ def singular_matrix(span: Span) -> Diagnostic:
     Way out: correct the matrix. Of a singular stiffness give `stiffness`, of a singular
     conductance `conductance`: then nothing has to be inverted.
     """
-    return error("BG350", "this matrix is singular, it has no inverse", span)
+    message = "this matrix is singular, it has no inverse"
+    way_out = "`C(stiffness = ..)` and `R(conductance = ..)` take singular matrices as they are"
+    return error("BG350", message, span, help=way_out)
 
 
 def varying_inverse(span: Span) -> Diagnostic:
