@@ -60,6 +60,9 @@ def cache_directory() -> Path:
 def _keep(made: lark.Lark, path: Path) -> None:
     """Write the tables aside and move them into place, so that two runs at once are safe."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
-        made.save(file)
-    Path(file.name).replace(path)
+    with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as aside:
+        made.save(aside)
+    try:
+        Path(aside.name).replace(path)
+    except OSError:
+        Path(aside.name).unlink(missing_ok=True)

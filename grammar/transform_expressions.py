@@ -172,8 +172,10 @@ class ExpressionTransform:
     def _derivative(self, start: Span, suffixes: list[Any], depth: int) -> syntax.Expr:
         """Make `der(x)`: of one thing, and nothing behind it."""
         span = start.to(self.span(suffixes[-1]))
-        arguments = self.arguments(suffixes[0].children[1], depth) if len(suffixes) == 1 else ()
-        if suffixes[0].data != "call" or len(arguments) != 1 or arguments[0].name is not None:
+        arguments: tuple[syntax.Argument, ...] = ()
+        if len(suffixes) == 1 and suffixes[0].data == "call":
+            arguments = self.arguments(suffixes[0].children[1], depth)
+        if len(arguments) != 1 or arguments[0].name is not None:
             self.report(wrong.derivative_of_nothing(start))
         return syntax.Call("der", tuple(argument.value for argument in arguments), span)
 
