@@ -117,8 +117,8 @@ typedef struct bgc_model {
     /* entries of df/dx in the order of jac_row, jac_col; and df/dt, dense. */
     void (*jacobian)(const double *h, double t, const double *x, const double *u, double *jac,
                      double *dfdt, double *w);
-    /* factorises W = c M - J with static pivots. growth: by how much a pivot is smaller than what it
-     * was made of, where 1e5 and more has the solutions refined. Nonzero: a pivot vanished. */
+    /* factorises W = c M - J with static pivots. growth: by how much pivots are smaller than what
+     * they were made of; beyond 1e5 solutions are checked. Nonzero: a pivot vanished. */
     int (*factor)(const double *m, const double *jac, double c, double *lu, double *growth);
     /* b := W^-1 b, in the model's own order of states. */
     void (*solve)(const double *lu, double *b, double *w);

@@ -18,7 +18,8 @@ void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_tableau *method)
     if (method != NULL && method->dense > 0) {
         memset(d->k, 0, BGC_MAX_DENSE * bgc_padded(n) * sizeof *d->k);
         for (int l = 0; l < method->dense; l++) {
-            bgc_combine(n, method->stages, method->h[l], d->stages, d->k + (size_t)l * bgc_padded(n));
+            double *k = d->k + (size_t)l * bgc_padded(n);
+            bgc_combine(n, method->stages, method->h[l], d->stages, k);
         }
         d->core.dense = BGC_DENSE_READY;
     } else {

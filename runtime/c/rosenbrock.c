@@ -3,7 +3,8 @@
 
 #include <string.h>
 
-/* right += M (sum of c_ij U_j) / h, the part of a stage's right-hand side that earlier stages give. */
+/* right += M (sum of c_ij U_j) / h: the part of a stage's right-hand side that earlier stages
+ * give. */
 static void add_earlier_stages(const bgc_model *m, bgc_data *d, const double *c, int stage,
                                double h, double *right) {
     const int n = m->n_state;

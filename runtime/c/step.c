@@ -5,7 +5,8 @@
 #include <math.h>
 #include <string.h>
 
-/* PI control of the step: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.2. */
+/* PI control of the step: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II,
+ * IV.2. */
 static const double safety = 0.9, least_factor = 0.2, largest_factor = 5.0;
 static const double proportional = 0.7, integral = 0.4;
 static const double least_remembered = 1e-2; /* a lucky small error does not slow the next step */

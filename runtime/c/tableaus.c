@@ -150,7 +150,8 @@ static const bgc_tableau rodas23w = {
 };
 
 /* Order 2, 2 stages (the third, which estimates errors, left out), L-stable; a W-method of order
- * 2. L. F. Shampine, M. W. Reichelt, The MATLAB ODE suite, SIAM J. Sci. Comput. 18 (1997), ode23s. */
+ * 2. L. F. Shampine, M. W. Reichelt, The MATLAB ODE suite, SIAM J. Sci. Comput. 18 (1997),
+ * ode23s. */
 static const bgc_tableau ros23 = {
     .stages = 2,
     .order = 2,

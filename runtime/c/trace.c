@@ -19,7 +19,7 @@
 enum { TIME, POSITION, ORIENTATION = 4, GRIPPER = 8, BUTTON = 9, COLUMNS = 17, REQUIRED = 4 };
 
 static const char *const column_name[COLUMNS] = {
-    "time",    "x",       "y",       "z",       "qw",      "qx",      "qy",      "qz",     "gripper",
+    "time", "x", "y", "z", "qw", "qx", "qy", "qz", "gripper",
     "button1", "button2", "button3", "button4", "button5", "button6", "button7", "button8"};
 
 typedef struct {

@@ -47,7 +47,8 @@ static void rhs(SIGNATURE, double *f, double *w) {
 static void jacobian(SIGNATURE, double *jac, double *dfdt, double *w) {
     const double first = conductance(x[1] - x[2]), second = conductance(x[4] - x[5]);
     const double part[3] = {1.0 - alpha, -1.0, alpha};
-    const double linear[N] = {1.0 / r0, 2.0 / r, 1.0 / r, 1.0 / r, 2.0 / r, 1.0 / r, 1.0 / r, 1.0 / r};
+    const double linear[N] = {1.0 / r0, 2.0 / r, 1.0 / r, 1.0 / r,
+                              2.0 / r,  1.0 / r, 1.0 / r, 1.0 / r};
     UNUSED;
     memset(jac, 0, J * sizeof *jac);
     memset(dfdt, 0, N * sizeof *dfdt);

@@ -29,8 +29,9 @@ static void rhs(SIGNATURE, double *f, double *w) {
 }
 
 static void jacobian(SIGNATURE, double *jac, double *dfdt, double *w) {
-    const double entry[9] = {-0.04, 1e4 * x[2],                  1e4 * x[1], 0.04, -1e4 * x[2] - 6e7 * x[1],
-                             -1e4 * x[1], 1.0, 1.0, 1.0};
+    const double entry[9] = {-0.04, 1e4 * x[2],                1e4 * x[1],
+                             0.04,  -1e4 * x[2] - 6e7 * x[1],  -1e4 * x[1],
+                             1.0,   1.0,                       1.0};
     UNUSED;
     memcpy(jac, entry, sizeof entry);
     memset(dfdt, 0, N * sizeof *dfdt);
