@@ -36,6 +36,7 @@ _SECOND = (0, 0, 1, 0, 0, 0, 0)
 _PI = Fraction(math.pi)  # the double
 _SPECIAL = ("block", "der")
 _FAR = 10**9  # beyond any index that may be in range
+_MAX_CALLS = 64  # of functions within functions
 
 _Calls: TypeAlias = dict[tuple[int, tuple[Value, ...]], Value]
 
@@ -306,6 +307,8 @@ class _Evaluator:
         if function.name in self.active:
             calls = self.active[self.active.index(function.name) :]
             raise failure(catalogue.recursive_function(expr.span, function.name, calls))
+        if len(self.active) == _MAX_CALLS:
+            raise failure(catalogue.too_deep(expr.span))
         expected, found = len(function.formals), len(expr.arguments)
         if expected != found:
             takes = functions.count(expected)
