@@ -53,6 +53,7 @@ class Trouble:
     `found` is the token there, None where the characters are no token at all; at the end of
     the text its type is `$END`. `read` are the tokens before it, `open` those of them that
     open a bracket or brace still to be closed, and `accepted` the types it could go on with.
+    `outermost` is "file", or "setting" where the text is only that.
     """
 
     source: Source
@@ -61,6 +62,7 @@ class Trouble:
     read: list[Token]
     open: list[Token]
     accepted: frozenset[str]
+    outermost: str
 
     @property
     def previous(self) -> Token | None:
@@ -307,7 +309,7 @@ def _block(trouble: Trouble) -> str:
     """The kind of block the trouble is in: that of the first word before its `{`."""
     braces = [token for token in trouble.open if token.type == "LBRACE"]
     if not braces:
-        return "file"
+        return trouble.outermost
     read = trouble.read
     at = next(at for at in range(len(read) - 1, -1, -1) if read[at] is braces[-1])
     while not _begins_statement(read[:at][-1:]):

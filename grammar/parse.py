@@ -9,17 +9,17 @@ from typing import Any
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import files
 from bgc.grammar.catalogue import syntax as wrong
-from bgc.grammar.diagnostics import Diagnostic
+from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.files import read_source
 from bgc.grammar.mistakes import Trouble, diagnose
 from bgc.grammar.source import Source, Span
 from bgc.grammar.tables import parser
-from bgc.grammar.transform import transform
+from bgc.grammar.transform import transform, transform_setting
 from bgc.grammar.transform_expressions import ParseTree
 from lark import Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 
-__all__ = ["MAX_ERRORS", "parse", "parse_with_tokens", "read_source"]
+__all__ = ["MAX_ERRORS", "parse", "parse_setting", "parse_with_tokens", "read_source"]
 
 MAX_ERRORS = 50
 _MAX_LINE = 100_000
@@ -64,6 +64,27 @@ def parse_with_tokens(
     return file, tuple(reading.tokens), tuple(found)
 
 
+def parse_setting(source: Source) -> syntax.Set:
+    """Read `a.b = value`, the setting of a parameter on the command line.
+
+    Raises
+    ------
+    BgError
+        Where it is none.
+    """
+    refusal = _refuse(source)
+    if refusal is not None:
+        raise BgError([refusal])
+    reading = _Reading(source, "setting")
+    tree = reading.run_once()
+    if tree is None:
+        raise BgError(reading.diagnostics)
+    setting, refused = transform_setting(source, tree)
+    if refused:
+        raise BgError(refused)
+    return setting
+
+
 def _refuse(source: Source) -> Diagnostic | None:
     """Say why a text is none of ours from the look of it."""
     if _BONDGRAPHTOOLS.match(source.text):
@@ -92,11 +113,12 @@ class _Reading:
     next `;` or `}` of that block. Where only one sign is missing, that is put in.
     """
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: Source, start: str = "start") -> None:
         self.source = source
         self.tokens: list[Token] = []
         self.diagnostics: list[Diagnostic] = []
-        self._parser: Any = parser().parse_interactive(source.text)  # partly untyped in Lark
+        self._parser: Any = parser().parse_interactive(source.text, start)  # partly untyped
+        self._outermost = "file" if start == "start" else start
         self._last_trouble = -1
         self._resumed = -1
 
@@ -113,13 +135,25 @@ class _Reading:
                 assert problem.token.start_pos is not None
                 self._recover(problem.token.start_pos, problem.token)
             except _TooDeep as problem:
-                token = problem.token
-                assert token.start_pos is not None
-                self.diagnostics.append(wrong.too_deep(self._span(token.start_pos, len(token))))
-                self._skip(token.start_pos)
+                self._skip(self._report_too_deep(problem.token))
             if len(self.diagnostics) > MAX_ERRORS:
                 self._close_blocks()
                 return self._end()
+
+    def run_once(self) -> ParseTree | None:
+        """Read to the end of the text, or to the first error."""
+        try:
+            self._read_on()
+            return self._end()
+        except UnexpectedCharacters as problem:
+            assert problem.pos_in_stream is not None
+            self._report(problem.pos_in_stream, None)
+        except UnexpectedToken as problem:
+            assert problem.token.start_pos is not None
+            self._report(problem.token.start_pos, problem.token)
+        except _TooDeep as problem:
+            self._report_too_deep(problem.token)
+        return None
 
     @property
     def _offset(self) -> int:
@@ -153,6 +187,19 @@ class _Reading:
 
     def _recover(self, at: int, found: Token | None) -> None:
         """Report a mistake, and take parser and lexer to where reading can go on."""
+        missing = self._report(at, found)
+        if missing is not None:
+            token = self._token(missing, at)
+            self._parser.feed_token(token)
+            self.tokens.append(token)
+            self._resume(at)
+        elif found is not None and found.type == "$END":
+            self._close_blocks()
+        else:
+            self._skip(at)
+
+    def _report(self, at: int, found: Token | None) -> str | None:
+        """Report a mistake; return the type of the sign that is missing, if it is only that."""
         trouble = Trouble(
             self.source,
             at,
@@ -160,20 +207,19 @@ class _Reading:
             self.tokens,
             [token for _, token in self._open()],
             frozenset(self._parser.accepts()),
+            self._outermost,
         )
         mistake = diagnose(trouble)
         if at != self._last_trouble:  # else it follows from the one before
             self.diagnostics.append(mistake.diagnostic)
             self._last_trouble = at
-        if mistake.missing is not None:
-            missing = self._token(mistake.missing, at)
-            self._parser.feed_token(missing)
-            self.tokens.append(missing)
-            self._resume(at)
-        elif found is not None and found.type == "$END":
-            self._close_blocks()
-        else:
-            self._skip(at)
+        return mistake.missing
+
+    def _report_too_deep(self, token: Token) -> int:
+        """Report where the nesting becomes too deep; return the offset."""
+        assert token.start_pos is not None
+        self.diagnostics.append(wrong.too_deep(self._span(token.start_pos, len(token))))
+        return token.start_pos
 
     def _open(self) -> list[tuple[int, Token]]:
         """Find the brackets and braces that are open, and where they are on the value stack."""

@@ -40,7 +40,12 @@ def make_parser(grammar: str, *, strict: bool = False) -> lark.Lark:
     With `strict` any conflict of rules or of terminals is an error (needs `interegular`).
     """
     return lark.Lark(
-        grammar, parser="lalr", lexer="contextual", maybe_placeholders=True, strict=strict
+        grammar,
+        start=["start", "setting"],
+        parser="lalr",
+        lexer="contextual",
+        maybe_placeholders=True,
+        strict=strict,
     )
 
 

@@ -25,6 +25,12 @@ def transform(source: Source, tree: ParseTree) -> tuple[syntax.File, tuple[Diagn
     return worker.file(tree), tuple(worker.diagnostics)
 
 
+def transform_setting(source: Source, tree: ParseTree) -> tuple[syntax.Set, tuple[Diagnostic, ...]]:
+    """Make the setting of a parameter from its parse tree."""
+    worker = _Transform(source)
+    return worker.setting(tree), tuple(worker.diagnostics)
+
+
 class _Transform(ExpressionTransform):
     """The declarations and items; one method for each rule of the grammar that makes one."""
 
@@ -40,6 +46,9 @@ class _Transform(ExpressionTransform):
             else:
                 declarations.append(self._declaration(child))
         return syntax.File(self.source, tuple(imports), tuple(declarations))
+
+    def setting(self, tree: ParseTree) -> syntax.Set:
+        return syntax.Set(*self._two_sides(tree))
 
     def _import(self, tree: ParseTree) -> syntax.Import:
         span = self.span(tree)
@@ -289,7 +298,7 @@ class _Transform(ExpressionTransform):
                 _, slot, type_use = children
                 return [syntax.Use(self.expression(slot), self._type_use(type_use), span)]
             case "set":
-                return [syntax.Set(*self._two_sides(tree))]
+                return [self.setting(tree)]
             case "device":
                 _, name, driver, arguments = children
                 self._refuse_scene_word(name)

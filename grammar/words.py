@@ -18,6 +18,7 @@ WORDS = {
     "scene": "use set device drive observe require keep deadline solver step run".split(),
     "domain": "effort flow signal".split(),
     "law": [],
+    "setting": [],
 }
 """The words that begin a statement, by kind of block."""
 
@@ -85,5 +86,6 @@ FORMS_IN = {
     "scene": "a scene holds statements such as `observe value as name;` and `run 10 s;`",
     "domain": "a variable is `effort name : unit;`, or `flow` or `signal`",
     "law": "a law is `e = expression;`, or that of another of the element's variables",
+    "setting": "a setting is `part.name = value`",
 }
 """What may stand in a block, by its kind."""

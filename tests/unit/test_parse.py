@@ -15,7 +15,7 @@ from bgc.grammar import files, syntax
 from bgc.grammar.catalogue import files as wrong_files
 from bgc.grammar.catalogue import syntax as wrong_syntax
 from bgc.grammar.diagnostics import BgError
-from bgc.grammar.parse import MAX_ERRORS, parse, parse_with_tokens, read_source
+from bgc.grammar.parse import MAX_ERRORS, parse, parse_setting, parse_with_tokens, read_source
 from bgc.grammar.render import render
 from bgc.grammar.source import Source, Span
 from bgc.grammar.syntax import Binary, Call, Index, Member, Name, Number, Range, TypeUse, Unary
@@ -532,6 +532,37 @@ def test_mixed_up_tokens_never_break_the_parser(seed: int) -> None:
         mixed.insert(rng.randrange(len(mixed)), rng.choice(words))
     text = "model A { " + " ".join(mixed)
     assert wrong(text)
+
+
+# --- the command line -------------------------------------------------------------------
+
+
+def test_setting() -> None:
+    setting = parse_setting(Source("--set", "crane.boom[2].mass=3 t"))
+    assert show(setting.target) == "crane.boom[2].mass"
+    assert show(setting.value) == "3_t"
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("", "BG101"),
+        ("a.b", "BG101"),
+        ("a=", "BG101"),
+        ("a=3t", "BG106"),
+        ("a==3", "BG108"),
+        ("a=3;", "BG101"),
+        ("in=3", "BG112"),
+        ("a=[]", "BG126"),
+        ("a=" + "(" * 1000, "BG118"),
+        ("a=" + "1" * 200_000, "BG120"),
+    ],
+)
+def test_wrong_setting(text: str, code: str) -> None:
+    with pytest.raises(BgError) as caught:
+        parse_setting(Source("--set", text))
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == code, diagnostic.message
 
 
 # --- files ------------------------------------------------------------------------------
