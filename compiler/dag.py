@@ -86,6 +86,11 @@ class Kind(IntEnum):
     RATE = 9  # der(x) of a declared state, inside an `equation`
 
 
+# The same as plain ints: comparing with a member of an enumeration takes several times longer.
+_CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG = map(
+    int, (Op.CONST, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG)
+)
+
 _SYMBOL_LEVEL = {Kind.PARAM: Level.PARAM, Kind.TIME: Level.TIME, Kind.INPUT: Level.TIME}
 _MAX_BITS = 512  # of an exact constant; longer ones are left for the C compiler
 
@@ -122,6 +127,18 @@ class Dag:
     def __len__(self) -> int:
         return len(self.op)
 
+    def copy(self) -> Dag:
+        """A graph with the same nodes that grows on its own."""
+        other = Dag.__new__(Dag)
+        other.op, other.a, other.b, other.c = self.op[:], self.a[:], self.b[:], self.c[:]
+        other.level = self.level[:]
+        other.constants, other.symbols = self.constants[:], self.symbols[:]
+        other._nodes = self._nodes.copy()
+        other._constant_nodes = self._constant_nodes.copy()
+        other._symbol_nodes = self._symbol_nodes.copy()
+        other.zero, other.one = self.zero, self.one
+        return other
+
     # --- leaves ---------------------------------------------------------------------
 
     def const(self, value: int | float | Fraction) -> int:
@@ -157,7 +174,7 @@ class Dag:
 
     def operands(self, node: int) -> tuple[int, ...]:
         """The nodes that `node` is computed from."""
-        if self.op[node] <= Op.SYMBOL:
+        if self.op[node] <= _SYMBOL:
             return ()
         if self.b[node] < 0:
             return (self.a[node],)
@@ -167,16 +184,23 @@ class Dag:
 
     def reachable(self, roots: Iterable[int]) -> list[int]:
         """All nodes that the roots need, themselves included, in topological order."""
-        seen: set[int] = set()
-        stack = list(roots)
+        op, a, b, c = self.op, self.a, self.b, self.c
+        seen = set(roots)
+        stack = list(seen)
         while stack:
             node = stack.pop()
-            if node not in seen:
-                seen.add(node)
-                stack.extend(self.operands(node))
+            if op[node] <= _SYMBOL:
+                continue
+            for operand in (a[node], b[node], c[node]):
+                if operand < 0:
+                    break
+                if operand not in seen:
+                    seen.add(operand)
+                    stack.append(operand)
         return sorted(seen)
 
     # --- arithmetic -----------------------------------------------------------------
+    # These run once per node of every pass, hence the plain ints and the inlined look-ups.
 
     def add(self, a: int, b: int) -> int:
         """A + b."""
@@ -184,12 +208,16 @@ class Dag:
             return b
         if b == self.zero:
             return a
-        if self.op[b] == Op.NEG:
+        op = self.op
+        if op[b] == _NEG:
             return self.sub(a, self.a[b])
-        if self.op[a] == Op.NEG:
+        if op[a] == _NEG:
             return self.sub(b, self.a[a])
-        folded = self._fold(a, b, lambda x, y: x + y)
-        return folded if folded is not None else self._make(Op.ADD, min(a, b), max(a, b))
+        if op[a] == _CONST and op[b] == _CONST:
+            folded = self._exact(self.constants[self.a[a]] + self.constants[self.a[b]])
+            if folded is not None:
+                return folded
+        return self._make(_ADD, a, b) if a < b else self._make(_ADD, b, a)
 
     def sub(self, a: int, b: int) -> int:
         """A - b."""
@@ -199,64 +227,78 @@ class Dag:
             return self.zero
         if a == self.zero:
             return self.neg(b)
-        if self.op[b] == Op.NEG:
+        op = self.op
+        if op[b] == _NEG:
             return self.add(a, self.a[b])
-        if self.op[a] == Op.NEG:
+        if op[a] == _NEG:
             return self.neg(self.add(self.a[a], b))
-        folded = self._fold(a, b, lambda x, y: x - y)
-        if folded is not None:
-            return folded
-        opposite = self._nodes.get((Op.SUB, b, a, -1))
-        return self.neg(opposite) if opposite is not None else self._make(Op.SUB, a, b)
+        if op[a] == _CONST and op[b] == _CONST:
+            folded = self._exact(self.constants[self.a[a]] - self.constants[self.a[b]])
+            if folded is not None:
+                return folded
+        opposite = self._nodes.get((_SUB, b, a, -1))
+        return self.neg(opposite) if opposite is not None else self._make(_SUB, a, b)
 
     def neg(self, a: int) -> int:
         """The opposite of a."""
-        if self.op[a] == Op.NEG:
+        op = self.op[a]
+        if op == _NEG:
             return self.a[a]
-        value = self.value(a)
-        return self.const(-value) if value is not None else self._make(Op.NEG, a)
+        if op == _CONST:
+            return self.const(-self.constants[self.a[a]])
+        return self._make(_NEG, a)
 
     def mul(self, a: int, b: int) -> int:
         """A * b."""
-        if self.zero in (a, b):
-            return self.zero
-        if a == self.one:
+        zero, one = self.zero, self.one
+        if a == zero or b == zero:
+            return zero
+        if a == one:
             return b
-        if b == self.one:
+        if b == one:
             return a
-        if self.op[a] == Op.NEG:
+        op = self.op
+        op_a, op_b = op[a], op[b]
+        if op_a == _NEG:
             return self.neg(self.mul(self.a[a], b))
-        if self.op[b] == Op.NEG:
+        if op_b == _NEG:
             return self.neg(self.mul(a, self.a[b]))
-        folded = self._fold(a, b, lambda x, y: x * y)
-        if folded is not None:
-            return folded
-        for factor, other in ((a, b), (b, a)):
-            value = self.value(factor)
-            if value is not None and value < 0:
-                return self.neg(self.mul(self.const(-value), other))
-        return self._make(Op.MUL, min(a, b), max(a, b))
+        if op_a == _CONST:
+            x = self.constants[self.a[a]]
+            if op_b == _CONST:
+                folded = self._exact(x * self.constants[self.a[b]])
+                if folded is not None:
+                    return folded
+            if x < 0:
+                return self.neg(self.mul(self.const(-x), b))
+        elif op_b == _CONST:
+            return self.mul(b, a)
+        return self._make(_MUL, a, b) if a < b else self._make(_MUL, b, a)
 
     def div(self, a: int, b: int) -> int:
         """A / b; a constant zero divisor is kept, for whoever builds it to report."""
         if b == self.one:
             return a
-        if a == self.zero and b != self.zero:
-            return self.zero
-        if a == b and self.op[b] == Op.CONST and b != self.zero:
-            return self.one
-        if self.op[a] == Op.NEG:
+        if b == self.zero:
+            return self._make(_DIV, a, b)
+        if a == self.zero:
+            return a
+        op = self.op
+        if op[a] == _NEG:
             return self.neg(self.div(self.a[a], b))
-        if self.op[b] == Op.NEG:
+        if op[b] == _NEG:
             return self.neg(self.div(a, self.a[b]))
-        if b != self.zero:
-            folded = self._fold(a, b, lambda x, y: x / y)
-            if folded is not None:
-                return folded
-            value = self.value(b)
-            if value is not None and value < 0:
-                return self.neg(self.div(a, self.const(-value)))
-        return self._make(Op.DIV, a, b)
+        if op[b] == _CONST:
+            y = self.constants[self.a[b]]
+            if op[a] == _CONST:
+                folded = self._exact(self.constants[self.a[a]] / y)
+                if folded is not None:
+                    return folded
+            if y < 0:
+                return self.neg(self.div(a, self.const(-y)))
+        elif op[a] == _CONST and self.constants[self.a[a]] < 0:
+            return self.neg(self.div(self.neg(a), b))
+        return self._make(_DIV, a, b)
 
     def pow(self, a: int, b: int) -> int:
         """A ^ b; small whole powers become products."""
@@ -301,26 +343,12 @@ class Dag:
 
     def rebuild(self, node: int, operands: tuple[int, ...]) -> int:
         """The operation of `node` on other operands, simplified again."""
-        op = Op(self.op[node])
-        match op:
-            case Op.CONST | Op.SYMBOL:
-                return node
-            case Op.ADD:
-                return self.add(*operands)
-            case Op.SUB:
-                return self.sub(*operands)
-            case Op.MUL:
-                return self.mul(*operands)
-            case Op.DIV:
-                return self.div(*operands)
-            case Op.NEG:
-                return self.neg(*operands)
-            case Op.POW:
-                return self.pow(*operands)
-            case Op.SELECT:
-                return self.select(*operands)
-            case _:
-                return self.call(op, *operands)
+        return node if self.op[node] <= _SYMBOL else self.apply(self.op[node], operands)
+
+    def apply(self, op: int, operands: tuple[int, ...]) -> int:
+        """An operation by its number; not of CONST and SYMBOL."""
+        method = _METHODS.get(op)
+        return method(self, *operands) if method is not None else self.call(Op(op), *operands)
 
     def substitute(self, roots: Iterable[int], replacement: Mapping[int, int]) -> list[int]:
         """The roots with nodes replaced, once (replacements are not searched again)."""
@@ -344,26 +372,23 @@ class Dag:
         return len(self.op) - 1
 
     def _make(self, op: int, a: int, b: int = -1, c: int = -1) -> int:
-        key = (op, a, b, c)
+        key = (int(op), a, b, c)
         node = self._nodes.get(key)
         if node is None:
-            level = self.level[a]
-            if b >= 0:
-                level = max(level, self.level[b])
-            if c >= 0:
-                level = max(level, self.level[c])
+            levels = self.level
+            level = levels[a]
+            if b >= 0 and levels[b] > level:
+                level = levels[b]
+            if c >= 0 and levels[c] > level:
+                level = levels[c]
             node = self._append(op, a, b, c, level)
             self._nodes[key] = node
         return node
 
-    def _fold(self, a: int, b: int, operation: Callable[[Fraction, Fraction], Fraction]) -> int | None:
-        x, y = self.value(a), self.value(b)
-        if x is None or y is None:
-            return None
-        result = operation(x, y)
-        if result.numerator.bit_length() + result.denominator.bit_length() > _MAX_BITS:
-            return None
-        return self.const(result)
+    def _exact(self, value: Fraction) -> int | None:
+        """The node of a computed constant, None if it is too long to be worth its digits."""
+        long = value.numerator.bit_length() + value.denominator.bit_length() > _MAX_BITS
+        return None if long else self.const(value)
 
     def _whole_power(self, a: int, exponent: int) -> int:
         if exponent < 0:
@@ -409,3 +434,14 @@ def _exact_function(op: Op, values: list[Fraction]) -> Fraction | None:
         root = Fraction(math.isqrt(x.numerator), math.isqrt(x.denominator))
         return root if root * root == x else None
     return None
+
+
+_METHODS: dict[int, Callable[..., int]] = {
+    _ADD: Dag.add,
+    _SUB: Dag.sub,
+    _MUL: Dag.mul,
+    _DIV: Dag.div,
+    _NEG: Dag.neg,
+    int(Op.POW): Dag.pow,
+    int(Op.SELECT): Dag.select,
+}

@@ -1,0 +1,229 @@
+"""The C of a model: units to compile, and the one self-contained file of model and runtime."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from bgc.build import Unit
+from bgc.kernels import KernelText, print_defaults, print_kernel, prototype
+from bgc.lower import dependent_defaults, lower
+from bgc.lowered import Lowered
+from bgc.print_c import HELPERS
+from bgc.print_lu import MatrixText, print_lu
+from bgc.program import Program
+from bgc.tables import model_tables
+from bgc.toolchain import COMMON_FLAGS
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
+
+# The optimisations of gcc that pay on straight-line code. -std=c11 alone forbids fused
+# multiply-adds, which make the factorisation 1.5 times faster.
+MODEL_FLAGS = (
+    "-O1",
+    "-fexpensive-optimizations",
+    "-fno-tree-dse",
+    "-fno-dse",
+    *COMMON_FLAGS,
+    "-ffp-contract=fast",
+)
+
+_APART = "jacobian"  # the kernel that may be a unit of its own
+_SPLIT = 1_500  # operations from which it is, to be compiled at the same time as the rest
+_LISTED = 200  # names in the comment at the top of the file
+
+_OWN_INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([^"]+)".*\n', re.MULTILINE)
+_FEATURE = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(_[A-Z_]+_SOURCE)[ \t]+(\w+)", re.MULTILINE)
+_HOW_TO_USE = """\
+/* {name}: a bond graph and its solvers in one file of C11, made by bgc.
+ *
+ * Build a shared object:  cc -std=c11 -O2 -fPIC -shared THIS_FILE.c -o model.so -lm
+ * or compile it along with a program of yours that declares what it calls as `bgc.h` below does:
+ *
+ *     const bgc_model *m = bgc_get_model();
+ *     bgc_data *d = bgc_new(m);
+ *     bgc_reset(m, d, 0.0);
+ *     bgc_run(m, d, times, n, rows, &done);   a row: m->n_output outputs, then four energies
+ *     bgc_free(m, d);
+ */
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class EmittedModel:
+    """The C units of a model, and what one call of each of its functions costs.
+
+    `operations` gives the additions, multiplications, divisions and calls of functions.
+    """
+
+    name: str
+    units: tuple[Unit, ...]
+    operations: tuple[tuple[str, int], ...]
+    lowered: Lowered
+
+
+def emit_model(program: Program, source_hash: str) -> EmittedModel:
+    """The C of an optimised program: the same bytes for the same input."""
+    return emit_lowered(lower(program), source_hash)
+
+
+def emit_lowered(lowered: Lowered, source_hash: str) -> EmittedModel:
+    """The C of a lowered program."""
+    program = lowered.program
+    shared = {_APART} if len(program.dag) > _SPLIT else set[str]()
+    texts = _print_kernels(lowered, shared)
+    matrix = _print_matrix(lowered)
+    work = max(matrix.work, *(text.work for text in texts.values()))
+    tables, fields = model_tables(lowered, source_hash)
+    fields += [("n_lu", str(matrix.factors)), ("n_work", str(work))]
+    fields += [
+        (name, _function_name(lowered, name, shared)) for name in (*texts, "factor", "solve")
+    ]
+    title = f"{program.scene.name}: a bond graph of model {program.scene.model}, compiled by bgc."
+    prototypes = [prototype(kernel) for kernel in lowered.kernels if kernel.name in shared]
+    here = [text for name, text in texts.items() if name not in shared]
+    apart = [text for name, text in texts.items() if name in shared]
+    frame = _template()
+    main = frame.render(
+        title=title,
+        about=_about(lowered),
+        helpers=_helpers(here),
+        prototypes=prototypes,
+        kernels=[*(text.text for text in here), matrix.text],
+        tables=tables,
+        fields=fields,
+    )
+    units = [Unit("model", main, MODEL_FLAGS)]
+    if apart:
+        other = frame.render(
+            title=title,
+            about=["The Jacobian; tables and all other functions are in model.c."],
+            helpers=_helpers(apart),
+            prototypes=prototypes,
+            kernels=[text.text for text in apart],
+            tables=[],
+            fields=[],
+        )
+        units.append(Unit("model_jacobian", other, MODEL_FLAGS))
+    return EmittedModel(
+        name=program.scene.name,
+        units=tuple(units),
+        operations=(
+            *((name, text.operations) for name, text in texts.items()),
+            ("factor", matrix.operations),
+            ("solve", matrix.solve_operations),
+        ),
+        lowered=lowered,
+    )
+
+
+def amalgamate(emitted: EmittedModel, runtime_dir: Path) -> str:
+    """One C11 file of the model and the runtime, which needs nothing but libm.
+
+    Includes of the runtime's own headers are replaced by their text, once; what selects
+    features of the system's headers comes before all else.
+    """
+    headers = {path.name: path.read_text("utf-8") for path in sorted(runtime_dir.glob("*.h"))}
+    sources = [(path.name, path.read_text("utf-8")) for path in sorted(runtime_dir.glob("*.c"))]
+    included: set[str] = set()
+
+    def expanded(text: str) -> str:
+        def replace(match: re.Match[str]) -> str:
+            name = match.group(1)
+            if name in included:
+                return ""
+            included.add(name)
+            return expanded(headers[name])
+
+        return _OWN_INCLUDE.sub(replace, text)
+
+    features: dict[tuple[str, str], None] = {}
+    for text in (*headers.values(), *(text for _, text in sources)):
+        features.update(dict.fromkeys(_FEATURE.findall(text)))
+    parts = [(f"{unit.name}.c", unit.text) for unit in emitted.units]
+    return (
+        _HOW_TO_USE.format(name=emitted.name)
+        + "".join(f"#ifndef {name}\n#define {name} {value}\n#endif\n" for name, value in features)
+        + "".join(
+            f"\n/* ===== {name} {'=' * max(3, 88 - len(name))} */\n\n{expanded(text)}"
+            for name, text in (*parts, *sources)
+        )
+    )
+
+
+def _print_kernels(lowered: Lowered, shared: set[str]) -> dict[str, KernelText]:
+    """The text of every kernel by its name."""
+    program = lowered.program
+    hoisted = {node: k for k, node in enumerate(lowered.hoisted)}
+    texts = {
+        kernel.name: print_kernel(program.dag, kernel, hoisted, kernel.name in shared)
+        for kernel in lowered.kernels
+    }
+    texts["defaults"] = print_defaults(program.dag, dependent_defaults(program))
+    return texts
+
+
+def _print_matrix(lowered: Lowered) -> MatrixText:
+    jacobian, mass = lowered.jacobian, lowered.program.mass
+    positions = zip(jacobian.rows, jacobian.columns, strict=True)
+    return print_lu(
+        lowered.plan,
+        None if mass is None else {(entry.row, entry.column): k for k, entry in enumerate(mass)},
+        {position: k for k, position in enumerate(positions)},
+    )
+
+
+def _function_name(lowered: Lowered, name: str, shared: set[str]) -> str:
+    """The C name of a function of the model; none of a projection that does nothing."""
+    if name == "project" and all(state.projection is None for state in lowered.program.states):
+        return "NULL"
+    return f"bgc_model_{name}" if name in shared else f"model_{name}"
+
+
+def _helpers(texts: Sequence[KernelText]) -> list[str]:
+    needed = {helper for text in texts for helper in text.helpers}
+    return [definition for name, definition in HELPERS.items() if name in needed]
+
+
+def _template() -> Template:
+    loader = PackageLoader("bgc", "templates")
+    environment = Environment(
+        loader=loader,
+        autoescape=False,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        undefined=StrictUndefined,
+    )
+    return environment.get_template("model.c.j2")
+
+
+def _about(lowered: Lowered) -> list[str]:
+    """What the arrays of the model hold, by name."""
+    program = lowered.program
+    inputs = [
+        f"{device.name}.{channel}[{component + 1}]"
+        for device in program.devices
+        for channel, component in device.inputs
+    ]
+    sections = (
+        ("Parameters p", [_with_unit(p.name, p.unit) for p in program.parameters]),
+        ("States x", [_with_unit(s.name, s.unit) for s in program.states]),
+        ("Inputs u", inputs),
+        ("Outputs y", [_with_unit(o.name, o.unit) for o in program.observations]),
+    )
+    lines = [
+        "Quantities are in SI units. t is time, h what depends on parameters alone, w scratch."
+    ]
+    for heading, names in sections:
+        if names:
+            lines += ["", f"{heading}:"]
+            lines += [f"  {k:3d} {name}" for k, name in enumerate(names[:_LISTED])]
+            if len(names) > _LISTED:
+                lines.append(f"      and so on up to {len(names) - 1}: see the tables")
+    return [line.replace("*/", "* /").replace("/*", "/ *") for line in lines]
+
+
+def _with_unit(name: str, unit: str) -> str:
+    return f"{name}  [{unit}]" if unit not in ("", "1") else name
