@@ -1,5 +1,8 @@
 """Operators on values, with the checks of shapes and units that belong to them.
 
+A vector or matrix of a single component goes for a scalar wherever one is needed: so models of
+any width may have width 1, and `transpose(p)*W*p` is a number.
+
 Every function takes operands with the place they are written at, and raises BgError there.
 """
 
@@ -46,10 +49,9 @@ def failure(diagnostic: Diagnostic) -> BgError:
 
 def require_scalar(operand: Operand, what: str, help: str = "") -> int:
     """The node of a scalar operand."""
-    if operand.shape:
-        raise failure(
-            catalogue.needs_scalar(operand.span, what, describe_shape(operand.shape), help)
-        )
+    if len(operand.value.nodes) != 1:
+        found = describe_shape(operand.shape)
+        raise failure(catalogue.needs_scalar(operand.span, what, found, help))
     return operand.value.node
 
 
@@ -72,11 +74,7 @@ def require_size(span: Span, components: int, what: str) -> None:
 
 
 def unify(operands: Sequence[Operand], operator: str) -> tuple[Shape, tuple[Dimension | None, ...]]:
-    """The shape and units that all operands share; a known unit wins over an unknown one.
-
-    A vector or matrix of a single component goes with a scalar, so that models of any width
-    may have width 1.
-    """
+    """The shape and units that all operands share; a known unit wins over an unknown one."""
     first = operands[0]
     shape, units = first.shape, first.value.units
     for operand in operands[1:]:
@@ -202,6 +200,10 @@ def multiply(dag: Dag, left: Operand, right: Operand) -> Value:
             columns, shape = 1, (left.shape[0],)
         case (_, inner), (rows, columns) if inner == rows:
             shape = (left.shape[0], columns)
+        case _ if len(left.value.nodes) == 1:
+            return scale(dag, left.value, right.value)
+        case _ if len(right.value.nodes) == 1:
+            return scale(dag, right.value, left.value)
         case _:
             raise _no_product(left, right)
     if left.shape[0] * inner * columns > _MAX_PRODUCTS:

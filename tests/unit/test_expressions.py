@@ -19,6 +19,7 @@ from bgc.expressions import (
     evaluate_whole,
 )
 from bgc.grammar import syntax
+from bgc.grammar.catalogue.values import index_out_of_range, unknown_value
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.parse import parse
 from bgc.grammar.source import Source, Span
@@ -42,9 +43,13 @@ class Part:
         return "a part"
 
     def member(self, name: str, span: Span) -> Value | Namespace:
+        if name not in self.members:
+            raise BgError([unknown_value(span, name, self.members)])
         return self.members[name]
 
     def index(self, indices: tuple[int, ...], span: Span) -> Value | Namespace:
+        if not 1 <= indices[0] <= len(self.elements):
+            raise BgError([index_out_of_range(span, indices[0], len(self.elements), "a part")])
         return self.elements[indices[0] - 1]
 
 
@@ -199,6 +204,14 @@ def test_values(text: str, expected: list[float]) -> None:
 )
 def test_shapes(text: str, shape: tuple[int, ...]) -> None:
     assert World().evaluate(text).shape == shape
+
+
+def test_a_single_component_goes_for_a_scalar() -> None:
+    world = World()
+    assert world.numbers("1 + (transpose(v)*eye(3)*v)/2 + [3]") == [18.5]
+    assert world.numbers("[2]*[3]") == [6]
+    assert world.numbers("[2]*K[1, 1..3]") == [10, 10, 10]
+    assert world.numbers("if [1] > 0 then [2]^2 else 0") == [4]
 
 
 def test_literals_are_exact() -> None:
