@@ -343,6 +343,15 @@ class Observe:
 
 
 @dataclass(frozen=True, slots=True)
+class Plot:
+    """`plot tip.z, handle;` or `plot force against elevation;`: a panel of observed names."""
+
+    columns: tuple[Expr, ...]
+    against: Expr | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class Require:
     """`require tip.z within 5 mm;`."""
 
@@ -394,7 +403,7 @@ class Run:
 
 
 SceneItem: TypeAlias = (
-    Use | Set | Device | Drive | Observe | Require | Keep | Deadline | Solver | Step | Run
+    Use | Set | Device | Drive | Observe | Plot | Require | Keep | Deadline | Solver | Step | Run
 )
 
 # --- declarations -----------------------------------------------------------------------

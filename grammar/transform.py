@@ -307,6 +307,10 @@ class _Transform(ExpressionTransform):
                 return [syntax.Drive(*self._two_sides(tree))]
             case "observe":
                 return [self._observed(child) for child in children[1:]]
+            case "plot":
+                *columns, _, against = children[1:]
+                drawn = tuple(self.expression(c) for c in columns)
+                return [syntax.Plot(drawn, self._optional_expression(against), span)]
             case "require":
                 _, value, _, tolerance = children
                 return [syntax.Require(self.expression(value), self.expression(tolerance), span)]

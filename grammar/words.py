@@ -15,7 +15,7 @@ WORDS = {
     "file": "import const function pseudo domain interface model scene".split(),
     "model": "const param let signal input output state unknown port equation project assert "
     "for if".split(),
-    "scene": "use set device drive observe require keep deadline solver step run".split(),
+    "scene": "use set device drive observe plot require keep deadline solver step run".split(),
     "domain": "effort flow signal".split(),
     "law": [],
     "setting": [],
@@ -70,6 +70,7 @@ FORMS = {
     "set": "a parameter is set by `set part.name = value;`",
     "device": 'a device is `device name = driver(file = "a.csv");`',
     "drive": "an input is driven by `drive part.input = value;`",
+    "plot": "a panel of the plot is `plot name, other;` or `plot name against other;`",
     "observe": "outputs are `observe value as name, other;`",
     "require": "a requirement is `require value within tolerance;`",
     "keep": "what is kept is `keep x, y;`",

@@ -97,6 +97,8 @@ scene telescopic of Session(k = 1) {
   drive handle.x = hand.position;
   observe energy.stored, tip.z as height, 2*boom.f[1];
   require tip.z within 5 mm;
+  plot height, tip.z;
+  plot force[3] against height;
   keep x, crane.y;
   deadline 1 ms;
   solver rodas5p(rtol = 1e-8, atol = 1e-10);
