@@ -76,57 +76,45 @@ def require_size(span: Span, components: int, what: str) -> None:
 def unify(operands: Sequence[Operand], operator: str) -> tuple[Shape, tuple[Dimension | None, ...]]:
     """The shape and units that all operands share; a known unit wins over an unknown one."""
     first = operands[0]
-    shape, units = first.shape, first.value.units
+    shape, units = first.shape, list(first.value.units)
     for operand in operands[1:]:
-        one_each = len(units) == len(operand.value.units) == 1
-        if operand.shape != shape and not one_each:
-            raise failure(
-                catalogue.shapes_differ(
-                    _in_words(operator),
-                    (first.span, describe_shape(shape)),
-                    (operand.span, describe_shape(operand.shape)),
-                )
-            )
+        if operand.shape != shape and not len(units) == len(operand.value.units) == 1:
+            one, two = describe_shape(shape), describe_shape(operand.shape)
+            context = _CONTEXTS.get(operator, f"`{operator}`")
+            pair = ((first.span, one), (operand.span, two))
+            raise failure(catalogue.shapes_differ(context, *pair))
         shape = max(shape, operand.shape, key=len)
-        units = tuple(
-            _unify_units(first, operand, operator, place, *pair)
-            for place, pair in enumerate(zip(units, operand.value.units, strict=True))
-        )
-    return shape, units
+        for place, unit in enumerate(operand.value.units):
+            if unit is not None and units[place] not in (unit, None):
+                known = next(x for x in operands if x.value.units[place] == units[place])
+                raise _different_kinds(known, operand, operator, place)
+            units[place] = units[place] if unit is None else unit
+    return shape, tuple(units)
 
 
-def _unify_units(
-    first: Operand,
-    other: Operand,
-    operator: str,
-    place: int,
-    one: Dimension | None,
-    two: Dimension | None,
-) -> Dimension | None:
-    if one is None or two is None or one == two:
-        return two if one is None else one
-    columns = other.shape[-1] if other.shape else 1
-    index = (
-        f"[{place + 1}]"
-        if len(other.shape) < 2
-        else f"{[place // columns + 1, place % columns + 1]}"
-    )
-    raise failure(
-        catalogue.cannot_combine(
-            operator if operator in "+-<=>==!=" else _in_words(operator),
-            (first.span, describe_dimension(one)),
-            (other.span, describe_dimension(two)),
-            str(index) if len(other.value.units) > 1 else "",
-        )
+_CONTEXTS = {
+    "+": "a sum",
+    "-": "a difference",
+    "if": "the two branches of `if`",
+    **dict.fromkeys(("<", "<=", ">", ">=", "==", "!="), "a comparison"),
+}
+
+
+def _different_kinds(left: Operand, right: Operand, operator: str, place: int) -> BgError:
+    one, two = (_kind(operand.value, place) for operand in (left, right))
+    row, column = divmod(place, right.shape[-1] if right.shape else 1)
+    index = ("", f"[{place + 1}]", f"[{row + 1}, {column + 1}]")[len(right.shape)]
+    context = _CONTEXTS.get(operator, f"`{operator}`")
+    return failure(
+        catalogue.cannot_combine(operator, context, (left.span, one), (right.span, two), index)
     )
 
 
-def _in_words(operator: str) -> str:
-    return {
-        "+": "a sum",
-        "-": "a difference",
-        "if": "the two branches of `if`",
-    }.get(operator, "a comparison" if operator in "<=>==!=" else f"`{operator}`")
+def _kind(value: Value, place: int) -> str:
+    """What kind of quantity a component is, whose unit is known."""
+    unit = value.units[place]
+    assert unit is not None
+    return describe_dimension(unit)
 
 
 def combine(
@@ -206,14 +194,15 @@ def multiply(dag: Dag, left: Operand, right: Operand) -> Value:
             return scale(dag, right.value, left.value)
         case _:
             raise _no_product(left, right)
+    span = left.span.to(right.span)
     if left.shape[0] * inner * columns > _MAX_PRODUCTS:
-        raise failure(catalogue.too_large(left.span.to(right.span), "this product"))
+        raise failure(catalogue.too_large(span, "this product"))
     sums = [
         dot_product(
             dag,
             left.value.components_at(range(i * inner, (i + 1) * inner)),
             right.value.components_at(range(j, inner * columns, columns)),
-            (left, right),
+            span,
         )
         for i in range(left.shape[0])
         for j in range(columns)
@@ -240,7 +229,7 @@ def dot_product(
     dag: Dag,
     left: Iterable[Component],
     right: Iterable[Component],
-    operands: tuple[Operand, Operand],
+    span: Span,
 ) -> Component:
     """Sum of products of nodes with units. Products that are zero for sure fit any unit."""
     total, known = dag.zero, None
@@ -250,12 +239,8 @@ def dot_product(
         total = dag.add(total, dag.mul(x, y))
         unit = product_unit(x_unit, y_unit)
         if unit is not None and known is not None and unit != known:
-            one, two = (operand.span for operand in operands)
-            raise failure(
-                catalogue.cannot_combine(
-                    "+", (one, describe_dimension(known)), (two, describe_dimension(unit))
-                )
-            )
+            one, two = describe_dimension(known), describe_dimension(unit)
+            raise failure(catalogue.mixed_terms(span, one, two))
         known = unit if known is None else known
     return total, known
 

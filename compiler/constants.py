@@ -11,17 +11,6 @@ from bgc.evaluate import evaluate_nodes, to_double
 from bgc.grammar.catalogue import values as catalogue
 from bgc.grammar.source import Span
 
-_IN_WORDS = {
-    Level.CONST: "known at compile time",
-    Level.PARAM: "known before the run",
-    Level.TIME: "independent of the states",
-}
-_FOUND = {
-    Level.PARAM: "depends on a parameter",
-    Level.TIME: "depends on time or a device",
-    Level.STATE: "depends on the state of the model",
-}
-
 
 def constant_number(dag: Dag, node: int) -> Fraction | float | None:
     """The number of a constant node, exact where it is rational; None if it is no constant."""
@@ -47,13 +36,6 @@ def whole_number(dag: Dag, operand: Operand, what: str, least: int, most: int) -
         found = f"{to_double(number):.15g}"
         raise failure(catalogue.not_whole(operand.span, what, least, most, found))
     return int(number)
-
-
-def require_level(dag: Dag, operand: Operand, level: Level, what: str) -> None:
-    """A value may change at most as often as `level` says."""
-    found = max((Level(dag.level[node]) for node in operand.value.nodes), default=Level.CONST)
-    if found > level:
-        raise failure(catalogue.varies(operand.span, what, _IN_WORDS[level], _FOUND[found]))
 
 
 def check_finite(dag: Dag, operand: Operand) -> None:

@@ -57,7 +57,7 @@ def dot(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
     if left.shape != right.shape:
         shapes = [(each.span, describe_shape(each.shape)) for each in arguments]
         raise failure(catalogue.shapes_differ(f"`{name}`", shapes[0], shapes[1]))
-    return _from_parts((), [dot_product(dag, _parts(left), _parts(right), (one, two))])
+    return _from_parts((), [dot_product(dag, _parts(left), _parts(right), span)])
 
 
 def cross(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
@@ -66,7 +66,7 @@ def cross(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
     a, b = _parts(_vector(name, one, 3)), _parts(_vector(name, two, 3))
     negative = [(dag.neg(node), unit) for node, unit in b]
     parts = [
-        dot_product(dag, (a[i], a[j]), (b[j], negative[i]), (one, two))
+        dot_product(dag, (a[i], a[j]), (b[j], negative[i]), span)
         for i, j in ((1, 2), (2, 0), (0, 1))
     ]
     return _from_parts((3,), parts)
@@ -76,7 +76,7 @@ def norm(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
     """The Euclidean length."""
     (argument,) = arguments
     parts = _parts(_vector(name, argument))
-    square, unit = dot_product(dag, parts, parts, (argument, argument))
+    square, unit = dot_product(dag, parts, parts, span)
     return Value.scalar(dag.call(Op.SQRT, square), unit and power(unit, Fraction(1, 2)))
 
 

@@ -49,7 +49,11 @@ def unit_is_a_name(span: Span, word: str) -> Diagnostic:
 
 
 def cannot_combine(
-    operator: str, left: tuple[Span, str], right: tuple[Span, str], component: str = ""
+    operator: str,
+    context: str,
+    left: tuple[Span, str],
+    right: tuple[Span, str],
+    component: str = "",
 ) -> Diagnostic:
     """BG303: quantities of different kinds
 
@@ -70,7 +74,7 @@ def cannot_combine(
         case "<" | "<=" | ">" | ">=" | "==" | "!=":
             message = f"cannot compare {one} with {two}"
         case _:
-            message = f"{one} and {two} do not go together in {operator}"
+            message = f"{one} and {two} do not go together in {context}"
     return error(
         "BG303",
         message + (f", in component {component}" if component else ""),
@@ -141,10 +145,29 @@ def wrong_unit(span: Span, what: str, expected: str, found: str) -> Diagnostic:
     )
 
 
+def mixed_terms(span: Span, one: str, two: str) -> Diagnostic:
+    """BG307: products of different kinds in one sum
+
+    What: the terms of a matrix product, `dot`, `cross` or `norm` have units that differ in kind.
+
+    Why: these are sums of products, and a sum needs quantities of one kind.
+
+    Example: `let d = norm([3 m, 4 m, 2 rad]);`
+
+    Way out: check the order of the components; a number without a unit fits any unit.
+    """
+    return error(
+        "BG307",
+        f"the terms of this product are of different kinds: {one} and {two}",
+        span,
+        help="check the order of the components, and their units",
+    )
+
+
 # --- shapes -----------------------------------------------------------------------------
 
 
-def shapes_differ(operator: str, left: tuple[Span, str], right: tuple[Span, str]) -> Diagnostic:
+def shapes_differ(context: str, left: tuple[Span, str], right: tuple[Span, str]) -> Diagnostic:
     """BG310: shapes that do not go together
 
     What: two values are combined component by component, but have not the same shape.
@@ -157,7 +180,7 @@ def shapes_differ(operator: str, left: tuple[Span, str], right: tuple[Span, str]
     """
     return error(
         "BG310",
-        f"{left[1]} and {right[1]} do not go together in {operator}",
+        f"{left[1]} and {right[1]} do not go together in {context}",
         right[0],
         labels=(Label(left[0], left[1]),),
         help="both must have the same shape",
