@@ -38,7 +38,6 @@ from bgc.graph import (
     Transformer,
     Unknown,
 )
-from bgc.linalg import transpose
 
 SPAN = Span(Text("<test>", "test"), 0, 4)
 
@@ -135,9 +134,9 @@ class GraphBuilder:
             name, kind, tuple(ports), final, first, given, SPAN
         )
 
-    def reserve(self, name: str) -> None:
-        """Number the state of a scalar storage before its law is written."""
-        self._first_state[name] = self._storages
+    def next_state(self, kind: Kind, port: int = 0) -> Node:
+        """The symbol of the charge or momentum of the storage that is made next."""
+        return self.dag.symbol(kind, self._storages + port)
 
     def resistor(
         self, name: str, law: ExplicitLaw | Number | list[list[Number]], form: Form = Form.EFFORT
@@ -203,6 +202,12 @@ class GraphBuilder:
     def observe(self, name: str, node: Node) -> None:
         self.observations.append(Observation(name, "", node, SPAN))
 
+    def drop_unbonded(self) -> None:
+        """Forget elements that no bond reaches."""
+        bonded = {name for tail, head, _ in self.bonds for name in (tail, head)}
+        for name in [n for n in self._makers if n not in bonded]:
+            del self._makers[name]
+
     def build(self) -> FlatGraph:
         ports: dict[str, list[Port]] = {name: [] for name in self._makers}
         bonds = []
@@ -242,6 +247,3 @@ def rlc(r: Number = 2, l: Number = 3, c: Number = 4, e: Number = 1) -> GraphBuil
     g.bond("supply", "loop")
     g.fan("loop", "coil", "capacitor", "resistor")
     return g
-
-
-__all__ = ["SPAN", "GraphBuilder", "rlc", "transpose"]

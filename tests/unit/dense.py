@@ -1,0 +1,309 @@
+"""An independent check of derived equations: all element and junction equations, in numbers.
+
+`Check` evaluates every bond variable of a program at a random state and puts the values into
+the raw equations of the flat graph. It shares nothing with the derivation but the data.
+"""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+from typing import assert_never
+
+from bgc.certificates import default_values
+from bgc.dag import Kind, Symbol
+from bgc.evaluate import evaluate_nodes
+from bgc.fingerprint import PRIME
+from bgc.graph import (
+    EnergyLaw,
+    ExplicitLaw,
+    FlatGraph,
+    Form,
+    Gyrator,
+    Gyristor,
+    Junction,
+    LinearLaw,
+    Resistor,
+    Source,
+    Storage,
+    Transformer,
+)
+from bgc.program import Program
+from graphs import GraphBuilder
+
+
+def observe_everything(g: GraphBuilder) -> None:
+    """Observe every effort, flow, charge and momentum, named by its symbol."""
+    for bond in range(len(g.bonds)):
+        g.observe(f"e{bond}", g.effort(bond))
+        g.observe(f"f{bond}", g.flow(bond))
+    for state in g.states:
+        g.observe(f"x{state.index}", g.dag.symbol(Kind.STATE, state.index))
+    graph = g.build()
+    for element in graph.elements:
+        if isinstance(element, Storage):
+            for k in range(len(element.ports)):
+                index = element.first_state + k
+                if element.kind in ("C", "IC"):
+                    g.observe(f"q{index}", g.dag.symbol(Kind.DISPLACEMENT, index))
+                if element.kind in ("I", "IC"):
+                    g.observe(f"p{index}", g.dag.symbol(Kind.MOMENTUM, index))
+
+
+@dataclass
+class Point:
+    """Values of all observations at a state, and their rates along the equations."""
+
+    values: dict[str, float]
+    rates: dict[str, float]
+
+
+def evaluate_at_random(program: Program, seed: int = 1) -> Point:
+    """Observations and their rates, the rates by central differences along the flow."""
+    dag = program.dag
+    rng = random.Random(seed)
+    leaves: dict[Symbol, float] = dict(default_values(dag, program.parameters))
+    leaves[Symbol(Kind.TIME, 0)] = 0.3
+    for k in range(program.inputs):
+        leaves[Symbol(Kind.INPUT, k)] = rng.uniform(-1, 1)
+    state = [rng.uniform(-1, 1) for _ in program.states]
+    assert program.mass is None, "rates are not explicit"
+    slopes = evaluate_nodes(dag, [s.derivative for s in program.states], leaves | _states(state))
+    nodes = [o.node for o in program.observations]
+    values = evaluate_nodes(dag, nodes, leaves | _states(state))
+    step = 1e-5
+
+    def moved(h: float) -> list[float]:
+        at = [x + h * v for x, v in zip(state, slopes, strict=True)]
+        now = leaves | _states(at) | {Symbol(Kind.TIME, 0): 0.3 + h}
+        return evaluate_nodes(dag, nodes, now)
+
+    rates = [(a - b) / (2 * step) for a, b in zip(moved(step), moved(-step), strict=True)]
+    names = [o.name for o in program.observations]
+    return Point(dict(zip(names, values, strict=True)), dict(zip(names, rates, strict=True)))
+
+
+def _states(state: list[float]) -> dict[Symbol, float]:
+    return {Symbol(Kind.STATE, k): x for k, x in enumerate(state)}
+
+
+def largest_misfit(graph: FlatGraph, point: Point) -> float:
+    """The largest residual of all raw equations, relative to the values in them."""
+    dag, value, rate = graph.dag, point.values, point.rates
+    leaves: dict[Symbol, float] = dict(default_values(dag, graph.parameters))
+    leaves[Symbol(Kind.TIME, 0)] = 0.3
+    kinds = {
+        "e": Kind.EFFORT,
+        "f": Kind.FLOW,
+        "q": Kind.DISPLACEMENT,
+        "p": Kind.MOMENTUM,
+        "x": Kind.STATE,
+    }
+    for name, x in value.items():
+        if name[0] in kinds and name[1:].isdigit():
+            leaves[Symbol(kinds[name[0]], int(name[1:]))] = x
+    worst = 0.0
+
+    def number(node: int) -> float:
+        return evaluate_nodes(dag, [node], leaves)[0]
+
+    def zero(*terms: float, loose: float = 1.0) -> None:
+        nonlocal worst
+        worst = max(worst, abs(sum(terms)) / (1 + max(map(abs, terms), default=0)) / loose)
+
+    for element in graph.elements:
+        match element:
+            case Junction():
+                e = [value[f"e{p.bond}"] for p in element.ports]
+                f = [value[f"f{p.bond}"] for p in element.ports]
+                same, summed = (e, f) if element.kind == "J0" else (f, e)
+                for x in same[1:]:
+                    zero(x, -same[0])
+                zero(*(p.sign * x for p, x in zip(element.ports, summed, strict=True)))
+            case Source():
+                letter = "e" if element.kind == "Se" else "f"
+                zero(value[f"{letter}{element.port.bond}"], -number(element.value))
+            case Storage():
+                for k, port in enumerate(element.ports):
+                    index = element.first_state + k
+                    e, f = value[f"e{port.bond}"], port.sign * value[f"f{port.bond}"]
+                    if element.kind == "C":
+                        zero(rate[f"q{index}"], -f, loose=1e4)
+                    else:
+                        zero(rate[f"p{index}"], -e, loose=1e4)
+                    match element.law:
+                        case LinearLaw(form=form, matrix=matrix):
+                            letter = "q" if element.kind == "C" else "p"
+                            own = "e" if element.kind == "C" else "f"
+                            states = [
+                                value[f"{letter}{element.first_state + j}"]
+                                for j in range(len(element.ports))
+                            ]
+                            answers = [
+                                value[f"{own}{p.bond}"] * (p.sign if own == "f" else 1)
+                                for p in element.ports
+                            ]
+                            inverse = form in (Form.DISPLACEMENT, Form.MOMENTUM)
+                            left, right = (states, answers) if inverse else (answers, states)
+                            row = [number(n) * x for n, x in zip(matrix[k], right, strict=True)]
+                            zero(-left[k], *row)
+                        case ExplicitLaw(nodes=nodes):
+                            zero(number(nodes[k]), -(e if element.kind == "C" else f))
+                        case EnergyLaw():
+                            raise NotImplementedError
+            case Resistor():
+                e_own = [value[f"e{p.bond}"] for p in element.ports]
+                f_own = [p.sign * value[f"f{p.bond}"] for p in element.ports]
+                resists = element.law.form is Form.EFFORT
+                left, right = (e_own, f_own) if resists else (f_own, e_own)
+                for k in range(len(element.ports)):
+                    match element.law:
+                        case LinearLaw(matrix=matrix):
+                            row = [number(n) * x for n, x in zip(matrix[k], right, strict=True)]
+                            zero(-left[k], *row)
+                        case ExplicitLaw(nodes=nodes):
+                            zero(number(nodes[k]), -left[k])
+            case Transformer() | Gyrator():
+                one, two = element.ports1, element.ports2
+                turned = isinstance(element, Transformer) and element.given in ("f1", "e2")
+                if turned:
+                    one, two = two, one
+                m = [[number(n) for n in row] for row in element.matrix]
+                e1, f1 = [value[f"e{p.bond}"] for p in one], [value[f"f{p.bond}"] for p in one]
+                e2, f2 = [value[f"e{p.bond}"] for p in two], [value[f"f{p.bond}"] for p in two]
+                if isinstance(element, Gyrator):
+                    f2, e2 = e2, f2
+                for i in range(len(two)):
+                    zero(-f2[i], *(m[i][j] * f1[j] for j in range(len(one))))
+                for j in range(len(one)):
+                    zero(-e1[j], *(m[i][j] * e2[i] for i in range(len(two))))
+            case Gyristor():
+                f_own = [p.sign * value[f"f{p.bond}"] for p in element.ports]
+                for k, port in enumerate(element.ports):
+                    row = [number(n) * x for n, x in zip(element.matrix[k], f_own, strict=True)]
+                    zero(-value[f"e{port.bond}"], *row)
+            case _:
+                assert_never(element)
+    return worst
+
+
+def pencil_degree(graph: FlatGraph) -> int | None:
+    """The number of states that a linear graph has: the degree of det(s E - A), modulo a prime.
+
+    None of a singular pencil, whose graph has no or no single solution.
+    """
+    dag = graph.dag
+    defaults = default_values(dag, graph.parameters)
+
+    def number(node: int) -> int:
+        exact = Fraction(evaluate_nodes(dag, [node], defaults)[0])
+        return exact.numerator * pow(exact.denominator, -1, PRIME) % PRIME
+
+    size = 2 * len(graph.bonds)
+    rows: list[tuple[dict[int, int], dict[int, int]]] = []  # A and E of each equation
+
+    def e(bond: int) -> int:
+        return 2 * bond
+
+    def f(bond: int) -> int:
+        return 2 * bond + 1
+
+    for element in graph.elements:
+        match element:
+            case Junction():
+                same, summed = (e, f) if element.kind == "J0" else (f, e)
+                first = element.ports[0].bond
+                rows.extend(({same(p.bond): 1, same(first): -1}, {}) for p in element.ports[1:])
+                rows.append(({summed(p.bond): p.sign for p in element.ports}, {}))
+            case Source():
+                rows.append(({(e if element.kind == "Se" else f)(element.port.bond): 1}, {}))
+            case Storage(law=LinearLaw(matrix=matrix, form=form)):
+                inverse = form in (Form.DISPLACEMENT, Form.MOMENTUM)
+                plain = element.kind == "C"
+                for k, port in enumerate(element.ports):
+                    answer, rate = (e, f) if plain else (f, e)
+                    s = [p.sign if plain else 1 for p in element.ports]  # of the rate
+                    t = [1 if plain else p.sign for p in element.ports]  # of the answer
+                    # rate = s * capacity * answer, or s * answer = response * rate
+                    if inverse:
+                        a = {rate(port.bond): s[k]}
+                        b = {
+                            answer(p.bond): t[j] * number(matrix[k][j])
+                            for j, p in enumerate(element.ports)
+                        }
+                    else:
+                        b = {answer(port.bond): t[k]}
+                        a = {
+                            rate(p.bond): s[j] * number(matrix[k][j])
+                            for j, p in enumerate(element.ports)
+                        }
+                    rows.append((a, b))
+            case Resistor(law=LinearLaw(matrix=matrix, form=form)):
+                left, right = (e, f) if form is Form.EFFORT else (f, e)
+                for k, port in enumerate(element.ports):
+                    own = [p.sign if left is e else 1 for p in element.ports]
+                    a = {
+                        right(p.bond): own[j] * number(matrix[k][j])
+                        for j, p in enumerate(element.ports)
+                    }
+                    a[left(port.bond)] = -1 if left is e else -port.sign
+                    rows.append((a, {}))
+            case Transformer() | Gyrator():
+                one, two = element.ports1, element.ports2
+                if isinstance(element, Transformer) and element.given in ("f1", "e2"):
+                    one, two = two, one
+                f2, e2 = (e, f) if isinstance(element, Gyrator) else (f, e)
+                m = [[number(n) for n in row] for row in element.matrix]
+                for i, p in enumerate(two):
+                    a = {f(q.bond): m[i][j] for j, q in enumerate(one)}
+                    a[f2(p.bond)] = -1
+                    rows.append((a, {}))
+                for j, p in enumerate(one):
+                    a = {e2(q.bond): m[i][j] for i, q in enumerate(two)}
+                    a[e(p.bond)] = -1
+                    rows.append((a, {}))
+            case _:
+                raise NotImplementedError
+    assert len(rows) == size, (len(rows), size)
+    values = [_determinant(rows, size, s) for s in range(1, size + 2)]
+    return _degree(values)
+
+
+def _determinant(rows: list[tuple[dict[int, int], dict[int, int]]], size: int, s: int) -> int:
+    table = []
+    for a, b in rows:
+        row = [0] * size
+        for k, x in a.items():
+            row[k] += x
+        for k, x in b.items():
+            row[k] -= s * x
+        table.append([x % PRIME for x in row])
+    result = 1
+    for k in range(size):
+        chosen = next((i for i in range(k, size) if table[i][k]), None)
+        if chosen is None:
+            return 0
+        if chosen != k:
+            table[k], table[chosen] = table[chosen], table[k]
+            result = -result
+        pivot = table[k]
+        result = result * pivot[k] % PRIME
+        inverse = pow(pivot[k], -1, PRIME)
+        for i in range(k + 1, size):
+            if table[i][k]:
+                factor = table[i][k] * inverse % PRIME
+                table[i] = [(x - factor * y) % PRIME for x, y in zip(table[i], pivot, strict=True)]
+    return result % PRIME
+
+
+def _degree(values: list[int]) -> int | None:
+    """The degree of the polynomial with these values at 1, 2, 3, ... (Newton's differences)."""
+    degree = None
+    table = list(values)
+    for k in range(len(values)):
+        if table[0]:
+            degree = k
+        table = [(b - a) % PRIME for a, b in pairwise(table)]
+    return degree
