@@ -24,6 +24,7 @@ from bgc.constants import (
 from bgc.dag import Dag, Kind, Op
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import values as catalogue
+from bgc.grammar.catalogue.syntax import empty_vector
 from bgc.grammar.source import Span
 from bgc.scope import FunctionUse, Namespace, Scope
 from bgc.units import DIMENSIONLESS, divide, parse_unit, suggest_unit, unit_words
@@ -266,7 +267,7 @@ class _Evaluator:
 
     def vector(self, expr: syntax.Vector) -> Value:
         if not expr.elements:
-            raise failure(catalogue.empty_vector(expr.span))
+            raise failure(empty_vector(expr.span))
         elements = [self.operand(element) for element in expr.elements]
         shape = elements[0].shape
         for element in elements:

@@ -9,7 +9,6 @@ from typing import TypeAlias
 
 from bgc import linalg
 from bgc.arithmetic import (
-    MAX_COMPONENTS,
     Component,
     Operand,
     combine,
@@ -28,6 +27,7 @@ from bgc.value import Value, describe_shape
 Operands: TypeAlias = Sequence[Operand]
 
 _MAX_INVERSE = 48
+_FAR = 10**9  # a size that is surely too large
 
 # --- of vectors -------------------------------------------------------------------------
 
@@ -213,4 +213,4 @@ def eye(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
 
 
 def _size_argument(dag: Dag, name: str, argument: Operand) -> int:
-    return whole_number(dag, argument, f"an argument of `{name}`", 1, MAX_COMPONENTS)
+    return whole_number(dag, argument, f"an argument of `{name}`", 1, _FAR)

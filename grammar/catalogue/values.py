@@ -262,21 +262,6 @@ def ragged(span: Span, expected: str, found: str) -> Diagnostic:
     )
 
 
-def empty_vector(span: Span) -> Diagnostic:
-    """BG318: a vector of nothing
-
-    What: a vector literal has no elements.
-
-    Why: a vector has at least one component.
-
-    Example: `param v = [];`
-
-    Way out: give its elements, or use `zeros(n)`.
-    """
-    message = "a vector needs at least one element"
-    return error("BG318", message, span, help="give its elements, or use `zeros(n)`")
-
-
 def wrong_shape(span: Span, what: str, expected: str, found: str) -> Diagnostic:
     """BG315: a value of the wrong shape
 
@@ -323,7 +308,7 @@ def too_large(span: Span, what: str) -> Diagnostic:
 
 
 def too_deep(span: Span) -> Diagnostic:
-    """BG319: nested too deeply
+    """BG318: nested too deeply
 
     What: an expression, with the functions and definitions it leads to, nests hundreds deep.
 
@@ -335,7 +320,7 @@ def too_deep(span: Span) -> Diagnostic:
     it uses.
     """
     return error(
-        "BG319", "this expression is nested too deeply", span, help="break it up into several"
+        "BG318", "this expression is nested too deeply", span, help="break it up into several"
     )
 
 
@@ -365,7 +350,7 @@ def wrong_index_count(span: Span, shape: str, expected: int, found: int) -> Diag
 
     Why: `A[2]` of a matrix could be a row, a column or an element.
 
-    Example: `let row = A[2];`
+    Example: `const A = eye(3); let row = A[2];`
 
     Way out: `A[2, 1..3]` is row 2 of a matrix with 3 columns.
     """
@@ -385,7 +370,7 @@ def empty_range(span: Span, first: int, last: int) -> Diagnostic:
 
     Why: a range holds both its ends, so it has at least one component.
 
-    Example: `let w = v[3..1];`
+    Example: `param v[3] = [1, 2, 3]; let w = v[3..1];`
 
     Way out: write the smaller index first.
     """
@@ -426,7 +411,7 @@ def no_range_of_parts(span: Span, what: str) -> Diagnostic:
 
     Why: parts have no common value; a range picks components of a vector or matrix.
 
-    Example: `let p = mass[1..3].p;`
+    Example: `for i in 1..3 { mass[i] : I(1); } let p = mass[1..3].p;`
 
     Way out: name the parts one by one: `[mass[1].p, mass[2].p]`.
     """
@@ -450,7 +435,7 @@ def not_constant(span: Span, what: str) -> Diagnostic:
     Why: the structure of the model is fixed when it is compiled; parameters may be changed
     afterwards.
 
-    Example: `param n = 3; port p[n];`
+    Example: `param n = 3; let v = zeros(n);`
 
     Way out: declare the value with `const`, or as a dimension of the model: `model M[n]`.
     """
@@ -470,7 +455,7 @@ def not_whole(span: Span, what: str, least: int, most: int, found: str) -> Diagn
 
     Why: things are counted in whole numbers.
 
-    Example: `state x[2.5] = 0;`
+    Example: `let v = zeros(2.5);`
 
     Way out: round it: `floor(n/2)`.
     """
@@ -576,9 +561,9 @@ def not_a_value(span: Span, what: str) -> Diagnostic:
 
     Why: a part has many values; only numbers, vectors and matrices can be calculated with.
 
-    Example: `boom : Beam(length = 3 m); let x = 2*boom;`
+    Example: `coil : I(1); let x = 2*coil;`
 
-    Way out: name the value that is meant, as in `boom.length` or `coil.p`.
+    Way out: name the value that is meant, as in `coil.p` or `boom.length`.
     """
     return error(
         "BG341", f"{what} is not a value", span, help="name one of its values, as in `coil.p`"
@@ -641,7 +626,7 @@ def recursive_function(span: Span, name: str, calls: Sequence[str]) -> Diagnosti
 
     Why: functions are replaced by what they stand for, which would never end.
 
-    Example: `function f(n) = n*f(n - 1);`
+    Example: `function f(n) = n*f(n - 1); let x = f(3);`
 
     Way out: write it without the call, for instance with a `for` over a state array or a sum.
     """
@@ -657,7 +642,7 @@ def misplaced_derivative(span: Span) -> Diagnostic:
 
     Why: derivatives follow from the equations; nothing is differentiated in a definition.
 
-    Example: `let v = der(x);`
+    Example: `state x = 1; der(x) = -x; let v = der(x);`
 
     Way out: give the state's equation as `der(x) = ..;`, or use `der(x)` on either side of an
     implicit `equation left = right;`.
@@ -677,7 +662,7 @@ def derivative_of_expression(span: Span) -> Diagnostic:
 
     Why: only states have a derivative of their own.
 
-    Example: `equation der(2*x) = 1;`
+    Example: `state x = 1; equation der(2*x) = 1;`
 
     Way out: write the derivative out: `2*der(x)`.
     """
@@ -713,7 +698,7 @@ def varying_inverse(span: Span) -> Diagnostic:
     Why: an inverse is computed once, before the run; a varying matrix may become singular
     during it.
 
-    Example: `let W = inv([[x, 0], [0, 1]]);`
+    Example: `let W = inv([[time, 0], [0, 1]]);`
 
     Way out: solve for the unknown: `unknown z[2] = [0, 0]; equation A*z = b;`, or write the
     inverse of a rotation as `transpose(A)`.

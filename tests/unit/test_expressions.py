@@ -392,7 +392,7 @@ WRONG = [
     ("block([[1, 2], [3]])", "BG316", "3"),
     ("block(v)", "BG316", "v"),
     ("block([v])", "BG316", "v"),
-    ("zeros(1000000)", "BG331", "1000000"),
+    ("zeros(1000000)", "BG317", "zeros(1000000)"),
     ("zeros(100000, 100000)", "BG317", "zeros(100000, 100000)"),
     ("outer(zeros(1000), zeros(1000))", "BG317", "outer(zeros(1000), zeros(1000))"),
     ("ones(300, 300)*ones(300, 300)", "BG317", "ones(300, 300)*ones(300, 300)"),
@@ -468,7 +468,7 @@ def test_wrong_uses_of_functions(functions: str, text: str, code: str) -> None:
 
 def test_endless_nesting_is_reported() -> None:
     chain = "".join(f"function f{k}(a) = f{k - 1}(a);" for k in range(1, 100))
-    assert World("function f0(a) = a;" + chain).diagnostic("f99(x)").code == "BG319"
+    assert World("function f0(a) = a;" + chain).diagnostic("f99(x)").code == "BG318"
 
 
 def test_long_sums_are_no_nesting() -> None:
@@ -489,7 +489,7 @@ def test_long_sums_are_no_nesting() -> None:
         ),
         ("atan2(1)", "`atan2` takes 2 arguments, not 1"),
         ("zeros(1, 2, 3)", "`zeros` takes 1 or 2 arguments, not 3"),
-        ("eye(0.5)", "an argument of `eye` must be a whole number from 1 to 100000, not 0.5"),
+        ("eye(0.5)", "an argument of `eye` must be a whole number from 1 to 1000000000, not 0.5"),
         ("K[1]", "a 2 x 3 matrix takes two indices, not 1"),
     ],
 )
