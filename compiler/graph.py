@@ -310,6 +310,14 @@ class SolverChoice:
 
 
 @dataclass(frozen=True, slots=True)
+class Plot:
+    """A panel of the scene's plot: observed columns against another one, or None: time."""
+
+    columns: tuple[str, ...]
+    against: str | None
+
+
+@dataclass(frozen=True, slots=True)
 class SceneFacts:
     """What the scene says of the run; None where it says nothing."""
 
@@ -322,6 +330,7 @@ class SceneFacts:
     deadline: float | None
     accounts: tuple[str, ...]  # observed energy accounts: stored supplied dissipated residual
     columns: tuple[str, ...]  # all observed columns in order, the accounts among them
+    plots: tuple[Plot, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

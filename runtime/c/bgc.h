@@ -173,6 +173,8 @@ bgc_status bgc_restore(const bgc_model *m, bgc_data *d, const void *memory);
 
 bgc_status bgc_rhs(const bgc_model *m, bgc_data *d, double *f);
 bgc_status bgc_jacobian(const bgc_model *m, bgc_data *d, double *jac, double *dfdt);
+/* Stored entries of M, n_mass of them; none for the identity. */
+bgc_status bgc_mass(const bgc_model *m, bgc_data *d, double *mass);
 bgc_status bgc_outputs(const bgc_model *m, bgc_data *d, double *y);
 /* stored since reset, supplied, dissipated, residual = stored - supplied + dissipated; J. */
 bgc_status bgc_energy(const bgc_model *m, bgc_data *d, double account[4]);

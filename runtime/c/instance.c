@@ -307,6 +307,13 @@ bgc_status bgc_jacobian(const bgc_model *m, bgc_data *d, double *jac, double *df
                : BGC_NOT_FINITE;
 }
 
+bgc_status bgc_mass(const bgc_model *m, bgc_data *d, double *mass) {
+    if (m->n_mass > 0) {
+        memcpy(mass, d->mass, (size_t)m->n_mass * sizeof *mass);
+    }
+    return bgc_first_bad(m->n_mass, mass) < 0 ? BGC_OK : BGC_NOT_FINITE;
+}
+
 bgc_status bgc_outputs(const bgc_model *m, bgc_data *d, double *y) {
     m->outputs(d->h, d->core.t, d->x, d->u, y, d->work);
     return bgc_first_bad(m->n_output, y) < 0 ? BGC_OK : BGC_NOT_FINITE;
