@@ -15,6 +15,14 @@ ENERGY_ACCOUNTS = ("energy.stored", "energy.supplied", "energy.dissipated", "ene
 
 
 @dataclass(frozen=True, slots=True)
+class Panel:
+    """Columns to draw together, against the column `across`: `time`, or another one."""
+
+    columns: tuple[str, ...]
+    across: str = "time"
+
+
+@dataclass(frozen=True, slots=True)
 class RunFacts:
     """What a scene says of its run, in plain values; None where it says nothing.
 
@@ -31,6 +39,7 @@ class RunFacts:
     duration: float | None = None
     every: float | None = None
     deadline: float | None = None
+    panels: tuple[Panel, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,4 +65,5 @@ def run_facts(scene: SceneFacts) -> RunFacts:
         duration=scene.duration,
         every=scene.every,
         deadline=scene.deadline,
+        panels=tuple(Panel(plot.columns, plot.against or "time") for plot in scene.plots),
     )

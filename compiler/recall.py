@@ -19,7 +19,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from bgc.built import Built, RunFacts
+from bgc.built import Built, Panel, RunFacts
 from bgc.cache import Cache, cache_directory, digest_of, file_digest, read_note, write_note
 from bgc.grammar.diagnostics import Diagnostic, Label, Severity
 from bgc.grammar.source import Source, Span
@@ -111,6 +111,8 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
     if library is None:
         return None
     facts: dict[str, Any] = {key: _tuples(value) for key, value in note["facts"].items()}
+    panels = [Panel(tuple(panel["columns"]), panel["across"]) for panel in note["facts"]["panels"]]
+    facts["panels"] = tuple(panels)
     warnings = tuple(_diagnostic_from_json(d) for d in note["warnings"])
     return Built(library, RunFacts(**facts), warnings, warm=True)
 

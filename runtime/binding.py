@@ -145,6 +145,7 @@ _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_reset": (c_int, (c_double,)),
     "bgc_rhs": (c_int, (_Doubles,)),
     "bgc_jacobian": (c_int, (_Doubles, _Doubles)),
+    "bgc_mass": (c_int, (_Doubles,)),
     "bgc_outputs": (c_int, (_Doubles,)),
     "bgc_energy": (c_int, (_Doubles,)),
     "bgc_set_options": (c_int, (POINTER(OptionsStruct),)),
@@ -299,6 +300,17 @@ class Instance:
         dense = np.zeros((model.n_state, model.n_state))
         dense[model.jac_row[: model.n_jac], model.jac_col[: model.n_jac]] = entries
         return status, dense, by_time
+
+    def mass(self) -> tuple[Status, Array]:
+        """M of M y' = f, dense; the parameters alone determine it."""
+        model = self.library.model
+        if model.n_mass == 0:
+            return Status.OK, np.eye(model.n_state)
+        entries = np.full(model.n_mass, np.nan)
+        status = Status(self._call("bgc_mass", _doubles(entries)))
+        dense = np.zeros((model.n_state, model.n_state))
+        dense[model.mass_row[: model.n_mass], model.mass_col[: model.n_mass]] = entries
+        return status, dense
 
     def outputs(self) -> tuple[Status, Array]:
         """The observed values at the present time and state."""

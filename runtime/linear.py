@@ -9,7 +9,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+Real: TypeAlias = NDArray[np.float64]
 Complex: TypeAlias = NDArray[np.complex128]
+
+_ROUNDING = 1e-14
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,15 +34,26 @@ class Mode:
 
 @dataclass(frozen=True, slots=True)
 class Linearisation:
-    """`dy' = A dy` about a state; `matrix` is A, (n, n), in the order of `states`."""
+    """`M dy' = A dy` about a state; `matrix` is A, `mass` is M, (n, n), in the order of `states`.
 
-    matrix: NDArray[np.float64]
+    Rows of zeros in M are algebraic equations.
+    """
+
+    matrix: Real
+    mass: Real
     states: tuple[str, ...]
 
     def eigenvalues(self) -> Complex:
-        """Eigenvalues in 1/s, by rising real part, then rising imaginary part."""
-        found: Complex = np.linalg.eigvals(self.matrix).astype(np.complex128)
-        return found[np.lexsort((found.imag, found.real))]
+        """Eigenvalues in 1/s, by rising real part, then rising imaginary part.
+
+        As many as M has rank: what only algebraic equations determine has none.
+        """
+        if np.array_equal(self.mass, np.eye(len(self.mass))):
+            found = np.linalg.eigvals(self.matrix)
+        else:
+            found = _generalised(*_without_algebraic(self.matrix, self.mass))
+        order = np.lexsort((found.imag, found.real))
+        return np.asarray(found, dtype=np.complex128)[order]
 
     def modes(self) -> tuple[Mode, ...]:
         """Modes by rising frequency, one of each conjugate pair."""
@@ -54,3 +68,25 @@ def _period(value: complex) -> float:
 
 def _damping(value: complex) -> float:
     return 0.0 if value.real == 0 else -value.real / abs(value)
+
+
+def _without_algebraic(matrix: Real, mass: Real) -> tuple[Real, Real]:
+    """Solve states that have neither row nor column in M for the others."""
+    algebraic = ~(mass.any(axis=0) | mass.any(axis=1))
+    if not algebraic.any():
+        return matrix, mass
+    rest = ~algebraic
+    inner = matrix[np.ix_(algebraic, algebraic)]
+    follow = np.linalg.lstsq(inner, matrix[np.ix_(algebraic, rest)], rcond=None)[0]
+    reduced = matrix[np.ix_(rest, rest)] - matrix[np.ix_(rest, algebraic)] @ follow
+    return reduced, mass[np.ix_(rest, rest)]
+
+
+def _generalised(matrix: Real, mass: Real) -> Complex:
+    """Finite eigenvalues of `mass dy' = matrix dy`."""
+    from scipy.linalg import eigvals
+
+    above, below = eigvals(matrix, mass, homogeneous_eigvals=True)
+    finite = np.abs(below) > _ROUNDING * np.abs(mass).max(initial=0.0)
+    found: Complex = above[finite] / below[finite]
+    return found

@@ -201,6 +201,7 @@ class Model:
             units={v.name: v.unit for v in self.outputs},
             solver=method.name,
             counts=instance.counts,
+            panels=self.facts.panels,
         )
 
     def initial_state(self, parameters: Mapping[str, Quantity] | None = None) -> Array:
@@ -254,7 +255,9 @@ class Model:
         instance = self._instance_at(state, time, parameters)
         status, dense, _ = instance.jacobian()
         require(instance, status)
-        return Linearisation(dense, tuple(v.name for v in self.states))
+        status, mass = instance.mass()
+        require(instance, status)
+        return Linearisation(dense, mass, tuple(v.name for v in self.states))
 
     def eigenvalues(
         self,

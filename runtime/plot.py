@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
+from bgc.built import Panel
 from bgc.grammar.catalogue.machine import bad_panel, nothing_to_draw, unknown_file_kind
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.files import written_whole
@@ -40,14 +40,6 @@ _STYLE: dict[Any, Any] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Panel:
-    """Columns drawn together, against the column `across`: `time`, or another one."""
-
-    columns: tuple[str, ...]
-    across: str = "time"
-
-
 def read_panel(text: str) -> Panel:
     """Read `tip.z, handle.z` or `force against elevation`; BG069 where it is neither."""
     first, against, second = text.partition(" against ")
@@ -71,11 +63,13 @@ def plot_result(
         raise BgError([nothing_to_draw("the run ended at its start")])
     if panels:
         chosen = [read_panel(text) for text in panels]
-        chosen = [Panel(tuple(result.expand(p.columns)), p.across) for p in chosen]
+    elif columns is None and result.panels:
+        chosen = list(result.panels)
     else:
         chosen = _panels_by_unit(result, result.expand(list(columns or result)))
     if not chosen:
         raise BgError([nothing_to_draw("the scene observes nothing")])
+    chosen = [Panel(tuple(result.expand(p.columns)), p.across) for p in chosen]
     with matplotlib.rc_context(_STYLE):
         figure = _draw(result, chosen)
         if path is not None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
+from bgc.built import Panel
 from bgc.grammar.catalogue.machine import package_missing, unknown_column
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.binding import Array
@@ -49,6 +50,8 @@ class Result(Mapping[str, Array]):
         What the run cost: steps, evaluations, seconds.
     status, message
         `done`; or `failed` or `interrupted` with the reason, and the rows up to there.
+    panels
+        What the scene wants plotted.
     """
 
     scene: str
@@ -59,6 +62,7 @@ class Result(Mapping[str, Array]):
     counts: Mapping[str, float]
     status: str = "done"
     message: str = ""
+    panels: Sequence[Panel] = ()
 
     def ended(self, status: str, message: str) -> Result:
         """The same rows, of a run that ended early."""
@@ -157,14 +161,14 @@ class Result(Mapping[str, Array]):
         columns: Sequence[str] | None = None,
         panels: Sequence[str] | None = None,
     ) -> Figure:
-        """Plot against time, the columns stacked by unit; returns matplotlib's figure.
+        """Plot what the scene says, else all columns stacked by unit; returns the figure.
 
         Parameters
         ----------
         path
             Where to write it (`.png`, `.svg`, `.pdf`); not written by default.
         columns
-            Columns or vectors to show; all by default.
+            Columns or vectors to show against time, stacked by unit.
         panels
             What each panel shows, instead: `"tip.z, handle.z"` against time, or
             `"force against elevation"`.

@@ -14,6 +14,7 @@ from bgc.cache import Cache
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime import binding
 from bgc.runtime.failures import RunInterrupted, SimulationError
+from bgc.runtime.linear import Linearisation
 from bgc.runtime.model import Model
 from bgc.toolchain import find_toolchain
 
@@ -205,6 +206,20 @@ def test_modes_of_a_damped_oscillator(model):
     assert mode.damping == pytest.approx(0.25)
     assert mode.period == pytest.approx(2 * math.pi / math.sqrt(4 - 0.25))
     assert sorted(model.eigenvalues().imag) == pytest.approx([-2.0, 2.0])
+
+
+def test_algebraic_equations_have_no_eigenvalues():
+    # 2 x' = -x + z, 0 = x - 2 z + y, y' = -3 y: z = (x + y) / 2
+    matrix = np.array([[-1.0, 1.0, 0.0], [1.0, -2.0, 1.0], [0.0, 0.0, -3.0]])
+    found = Linearisation(matrix, np.diag([2.0, 0.0, 1.0]), ("x", "z", "y")).eigenvalues()
+    assert found.tolist() == pytest.approx([-3.0, -0.25])
+
+
+def test_a_singular_mass_matrix_without_zero_rows():
+    # x' + y' = -x, x' + y' = -y: one finite eigenvalue, with x = y: 2 x' = -x
+    mass = np.array([[1.0, 1.0], [1.0, 1.0]])
+    found = Linearisation(-np.eye(2), mass, ("x", "y")).eigenvalues()
+    assert found.tolist() == pytest.approx([-0.5])
 
 
 # --- loading ---------------------------------------------------------------------------------
