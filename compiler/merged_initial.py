@@ -54,7 +54,9 @@ def initial_momenta(
         return dict.fromkeys(flows, dag.zero)
     mass, driven = _reduced_mass(variables, elements, order)
     columns = [[c.row.get(i, dag.zero) for i in range(len(order))] for c in chosen]
-    *answers, response = solve_definite(dag, mass, [*columns, driven])
+    *answers, response = solve_definite(
+        dag, variables.causal.fingerprints, mass, [*columns, driven]
+    )
     matrix = [
         {j: dag.dot(column, answer) for j, answer in enumerate(answers)} for column in columns
     ]

@@ -165,7 +165,7 @@ def _reduced_flows(variables: Variables, group: Group, merged: dict[int, Node]) 
                         source = variables.class_through(basis[other_k].bond_class)
                         right[order[k]] = dag.sub(right[order[k]], dag.mul(term, source))
     try:
-        (solution,) = solve_definite(dag, matrix, [right])
+        (solution,) = solve_definite(dag, variables.causal.fingerprints, matrix, [right])
     except SingularSystemError:
         raise _cannot_merge(group, "their common inertia is singular") from None
     return {k: solution[i] for k, i in order.items()}
@@ -306,7 +306,7 @@ def _define_designated(
                     matrix[i][j] = dag.add(matrix[i].get(j, dag.zero), dag.mul(b, node))
                 right[i] = dag.sub(right[i], dag.mul(b, rest))
     try:
-        (solution,) = solve_definite(dag, matrix, [right])
+        (solution,) = solve_definite(dag, variables.causal.fingerprints, matrix, [right])
     except SingularSystemError:
         raise _cannot_merge(group, "their common stiffness is singular") from None
     for k, port in designated.items():

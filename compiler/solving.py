@@ -19,12 +19,20 @@ class SingularSystemError(Exception):
 
 
 def solve_definite(
-    dag: Dag, matrix: Sequence[dict[int, Node]], right: Sequence[Sequence[Node]]
+    dag: Dag,
+    fingerprints: Fingerprints,
+    matrix: Sequence[dict[int, Node]],
+    right: Sequence[Sequence[Node]],
 ) -> list[list[Node]]:
     """Solve a symmetric positive definite system by L D L' in minimum-degree order.
 
     `matrix[i]` holds the nonzero entries of row i, of which those with column >= i are read;
     `right` is a sequence of right-hand sides. Gives one solution each.
+
+    Raises
+    ------
+    SingularSystemError
+        The matrix is singular for all values of its symbols.
     """
     size = len(matrix)
     rows: list[dict[int, Node]] = [{} for _ in range(size)]
@@ -49,7 +57,7 @@ def solve_definite(
         done[k] = True
         order.append(k)
         diagonal[k] = rows[k].pop(k, dag.zero)
-        if diagonal[k] == dag.zero:
+        if fingerprints.is_zero(diagonal[k]):
             raise SingularSystemError([k])
         others = sorted(rows[k])
         for i in others:

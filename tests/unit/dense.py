@@ -12,6 +12,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import assert_never
 
+import numpy as np
 from bgc.certificates import default_values
 from bgc.dag import Kind, Symbol
 from bgc.evaluate import evaluate_nodes
@@ -61,24 +62,55 @@ class Point:
 
 
 def evaluate_at_random(program: Program, seed: int = 1) -> Point:
-    """Observations and their rates, the rates by central differences along the flow."""
+    """Observations and their rates, the rates by central differences along the flow.
+
+    Algebraic states are solved for, with Newton's method.
+    """
     dag = program.dag
     rng = random.Random(seed)
     leaves: dict[Symbol, float] = dict(default_values(dag, program.parameters))
     leaves[Symbol(Kind.TIME, 0)] = 0.3
     for k in range(program.inputs):
         leaves[Symbol(Kind.INPUT, k)] = rng.uniform(-1, 1)
-    state = [rng.uniform(-1, 1) for _ in program.states]
-    assert program.mass is None, "rates are not explicit"
-    slopes = evaluate_nodes(dag, [s.derivative for s in program.states], leaves | _states(state))
+    size = len(program.states)
+    start = np.array([rng.uniform(-1, 1) for _ in range(size)])
+    entries = [] if program.mass is None else program.mass
+    explicit = program.mass is None
+    differential = [k for k in range(size) if explicit or any(m.row == k for m in entries)]
+    assert all(m.row == m.column for m in entries), "rates are not explicit"
+    algebraic = [k for k in range(size) if k not in differential]
+    derivatives = [s.derivative for s in program.states]
     nodes = [o.node for o in program.observations]
-    values = evaluate_nodes(dag, nodes, leaves | _states(state))
+
+    def rates_at(state: np.ndarray, now: dict[Symbol, float]) -> np.ndarray:
+        return np.array(evaluate_nodes(dag, derivatives, now | _states(list(state))))
+
+    def consistent(state: np.ndarray, now: dict[Symbol, float]) -> np.ndarray:
+        state = state.copy()
+        for _ in range(50 if algebraic else 0):
+            residual = rates_at(state, now)[algebraic]
+            if not np.isfinite(residual).all() or np.abs(residual).max() < 1e-13:
+                break
+            jacobian = np.empty((len(algebraic), len(algebraic)))
+            for column, k in enumerate(algebraic):
+                there, back = state.copy(), state.copy()
+                there[k] += 1e-6
+                back[k] -= 1e-6
+                change = rates_at(there, now)[algebraic] - rates_at(back, now)[algebraic]
+                jacobian[:, column] = change / 2e-6
+            state[algebraic] -= np.linalg.solve(jacobian, residual)
+        return state
+
+    state = consistent(start, leaves)
+    slopes = rates_at(state, leaves)
+    values = evaluate_nodes(dag, nodes, leaves | _states(list(state)))
     step = 1e-5
 
     def moved(h: float) -> list[float]:
-        at = [x + h * v for x, v in zip(state, slopes, strict=True)]
-        now = leaves | _states(at) | {Symbol(Kind.TIME, 0): 0.3 + h}
-        return evaluate_nodes(dag, nodes, now)
+        now = leaves | {Symbol(Kind.TIME, 0): 0.3 + h}
+        at = state.copy()
+        at[differential] += h * slopes[differential]
+        return evaluate_nodes(dag, nodes, now | _states(list(consistent(at, now))))
 
     rates = [(a - b) / (2 * step) for a, b in zip(moved(step), moved(-step), strict=True)]
     names = [o.name for o in program.observations]
@@ -164,7 +196,12 @@ def largest_misfit(graph: FlatGraph, point: Point) -> float:
                             row = [number(n) * x for n, x in zip(matrix[k], right, strict=True)]
                             zero(-left[k], *row)
                         case ExplicitLaw(nodes=nodes):
-                            zero(number(nodes[k]), -left[k])
+                            own_flows = {
+                                Symbol(Kind.FLOW, p.bond): x
+                                for p, x in zip(element.ports, f_own, strict=True)
+                            }
+                            (law,) = evaluate_nodes(dag, [nodes[k]], leaves | own_flows)
+                            zero(law, -left[k])
             case Transformer() | Gyrator():
                 one, two = element.ports1, element.ports2
                 turned = isinstance(element, Transformer) and element.given in ("f1", "e2")
