@@ -4,13 +4,21 @@ from pathlib import Path
 
 import pytest
 from bgc import recall
-from bgc.built import Built, RunFacts
+from bgc.built import Built, Panel, RunFacts
 from bgc.cache import Cache, cache_directory, digest_of, open_cache, read_note, write_note
 from bgc.grammar.diagnostics import Diagnostic, Label, Severity
 from bgc.grammar.source import Source, Span
 from bgc.options import Options
 
-FACTS = RunFacts("s", "M", ("a", "b[1]"), solver="rk4", solver_options=(("step", 0.1),), step=0.1)
+FACTS = RunFacts(
+    "s",
+    "M",
+    ("a", "b[1]"),
+    solver="rk4",
+    solver_options=(("step", 0.1),),
+    step=0.1,
+    panels=(Panel(("a", "b[1]")), Panel(("a",), "b[1]")),
+)
 
 
 @pytest.fixture

@@ -3,11 +3,13 @@ import json
 import os
 import stat
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from bgc.built import Panel
 from bgc.grammar.diagnostics import BgError
-from bgc.runtime.plot import Panel, read_panel
+from bgc.runtime.plot import read_panel
 from bgc.runtime.result import Result, UnknownColumn
 
 TIME = np.array([0.0, 0.1, 0.2])
@@ -158,6 +160,15 @@ def test_panels_against_time_and_against_another_column(result):
     first, second, right = figure.axes[0], figure.axes[2], figure.axes[1]
     assert (first.get_ylabel(), right.get_ylabel()) == ("tip.z [m]", "force [N]")
     assert (second.get_xlabel(), second.get_ylabel()) == ("tip.z [m]", "force [N]")
+
+
+def test_the_scenes_panels_are_the_default(result):
+    scene = (Panel(("force",), "tip.z"), Panel(("tip",)))
+    result = replace(result, panels=scene)
+    first, second = result.plot().axes
+    assert (first.get_xlabel(), first.get_ylabel()) == ("tip.z [m]", "force [N]")
+    assert [line.get_label() for line in second.lines] == ["tip[1]", "tip[2]"]
+    assert len(result.plot(columns=["force"]).axes) == 1
 
 
 def test_a_vector_is_plotted_by_its_components(result):
