@@ -9,7 +9,6 @@
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
     from bgc.runtime.result import Result
 
 __all__ = ["BgError", "Model", "Result", "SimulationError", "compile"]
-__version__ = version("bgc-lang")
 
 # Imported when first asked for: a pass of the compiler needs nothing of the runtime.
 _HOMES = {
@@ -33,6 +31,10 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("bgc-lang")
     if name not in _HOMES:
         raise AttributeError(f"module 'bgc' has no attribute {name!r}")
     module, attribute = _HOMES[name]

@@ -2,19 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
+from bgc.causal import CausalGraph
 from bgc.dag import Kind, Symbol
+from bgc.driver import Compilation
 from bgc.grammar.source import Source, Span
 from bgc.grammar.syntax import File
+from bgc.graph import Element, FlatGraph
 from bgc.infix import infix_lines, number
+from bgc.options import Options
 from bgc.program import Program
+from bgc.regions import ports_of
+
+PASSES = ("parse", "elaborate", "causality", "equations", "slice", "optimise", "emit")
 
 _WIDTH = 100
+
+
+def show_pass(name: str, path: Path, options: Options) -> str:
+    """What the pass `name` made of a file; only the passes up to it are run."""
+    compilation = Compilation(path, options)
+    match name:
+        case "parse":
+            return show_syntax(compilation.package.root.file)
+        case "elaborate":
+            return show_graph(compilation.graph)
+        case "causality":
+            return show_causality(compilation.causal)
+        case "equations":
+            return show_equations(compilation.equations)
+        case "slice":
+            return show_equations(compilation.sliced)
+        case "optimise":
+            return show_equations(compilation.optimised)
+        case "emit":
+            return "\n".join(unit.text for unit in compilation.emitted.units)
+        case _:
+            raise ValueError(f"there is no pass {name}")
 
 
 def show_syntax(file: File) -> str:
@@ -59,3 +89,121 @@ def _fields(node: Any) -> list[tuple[str, Any]]:
         for name, value in found
         if not isinstance(value, Span | Source) and value not in (None, (), "", False)
     ]
+
+
+def show_graph(graph: FlatGraph) -> str:
+    """The flat bond graph: its elements with their bonds, then the bonds."""
+    sections = (
+        ("elements", [_element(graph, element) for element in graph.elements]),
+        ("bonds", _bonds(graph)),
+        ("parameters", _parameters(graph)),
+        ("states", [f"{s.name} ({s.unit})" for s in graph.states]),
+    )
+    return _sections(sections)
+
+
+def show_causality(causal: CausalGraph) -> str:
+    """Each bond with its stroke and the reason for it, then what the states will be."""
+    graph = causal.graph
+    ends = _ends(graph)
+    lines = []
+    for bond, stroke in zip(graph.bonds, causal.strokes, strict=True):
+        tail, head = ends[bond.index]
+        arrow = "->|" if stroke.at_head else "|->"
+        lines.append(f"{tail} {arrow} {head}: {stroke.rule.value}, {stroke.reason}")
+    return _sections((("strokes", lines),))
+
+
+def show_equations(program: Program) -> str:
+    """The state equations `M y' = f`, what they start from, and what the scene observes."""
+    names = _symbol_names(program)
+
+    def lines(equations: list[tuple[str, int]]) -> list[str]:
+        return infix_lines(program.dag, equations, names)
+
+    left = _left_sides(program)
+    return _sections(
+        (
+            ("start", lines([(s.name, s.initial) for s in program.states])),
+            (
+                "equations",
+                lines([(l, s.derivative) for l, s in zip(left, program.states, strict=True)]),
+            ),
+            ("observed", lines([(o.name, o.node) for o in program.observations])),
+            (
+                "energy",
+                lines(
+                    [
+                        ("stored", program.energy.stored),
+                        ("supplied'", program.energy.supplied),
+                        ("dissipated'", program.energy.dissipated),
+                    ]
+                ),
+            ),
+            ("dropped", list(program.dropped)),
+        )
+    )
+
+
+def _sections(sections: Iterable[tuple[str, list[str]]]) -> str:
+    blocks = (f"{title}\n" + "".join(f"  {line}\n" for line in lines) for title, lines in sections if lines)
+    return "\n".join(blocks)
+
+
+def _left_sides(program: Program) -> list[str]:
+    if program.mass is None:
+        return [f"{state.name}'" for state in program.states]
+    rows: list[list[str]] = [[] for _ in program.states]
+    names = _symbol_names(program)
+    for entry in program.mass:
+        (line,) = infix_lines(program.dag, [("", entry.value)], names)
+        factor = line.removeprefix(" = ")
+        rate = f"{program.states[entry.column].name}'"
+        rows[entry.row].append(rate if factor == "1" else f"({factor}) * {rate}")
+    return [" + ".join(row) or "0" for row in rows]
+
+
+def _symbol_names(program: Program) -> Callable[[Symbol], str]:
+    inputs = [
+        f"{device.name}.{channel}[{component}]"
+        for device in program.devices
+        for channel, component in device.inputs
+    ]
+    tables = {
+        Kind.PARAM: [p.name for p in program.parameters],
+        Kind.STATE: [s.name for s in program.states],
+        Kind.INPUT: inputs,
+    }
+
+    def name(symbol: Symbol) -> str:
+        return "time" if symbol.kind is Kind.TIME else tables[symbol.kind][symbol.index]
+
+    return name
+
+
+def _ends(graph: FlatGraph) -> list[tuple[str, str]]:
+    """Of each bond: the names of the elements at its tail and its head."""
+    tails, heads = [""] * len(graph.bonds), [""] * len(graph.bonds)
+    for element in graph.elements:
+        for port in ports_of(element):
+            (heads if port.sign > 0 else tails)[port.bond] = element.name
+    return list(zip(tails, heads, strict=True))
+
+
+def _element(graph: FlatGraph, element: Element) -> str:
+    bonds = ", ".join(graph.bonds[port.bond].name for port in ports_of(element))
+    kind = getattr(element, "kind", type(element).__name__)
+    return f"{element.name} : {kind} on {bonds}"
+
+
+def _bonds(graph: FlatGraph) -> list[str]:
+    return [
+        f"{tail} -> {head} ({bond.effort_unit}, {bond.flow_unit})"
+        for bond, (tail, head) in zip(graph.bonds, _ends(graph), strict=True)
+    ]
+
+
+def _parameters(graph: FlatGraph) -> list[str]:
+    names = [p.name for p in graph.parameters]
+    equations = [(p.name, p.value) for p in graph.parameters]
+    return infix_lines(graph.dag, equations, lambda symbol: names[symbol.index])

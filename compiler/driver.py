@@ -1,0 +1,135 @@
+"""The compiler from source to shared object: each pass once, its result under its own name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from time import perf_counter
+from typing import ParamSpec, TypeVar
+
+from bgc.build import build_shared_object, runtime_directory
+from bgc.built import Built, run_facts
+from bgc.cache import digest_of, open_cache
+from bgc.causal import CausalGraph
+from bgc.causality import assign_causality
+from bgc.elaborate import elaborate
+from bgc.emit import EmittedModel, amalgamate, emit_model
+from bgc.equations import derive_equations
+from bgc.grammar.diagnostics import BgError, Diagnostic
+from bgc.graph import FlatGraph
+from bgc.optimise import optimise
+from bgc.options import Options
+from bgc.program import Program
+from bgc.recall import remember
+from bgc.resolve import Package, load
+from bgc.slice import slice_program
+from bgc.toolchain import find_toolchain
+
+_Result = TypeVar("_Result")
+_Arguments = ParamSpec("_Arguments")
+
+
+@dataclass
+class Compilation:
+    """One compilation: the result of each pass, made when it is first asked for.
+
+    `seconds` fills with what each pass took, in the order they ran. Any result raises BgError
+    when the model is at fault, with everything its pass found.
+    """
+
+    path: Path
+    options: Options
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def package(self) -> Package:
+        """The file and all it imports, parsed and with its names."""
+        return self._timed("parse", load, self.path)
+
+    @cached_property
+    def graph(self) -> FlatGraph:
+        """Instances, widths and laws, down to scalar bonds."""
+        scene, overrides = self.options.scene, self.options.overrides
+        return self._timed("elaborate", elaborate, self.package, scene, overrides)
+
+    @cached_property
+    def causal(self) -> CausalGraph:
+        """Strokes, and the independent flows."""
+        return self._timed("causality", assign_causality, self.graph)
+
+    @cached_property
+    def equations(self) -> Program:
+        """The assigned state equations."""
+        return self._timed("equations", derive_equations, self.causal)
+
+    @cached_property
+    def sliced(self) -> Program:
+        """What the scene needs of them."""
+        return self._timed("slice", slice_program, self.equations)
+
+    @cached_property
+    def optimised(self) -> Program:
+        """The same, simplified."""
+        return self._timed("optimise", optimise, self.sliced)
+
+    @cached_property
+    def emitted(self) -> EmittedModel:
+        """Its C."""
+        digest = digest_of([source.text for source in self.package.sources])
+        return self._timed("emit", emit_model, self.optimised, digest)
+
+    @cached_property
+    def built(self) -> Built:
+        """The shared object in the cache, noted there for a warm start."""
+        cache = open_cache()
+        library = self._timed(
+            "C compiler", build_shared_object, self.emitted.units, find_toolchain(), cache
+        )
+        facts = run_facts(self.graph.scene)
+        built = Built(library, facts, (*self.warnings, *cache.warnings))
+        remember(cache, self.path, self.options, self.package.sources, built)
+        return built
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """What the passes warn of."""
+        return (*self.package.warnings, *self.graph.warnings, *self.causal.warnings)
+
+    def _timed(
+        self,
+        name: str,
+        make: Callable[_Arguments, _Result],
+        *arguments: _Arguments.args,
+        **named: _Arguments.kwargs,
+    ) -> _Result:
+        start = perf_counter()
+        result = make(*arguments, **named)
+        self.seconds[name] = perf_counter() - start
+        return result
+
+
+def compile_source(path: Path, options: Options) -> Built:
+    """The shared object of a scene."""
+    return Compilation(path, options).built
+
+
+def amalgamate_source(path: Path, options: Options) -> str:
+    """One self-contained C11 file: the runtime and the scene's model."""
+    return amalgamate(Compilation(path, options).emitted, runtime_directory())
+
+
+def check_source(path: Path, scene: str | None = None) -> list[Diagnostic]:
+    """All that is wrong with a file's scenes (or one of them), up to their equations."""
+    package = load(path)
+    found: list[Diagnostic] = list(package.warnings)
+    for name in [scene] if scene is not None else package.scene_names or [None]:
+        try:
+            graph = elaborate(package, name)
+            causal = assign_causality(graph)
+            derive_equations(causal)
+            found += (*graph.warnings, *causal.warnings)
+        except BgError as err:
+            found += err.diagnostics
+    return found
