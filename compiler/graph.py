@@ -19,6 +19,7 @@ from enum import Enum
 from typing import TypeAlias
 
 from bgc.dag import Dag
+from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.source import Span
 
 Node: TypeAlias = int
@@ -350,3 +351,4 @@ class FlatGraph:
     requirements: tuple[Requirement, ...]
     devices: tuple[DeviceUse, ...]
     kept: tuple[str, ...]
+    warnings: tuple[Diagnostic, ...] = ()

@@ -1,0 +1,235 @@
+"""From a package and a scene to the flat bond graph: models, slots, widths and units are gone."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+from bgc.bond_units import BondUnits
+from bgc.bond_values import BondValues
+from bgc.carried import Carried
+from bgc.dag import Dag
+from bgc.domains import Domains
+from bgc.element_laws import LawReader
+from bgc.grammar.catalogue import graph as messages
+from bgc.grammar.diagnostics import BgError
+from bgc.graph import Bond, Element, FlatGraph, Observation, Storage
+from bgc.instantiate import Builder, note
+from bgc.law_units import infer_units
+from bgc.quantities import Quantities, component_name, indices
+from bgc.report import Report
+from bgc.resolve import Package
+from bgc.scalarise import Scalars, scalarise
+from bgc.scenes import (
+    Observed,
+    Scene,
+    check_edits,
+    check_overrides,
+    choose_scene,
+    collect_edits,
+    read_devices,
+    read_facts,
+    read_kept,
+    read_observed,
+    read_requirements,
+)
+from bgc.statements import (
+    Statements,
+    force_values,
+    note_assignments,
+    read_statements,
+    unit_symbol,
+)
+from bgc.tree import Instance, Quantity
+from bgc.units import si_symbol
+from bgc.widths import join_nets, settle_widths
+from bgc.wiring import Wiring, wire
+from bgc.world import Edits, World
+
+_STACK = 20_000
+
+
+def elaborate(
+    package: Package,
+    scene: str | None = None,
+    overrides: Sequence[tuple[str, str]] = (),
+) -> FlatGraph:
+    """The flat graph of a scene of the package's root file.
+
+    `scene` is a scene's name; None takes the file's first, or an implicit one of its last model
+    that observes all its states. `overrides` are `--set` texts: they change defaults of
+    parameters, and constants, which decide structure.
+
+    Raises
+    ------
+    BgError
+        With every independent mistake that was found.
+    """
+    with _deep_recursion():
+        return _elaborate(package, choose_scene(package, scene), overrides)
+
+
+def _elaborate(
+    package: Package, scene: Scene, overrides: Sequence[tuple[str, str]]
+) -> FlatGraph:
+    report = Report()
+    world = World(package, Dag(), report, Edits())
+    world.builder = Builder(world)
+    world.quantities = Quantities(world)
+    domains, carried = Domains(world), Carried(world)
+    world.bonds = BondValues(world, domains, carried)
+
+    collect_edits(world, scene, overrides)
+    report.raise_errors()
+    root = _root(world, scene)
+    wiring = wire(world, root)
+    check_edits(world, scene)
+    check_overrides(world, scene, overrides)
+    report.raise_errors()
+
+    nets = join_nets(world, wiring, domains)
+    note_assignments(world, wiring, domains, carried)
+    report.raise_errors()
+    with _provisional(world):
+        settle_widths(nets)
+        scalars = scalarise(world, wiring)
+        _number_storage(wiring, scalars)
+        units = infer_units(world, wiring, domains, scalars)
+    report.raise_errors()
+    world.bonds.scalars, world.bonds.units = scalars, units
+
+    force_values(world, wiring, carried)
+    elements = _read_laws(world, wiring, scalars)
+    statements = read_statements(world, wiring)
+    observed = read_observed(world, scene, root)
+    if scene.implicit:
+        observed = _observe_all(world, wiring, root)
+    devices = read_devices(world, scene)
+    requirements = read_requirements(world, scene)
+    kept = read_kept(world, scene)
+    facts = read_facts(world, scene, observed)
+    if not (elements or statements.states or statements.equations or observed.columns):
+        span = scene.model.syntax.name_span
+        report.add(messages.nothing_to_compute(span, scene.model.syntax.name))
+    report.raise_errors()
+    return FlatGraph(
+        dag=world.dag,
+        scene=facts,
+        bonds=tuple(_bonds(scalars, units)),
+        elements=tuple(elements),
+        parameters=tuple(world.quantities.parameters),
+        states=statements.states,
+        unknowns=statements.unknowns,
+        equations=statements.equations,
+        guards=statements.guards,
+        observations=observed.observations,
+        requirements=requirements,
+        devices=devices,
+        kept=kept,
+        warnings=(*package.warnings, *report.warnings),
+    )
+
+
+def _root(world: World, scene: Scene) -> Instance:
+    """The tree of the scene's model; its parts are built as they are needed."""
+    model = scene.model
+    dims = world.builder.dimensions(model.syntax, scene.use, scene.env)
+    arguments = world.builder.by_name(scene.use, scene.env, model.syntax.name)
+    root = world.builder.instantiate(
+        model, dims, arguments, "", None, model.syntax.name_span, home=scene.env
+    )
+    for name, device in scene.devices.items():
+        if name in root.members:
+            from bgc.grammar.catalogue.scenes import device_name_taken
+
+            world.report.add(device_name_taken(device.item.span, name, None))
+    return root
+
+
+def _number_storage(wiring: Wiring, scalars: Scalars) -> None:
+    """Count the storage ports over the graph."""
+    count = 0
+    for element in wiring.elements:
+        if element.basic in {"C", "I", "IC"}:
+            element.first_state = count
+            count += len(scalars.ports(element.faces["all"]))
+
+
+def _read_laws(world: World, wiring: Wiring, scalars: Scalars) -> list[Element]:
+    reader = LawReader(world, world.bonds, scalars)
+    found: list[Element] = []
+    for element in wiring.elements:
+        with world.report.collecting(note(element.env)):
+            found.extend(reader.read(element))
+    return found
+
+
+def _bonds(scalars: Scalars, units: BondUnits) -> Iterator[Bond]:
+    for index, bond in enumerate(scalars.bonds):
+        yield Bond(
+            index,
+            bond.name,
+            bond.component,
+            bond.width,
+            _symbol(units, "effort", index),
+            _symbol(units, "flow", index),
+            units.is_power(index),
+            bond.span,
+        )
+
+
+def _symbol(units: BondUnits, variable: str, bond: int) -> str:
+    spelled = units.symbol(variable, bond)
+    dimension = units.dimension(variable, bond)
+    return spelled or (si_symbol(dimension) if dimension is not None else "")
+
+
+def _observe_all(world: World, wiring: Wiring, root: Instance) -> Observed:
+    """Without a scene: the states of all storage elements, all declared states, all outputs."""
+    found: list[Observation] = []
+    for element in wiring.elements:
+        for name in {"C": "q", "I": "p", "IC": "qp"}.get(element.basic, ""):
+            with world.report.collecting():
+                value = world.bonds.storage(element, name)
+                for k, index in enumerate(indices(value.shape)):
+                    unit = value.units[k]
+                    symbol = si_symbol(unit) if unit is not None else ""
+                    label = component_name(f"{element.path}.{name}", index)
+                    found.append(Observation(label, symbol, value.nodes[k], element.span))
+    outputs = [
+        m for m in root.members.values() if isinstance(m, Quantity) and m.kind == "output"
+    ]
+    for quantity in (*world.quantities.states, *outputs):
+        value = quantity.value
+        if value is not None:
+            for k, index in enumerate(indices(value.shape)):
+                label = component_name(quantity.path, index)
+                unit = unit_symbol(quantity, value.units[k])
+                span = quantity.declaration.name_span
+                found.append(Observation(label, unit, value.nodes[k], span))
+    return Observed(tuple(found), (), tuple(o.name for o in found))
+
+
+@contextmanager
+def _provisional(world: World) -> Iterator[None]:
+    """Within it, values that depend on bonds show their shapes only, and are then forgotten."""
+    world.provisional = True
+    try:
+        yield
+    finally:
+        world.provisional = False
+        world.quantities.forget_provisional()
+
+
+@contextmanager
+def _deep_recursion() -> Iterator[None]:
+    """Definitions that lead from part to part along a whole chain need a deep stack."""
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, _STACK))
+    try:
+        yield
+    except RecursionError:
+        raise BgError([messages.nested_too_deep()]) from None
+    finally:
+        sys.setrecursionlimit(before)

@@ -1,0 +1,927 @@
+"""Diagnostics of bonds, ports, widths, domains, elements and their laws."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bgc.grammar.catalogue import error, warning
+from bgc.grammar.diagnostics import Diagnostic, Label
+from bgc.grammar.source import Span
+
+# --- bonds and ports --------------------------------------------------------------------
+
+
+def cannot_be_bonded(span: Span, name: str, what: str) -> Diagnostic:
+    """BG400: an end of a bond that is no element, part or port
+
+    What: a chain names a value, or something else that has no power port.
+
+    Why: a bond joins two power ports.
+
+    Example: `supply -> loop -> resistance;` where `param resistance`.
+
+    Way out: name the element, part or port; a value is given to a source as its argument.
+    """
+    return error(
+        "BG400",
+        f"`{name}` is {what}, and cannot be bonded",
+        span,
+        help="a bond joins elements, parts and ports",
+    )
+
+
+def bond_to_inner_part(span: Span, part: str, owner: str, ports: Sequence[str]) -> Diagnostic:
+    """BG401: a bond to the inside of a part
+
+    What: a chain names something inside a part that is not one of its ports.
+
+    Why: a model is bonded only at its ports, so that another may take its place. Its values can
+    be read from everywhere.
+
+    Example: `crane.boom.hub -> load;`
+
+    Way out: bond to a port of the part, or add one to its model.
+    """
+    listing = ", ".join(f"`{owner}.{p}`" for p in ports)
+    return error(
+        "BG401",
+        f"`{part}` is inside `{owner}`",
+        span,
+        help=f"bond to a port: {listing}" if listing else f"add a port to the model of `{owner}`",
+    )
+
+
+def which_port(span: Span, part: str, direction: str, ports: Sequence[str]) -> Diagnostic:
+    """BG402: a part with several ports that fit
+
+    What: a part stands in a chain by its bare name, and more than one of its ports could take
+    the arrow.
+
+    Why: a bare name means the part's only port of that direction, or the one marked `main`.
+
+    Example: `a -> gearbox;` where gearbox has two `in` ports.
+
+    Way out: name the port: `a -> gearbox.shaft;`
+    """
+    listing = " or ".join(f"`{part}.{p}`" for p in ports)
+    return error(
+        "BG402",
+        f"`{part}` has {len(ports)} ports for an arrow {direction} it",
+        span,
+        help=f"write {listing}",
+    )
+
+
+def no_port(span: Span, part: str, direction: str, ports: Sequence[str]) -> Diagnostic:
+    """BG403: a part without a port that fits
+
+    What: an arrow points into a part that has only `out` ports, or out of one that has only
+    `in` ports, or the part has no ports.
+
+    Why: the arrow is the direction of positive power, and a port says which way its bond points.
+
+    Example: `load -> crane;` where crane has only `port tip out`.
+
+    Way out: turn the arrow round, or put a junction between.
+    """
+    listing = ", ".join(f"`{p}`" for p in ports)
+    return error(
+        "BG403",
+        f"`{part}` has no port for an arrow {direction} it",
+        span,
+        help=f"its ports are {listing}" if ports else "its model has no ports",
+    )
+
+
+def arrow_against_port(span: Span, port: str, direction: str, inside: bool, place: Span) -> Diagnostic:
+    """BG404: an arrow against the direction of a port
+
+    What: an arrow points out of an `in` port or into an `out` port (seen from outside; inside
+    the model it is the other way round: there `base -> hub` carries on what came in).
+
+    Why: turning it silently would change the sign of a flow.
+
+    Example: `port base in; hub -> base;`
+
+    Way out: turn the arrow round.
+    """
+    where = "inside its model the arrow leaves it" if inside else "the arrow points into it"
+    if direction == "out":
+        where = "inside its model the arrow points into it" if inside else "the arrow leaves it"
+    return error(
+        "BG404",
+        f"the arrow runs against the port `{port}`",
+        span,
+        labels=[Label(place, f"an `{direction}` port: {where}")],
+        help="turn the arrow round",
+    )
+
+
+def arrow_out_of_element(span: Span, name: str, kind: str) -> Diagnostic:
+    """BG405: an arrow out of a C, I or R
+
+    What: a bond's half arrow leaves a storage element or a resistor.
+
+    Why: their power is counted as it flows in; an arrow out would turn the sign of the law.
+
+    Example: `spring -> node;`
+
+    Way out: turn the arrow round: `node -> spring;`
+    """
+    return error(
+        "BG405",
+        f"an arrow cannot leave `{name}`, a {kind}",
+        span,
+        help=f"turn it round: `.. -> {name}`",
+    )
+
+
+def bonded_twice(span: Span, name: str, first: Span, is_port: bool) -> Diagnostic:
+    """BG406: two bonds where there is room for one
+
+    What: a port or a one-port element has a second bond.
+
+    Why: where power divides there is a junction, and it matters which.
+
+    Example: `loop -> coil; other -> coil;`
+
+    Way out: put a J0 (common effort) or J1 (common flow) between. An element of several ports
+    gets its width in brackets: `field : C[2](..);`
+    """
+    more = "" if is_port else ", or give the element a width, as in `C[2]`"
+    return error(
+        "BG406",
+        f"`{name}` is bonded twice",
+        span,
+        labels=[Label(first, "first bonded here")],
+        help=f"put a J0 or J1 between{more}",
+    )
+
+
+def not_bonded(span: Span, name: str, what: str) -> Diagnostic:
+    """BG407: an element or port without a bond
+
+    What: an element, or a port seen from outside or inside, is not bonded.
+
+    Why: what happens at an open end has to be said: nothing is assumed.
+
+    Example: `tip : J1;` and no chain that names it.
+
+    Way out: bond it. A free end has no effort: `free : Se(e = 0); part.port -> free;`. A fixed
+    one has no flow: `fixed : Sf(f = 0);`
+    """
+    return error(
+        "BG407",
+        f"{what} `{name}` is not bonded",
+        span,
+        help="bond it; a free end is `free : Se(e = 0);`, a held one `held : Sf(f = 0);`",
+    )
+
+
+def arrows_meet(span: Span, name: str, other: Span) -> Diagnostic:
+    """BG408: arrows that meet head to head
+
+    What: two bonds meet at a port without a direction, and both point to it or away from it.
+
+    Why: they are one bond, and it has one direction.
+
+    Example: `port p;` with `hub -> p` inside and `j -> part.p` outside.
+
+    Way out: turn one of the two arrows round.
+    """
+    return error(
+        "BG408",
+        f"the bonds on both sides of `{name}` point against each other",
+        span,
+        labels=[Label(other, "the other one")],
+        help="turn one of them round",
+    )
+
+
+def no_element_on_bond(span: Span, name: str) -> Diagnostic:
+    """BG409: a bond that leads to no element
+
+    What: following a bond through ports leads round in a circle.
+
+    Why: a bond joins two elements.
+
+    Example: two ports of a part that are bonded with each other outside and inside.
+
+    Way out: put an element or a junction on it.
+    """
+    return error("BG409", f"the bond `{name}` leads round in a circle of ports", span,
+                 help="put a junction or an element on it")  # fmt: skip
+
+
+# --- widths and domains -----------------------------------------------------------------
+
+
+def widths_differ(
+    span: Span, one: int, one_at: Span | None, two: int, two_at: Span | None
+) -> Diagnostic:
+    """BG410: two widths for one bond
+
+    What: what stands at the two ends of a bond, or around a junction, has different widths.
+
+    Why: a bond of width n is n bonds; all must have both ends.
+
+    Example: `body : I[6](M); node : J1[3]; node -> body;`
+
+    Way out: correct one of the widths; to join bonds of width 3 and 3 to one of 6 use
+    `join : Mux[3, 3];`, to take a part use a slice: `node[1..3] -> ..`.
+    """
+    labels = [
+        Label(at, f"width {size}") for size, at in ((one, one_at), (two, two_at)) if at is not None
+    ]
+    return error(
+        "BG410",
+        f"widths {one} and {two} meet here",
+        span,
+        labels=labels,
+        help="a `Mux` joins bonds, a slice as `hub[1..3]` takes a part of one",
+    )
+
+
+def widths_do_not_add_up(span: Span, name: str, total: int, parts: Sequence[int]) -> Diagnostic:
+    """BG411: bonds that do not fill what they join
+
+    What: the widths of the bonds at a Mux, or at an element of several ports, do not add up to
+    its width.
+
+    Why: every component needs exactly one bond.
+
+    Example: `join : Mux[3, 3];` with bonds of width 3 and 2.
+
+    Way out: correct the widths, or their number.
+    """
+    found = " + ".join(map(str, parts)) or "0"
+    return error(
+        "BG411",
+        f"the bonds at `{name}` have widths {found}, where {total} is needed",
+        span,
+        help="every component needs one bond",
+    )
+
+
+def slice_outside(span: Span, name: str, component: int, width: int) -> Diagnostic:
+    """BG412: a slice of components that are not there
+
+    What: an index of a bond's end is less than 1 or more than the width.
+
+    Why: components count from 1.
+
+    Example: `hub[4..7] -> lin;` where hub has width 6.
+
+    Way out: keep the slice within the width.
+    """
+    return error(
+        "BG412",
+        f"there is no component {component} in `{name}`",
+        span,
+        help=f"components count from 1 to {width}",
+    )
+
+
+def domains_differ(span: Span, one: str, one_at: Span, two: str, two_at: Span) -> Diagnostic:
+    """BG413: two domains on one bond
+
+    What: ports of different domains are bonded with each other.
+
+    Why: a domain gives effort and flow their meaning; between two of them stands a transformer
+    or gyrator.
+
+    Example: a port of `Frame` bonded to one of `Electric`.
+
+    Way out: put the TF or GY between that turns one into the other.
+    """
+    return error(
+        "BG413",
+        f"domains `{one}` and `{two}` meet here",
+        span,
+        labels=[Label(one_at, one), Label(two_at, two)],
+        help="a TF or GY stands between two domains",
+    )
+
+
+def units_differ(
+    span: Span, name: str, variable: str, one: str, one_at: Span, two: str, two_at: Span
+) -> Diagnostic:
+    """BG414: two units for one effort or flow
+
+    What: the units given around a bond do not go together.
+
+    Why: effort times flow is a power, and all bonds of a junction have the same units; here an
+    element says otherwise.
+
+    Example: `supply : Se(e = 5 V); mass : I(2 kg); supply -> mass;`
+
+    Way out: correct the unit, put a TF or GY between the domains, or declare the domain as
+    `pseudo` where effort times flow is no power.
+    """
+    labels = [Label(one_at, one)]
+    if (two_at.start, two_at.end) != (one_at.start, one_at.end):
+        labels.append(Label(two_at, two))
+    return error(
+        "BG414",
+        f"the {variable} of `{name}` would be {one}, and {two}",
+        span,
+        labels=labels,
+        help="correct one of the units; between two domains stands a TF or GY",
+    )
+
+
+def domain_unbalanced(span: Span, name: str, efforts: int, flows: int) -> Diagnostic:
+    """BG415: a domain whose efforts and flows do not pair up
+
+    What: a domain has more components of effort than of flow, or the other way round.
+
+    Why: the k-th effort times the k-th flow is a power.
+
+    Example: `domain D { effort F[3] : N; flow v[2] : m/s; }`
+
+    Way out: give both the same number of components.
+    """
+    return error(
+        "BG415",
+        f"domain `{name}` has {efforts} efforts and {flows} flows",
+        span,
+        help="give both the same number of components, in the same order",
+    )
+
+
+def domain_no_power(span: Span, name: str, component: int, found: str) -> Diagnostic:
+    """BG416: a domain whose effort times flow is no power
+
+    What: the units of an effort and its flow multiply to something other than watts.
+
+    Why: energy could not be accounted for.
+
+    Example: `domain Heat { effort T : K; flow Q : W; }`
+
+    Way out: correct the units, or declare it as `pseudo domain`.
+    """
+    return error(
+        "BG416",
+        f"effort times flow of component {component} of `{name}` is {found}, not a power",
+        span,
+        help="correct the units, or write `pseudo domain`",
+    )
+
+
+def slot_width(
+    span: Span,
+    model: str,
+    interface: str,
+    asked: tuple[int, ...],
+    have: tuple[int, ...],
+    place: Span,
+) -> Diagnostic:
+    """BG417: a model in a slot of another width
+
+    What: the model in a slot is the right interface, but with other dimensions.
+
+    Why: the slot's bonds have the width that it asks for.
+
+    Example: `lock : Lock[5] = Rigid[6];`
+
+    Way out: give the model the dimensions of the slot.
+    """
+    needs = ", ".join(map(str, asked))
+    has = ", ".join(map(str, have))
+    return error(
+        "BG417",
+        f"`{model}` is a `{interface}[{has}]` here, where a `{interface}[{needs}]` is needed",
+        span,
+        labels=[Label(place, "the slot")],
+        help="give it the slot's dimensions",
+    )
+
+
+def too_many_parts(span: Span, most: int) -> Diagnostic:
+    """BG418: more parts than the compiler is made for
+
+    What: a `for` or an array makes more parts than any model needs.
+
+    Why: every part becomes code of its own; this is most often a slip of the keyboard.
+
+    Example: `for i in 1..1000000000 { }`
+
+    Way out: use fewer.
+    """
+    return error("BG418", f"more than {most} parts or turns of a `for`", span, help="use fewer")
+
+
+def unknown_port_member(span: Span, owner: str, name: str, have: Sequence[str]) -> Diagnostic:
+    """BG419: something that an element or port does not show
+
+    What: the name after an element or port is none of what can be read of it.
+
+    Why: a resistor has no displacement, a 0-junction no one flow.
+
+    Example: `observe junction.f;` of a J0.
+
+    Way out: read one of those that the message lists.
+    """
+    listing = ", ".join(f"`{h}`" for h in have)
+    return error("BG419", f"{owner} has no `{name}`", span, help=f"it has {listing}")
+
+
+# --- signals along bonds ----------------------------------------------------------------
+
+
+def nobody_writes(span: Span, port: str, signal: str) -> Diagnostic:
+    """BG420: a signal along a bond that nobody gives
+
+    What: a signal that the domain carries is read, but nothing up the bond writes it.
+
+    Why: the tail of a bond writes its signals, the head reads them. They pass through ports and
+    1-junctions, and end at every other element.
+
+    Example: `output z = frame.r.z;` with nothing but a source at `frame`.
+
+    Way out: write it where the bond starts: `tip.r = ..;` in a model with `port tip out`.
+    """
+    return error(
+        "BG420",
+        f"nothing writes `{signal}` along the bond at `{port}`",
+        span,
+        help=f"write it where the bond starts: `tip.{signal} = ..;`",
+    )
+
+
+def written_twice_over(span: Span, where: str, signal: str, places: Sequence[Span]) -> Diagnostic:
+    """BG421: a signal that comes from two sides
+
+    What: two bonds bring the same signal to one junction.
+
+    Why: which of them is meant could not be told.
+
+    Example: two bodies, both writing their pose, bonded into one J1.
+
+    Way out: turn one of the bonds round, or let only one side write the signal.
+    """
+    return error(
+        "BG421",
+        f"`{signal}` reaches `{where}` from two sides",
+        span,
+        labels=[Label(p, "written here") for p in places],
+        help="only one bond may bring it in",
+    )
+
+
+def cannot_assign(span: Span, name: str) -> Diagnostic:
+    """BG422: a statement that gives a value to something that takes none
+
+    What: the left side of `=` is no output or signal declared without a value, and no signal of
+    one of the model's own ports.
+
+    Why: everything has one definition, at its declaration.
+
+    Example: `param k = 2; k = 3;`
+
+    Way out: write the value in the declaration, or declare an `output`; a state is given by
+    `der(x) = ..;`
+    """
+    return error(
+        "BG422",
+        f"`{name}` cannot be given a value here",
+        span,
+        help="only an `output` or `signal` declared without a value, or a signal of a port, can",
+    )
+
+
+# --- elements and their laws ------------------------------------------------------------
+
+
+def law_of_model(span: Span, name: str) -> Diagnostic:
+    """BG430: a law block on a model
+
+    What: a part whose type is a model has a law in braces.
+
+    Why: only basic elements have a law; a model is given arguments.
+
+    Example: `boom : Beam { e = 2*f; }`
+
+    Way out: give arguments, `boom : Beam(..);`, or extend the model: `model B is Beam { .. }`.
+    """
+    return error(
+        "BG430",
+        f"`{name}` is a model, and takes no law",
+        span,
+        help="give it arguments, or extend it by `model .. is`",
+    )
+
+
+def law_missing(span: Span, name: str, kind: str, way: str) -> Diagnostic:
+    """BG431: an element without a law
+
+    What: an element has neither an argument nor a law block.
+
+    Why: what it does is not known.
+
+    Example: `coil : I;`
+
+    Way out: give it an argument, `coil : I(2 mH);`, or a law, `spring : C { e = k*q^3; }`.
+    """
+    return error("BG431", f"`{name}` has no law: what does this {kind} do?", span, help=way)
+
+
+def law_and_argument(span: Span, name: str, argument: str) -> Diagnostic:
+    """BG432: an element with both an argument and a law
+
+    What: an element has an argument that is its law, and a law in braces too.
+
+    Why: which of them holds could not be told.
+
+    Example: `r : R(2 ohm) { e = 3*f; }`
+
+    Way out: remove one.
+    """
+    return error(
+        "BG432",
+        f"`{name}` has both the argument `{argument}` and a law",
+        span,
+        help="remove one of them",
+    )
+
+
+def law_not_of_this(span: Span, kind: str, left: str, have: Sequence[str]) -> Diagnostic:
+    """BG433: a law for a variable that the element does not have
+
+    What: the left side of a law is not one that this kind of element is defined by.
+
+    Why: a C relates `e` and `q`, an I `f` and `p`, an R `e` and `f`, a TF or GY the two sides.
+
+    Example: `spring : C { f = 2*p; }`
+
+    Way out: write one of the forms that the message lists.
+    """
+    listing = " or ".join(f"`{h}`" for h in have)
+    return error(
+        "BG433", f"a law of {kind} cannot start with `{left}`", span, help=f"write {listing}"
+    )
+
+
+def law_variable_misplaced(span: Span, kind: str, left: str, found: str, right: str) -> Diagnostic:
+    """BG434: a law in terms of the wrong variable
+
+    What: the right side of a law holds a variable of the element that this law cannot depend on.
+
+    Why: `e = ..` of a C is a function of `q`, `f = ..` of an I of `p`, `e2 = ..` of a TF of
+    `e1`, of a GY of `f1`.
+
+    Example: `spring : C { e = k*f; }`
+
+    Way out: use the variable that the message names.
+    """
+    return error(
+        "BG434",
+        f"`{left} = ..` of {kind} depends on `{right}`, not on `{found}`",
+        span,
+        help=f"write it in terms of `{right}`",
+    )
+
+
+def law_variable_is_a_name(span: Span, name: str) -> Diagnostic:
+    """BG435: a name that a law uses for itself
+
+    What: a law names a variable of its element, and the model has a value of that name too.
+
+    Why: in a law `e f p q` (of a two-port `e1 f1 e2 f2`) are the element's own.
+
+    Example: `param f = 50 Hz; drag : R { e = 2*f; }`
+
+    Way out: rename the value.
+    """
+    return error(
+        "BG435",
+        f"`{name}` is the element's own here, and also a value of this model",
+        span,
+        help=f"rename the value `{name}`",
+    )
+
+
+def law_not_linear(span: Span, name: str, right: str) -> Diagnostic:
+    """BG436: a two-port law that is not linear
+
+    What: a law of a TF or GY is not a matrix times its variable, or a C or I is given as
+    `q = ..` or `p = ..` by something that is not.
+
+    Why: the dual law, with the transposed matrix, is derived from it, so that power is
+    conserved; a nonlinear law has none. A C or I would have to be inverted.
+
+    Example: `map : MTF { f2 = f1^2; }`
+
+    Way out: write `matrix*variable`, where the matrix may depend on states; for storage write
+    `e = ..` in terms of `q` (`f = ..` of `p`), or the energy `H = ..`.
+    """
+    return error(
+        "BG436",
+        f"the law of `{name}` is not linear in `{right}`",
+        span,
+        help=f"write it as a factor or matrix times `{right}`; storage may be given by `H = ..`",
+    )
+
+
+def law_incomplete(span: Span, name: str, left: str, width: int, missing: int) -> Diagnostic:
+    """BG437: a law without all of its components
+
+    What: a law written by components leaves one out, or gives one twice.
+
+    Why: each of the element's ports needs its equation.
+
+    Example: `field : C[2] { e[1] = q[1]; }`
+
+    Way out: write one equation for each component, or one vector equation.
+    """
+    return error(
+        "BG437",
+        f"the law of `{name}` gives `{left}[{missing}]` not exactly once, of {width}",
+        span,
+        help="write one equation for each component, or one for the whole vector",
+    )
+
+
+def law_too_many(span: Span, name: str, needed: str) -> Diagnostic:
+    """BG438: more equations than a law has
+
+    What: a law block holds equations for different variables.
+
+    Why: one equation is the law of a one-port; the dual law of a two-port follows from it.
+
+    Example: `r : R { e = 2*f; f = e/2; }`
+
+    Way out: keep one. A TF may give both directions of a rotation: `f2 = ..` and `f1 = ..`.
+    """
+    return error("BG438", f"the law of `{name}` has too many equations", span, help=needed)
+
+
+def wrong_matrix(span: Span, what: str, expected: str, found: str) -> Diagnostic:
+    """BG439: a law's matrix of the wrong size
+
+    What: the value given to an element does not fit its width.
+
+    Why: an element of width n has n components of effort and flow.
+
+    Example: `field : C[2](stiffness = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]);`
+
+    Way out: a scalar (for all components alike), a vector (one for each), or an n x n matrix.
+    """
+    return error(
+        "BG439",
+        f"{what} is {found}, where {expected} is needed",
+        span,
+        help="give a scalar, a vector of one for each component, or a matrix",
+    )
+
+
+def modulated(span: Span, name: str, kind: str) -> Diagnostic:
+    """BG440: an element that varies without saying so
+
+    What: the law of a TF, GY or R depends on the time, a state or a signal.
+
+    Why: that such an element is modulated matters to its reader; the M says so.
+
+    Example: `lever : TF(ratio = cos(angle));`
+
+    Way out: write MTF, MGY or MR.
+    """
+    return error(
+        "BG440",
+        f"`{name}` varies during the run, so it is a modulated element",
+        span,
+        help=f"write `M{kind}` instead of `{kind}`",
+    )
+
+
+def storage_varies(span: Span, name: str, kind: str) -> Diagnostic:
+    """BG441: a storage element that varies
+
+    What: the law of a C or I depends on the time, or on something other than its own state.
+
+    Why: its energy would change without a bond that brings it.
+
+    Example: `spring : C(stiffness = 2 + time);`
+
+    Way out: use constants and parameters; where energy depends on several states, make it one
+    element of several ports with an energy law `H = ..`, or put an MTF before the element.
+    """
+    return error(
+        "BG441",
+        f"the law of `{name}`, a {kind}, varies by something other than its own state",
+        span,
+        help="use constants and parameters, an energy law, or an MTF before it",
+    )
+
+
+def not_skew(span: Span, name: str, row: int, column: int) -> Diagnostic:
+    """BG442: a one-sided gyrator that is not skew
+
+    What: the matrix of an MGY with bonds on one side only (eq. 13 of the paper) is not skew:
+    `S[i, j]` is not `-S[j, i]`.
+
+    Why: only a skew matrix neither makes nor takes power.
+
+    Example: `gyro : MGY[3] { e = [[0, 1, 0], [1, 0, 0], [0, 0, 0]]*f; }`
+
+    Way out: correct the matrix; what takes power is an R.
+    """
+    return error(
+        "BG442",
+        f"the matrix of `{name}` is not skew: entry [{row}, {column}] is not the opposite of "
+        f"[{column}, {row}]",
+        span,
+        help="correct the matrix; what takes power is an R",
+    )
+
+
+def one_sided(span: Span, name: str, kind: str, missing: str) -> Diagnostic:
+    """BG443: a two-port with bonds on one side only
+
+    What: a TF or GY has no bond on one of its sides.
+
+    Why: it passes power from the bond that comes in to the one that leaves.
+
+    Example: `a -> gear;`
+
+    Way out: bond the other side. Only an MGY with a skew matrix may have all its bonds on one.
+    """
+    return error(
+        "BG443",
+        f"`{name}`, a {kind}, has no bond {missing} it",
+        span,
+        help="write `.. -> name -> ..`",
+    )
+
+
+def inverse_differs(span: Span, name: str) -> Diagnostic:
+    """BG444: two laws of a transformer that contradict each other
+
+    What: a TF is given in both directions, and one matrix is not the inverse of the other.
+
+    Why: `f2 = m f1` and `f1 = w f2` say the same only if `w m` is the identity.
+
+    Example: `turn : MTF { f2 = transpose(B)*f1; f1 = 2*B*f2; }`
+
+    Way out: correct one, or leave one out.
+    """
+    return error(
+        "BG444",
+        f"the two equations of `{name}` are not each other's inverse",
+        span,
+        help="correct one, or leave it out",
+    )
+
+
+def not_symmetric(span: Span, name: str, row: int, column: int) -> Diagnostic:
+    """BG445: a storage matrix that is not symmetric
+
+    What: the matrix of a C or I is not symmetric at the parameters' defaults.
+
+    Why: then there is no energy that it stores: it could make power out of nothing.
+
+    Example: `field : C[2](stiffness = [[1, 2], [0, 1]]);`
+
+    Way out: correct the matrix.
+    """
+    return warning(
+        "BG445",
+        f"the matrix of `{name}` is not symmetric: entry [{row}, {column}] differs from "
+        f"[{column}, {row}]",
+        span,
+        help="a storage element needs a symmetric matrix",
+    )
+
+
+def initial_not_of_this(span: Span, name: str, kind: str, have: Sequence[str]) -> Diagnostic:
+    """BG446: an initial value that the element does not take
+
+    What: `p0` is given to a C, or `q0` to an I, or an initial value to something that stores
+    nothing.
+
+    Why: a C starts from its displacement `q0` or effort `e0`, an I from its momentum `p0` or
+    flow `f0`.
+
+    Example: `coil : I(L, q0 = 1);`
+
+    Way out: give one of those that the message lists.
+    """
+    listing = " or ".join(f"`{h}`" for h in have)
+    return error(
+        "BG446",
+        f"`{name}` is no initial value of {kind}",
+        span,
+        help=f"give {listing}" if have else "it stores nothing",
+    )
+
+
+# --- equations --------------------------------------------------------------------------
+
+
+def not_a_state(span: Span, name: str) -> Diagnostic:
+    """BG450: the derivative of something that is no state
+
+    What: `der(x) = ..;` or `project x = ..;` is written for something other than a `state` of
+    this model.
+
+    Why: only a declared state is integrated.
+
+    Example: `let x = 0; der(x) = 1;`
+
+    Way out: declare it: `state x = 0;`
+    """
+    return error(
+        "BG450", f"`{name}` is no state of this model", span, help="declare it by `state`"
+    )
+
+
+def state_without_equation(span: Span, name: str) -> Diagnostic:
+    """BG451: a state without an equation
+
+    What: a `state` has no `der(x) = ..;`, and no `equation` holds `der(x)`.
+
+    Why: how it changes is not known.
+
+    Example: `state x = 1;` and nothing more.
+
+    Way out: write `der(x) = ..;`. What only depends on others is a `signal`.
+    """
+    return error(
+        "BG451",
+        f"nothing says how the state `{name}` changes",
+        span,
+        help=f"write `der({name}) = ..;`",
+    )
+
+
+def equations_and_unknowns(span: Span, equations: int, unknowns: int) -> Diagnostic:
+    """BG452: the number of equations is not that of the unknowns
+
+    What: the model has more or fewer scalar `equation`s than `unknown`s and states without a
+    `der(x) = ..;` of their own.
+
+    Why: each unknown needs one equation to be found from.
+
+    Example: `unknown z = 0;` without an `equation`.
+
+    Way out: add an equation, or remove one; a vector equation counts once for each component.
+    """
+    return error(
+        "BG452",
+        f"{equations} equations for {unknowns} unknowns",
+        span,
+        help="each `unknown`, and each state that only equations hold, needs one equation",
+    )
+
+
+def nothing_to_compute(span: Span, name: str) -> Diagnostic:
+    """BG453: a model without contents
+
+    What: the model of the scene has no element, no state and no equation.
+
+    Why: there is nothing to run.
+
+    Example: `model Empty { }`
+
+    Way out: add parts, or name another model in the scene.
+    """
+    return error("BG453", f"the model `{name}` has nothing to compute", span,
+                 help="add elements, states or equations")  # fmt: skip
+
+
+def mux_count(span: Span, name: str, expected: int, found: int) -> Diagnostic:
+    """BG454: a Mux with more or fewer bonds than widths
+
+    What: the widths in brackets are those of the bonds that a Mux joins, in their order, and
+    there are more or fewer bonds.
+
+    Why: each bond needs its place in the wide one.
+
+    Example: `join : Mux[5, 1];` with three bonds coming in.
+
+    Way out: write one width for each bond, all bonds in one statement: `lock, free -> join;`
+    """
+    return error(
+        "BG454",
+        f"`{name}` has {expected} widths for {found} bonds",
+        span,
+        help="write one width for each bond, in their order",
+    )
+
+
+def nested_too_deep() -> Diagnostic:
+    """BG455: definitions nested too deep
+
+    What: values are defined by one another over thousands of steps.
+
+    Why: the compiler follows such a line of definitions, and has to stop somewhere.
+
+    Example: a chain of ten thousand parts, declared from its end to its start.
+
+    Way out: declare the parts in the order in which they depend on each other.
+    """
+    return error(
+        "BG455",
+        "values are defined by one another over too many steps",
+        help="declare parts in the order in which they depend on each other",
+    )
