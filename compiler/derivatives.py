@@ -15,6 +15,8 @@ from bgc.graph import Node
 _TWO_OVER_SQRT_PI = Fraction("1.128379167095512573896158903121545171688101258657997")
 _ONE_OVER_LN_10 = Fraction("0.4342944819032518276511289189166050822943970058036665")
 
+CHOICES = frozenset(map(int, (Op.SELECT, Op.MIN, Op.MAX)))
+
 Partials = tuple[tuple[Node, Node], ...]
 
 
@@ -53,8 +55,8 @@ def gradient(dag: Dag, node: Node, symbols: Iterable[Node]) -> list[Node]:
 
 
 def _change(dag: Dag, node: Node, tangent: Mapping[Node, Node]) -> Node:
-    if dag.op[node] == Op.SELECT:
-        condition, yes, no = dag.operands(node)
+    if dag.op[node] in CHOICES:
+        condition, yes, no = choice(dag, node)
         zero = dag.zero
         return dag.select(condition, tangent.get(yes, zero), tangent.get(no, zero))
     return dag.sum(
@@ -66,8 +68,8 @@ def _change(dag: Dag, node: Node, tangent: Mapping[Node, Node]) -> Node:
 
 def adjoint_shares(dag: Dag, node: Node, weight: Node) -> Partials:
     """Operands of a node, each with what it gets of the node's adjoint `weight`."""
-    if dag.op[node] == Op.SELECT:
-        condition, yes, no = dag.operands(node)
+    if dag.op[node] in CHOICES:
+        condition, yes, no = choice(dag, node)
         zero = dag.zero
         return (
             (yes, dag.select(condition, weight, zero)),
@@ -76,8 +78,20 @@ def adjoint_shares(dag: Dag, node: Node, weight: Node) -> Partials:
     return tuple((operand, dag.mul(partial, weight)) for operand, partial in partials(dag, node))
 
 
+def choice(dag: Dag, node: Node) -> tuple[Node, Node, Node]:
+    """Of a node among `CHOICES`: the condition, what it is if that holds, and else."""
+    a, b = dag.a[node], dag.b[node]
+    match dag.op[node]:
+        case Op.MIN:
+            return dag.call(Op.LE, a, b), a, b
+        case Op.MAX:
+            return dag.call(Op.LE, b, a), a, b
+        case _:
+            return a, b, dag.c[node]
+
+
 def partials(dag: Dag, node: Node) -> Partials:
-    """Operands of a node (not a SELECT), each with the node's derivative by it.
+    """Operands of a node (not one of `CHOICES`), each with the node's derivative by it.
 
     An operand that is there twice (`x * x`) is listed twice.
     """
@@ -97,10 +111,6 @@ def partials(dag: Dag, node: Node) -> Partials:
             return ((a, reciprocal), (b, dag.neg(dag.mul(node, reciprocal))))
         case Op.POW:
             return _power(dag, node, a, b)
-        case Op.MIN:
-            return _either(dag, dag.call(Op.LE, a, b), a, b)
-        case Op.MAX:
-            return _either(dag, dag.call(Op.LE, b, a), a, b)
         case Op.ATAN2:
             square = dag.div(one, dag.add(dag.mul(a, a), dag.mul(b, b)))
             return ((a, dag.mul(b, square)), (b, dag.neg(dag.mul(a, square))))
@@ -115,8 +125,8 @@ def partials(dag: Dag, node: Node) -> Partials:
             | Op.CONST | Op.SYMBOL
         ):  # fmt: skip
             return ()
-        case Op.SELECT:
-            raise AssertionError("a SELECT has no partial derivatives of its own")
+        case Op.SELECT | Op.MIN | Op.MAX:
+            raise AssertionError(f"{op.name} has the derivative of what it chooses")
         case _:
             return ((a, _of_function(dag, op, node, a)),)
 
@@ -187,11 +197,6 @@ def _of_function(
 def _guarded(dag: Dag, divisor: Node, dividend: Node) -> Node:
     """`dividend / divisor`, and 0 where the divisor is 0 (a NaN is not)."""
     return dag.select(divisor, dag.div(dividend, divisor), dag.zero)
-
-
-def _either(dag: Dag, first: Node, a: Node, b: Node) -> Partials:
-    one, zero = dag.one, dag.zero
-    return ((a, dag.select(first, one, zero)), (b, dag.select(first, zero, one)))
 
 
 def _power(dag: Dag, node: Node, a: Node, b: Node) -> Partials:

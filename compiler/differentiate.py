@@ -15,7 +15,7 @@ from heapq import heappop, heappush
 from typing import TypeAlias
 
 from bgc.dag import Dag, Kind, Level, Op
-from bgc.derivatives import adjoint_shares, partials
+from bgc.derivatives import CHOICES, adjoint_shares, choice, partials
 from bgc.graph import Node
 from bgc.lowered import Jacobian
 from bgc.program import Program
@@ -79,7 +79,7 @@ def _column(dag: Dag, node: Node) -> int | None:
 
 def forward_rows(dag: Dag, outputs: Sequence[Node]) -> list[_Row]:
     """The derivatives of each output by state (and time), carried up from the symbols."""
-    op, level, a, b, c = dag.op, dag.level, dag.a, dag.b, dag.c
+    op, level, a, b = dag.op, dag.level, dag.a, dag.b
     add, sub, mul, neg, zero = dag.add, dag.sub, dag.mul, dag.neg, dag.zero
     nothing: _Row = {}
     rows: dict[Node, _Row] = {}
@@ -107,11 +107,12 @@ def forward_rows(dag: Dag, outputs: Sequence[Node]) -> list[_Row]:
             row = dict(of_a)
             for k, d in of_b.items():
                 row[k] = sub(row[k], d) if k in row else neg(d)
-        elif kind == Op.SELECT:
-            of_c = rows.get(c[node], nothing)
+        elif kind in CHOICES:
+            condition, yes, no = choice(dag, node)
+            of_yes, of_no = rows.get(yes, nothing), rows.get(no, nothing)
             row = {
-                k: dag.select(a[node], of_b.get(k, zero), of_c.get(k, zero))
-                for k in {**of_b, **of_c}
+                k: dag.select(condition, of_yes.get(k, zero), of_no.get(k, zero))
+                for k in {**of_yes, **of_no}
             }
         elif of_a or of_b:
             row = {}

@@ -78,8 +78,11 @@ def emit_lowered(lowered: Lowered, source_hash: str) -> EmittedModel:
     tables, fields = model_tables(lowered, source_hash)
     fields += [("n_lu", str(matrix.factors)), ("n_work", str(work))]
     fields += [
-        (name, _function_name(lowered, name, shared)) for name in (*texts, "factor", "solve")
+        (name, f"bgc_model_{name}" if name in shared else f"model_{name}")
+        for name in (*texts, "factor", "solve")
     ]
+    if "project" not in texts:
+        fields.append(("project", "NULL"))
     title = f"{program.scene.name}: a bond graph of model {program.scene.model}, compiled by bgc."
     prototypes = [prototype(kernel) for kernel in lowered.kernels if kernel.name in shared]
     here = [text for name, text in texts.items() if name not in shared]
@@ -172,13 +175,6 @@ def _print_matrix(lowered: Lowered) -> MatrixText:
         None if mass is None else {(entry.row, entry.column): k for k, entry in enumerate(mass)},
         {position: k for k, position in enumerate(positions)},
     )
-
-
-def _function_name(lowered: Lowered, name: str, shared: set[str]) -> str:
-    """The C name of a function of the model; none of a projection that does nothing."""
-    if name == "project" and all(state.projection is None for state in lowered.program.states):
-        return "NULL"
-    return f"bgc_model_{name}" if name in shared else f"model_{name}"
 
 
 def _helpers(texts: Sequence[KernelText]) -> list[str]:

@@ -317,9 +317,21 @@ def _function(head: str, declared: dict[str, str], lines: Sequence[str], used: S
     signature = f"{head}({', '.join(declared.values())})"
     if len(signature) > 100:
         signature = signature.replace("(", "(\n    ", 1)
-    unused = [f"(void){name};" for name in declared if name not in used]
-    body = "".join(f"    {line}\n" for line in [*unused, *lines])
+    unused = ", ".join(f"(void){name}" for name in declared if name not in used)
+    statements = [f"{unused};"] if unused else []
+    body = "".join(f"    {_fold(line)}\n" for line in [*statements, *lines])
     return f"{signature}\n{{\n{body}}}\n"
+
+
+def _fold(line: str) -> str:
+    """A statement on lines of at most 100 characters, broken at spaces."""
+    if len(line) <= 96:
+        return line
+    parts = []
+    while len(line) > 96 and (cut := line.rfind(" ", 8, 96)) > 0:
+        parts.append(line[:cut])
+        line = f"        {line[cut + 1 :]}"
+    return "\n    ".join([*parts, line])
 
 
 def prototype(kernel: Kernel) -> str:

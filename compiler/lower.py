@@ -89,6 +89,14 @@ def _kernels(program: Program, jacobian: Jacobian) -> tuple[Kernel, ...]:
         for index, state in enumerate(states)
         if state.projection is not None
     ]
+    project = kernel(
+        "project",
+        "States that are set after each completed step.",
+        "h t",
+        "x",
+        *projections,
+        in_place=True,
+    )
     return (
         kernel(
             "rhs",
@@ -133,14 +141,7 @@ def _kernels(program: Program, jacobian: Jacobian) -> tuple[Kernel, ...]:
             "a",
             *_stores("a", (g.condition for g in program.guards)),
         ),
-        kernel(
-            "project",
-            "States that are set after each completed step.",
-            "h t",
-            "x",
-            *projections,
-            in_place=True,
-        ),
+        *([project] if projections else []),
         kernel(
             "mass",
             "The entries of M in the order of mass_row and mass_col.",

@@ -126,6 +126,10 @@ class Printer:
     def _write(self, node: Node) -> tuple[str, int]:
         op, a, b = self._op[node], self._a[node], self._b[node]
         if op == Op.MUL:
+            for factor, other in ((a, b), (b, a)):
+                divisor = self._open_reciprocal(other)
+                if divisor is not None:
+                    return f"{self._within(factor, _PRODUCT)} / {divisor}", _PRODUCT
             return f"{self._within(a, _PRODUCT)} * {self._within(b, _UNARY)}", _PRODUCT
         if op == Op.ADD:
             return f"{self._within(a, _SUM)} + {self._within(b, _PRODUCT)}", _SUM
@@ -146,6 +150,14 @@ class Printer:
             self.helpers.add(function)
         second = f", {self._operand(b)[0]}" if b >= 0 else ""
         return f"{function}({self._operand(a)[0]}{second})", _ATOM
+
+    def _open_reciprocal(self, node: Node) -> str | None:
+        """The divisor of a reciprocal that has no name: its product is one division."""
+        if self._op[node] != Op.DIV or node in self._names:
+            return None
+        if self._dag.value(self._a[node]) != 1:
+            return None
+        return self._within(self._b[node], _UNARY)
 
     def _condition(self, node: Node, least: int) -> str:
         """A node as a C condition: true where it is not zero (a NaN is not)."""

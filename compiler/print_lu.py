@@ -120,11 +120,10 @@ def print_lu(
     plan: LuPlan,
     mass: dict[Position, int] | None,
     jacobian: dict[Position, int],
-    unrolled: int = UNROLLED,
 ) -> MatrixText:
     """The C text for a plan; `mass` and `jacobian` give the places of entries in m and jac."""
     slots = _Slots(plan, _starts(plan))
-    if plan.operations <= unrolled:
+    if plan.operations <= UNROLLED:
         text = _unrolled_factor(slots, mass, jacobian) + "\n" + _unrolled_solve(slots)
         factors = plan.entries
         work = 0 if plan.rows == plan.columns else len(plan.rows)
@@ -237,8 +236,8 @@ def _factor_row(
             following = terms
         value = _wrapped(start + (" - " if following else ""), following, " - ")
         operations = 2 + 2 * len(terms)
+        inner = f"({value})" if following or " " in start else value
         if j < k:
-            inner = f"({value})" if following or " - " in start else value
             yield f"    lu[{slot}] = {inner} * lu[{slots.pivot(j)}];", operations
         elif j > k:
             yield f"    lu[{slot}] = {value};", operations
@@ -247,7 +246,7 @@ def _factor_row(
             size = size or " + ".join(f"fabs({term})" for term in terms)
             size = f"({size})" if " + " in size else size
             yield (
-                f"    lu[{slot}] = 1.0 / ({value});\n    g += {size} * fabs(lu[{slot}]);",
+                f"    lu[{slot}] = 1.0 / {inner};\n    g += {size} * fabs(lu[{slot}]);",
                 operations + 4,
             )
 
@@ -281,8 +280,8 @@ def _unrolled_solve(slots: _Slots) -> str:
     extra, more = ("", "") if diagonal else (", double *restrict w", ", w")
     for number, lines in enumerate(_in_chunks(statements), 1):
         parts.append(
-            f"static void model_solve_{number}(\n"
-            f"    const double *restrict lu, double *restrict b{extra})\n"
+            f"static void model_solve_{number}"
+            f"(const double *restrict lu, double *restrict b{extra})\n"
             "{\n" + "\n".join(lines) + "\n}\n\n"
         )
         calls.append(f"    model_solve_{number}(lu, b{more});\n")

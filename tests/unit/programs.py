@@ -55,9 +55,7 @@ def make_program(
         ),
         mass=None if mass is None else tuple(MassEntry(*entry) for entry in mass),
         inputs=inputs,
-        observations=tuple(
-            Observation(f"y{k}", "m", node, SPAN) for k, node in enumerate(outputs)
-        ),
+        observations=tuple(Observation(f"y{k}", "m", node, SPAN) for k, node in enumerate(outputs)),
         requirements=(),
         devices=(),
         guards=tuple(Guard(node, f"guard {k}?", SPAN) for k, node in enumerate(guards)),

@@ -1,0 +1,145 @@
+"""Derivatives against differences, for every operation and for both ways of differentiating."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from bgc.dag import Dag, Kind, Op
+from bgc.derivatives import directional_derivative, gradient
+from bgc.differentiate import differentiate, forward_rows, operation_count, reverse_rows
+from bgc.evaluate import evaluate_nodes
+from programs import at, make_program, random_program, states
+
+
+def value(dag: Dag, node: int, x: list[float], **others: object) -> float:
+    return evaluate_nodes(dag, [node], at(x, **others))[0]
+
+
+def difference(dag: Dag, node: int, x: list[float], k: int, step: float = 1e-5) -> float:
+    def central(h: float) -> float:
+        ahead, behind = ([*x[:k], x[k] + s, *x[k + 1 :]] for s in (h, -h))
+        return (value(dag, node, ahead) - value(dag, node, behind)) / (2 * h)
+
+    return (4 * central(step) - central(2 * step)) / 3
+
+
+UNARY = {
+    Op.NEG: 0.3, Op.SIN: 0.3, Op.COS: 0.3, Op.TAN: 0.3, Op.ASIN: 0.3, Op.ACOS: 0.3,
+    Op.ATAN: 0.3, Op.SINH: 0.3, Op.COSH: 0.3, Op.TANH: 0.3, Op.EXP: 0.3, Op.LOG: 0.3,
+    Op.SQRT: 0.3, Op.ABS: -0.3, Op.SIGN: 0.3, Op.FLOOR: 0.3, Op.CEIL: 0.3, Op.ASINH: 0.3,
+    Op.ACOSH: 1.3, Op.ATANH: 0.3, Op.CBRT: -0.3, Op.ERF: 0.3, Op.LOG10: 0.3, Op.EXPM1: 0.3,
+    Op.LOG1P: 0.3, Op.NOT: 0.3,
+}  # fmt: skip
+BINARY = {
+    Op.ADD: (0.3, 0.7), Op.SUB: (0.3, 0.7), Op.MUL: (0.3, 0.7), Op.DIV: (0.3, 0.7),
+    Op.POW: (0.3, 0.7), Op.LT: (0.3, 0.7), Op.LE: (0.3, 0.7), Op.EQ: (0.3, 0.7),
+    Op.AND: (0.3, 0.7), Op.OR: (0.3, 0.7), Op.ATAN2: (0.3, -0.7), Op.MIN: (0.3, 0.7),
+    Op.MAX: (0.3, 0.7), Op.FMOD: (7.3, 0.7), Op.HYPOT: (0.3, 0.7),
+}  # fmt: skip
+
+
+def test_every_operation_is_tried() -> None:
+    assert {*UNARY, *BINARY, Op.SELECT, Op.CONST, Op.SYMBOL} == set(Op)
+
+
+@pytest.mark.parametrize("op", [*UNARY, *BINARY], ids=lambda op: op.name)
+def test_rules_agree_with_differences(op: Op) -> None:
+    dag = Dag()
+    point = [UNARY[op]] if op in UNARY else list(BINARY[op])
+    x = states(dag, len(point))
+    node = dag.apply(op, tuple(x))
+    by_gradient = gradient(dag, node, x)
+    for k, symbol in enumerate(x):
+        expected = pytest.approx(difference(dag, node, point, k), rel=1e-8, abs=1e-9)
+        along = directional_derivative(dag, node, {symbol: dag.one})
+        assert value(dag, along, point) == expected
+        assert value(dag, by_gradient[k], point) == expected
+
+
+def test_a_choice_has_the_derivative_of_what_it_chooses() -> None:
+    dag = Dag()
+    x, y = states(dag, 2)
+    node = dag.select(dag.call(Op.LT, x, y), dag.mul(x, x), dag.mul(dag.const(3), y))
+    by_x, by_y = gradient(dag, node, [x, y])
+    assert [value(dag, d, [2.0, 5.0]) for d in (by_x, by_y)] == [4.0, 0.0]
+    assert [value(dag, d, [5.0, 2.0]) for d in (by_x, by_y)] == [0.0, 3.0]
+
+
+@pytest.mark.parametrize(
+    ("make", "slope"),
+    [
+        (lambda dag, x: dag.mul(dag.call(Op.ABS, x), x), 0.0),
+        (lambda dag, x: dag.call(Op.SQRT, dag.mul(x, x)), 0.0),
+        (lambda dag, x: dag.call(Op.HYPOT, x, dag.zero), 0.0),
+        (lambda dag, x: dag.mul(dag.call(Op.SIGN, x), dag.call(Op.SQRT, dag.call(Op.ABS, x))), 0.0),
+        (lambda dag, x: dag.call(Op.CBRT, x), 0.0),
+        (lambda dag, x: dag.pow(x, dag.const(10)), 0.0),
+        (lambda dag, x: dag.pow(x, dag.const(1.5)), 0.0),
+        (lambda dag, x: dag.pow(x, dag.const(2)), 0.0),
+        (lambda dag, x: dag.pow(x, dag.symbol(Kind.PARAM, 0)), 0.0),
+    ],
+    ids=["abs(x)*x", "norm", "hypot", "orifice", "cbrt", "x^10", "x^1.5", "x^2", "x^p"],
+)
+def test_derivatives_at_zero_are_finite(make: Callable[[Dag, int], int], slope: float) -> None:
+    dag = Dag()
+    (x,) = states(dag, 1)
+    node = make(dag, x)
+    for derivative in (
+        gradient(dag, node, [x])[0],
+        directional_derivative(dag, node, {x: dag.one}),
+    ):
+        assert value(dag, derivative, [0.0], p=[3.0]) == slope
+
+
+def test_both_ways_give_the_same_rows() -> None:
+    program = random_program(seed=4, size=6, operations=80)
+    outputs = [state.derivative for state in program.states]
+    dag = program.dag
+    reverse = reverse_rows(dag, outputs, budget=10**6)
+    assert reverse is not None
+    values = at([0.1, 0.2, -0.3, 0.4, 0.5, -0.6], t=0.7, p=[1, 2, 3], u=[0.3])
+    for forward_row, reverse_row in zip(forward_rows(dag, outputs), reverse, strict=True):
+        for column in {*forward_row, *reverse_row}:
+            nodes = [row.get(column, dag.zero) for row in (forward_row, reverse_row)]
+            first, second = evaluate_nodes(dag, nodes, values)
+            assert first == pytest.approx(second, rel=1e-10, abs=1e-13)
+
+
+def test_reverse_gives_up_beyond_its_budget() -> None:
+    program = random_program(seed=4, size=6, operations=80)
+    outputs = [state.derivative for state in program.states]
+    assert reverse_rows(program.dag, outputs, budget=len(program.dag)) is None
+
+
+def product_of_all(dag: Dag, count: int) -> int:
+    node = dag.one
+    for x in states(dag, count):
+        node = dag.mul(node, dag.call(Op.SIN, x))
+    return node
+
+
+def test_the_cheaper_way_is_kept() -> None:
+    """One output of many states is for reverse, many outputs of one state for forward."""
+    dag = Dag()
+    count = 40
+    wide = make_program(dag, [product_of_all(dag, count), *[dag.zero] * (count - 1)])
+    program, jacobian = differentiate(wide)
+    assert len(jacobian.entries) == count
+    assert operation_count(program.dag, jacobian) < 6 * count
+
+
+def test_the_program_given_is_left_alone() -> None:
+    program = random_program(seed=4, size=6, operations=80)
+    before = len(program.dag)
+    differentiate(program)
+    assert len(program.dag) == before
+
+
+def test_inputs_are_constants_and_time_is_not() -> None:
+    dag = Dag()
+    t, u = dag.symbol(Kind.TIME), dag.symbol(Kind.INPUT, 0)
+    program, jacobian = differentiate(make_program(dag, [dag.mul(u, dag.mul(t, t))], inputs=1))
+    assert jacobian.entries == ()
+    (by_time,) = jacobian.by_time
+    assert evaluate_nodes(program.dag, [by_time], at([0.0], t=3.0, u=[5.0])) == [30.0]

@@ -1,0 +1,255 @@
+"""The C of a model computes what the graph says, bit for bit where arithmetic allows."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bgc.dag import Dag, Kind, Op
+from bgc.emit import amalgamate, emit_model
+from bgc.evaluate import evaluate_nodes
+from bgc.optimise import optimise
+from bgc.print_c import literal
+from bgc.tables import quoted
+from programs import RUNTIME, STRICT, CompiledModel, at, make_program, random_program, states
+
+P = np.array([1.2, 0.7, 2.5])
+
+
+@pytest.fixture(scope="module")
+def random_model(tmp_path_factory: pytest.TempPathFactory):
+    program = random_program(seed=1, size=12, operations=250)
+    emitted = emit_model(optimise(program), "0")
+    return program, CompiledModel(emitted, tmp_path_factory.mktemp("model"), P)
+
+
+def points(size: int, count: int = 5):
+    rng = np.random.default_rng(7)
+    for _ in range(count):
+        yield float(rng.normal()), rng.normal(size=size), rng.normal(size=1)
+
+
+def test_kernels_agree_with_the_graph(random_model) -> None:
+    program, model = random_model
+    for t, x, u in points(12):
+        values = at(x, t=t, p=P, u=u)
+        for nodes, computed in (
+            ([s.derivative for s in program.states], model.rhs(t, x, u)),
+            ([o.node for o in program.observations], model.outputs(t, x, u)),
+            ([g.condition for g in program.guards], model.asserts(t, x, u)),
+            ([s.initial for s in program.states], model.initial(t, u)),
+        ):
+            expected = evaluate_nodes(program.dag, nodes, values)
+            np.testing.assert_allclose(computed, expected, rtol=1e-11, atol=1e-12)
+        np.testing.assert_array_equal(model.energy(t, x, u), [1, 2, 3])
+
+
+def test_parameters_are_prepared_checked_and_defaulted(random_model) -> None:
+    _, model = random_model
+    assert model.checks() == pytest.approx([P[2] - P[0]])
+    p = np.array([3.0, 4.0, -1.0])
+    np.testing.assert_array_equal(model.defaults(p, [1, 1, 0]), [3, 4, 12])
+    np.testing.assert_array_equal(model.defaults(p, [1, 1, 1]), p)
+
+
+def test_projection_reads_all_states_before_it_writes_one(random_model) -> None:
+    _, model = random_model
+    x = np.arange(2.0, 14.0)
+    np.testing.assert_array_equal(model.project(0.0, x), [6, 5, *x[2:]])
+
+
+def slope(function, t: float, x: np.ndarray, u: np.ndarray, way, step: float = 2e-5):
+    """The derivative of a function of t, x, u along `way` in (t, x), to order step^4."""
+
+    def central(h: float):
+        ahead, behind = ((t + s * way[0], x + s * way[1], u) for s in (h, -h))
+        return (function(*ahead) - function(*behind)) / (2 * h)
+
+    return (4 * central(step) - central(2 * step)) / 3
+
+
+def test_jacobian_agrees_with_differences(random_model) -> None:
+    _, model = random_model
+    for t, x, u in points(12):
+        jac, dfdt = model.entries(t, x, u)
+        for unit, column in zip(np.eye(12), model.dense(jac).T, strict=True):
+            by_state = slope(model.rhs, t, x, u, (0, unit))
+            np.testing.assert_allclose(column, by_state, rtol=1e-6, atol=1e-8)
+        by_time = slope(model.rhs, t, x, u, (1, 0))
+        np.testing.assert_allclose(dfdt, by_time, rtol=1e-6, atol=1e-8)
+
+
+@pytest.mark.parametrize("c", [0.5, 30.0, 1e5])
+def test_solve_agrees_with_numpy(random_model, c: float) -> None:
+    _, model = random_model
+    t, x, u = next(points(12))
+    jac, _ = model.entries(t, x, u)
+    matrix = c * model.mass() - model.dense(jac)
+    b = np.random.default_rng(3).normal(size=12)
+    status, lu, growth = model.factor(jac, c)
+    assert status == 0
+    expected = np.linalg.solve(matrix, b)
+    tolerance = 1e-14 * growth * np.linalg.cond(matrix)
+    np.testing.assert_allclose(model.solve(lu, b), expected, rtol=tolerance, atol=tolerance)
+
+
+def descriptor_program():
+    """Two states and two algebraic ones, whose rows have no diagonal entry."""
+    dag = Dag()
+    x, y, a, b = states(dag, 4)
+    p = dag.symbol(Kind.PARAM, 0)
+    return make_program(
+        dag,
+        [b, dag.neg(a), dag.sub(b, dag.mul(x, y)), dag.sub(a, dag.add(x, p))],
+        parameters=[("p", dag.const(2))],
+        mass=[(0, 0, dag.one), (1, 1, p), (1, 0, dag.const(Fraction(1, 2)))],
+    )
+
+
+def test_algebraic_rows_are_solved_with_pivots_off_the_diagonal(tmp_path: Path) -> None:
+    model = CompiledModel(emit_model(optimise(descriptor_program()), "0"), tmp_path, [2.0])
+    x, u = np.array([1.0, 2.0, 3.0, 4.0]), np.zeros(1)
+    np.testing.assert_array_equal(model.mass()[:2], [[1, 0, 0, 0], [0.5, 2, 0, 0]])
+    jac, _ = model.entries(0.0, x, u)
+    status, lu, _ = model.factor(jac, 10.0)
+    assert status == 0
+    matrix = 10.0 * model.mass() - model.dense(jac)
+    b = np.array([1.0, -2.0, 3.0, -4.0])
+    np.testing.assert_allclose(model.solve(lu, b), np.linalg.solve(matrix, b), rtol=1e-13)
+
+
+def test_a_singular_matrix_is_a_status(tmp_path: Path) -> None:
+    dag = Dag()
+    x, y = states(dag, 2)
+    program = make_program(dag, [dag.mul(dag.const(3), x), y])
+    model = CompiledModel(emit_model(optimise(program), "0"), tmp_path)
+    jac, _ = model.entries(0.0, np.ones(2), np.ones(1))
+    assert model.factor(jac, 3.0)[0] == 1
+    assert model.factor(jac, 4.0)[0] == 0
+    assert model.factor(jac * np.nan, 4.0)[0] == 1
+
+
+def test_growth_tells_a_cancelled_pivot(tmp_path: Path) -> None:
+    dag = Dag()
+    x, y = states(dag, 2)
+    program = make_program(dag, [dag.mul(dag.const(3), x), y])
+    model = CompiledModel(emit_model(optimise(program), "0"), tmp_path)
+    jac, _ = model.entries(0.0, np.ones(2), np.ones(1))
+    assert model.factor(jac, 100.0)[2] < 3
+    assert model.factor(jac, 3.0 * (1 + 1e-9))[2] > 1e9
+
+
+def test_large_models_are_cut_into_functions(tmp_path: Path) -> None:
+    program = random_program(seed=5, size=14, operations=700)
+    emitted = emit_model(optimise(program), "0")
+    assert [unit.name for unit in emitted.units] == ["model", "model_jacobian"]
+    model = CompiledModel(emitted, tmp_path, P)
+    assert model.model.n_work > 0
+    for t, x, u in points(14, 2):
+        expected = evaluate_nodes(
+            program.dag, [s.derivative for s in program.states], at(x, t=t, p=P, u=u)
+        )
+        np.testing.assert_allclose(model.rhs(t, x, u), expected, rtol=1e-10, atol=1e-11)
+        matrix = model.dense(model.entries(t, x, u)[0])
+        direction = np.random.default_rng(1).normal(size=14)
+        along = slope(model.rhs, t, x, u, (0, direction), 1e-6)
+        np.testing.assert_allclose(matrix @ direction, along, rtol=1e-5, atol=1e-6)
+
+
+def test_a_model_of_nothing_compiles(tmp_path: Path) -> None:
+    model = CompiledModel(emit_model(make_program(Dag(), []), "0"), tmp_path)
+    assert model.model.n_state == 0
+    assert model.factor(np.zeros(1), 1.0)[0] == 0
+
+
+def test_names_with_quotes_and_trigraphs_are_kept(tmp_path: Path) -> None:
+    dag = Dag()
+    program = make_program(dag, [dag.zero], parameters=[('q"??=\\*/ß', dag.one)])
+    CompiledModel(emit_model(program, "0"), tmp_path, [1.0])
+    assert quoted('q"??=\\*/ß') == r'"q\"\?\?=\\*/\303\237"'
+
+
+def test_emission_is_the_same_every_time() -> None:
+    first, second = (
+        emit_model(optimise(random_program(seed=2, size=8, operations=300)), "0") for _ in range(2)
+    )
+    assert [unit.text for unit in first.units] == [unit.text for unit in second.units]
+
+
+@pytest.mark.parametrize(
+    "value",
+    [Fraction(1, 3), Fraction(10) ** 30, Fraction(1, 10**320), Fraction(-7), Fraction(1, 10)],
+)
+def test_literals_read_back_as_the_nearest_double(value: Fraction) -> None:
+    assert float(literal(value)) == float(value)
+    assert re.search(r"[.e]", literal(value))
+
+
+def test_comparisons_and_choices_let_a_nan_through(tmp_path: Path) -> None:
+    dag = Dag()
+    x, y = states(dag, 2)
+    nodes = [
+        dag.call(Op.MIN, x, y),
+        dag.call(Op.MAX, x, y),
+        dag.call(Op.SIGN, x),
+        dag.call(Op.LT, x, y),
+        dag.select(dag.call(Op.AND, x, dag.call(Op.NOT, dag.call(Op.LE, x, y))), x, dag.neg(y)),
+        dag.call(Op.OR, dag.call(Op.EQ, x, y), dag.call(Op.LT, y, x)),
+    ]
+    model = CompiledModel(emit_model(make_program(dag, [x, y], outputs=nodes), "0"), tmp_path)
+    u, nan = np.zeros(1), np.nan
+    np.testing.assert_array_equal(model.outputs(0.0, np.array([2.0, -3.0]), u), [-3, 2, 1, 0, 2, 1])
+    np.testing.assert_array_equal(
+        model.outputs(0.0, np.array([nan, 1.0]), u)[:4], [nan, nan, nan, 0]
+    )
+    np.testing.assert_array_equal(model.outputs(0.0, np.array([1.0, nan]), u)[:4], [nan, nan, 1, 0])
+
+
+def test_the_amalgamation_is_one_strict_c11_file(tmp_path: Path) -> None:
+    emitted = emit_model(optimise(random_program(seed=1, size=6, operations=200)), "0")
+    text = amalgamate(emitted, RUNTIME)
+    assert '#include "' not in text
+    (tmp_path / "whole.c").write_text(text, encoding="utf-8")
+    command = ["cc", "-std=c11", "-O0", "-fPIC", *STRICT, "-shared", "whole.c", "-o", "whole.so"]
+    subprocess.run([*command, "-lm"], cwd=tmp_path, check=True)
+
+
+@pytest.mark.parametrize("large", [False, True])
+def test_a_chain_of_masses_is_lowered_in_linear_time(large: bool, tmp_path: Path) -> None:
+    """500 masses between springs; a dense step anywhere would take minutes."""
+    count = 500 if large else 4
+    dag = Dag()
+    x = states(dag, 2 * count)
+    k = dag.symbol(Kind.PARAM, 0)
+    force = [dag.mul(k, dag.sub(x[i + 1], x[i])) for i in range(count - 1)]
+    force = [dag.zero, *force, dag.zero]
+    derivatives = [*x[count:], *(dag.sub(force[i + 1], force[i]) for i in range(count))]
+    emitted = emit_model(optimise(make_program(dag, derivatives, parameters=[("k", dag.one)])), "0")
+    operations = dict(emitted.operations)
+    assert operations["rhs"] <= 3 * count
+    assert operations["factor"] <= 40 * count
+    assert emitted.lowered.plan.entries <= 10 * count
+
+
+def test_large_patterns_are_factorised_by_tables(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("bgc.print_lu.UNROLLED", 0)
+    for name, program in (
+        ("plain", random_program(seed=1, size=12, operations=300)),
+        ("descriptor", descriptor_program()),
+    ):
+        place = tmp_path / name
+        place.mkdir()
+        model = CompiledModel(emit_model(optimise(program), "0"), place, P)
+        n = model.model.n_state
+        x = np.linspace(0.1, 1.0, n)
+        jac, _ = model.entries(0.3, x, np.zeros(1))
+        status, lu, growth = model.factor(jac, 7.0)
+        assert status == 0
+        assert growth > 0
+        matrix = 7.0 * model.mass() - model.dense(jac)
+        b = np.cos(np.arange(n))
+        np.testing.assert_allclose(model.solve(lu, b), np.linalg.solve(matrix, b), rtol=1e-11)
