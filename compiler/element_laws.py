@@ -493,14 +493,15 @@ class LawReader:
     def _check_unit(
         self, element: Element, name: str, value: Value, argument: syntax.Argument
     ) -> None:
-        face = element.faces["all"]
         kind = name[0]
-        own = self.values.storage(element, kind) if kind in "qp" else self.values.variable(face, kind)
-        if len(own.units) == len(value.units) or value.is_scalar:
-            for unit in own.units:
-                self.world.quantities.check_units(
-                    value, unit, argument.span, f"`{name}` of `{element.path}`"
-                )
+        face = element.faces["all"]
+        stored = kind in {"q", "p"}
+        own = self.values.storage(element, kind) if stored else self.values.variable(face, kind)
+        if value.is_scalar:
+            value = Value(own.shape, value.nodes * len(own.nodes), value.units * len(own.nodes))
+        for component, unit in zip(value.components, own.units, strict=False):
+            what = f"`{name}` of `{element.path}`"
+            self.world.quantities.check_units(component, unit, argument.span, what)
 
     def _spread(
         self, element: Element, value: Value, face: Face, span: Span | None = None
