@@ -12,7 +12,17 @@ from fractions import Fraction
 
 from bgc.causal import CausalGraph
 from bgc.dag import Dag, Kind, Op
-from bgc.graph import EnergyLaw, ExplicitLaw, Node, Port, Resistor, Source
+from bgc.fingerprint import Fingerprints
+from bgc.graph import (
+    EnergyLaw,
+    ExplicitLaw,
+    LinearLaw,
+    Matrix,
+    Node,
+    Port,
+    Resistor,
+    Source,
+)
 from bgc.storage import IntegratedState, StorageElement
 from bgc.variables import Variables
 
@@ -44,7 +54,7 @@ def energy_accounts(variables: Variables, elements: Sequence[StorageElement]) ->
         ports = element.storage.ports
         if not all(causal.graph.bonds[port.bond].power for port in ports):
             continue
-        energy = _stored(dag, element)
+        energy = _stored(dag, causal.fingerprints, element)
         if energy is None:
             energy = variables.new_state(Kind.DISPLACEMENT)
             power = dag.sum(_power(dag, port) for port in ports)
@@ -78,7 +88,7 @@ def _power(dag: Dag, port: Port) -> Node:
     return power if port.sign > 0 else dag.neg(power)
 
 
-def _stored(dag: Dag, element: StorageElement) -> Node | None:
+def _stored(dag: Dag, fingerprints: Fingerprints, element: StorageElement) -> Node | None:
     """The energy as a function of the element's states; None without a closed form."""
     half = dag.const(Fraction(1, 2))
     match element.storage.law:
@@ -88,8 +98,16 @@ def _stored(dag: Dag, element: StorageElement) -> Node | None:
             return antiderivative(dag, node, element.law.states[0])
         case ExplicitLaw():
             return None
-        case _:
+        case LinearLaw(matrix=matrix):
+            if not _is_symmetric(fingerprints, matrix):
+                return None
             return dag.mul(half, dag.dot(element.law.states, element.law.answers))
+
+
+def _is_symmetric(fingerprints: Fingerprints, matrix: Matrix) -> bool:
+    return all(
+        fingerprints.equal(matrix[i][j], matrix[j][i]) for i in range(len(matrix)) for j in range(i)
+    )
 
 
 def antiderivative(dag: Dag, node: Node, symbol: Node) -> Node | None:

@@ -19,6 +19,7 @@ from dense import evaluate_at_random, largest_misfit, observe_everything, pencil
 from graphs import GraphBuilder, rlc
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from joints import chain_of_bodies
 from random_graphs import random_graph
 from test_causality import chain, pendulum
 
@@ -161,6 +162,17 @@ def test_pendulum_of_a_mass_behind_a_modulated_transformer() -> None:
     pendulum(g.dag.call(Op.COS, angle), g)
     program = assert_solves_everything(g)
     assert [s.name for s in program.states] == ["merged(mass).p", "theta"]
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.parametrize(("rigid", "states"), [(True, 5 + 2), (False, 9 + 2 + 4)])
+def test_bodies_on_joints(rigid: bool, states: int, reverse: bool) -> None:
+    g = chain_of_bodies(3, rigid=rigid, reverse=reverse)
+    g.accounts = ("residual",)
+    program = assert_solves_everything(g)
+    assert len(program.states) == states
+    assert program.positive == ()
+    assert abs(energy_defect(program)) < 1e-6
 
 
 def test_a_source_on_a_mass_needs_its_rate_only_where_it_is_read() -> None:
@@ -397,6 +409,20 @@ def test_energy_is_kept_in_the_books(make: Callable[[], GraphBuilder]) -> None:
     g = make()
     g.accounts = ("residual",)
     assert abs(energy_defect(program_of(g))) < 1e-8
+
+
+def test_a_field_that_is_no_energy_is_accounted_by_its_power() -> None:
+    g = GraphBuilder()
+    g.accounts = ("stored",)
+    g.junction("J1", "x", "y")
+    g.storage("C", "odd", [[2, 1], [0, 2]], Form.EFFORT)
+    for name in ("x", "y"):
+        g.storage("I", f"mass.{name}", 1)
+        g.bond(name, "odd")
+        g.bond(name, f"mass.{name}")
+    program = program_of(g)
+    assert program.states[-1].name == "odd.energy"
+    assert abs(energy_defect(program)) < 1e-8
 
 
 def test_energy_without_a_closed_form_is_integrated() -> None:
