@@ -50,10 +50,10 @@ def evaluate(expr: syntax.Expr, scope: Scope, dag: Dag) -> Value:
     BgError
         With one diagnostic of what is wrong (BG3xx, or what the scope raises).
     """
-    try:
-        return _Evaluator(scope, dag).value(expr)
-    except RecursionError:
-        raise failure(catalogue.too_deep(expr.span)) from None
+    found = resolve_path(expr, scope, dag)
+    if not isinstance(found, Value):
+        raise failure(catalogue.not_a_value(expr.span, found.description))
+    return found
 
 
 def evaluate_constant(expr: syntax.Expr, scope: Scope, dag: Dag, what: str) -> Fraction:
@@ -80,7 +80,10 @@ def evaluate_condition(expr: syntax.Expr, scope: Scope, dag: Dag, what: str) -> 
 
 def resolve_path(expr: syntax.Expr, scope: Scope, dag: Dag) -> Value | Namespace:
     """A path as `crane.boom` or `mass[3]`, which may end at a namespace; else a value."""
-    return _Evaluator(scope, dag).path(expr)
+    try:
+        return _Evaluator(scope, dag).path(expr)
+    except RecursionError:
+        raise failure(catalogue.too_deep(expr.span)) from None
 
 
 @dataclass(frozen=True, slots=True)

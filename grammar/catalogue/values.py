@@ -411,7 +411,8 @@ def no_range_of_parts(span: Span, what: str) -> Diagnostic:
 
     Why: parts have no common value; a range picks components of a vector or matrix.
 
-    Example: `for i in 1..3 { mass[i] : I(1); } let p = mass[1..3].p;`
+    Example: `node : J1; for i in 1..3 { mass[i] : I(1); node -> mass[i]; }
+    let p = mass[1..3].p;`
 
     Way out: name the parts one by one: `[mass[1].p, mass[2].p]`.
     """
@@ -561,7 +562,7 @@ def not_a_value(span: Span, what: str) -> Diagnostic:
 
     Why: a part has many values; only numbers, vectors and matrices can be calculated with.
 
-    Example: `coil : I(1); let x = 2*coil;`
+    Example: `supply : Se(1); coil : I(1); supply -> coil; let x = 2*coil;`
 
     Way out: name the value that is meant, as in `coil.p` or `boom.length`.
     """
