@@ -111,7 +111,9 @@ class BondValues:
         if self.scalars is None and not self.world.provisional:
             raise BgError([values.not_constant(span, "what decides the parts of a model")])
 
-    def _absent(self, owner: str, name: str, span: Span, have: list[str] | tuple[str, ...]) -> BgError:
+    def _absent(
+        self, owner: str, name: str, span: Span, have: list[str] | tuple[str, ...]
+    ) -> BgError:
         return BgError([graph.unknown_port_member(span, owner, name, have)])
 
     def _facts(self, face: Face) -> DomainFacts | None:

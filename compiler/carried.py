@@ -103,7 +103,3 @@ def _incoming(place: PortEntry | Element) -> list[WideBond]:
     else:
         faces = list(place.faces.values())
     return [j.bond for face in faces for j in face.joints if j.is_head and j.slice is None]
-
-
-
-

@@ -100,9 +100,7 @@ class Domains:
             power = multiply(effort, flow)
             if power != WATT:
                 found = describe_dimension(power)
-                raise BgError(
-                    [graph.domain_no_power(domain.name_span, domain.name, k + 1, found)]
-                )
+                raise BgError([graph.domain_no_power(domain.name_span, domain.name, k + 1, found)])
         return DomainFacts(
             domain.name,
             domain.pseudo,

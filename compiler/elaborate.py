@@ -13,8 +13,9 @@ from bgc.dag import Dag
 from bgc.domains import Domains
 from bgc.element_laws import LawReader
 from bgc.grammar.catalogue import graph as messages
+from bgc.grammar.catalogue.scenes import device_name_taken
 from bgc.grammar.diagnostics import BgError
-from bgc.graph import Bond, Element, FlatGraph, Observation, Storage
+from bgc.graph import Bond, Element, FlatGraph, Observation
 from bgc.instantiate import Builder, note
 from bgc.law_units import infer_units
 from bgc.quantities import Quantities, component_name, indices
@@ -35,14 +36,13 @@ from bgc.scenes import (
     read_requirements,
 )
 from bgc.statements import (
-    Statements,
     force_values,
     note_assignments,
     read_statements,
     unit_symbol,
 )
 from bgc.tree import Instance, Quantity
-from bgc.units import si_symbol
+from bgc.units import Dimension, si_symbol
 from bgc.widths import join_nets, settle_widths
 from bgc.wiring import Wiring, wire
 from bgc.world import Edits, World
@@ -70,9 +70,7 @@ def elaborate(
         return _elaborate(package, choose_scene(package, scene), overrides)
 
 
-def _elaborate(
-    package: Package, scene: Scene, overrides: Sequence[tuple[str, str]]
-) -> FlatGraph:
+def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, str]]) -> FlatGraph:
     report = Report()
     world = World(package, Dag(), report, Edits())
     world.builder = Builder(world)
@@ -141,8 +139,6 @@ def _root(world: World, scene: Scene) -> Instance:
     )
     for name, device in scene.devices.items():
         if name in root.members:
-            from bgc.grammar.catalogue.scenes import device_name_taken
-
             world.report.add(device_name_taken(device.item.span, name, None))
     return root
 
@@ -180,9 +176,12 @@ def _bonds(scalars: Scalars, units: BondUnits) -> Iterator[Bond]:
 
 
 def _symbol(units: BondUnits, variable: str, bond: int) -> str:
-    spelled = units.symbol(variable, bond)
-    dimension = units.dimension(variable, bond)
-    return spelled or (si_symbol(dimension) if dimension is not None else "")
+    return units.symbol(variable, bond) or _spelled(units.dimension(variable, bond))
+
+
+def _spelled(dimension: Dimension | None) -> str:
+    """The SI unit of a dimension, empty when it is not known."""
+    return si_symbol(dimension) if dimension is not None else ""
 
 
 def _observe_all(world: World, wiring: Wiring, root: Instance) -> Observed:
@@ -193,21 +192,19 @@ def _observe_all(world: World, wiring: Wiring, root: Instance) -> Observed:
             with world.report.collecting():
                 value = world.bonds.storage(element, name)
                 for k, index in enumerate(indices(value.shape)):
-                    unit = value.units[k]
-                    symbol = si_symbol(unit) if unit is not None else ""
                     label = component_name(f"{element.path}.{name}", index)
-                    found.append(Observation(label, symbol, value.nodes[k], element.span))
-    outputs = [
-        m for m in root.members.values() if isinstance(m, Quantity) and m.kind == "output"
-    ]
+                    unit = _spelled(value.units[k])
+                    found.append(Observation(label, unit, value.nodes[k], element.span))
+    outputs = [m for m in root.members.values() if isinstance(m, Quantity) and m.kind == "output"]
     for quantity in (*world.quantities.states, *outputs):
-        value = quantity.value
-        if value is not None:
-            for k, index in enumerate(indices(value.shape)):
-                label = component_name(quantity.path, index)
-                unit = unit_symbol(quantity, value.units[k])
-                span = quantity.declaration.name_span
-                found.append(Observation(label, unit, value.nodes[k], span))
+        if quantity.value is None:
+            continue  # reported where it failed
+        components = zip(indices(quantity.value.shape), quantity.value.components, strict=True)
+        for index, component in components:
+            label = component_name(quantity.path, index)
+            unit = unit_symbol(quantity, component.unit)
+            span = quantity.declaration.name_span
+            found.append(Observation(label, unit, component.node, span))
     return Observed(tuple(found), (), tuple(o.name for o in found))
 
 

@@ -39,6 +39,7 @@ from bgc.graph import (
 from bgc.linear import linear_coefficients
 from bgc.quantities import level_of
 from bgc.scalarise import Scalars
+from bgc.shape_probe import names_in
 from bgc.tree import Element
 from bgc.value import Value, describe_shape
 from bgc.world import World
@@ -186,9 +187,7 @@ class LawReader:
         forms = _ARGUMENTS.get(element.basic, {})
         named = [name for name in forms if name in given]
         if element.law is not None and named:
-            raise BgError(
-                [messages.law_and_argument(given[named[0]].span, element.path, named[0])]
-            )
+            raise BgError([messages.law_and_argument(given[named[0]].span, element.path, named[0])])
         if len(named) > 1:
             raise BgError(
                 [names.given_twice(given[named[1]].span, element.path, given[named[0]].span)]
@@ -201,9 +200,7 @@ class LawReader:
             raise self._missing(element)
         return self._one_port_equation(element, element.law)
 
-    def _one_port_equation(
-        self, element: Element, law: Sequence[syntax.LawEquation]
-    ) -> Law:
+    def _one_port_equation(self, element: Element, law: Sequence[syntax.LawEquation]) -> Law:
         face = element.faces["all"]
         kind = element.basic
         first = law[0].left
@@ -357,9 +354,7 @@ class LawReader:
             strict=True,
         ):
             if abs(number) > 1e-9 * max(abs(scale), 1e-300):
-                raise BgError(
-                    [messages.not_skew(element.law[0].span, element.path, i + 1, j + 1)]
-                )
+                raise BgError([messages.not_skew(element.law[0].span, element.path, i + 1, j + 1)])
         ports = tuple(found[0] for found in self.scalars.ports(face))
         return Gyristor(element.path, ports, matrix, element.span)
 
@@ -413,11 +408,7 @@ class LawReader:
             for at, node in pairs:
                 if at in found:
                     raise BgError(
-                        [
-                            messages.law_incomplete(
-                                equation.span, element.path, left, width, at + 1
-                            )
-                        ]
+                        [messages.law_incomplete(equation.span, element.path, left, width, at + 1)]
                     )
                 found[at] = node
         for at in range(width):
@@ -427,9 +418,7 @@ class LawReader:
                 )
         return left, tuple(found[at] for at in range(width))
 
-    def _component(
-        self, element: Element, left: syntax.Expr, width: int
-    ) -> tuple[int]:
+    def _component(self, element: Element, left: syntax.Expr, width: int) -> tuple[int]:
         assert isinstance(left, syntax.Index)
         (index, *more) = left.indices
         if more or isinstance(index, syntax.Range):
@@ -453,8 +442,6 @@ class LawReader:
         for name in others:
             if used & set(extra[name].nodes):
                 # The own bond may be named on purpose (`x.f` in a law); only bare names count.
-                from bgc.shape_probe import names_in
-
                 if name in names_in(equation.right):
                     raise BgError(
                         [
@@ -469,9 +456,7 @@ class LawReader:
         if name in {"q", "p"}:
             return self.values.storage(element, name)
         if len(name) == 2:
-            return self.values.variable(
-                element.faces["in" if name[1] == "1" else "out"], name[0]
-            )
+            return self.values.variable(element.faces["in" if name[1] == "1" else "out"], name[0])
         face = element.faces.get("all") or element.faces["in"]
         return self.values.variable(face, name)
 
@@ -486,9 +471,7 @@ class LawReader:
 
     def _one_way(self, element: Element, given: dict[str, syntax.Argument]) -> None:
         if element.law is not None and "ratio" in given:
-            raise BgError(
-                [messages.law_and_argument(given["ratio"].span, element.path, "ratio")]
-            )
+            raise BgError([messages.law_and_argument(given["ratio"].span, element.path, "ratio")])
 
     def _check_unit(
         self, element: Element, name: str, value: Value, argument: syntax.Argument
@@ -574,9 +557,10 @@ class LawReader:
                 allowed.add((kind, element.first_state + k if stored else ports[0].bond))
         for node in dag.reachable(roots):
             symbol = dag.symbol_of(node)
-            if symbol and symbol.kind is not Kind.PARAM:
-                if (symbol.kind, symbol.index) not in allowed:
-                    return True
+            if symbol is None or symbol.kind is Kind.PARAM:
+                continue
+            if (symbol.kind, symbol.index) not in allowed:
+                return True
         return False
 
     def _numbers(self, nodes: Sequence[Node]) -> list[float]:
@@ -598,9 +582,7 @@ class LawReader:
 
     # --- ports ----------------------------------------------------------------------
 
-    def _components(
-        self, element: Element, face: Face
-    ) -> Iterator[tuple[str, list[Port]]]:
+    def _components(self, element: Element, face: Face) -> Iterator[tuple[str, list[Port]]]:
         """The name and ports of each component of an element that falls into scalar ones."""
         found = self.scalars.ports(face)
         for k, ports in enumerate(found):
@@ -612,9 +594,7 @@ class LawReader:
         ports1, ports2 = self._two_sides(element)
         width = len(ports1)
         if len(ports2) != width:
-            raise BgError(
-                [messages.widths_differ(element.span, width, None, len(ports2), None)]
-            )
+            raise BgError([messages.widths_differ(element.span, width, None, len(ports2), None)])
         for k in range(width):
             name = f"{element.path}[{k + 1}]" if width > 1 else element.path
             yield name, ports1[k], ports2[k], nodes[k]
@@ -669,9 +649,7 @@ def _arguments(element: Element, allowed: tuple[str, ...]) -> dict[str, syntax.A
         if name is None and k == 0 and allowed:
             name = allowed[0]
         if name is None:
-            problems.append(
-                names.positional_argument(argument.span, f"a {element.kind}", allowed)
-            )
+            problems.append(names.positional_argument(argument.span, f"a {element.kind}", allowed))
         elif name not in allowed:
             if name in {"q0", "p0", "e0", "f0"}:
                 have = _INITIAL.get(element.basic, ())

@@ -97,4 +97,3 @@ class WideBond:
     def head(self) -> Joint:
         """Where the half arrow points."""
         return self.ends[1]
-

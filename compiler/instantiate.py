@@ -11,7 +11,7 @@ from typing import TypeVar
 from bgc.faces import Face
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import graph, names
-from bgc.grammar.diagnostics import BgError
+from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.source import Span
 from bgc.report import already_reported
 from bgc.resolve import ELEMENTS, Declared, ancestors, fitting_models
@@ -401,9 +401,7 @@ class Builder:
             or all(a.syntax is not interface.syntax for a in ancestors(model))
         ):
             fitting = fitting_models(interface.syntax, fill_env.module.models)
-            raise BgError(
-                [names.does_not_fit(fill.name_span, fill.name, part.type.name, fitting)]
-            )
+            raise BgError([names.does_not_fit(fill.name_span, fill.name, part.type.name, fitting)])
         arguments = self.by_name(fill, fill_env, fill.name)
         for name, given in self.by_name(part.type, env, part.type.name).items():
             if name in arguments:
@@ -411,9 +409,7 @@ class Builder:
                 raise BgError([names.given_twice(given.span, name, first)])
             arguments[name] = given
         dims = self.dimensions(model.syntax, fill, fill_env)
-        built = self.instantiate(
-            model, dims, arguments, pending.path, env.instance, part.name_span
-        )
+        built = self.instantiate(model, dims, arguments, pending.path, env.instance, part.name_span)
         asked = self.dimensions(interface.syntax, part.type, env)
         have = next(d for k, d in built.kinds if k.syntax is interface.syntax)
         if have != asked:
@@ -427,23 +423,17 @@ class Builder:
         kind = part.type.name
         if part.default is not None:
             raise BgError([names.not_a_slot(part.name_span, part.name, f"an element `{kind}`")])
-        dims = tuple(
-            self.world.whole(d, env, "a width", 1, MAX_WIDTH) for d in part.type.dims
-        )
+        dims = tuple(self.world.whole(d, env, "a width", 1, MAX_WIDTH) for d in part.type.dims)
         most = {"TF": 2, "MTF": 2, "GY": 2, "MGY": 2, "Mux": MAX_WIDTH, "Demux": MAX_WIDTH}
         if len(dims) > most.get(kind, 1):
             expected = f"at most {most.get(kind, 1)} width" + "s" * (most.get(kind, 1) > 1)
-            raise BgError(
-                [names.wrong_dimensions(part.type.name_span, kind, expected, len(dims))]
-            )
+            raise BgError([names.wrong_dimensions(part.type.name_span, kind, expected, len(dims))])
         sides = ("in", "out") if kind in _TWO_PORTS else ("all",)
         faces = {
             side: Face(pending.path, part.name_span, junction=kind in {"J0", "J1"})
             for side in sides
         }
-        return Element(
-            pending.path, kind, part.type, part.law, env, dims, part.name_span, faces
-        )
+        return Element(pending.path, kind, part.type, part.law, env, dims, part.name_span, faces)
 
     # --- interfaces -----------------------------------------------------------------
 
@@ -463,10 +453,7 @@ class Builder:
                         )
                     )
 
-    def _report(self, diagnostic: object, env: Environment) -> None:
-        from bgc.grammar.diagnostics import Diagnostic
-
-        assert isinstance(diagnostic, Diagnostic)
+    def _report(self, diagnostic: Diagnostic, env: Environment) -> None:
         self.world.report.add(diagnostic, note=note(env))
 
 

@@ -15,9 +15,7 @@ from bgc.wiring import Wiring
 from bgc.world import World
 
 
-def infer_units(
-    world: World, wiring: Wiring, domains: Domains, scalars: Scalars
-) -> BondUnits:
+def infer_units(world: World, wiring: Wiring, domains: Domains, scalars: Scalars) -> BondUnits:
     """The units of all bonds as far as anything tells; contradictions are reported."""
     units = BondUnits([bond.name for bond in scalars.bonds], world.report)
     for element in wiring.elements:
@@ -42,9 +40,7 @@ def infer_units(
     return units
 
 
-def _from_domains(
-    wiring: Wiring, domains: Domains, scalars: Scalars, units: BondUnits
-) -> None:
+def _from_domains(wiring: Wiring, domains: Domains, scalars: Scalars, units: BondUnits) -> None:
     found = []
     for port in wiring.ports:
         use = port.outer.net.root().domain
@@ -88,14 +84,7 @@ def _from_argument(
     for found, unit in zip(ports, diagonal, strict=True):
         if unit is None:
             continue
-        dimension = {
-            "resistance": lambda d: d,
-            "conductance": lambda d: power(d, -1),
-            "stiffness": lambda d: _times_second(d),
-            "compliance": lambda d: _times_second(power(d, -1)),
-            "inertia": lambda d: divide(d, SECOND),
-        }[name](unit)
-        ratios.append(Ratio(found[0].bond, dimension, span))
+        ratios.append(Ratio(found[0].bond, _effort_by_flow(name, unit), span))
 
 
 def _from_ratio(element: Element, value: Value, scalars: Scalars, links: list[Link]) -> None:
@@ -107,7 +96,9 @@ def _from_ratio(element: Element, value: Value, scalars: Scalars, links: list[Li
     for i, two in enumerate(out):
         for j, one in enumerate(into):
             if len(value.shape) == 2:
-                unit = value.units[i * len(into) + j] if len(value.units) > i * len(into) + j else None
+                unit = (
+                    value.units[i * len(into) + j] if len(value.units) > i * len(into) + j else None
+                )
             else:
                 unit = value.units[0 if value.is_scalar else i] if i == j else None
             if unit is None:
@@ -129,6 +120,20 @@ def _diagonal(value: Value, width: int) -> list[Dimension | None]:
     return [value.units[k * width + k] for k in range(width)]
 
 
-def _times_second(dimension: Dimension) -> Dimension:
-    """A stiffness e/q, q being flow times time, as e/f."""
-    return multiply(dimension, SECOND)
+def _effort_by_flow(name: str, unit: Dimension) -> Dimension:
+    """What the unit of an element's argument says of effort by flow.
+
+    A stiffness is effort by displacement, which is flow times time; an inertia momentum, which
+    is effort times time, by flow.
+    """
+    match name:
+        case "conductance":
+            return power(unit, -1)
+        case "stiffness":
+            return multiply(unit, SECOND)
+        case "compliance":
+            return multiply(power(unit, -1), SECOND)
+        case "inertia":
+            return divide(unit, SECOND)
+        case _:
+            return unit

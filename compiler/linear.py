@@ -31,9 +31,7 @@ def linear_coefficients(
     return tuple(rows)
 
 
-def _form(
-    dag: Dag, node: int, forms: dict[int, _Form | None], wanted: set[int]
-) -> _Form | None:
+def _form(dag: Dag, node: int, forms: dict[int, _Form | None], wanted: set[int]) -> _Form | None:
     """The coefficients of a node from those of its operands; None when it is not linear."""
     if node in wanted:
         return {node: dag.one}
@@ -61,9 +59,7 @@ def _form(
         case Op.SELECT if set(known[0]) <= {-1}:
             keys = dict.fromkeys([*known[1], *known[2]])
             return {
-                k: dag.select(
-                    operands[0], known[1].get(k, dag.zero), known[2].get(k, dag.zero)
-                )
+                k: dag.select(operands[0], known[1].get(k, dag.zero), known[2].get(k, dag.zero))
                 for k in keys
             }
         case _:

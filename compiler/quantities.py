@@ -8,13 +8,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from bgc.dag import Kind, Level
+from bgc.evaluate import to_double as as_float
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import names, values
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.source import Span
 from bgc.graph import Parameter
 from bgc.instantiate import MAX_WIDTH, note
-from bgc.evaluate import to_double as as_float
 from bgc.report import already_reported
 from bgc.resolve import Declared
 from bgc.tree import Environment, Given, Quantity, Status
@@ -170,9 +170,7 @@ class Quantities:
         if whole:
             if len(statements) > 1:
                 (first, _), (second, _) = statements[:2]
-                raise BgError(
-                    [names.given_twice(second.span, declaration.name, first.span)]
-                )
+                raise BgError([names.given_twice(second.span, declaration.name, first.span)])
             statement, env = whole[0]
             value = self.world.evaluate(statement.value, env)
             return self.fit(quantity, value, statement.value.span)
@@ -230,11 +228,7 @@ class Quantities:
                 number = as_float(exact)
                 if (low is not None and number < low) or (high is not None and number > high):
                     raise BgError(
-                        [
-                            names.range_excludes(
-                                span, name, f"{number:g}", f"{low:g}", f"{high:g}"
-                            )
-                        ]
+                        [names.range_excludes(span, name, f"{number:g}", f"{low:g}", f"{high:g}")]
                     )
             self.parameters.append(
                 Parameter(
@@ -300,9 +294,7 @@ class Quantities:
         dims = quantity.declaration.dims
         if not dims:
             return None
-        return tuple(
-            self.world.whole(d, quantity.env, "a dimension", 0, MAX_WIDTH) for d in dims
-        )
+        return tuple(self.world.whole(d, quantity.env, "a dimension", 0, MAX_WIDTH) for d in dims)
 
     def declared_unit(self, quantity: Quantity) -> Dimension | None:
         """The dimension of the unit after the colon; None without one."""

@@ -349,7 +349,9 @@ def ancestors(declared: Declared[syntax.Model]) -> Iterator[Declared[syntax.Mode
         yield declared
 
 
-def fitting_models(interface: syntax.Model, seen: Mapping[str, Declared[syntax.Model]]) -> list[str]:
+def fitting_models(
+    interface: syntax.Model, seen: Mapping[str, Declared[syntax.Model]]
+) -> list[str]:
     """The names of the visible models that are the interface, sorted."""
     return sorted(
         name

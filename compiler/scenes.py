@@ -135,9 +135,7 @@ def choose_scene(package: Package, name: str | None) -> Scene:
     return Scene("", model, use, (), env, implicit=True)
 
 
-def collect_edits(
-    world: World, scene: Scene, overrides: Sequence[tuple[str, str]]
-) -> None:
+def collect_edits(world: World, scene: Scene, overrides: Sequence[tuple[str, str]]) -> None:
     """Note what the scene and the command line set, use and drive; devices get their symbols."""
     edits = world.edits
     _declare_devices(world, scene)
@@ -292,9 +290,7 @@ def _read_command(world: World, scene: Scene, item: syntax.Drive, device: Device
     base = target.base if isinstance(target, syntax.Index) else target
     assert isinstance(base, syntax.Member)
     if base.name not in _COMMANDS:
-        raise BgError(
-            [scenes.unknown_channel(target.span, base.name, device.item.name, _COMMANDS)]
-        )
+        raise BgError([scenes.unknown_channel(target.span, base.name, device.item.name, _COMMANDS)])
     shape, unit = _COMMANDS[base.name]
     value = world.evaluate(item.value, scene.env)
     what = f"`{path_of(target)}`"
@@ -371,7 +367,9 @@ def check_edits(world: World, scene: Scene) -> None:
             match item:
                 case syntax.Set():
                     indexed = isinstance(item.target, syntax.Index)
-                    base = item.target.base if isinstance(item.target, syntax.Index) else item.target
+                    base = (
+                        item.target.base if isinstance(item.target, syntax.Index) else item.target
+                    )
                     kind = "parts" if indexed else "sets"
                     path = canonical_path(world, base, scene.env)
                     unused.append((item.target, item.target.span, kind, path))
@@ -391,9 +389,7 @@ def check_edits(world: World, scene: Scene) -> None:
                 raise BgError([scenes.edit_without_target(span, path, what)])
 
 
-def check_overrides(
-    world: World, scene: Scene, overrides: Sequence[tuple[str, str]]
-) -> None:
+def check_overrides(world: World, scene: Scene, overrides: Sequence[tuple[str, str]]) -> None:
     """The same for the command line."""
     for target, _ in overrides:
         with world.report.collecting():

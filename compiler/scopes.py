@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import ChainMap
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import graph, names
@@ -24,7 +24,9 @@ from bgc.tree import (
     Quantity,
 )
 from bgc.value import Value
-from bgc.world import World
+
+if TYPE_CHECKING:
+    from bgc.world import World
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +52,9 @@ class Names:
             return extra
         local = self.env.locals.get(name)
         if local is not None:
-            return self.world.quantities.value(local, span) if isinstance(local, Quantity) else local
+            return (
+                self.world.quantities.value(local, span) if isinstance(local, Quantity) else local
+            )
         instance = self.env.instance
         if instance is not None and name in instance.members:
             return member_view(self.world, instance.members[name], span)
@@ -127,9 +131,7 @@ class InstanceView:
             return member_view(self.world, member, span)
         if name in self.instance.formals:
             return self.instance.formals[name]
-        raise BgError(
-            [names.unknown_member(span, name, self.description, self.instance.members)]
-        )
+        raise BgError([names.unknown_member(span, name, self.description, self.instance.members)])
 
     def index(self, indices: tuple[int, ...], span: Span) -> Value | Namespace:
         """A single part has no index."""

@@ -137,7 +137,9 @@ def names_in(expr: syntax.Expr) -> Iterator[str]:
         case syntax.Index():
             yield from names_in(expr.base)
             for index in expr.indices:
-                for part in (index.first, index.last) if isinstance(index, syntax.Range) else (index,):
+                for part in (
+                    (index.first, index.last) if isinstance(index, syntax.Range) else (index,)
+                ):
                     yield from names_in(part)
         case syntax.Call():
             for argument in expr.arguments:
@@ -171,4 +173,3 @@ def shape_of(face: Face) -> Shape:
     if width is None:
         raise WidthUnknown
     return (width.size,) if width.size > 1 or width.explicit else ()
-

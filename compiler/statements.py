@@ -156,16 +156,10 @@ def _read_target(
         found[key] = (node, target.span)
 
 
-def _check_unit(
-    found: Dimension | None, expected: Dimension | None, span: Span, what: str
-) -> None:
+def _check_unit(found: Dimension | None, expected: Dimension | None, span: Span, what: str) -> None:
     if found is not None and expected is not None and found != expected:
         raise BgError(
-            [
-                values.wrong_unit(
-                    span, what, describe_dimension(expected), describe_dimension(found)
-                )
-            ]
+            [values.wrong_unit(span, what, describe_dimension(expected), describe_dimension(found))]
         )
 
 

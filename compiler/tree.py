@@ -22,8 +22,9 @@ from bgc.value import Value
 class Environment:
     """Where an expression was written: what its names mean.
 
-    `instance` is None at the level of a file; a scene's is set once its model is there. `locals` are a model's dimensions and, within a
-    `for`, its variable and the values declared there.
+    `instance` is None at the level of a file; a scene's is set once its model is there.
+    `locals` are a model's dimensions, a scene's devices and, within a `for`, its variable and
+    the values declared there.
     """
 
     instance: Instance | None

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 
 from bgc.domains import Domains
 from bgc.faces import DomainUse, Face, Net, Width
-from bgc.grammar import syntax
 from bgc.grammar.catalogue import graph
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.source import Span
@@ -131,9 +130,7 @@ def _set_width(work: Nets, net: Net, width: Width) -> bool:
         return True
     if net.width.size != width.size:
         work.world.report.add(
-            graph.widths_differ(
-                width.span, net.width.size, net.width.span, width.size, width.span
-            )
+            graph.widths_differ(width.span, net.width.size, net.width.span, width.size, width.span)
         )
     elif width.explicit and not net.width.explicit:
         net.width = width
@@ -201,9 +198,7 @@ def _propagate(work: Nets) -> None:
             elif b is not None and a is None:
                 news |= _set_width(work, one, Width(b.size, b.span, False))
             elif a is not None and b is not None and a.size != b.size:
-                work.world.report.add(
-                    graph.widths_differ(span, a.size, a.span, b.size, b.span)
-                )
+                work.world.report.add(graph.widths_differ(span, a.size, a.span, b.size, b.span))
         work.same = [s for s in work.same if s[0].root().width is None or s[1].root().width is None]
         for face in work.sums:
             news |= _settle_sum(work, face)

@@ -9,7 +9,7 @@ from typing import TypeAlias
 from bgc.faces import Face, Joint, Net, WideBond
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import graph, names
-from bgc.grammar.diagnostics import BgError
+from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.source import Span
 from bgc.instantiate import MAX_WIDTH, note, note_of
 from bgc.scopes import part_at, path_of
@@ -168,9 +168,7 @@ def _member_target(world: World, env: Environment, expr: syntax.Member) -> Targe
             member = base.members.get(expr.name)
             ports = [n for n, m in base.members.items() if isinstance(m, PortEntry)]
             if member is None:
-                raise BgError(
-                    [names.unknown_member(expr.span, expr.name, f"`{base.path}`", ports)]
-                )
+                raise BgError([names.unknown_member(expr.span, expr.name, f"`{base.path}`", ports)])
             if not isinstance(member, PortEntry) or base.parent is not env.instance:
                 owner = path_of(expr.base)
                 raise BgError([graph.bond_to_inner_part(expr.span, path, owner, ports)])
@@ -263,9 +261,7 @@ def _check_bonded(world: World, root: Instance, wiring: Wiring) -> None:
         for face, what in sides:
             at = port.declaration.name_span if face is port.inner else span
             if not face.joints:
-                world.report.add(
-                    graph.not_bonded(at, port.path, what), note=note_of(port.instance)
-                )
+                world.report.add(graph.not_bonded(at, port.path, what), note=note_of(port.instance))
 
 
 def check_single(world: World, wiring: Wiring, claimed: set[Face]) -> None:
@@ -283,10 +279,7 @@ def check_single(world: World, wiring: Wiring, claimed: set[Face]) -> None:
         _report(world, graph.bonded_twice(second.span, face.name, first.span, is_port), owner.env)
 
 
-def _report(world: World, diagnostic: object, env: Environment) -> None:
-    from bgc.grammar.diagnostics import Diagnostic
-
-    assert isinstance(diagnostic, Diagnostic)
+def _report(world: World, diagnostic: Diagnostic, env: Environment) -> None:
     world.report.add(diagnostic, note=note(env))
 
 

@@ -12,6 +12,7 @@ from bgc.grammar import syntax
 from bgc.report import Report
 from bgc.resolve import Package
 from bgc.scope import Namespace
+from bgc.scopes import Names
 from bgc.tree import Environment, Given
 from bgc.value import Value
 
@@ -73,19 +74,13 @@ class World:
         rates: bool = False,
     ) -> Value:
         """The value of an expression in its environment, `extra` names first."""
-        from bgc.scopes import Names
-
         return evaluate(expr, Names(self, env, extra or {}, rates), self.dag)
 
     def whole(self, expr: syntax.Expr, env: Environment, what: str, low: int, high: int) -> int:
         """The value of an expression that must be a whole number known at compile time."""
-        from bgc.scopes import Names
-
         return evaluate_whole(expr, Names(self, env, {}, False), self.dag, what, low, high)
 
     def holds(self, condition: syntax.Expr, env: Environment) -> bool:
         """Whether the condition of an `if` with braces holds."""
-        from bgc.scopes import Names
-
         scope = Names(self, env, {}, False)
         return evaluate_condition(condition, scope, self.dag, "the condition")

@@ -93,7 +93,9 @@ def no_port(span: Span, part: str, direction: str, ports: Sequence[str]) -> Diag
     )
 
 
-def arrow_against_port(span: Span, port: str, direction: str, inside: bool, place: Span) -> Diagnostic:
+def arrow_against_port(
+    span: Span, port: str, direction: str, inside: bool, place: Span
+) -> Diagnostic:
     """BG404: an arrow against the direction of a port
 
     What: an arrow points out of an `in` port or into an `out` port (seen from outside; inside
@@ -830,9 +832,7 @@ def not_a_state(span: Span, name: str) -> Diagnostic:
 
     Way out: declare it: `state x = 0;`
     """
-    return error(
-        "BG450", f"`{name}` is no state of this model", span, help="declare it by `state`"
-    )
+    return error("BG450", f"`{name}` is no state of this model", span, help="declare it by `state`")
 
 
 def state_without_equation(span: Span, name: str) -> Diagnostic:
