@@ -15,11 +15,10 @@ from bgc.runtime.cli.options import model_file, read_assignments, scene_option, 
 @click.option("--after", "name", metavar="PASS", default="equations", show_default=True)
 def show(file: Path, scene: str | None, assignments: tuple[str, ...], name: str) -> None:
     """Print what a pass of the compiler made of a scene of FILE."""
-    from bgc.driver import Compilation
     from bgc.options import Options
     from bgc.show import PASSES, show_pass
 
     if name not in PASSES:
         raise click.UsageError(f"there is no pass {name}; there are {', '.join(PASSES)}")
-    compilation = Compilation(file, Options(scene, read_assignments(assignments)))
-    click.echo(show_pass(compilation, name), nl=False)
+    options = Options(scene, read_assignments(assignments))
+    click.echo(show_pass(name, file, options), nl=False)
