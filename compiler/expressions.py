@@ -23,6 +23,7 @@ from bgc.constants import (
 )
 from bgc.dag import Dag, Kind, Op
 from bgc.grammar import syntax
+from bgc.grammar.catalogue import names
 from bgc.grammar.catalogue import values as catalogue
 from bgc.grammar.catalogue.syntax import empty_vector
 from bgc.grammar.source import Span
@@ -177,14 +178,15 @@ class _Evaluator:
         return Value.scalar(self.dag.const(si), unit.dimension)
 
     def name(self, expr: syntax.Name) -> Value | Namespace:
+        """A name's value. `time` counts seconds but fits any unit, as in `sin(time)`."""
         if expr.name == "time":
-            return Value.scalar(self.dag.symbol(Kind.TIME), _SECOND)
+            return Value.scalar(self.dag.symbol(Kind.TIME))
         found = self.scope.lookup(expr.name, expr.span)
         if found is not None:
             return found
         if expr.name == "pi":
             return Value.scalar(self.dag.const(_PI), DIMENSIONLESS)
-        raise failure(catalogue.unknown_value(expr.span, expr.name, self.scope.names()))
+        raise failure(names.unknown_name(expr.span, expr.name, self.scope.names()))
 
     def index(
         self,

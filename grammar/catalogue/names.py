@@ -136,13 +136,14 @@ def unknown_member(span: Span, name: str, owner: str, candidates: Iterable[str])
 def unknown_name(span: Span, name: str, candidates: Iterable[str]) -> Diagnostic:
     """BG211: a name that is not declared
 
-    What: a name in a chain or a path is nothing that this model has.
-    Why: chains bond the model's own parts and ports.
+    What: a name in an expression, a chain or a path is nothing that is visible here.
+    Why: a model sees its own values, parts and ports, and the constants of its file; what is
+    inside a part is reached by its path.
     Example: `supply -> lop;`
-    Way out: correct the name, or declare the part.
+    Way out: correct the name, declare it, or give its path, as in `boom.mass`.
     """
-    near = did_you_mean(name, candidates)
-    return error("BG211", f"there is no `{name}` here", span, help=near)
+    way_out = did_you_mean(name, candidates) or "declare it, or give its path, as in `boom.mass`"
+    return error("BG211", f"there is no `{name}` here", span, help=way_out)
 
 
 def no_such_index(span: Span, name: str, index: Sequence[int], have: str) -> Diagnostic:

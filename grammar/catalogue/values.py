@@ -536,27 +536,11 @@ def not_a_number(span: Span) -> Diagnostic:
     )
 
 
-# --- names and functions ----------------------------------------------------------------
-
-
-def unknown_value(span: Span, name: str, near: Iterable[str]) -> Diagnostic:
-    """BG340: a value that is not declared
-
-    What: no value, part or port of that name is visible here.
-
-    Why: names are visible in the model that declares them; parts of parts are reached by
-    their path.
-
-    Example: `param mass = 1 t; let weight = 9.81*mas;`
-
-    Way out: correct the spelling, declare the value, or give the path: `boom.mass`.
-    """
-    way_out = did_you_mean(name, near) or "declare it, or give its path, as in `boom.mass`"
-    return error("BG340", f"there is no value called `{name}`", span, help=way_out)
+# --- parts and functions ----------------------------------------------------------------
 
 
 def not_a_value(span: Span, what: str) -> Diagnostic:
-    """BG341: a part where a value belongs
+    """BG340: a part where a value belongs
 
     What: the path ends at a part, a port or an array, or the expression is a text or a type.
 
@@ -567,12 +551,12 @@ def not_a_value(span: Span, what: str) -> Diagnostic:
     Way out: name the value that is meant, as in `coil.p` or `boom.length`.
     """
     return error(
-        "BG341", f"{what} is not a value", span, help="name one of its values, as in `coil.p`"
+        "BG340", f"{what} is not a value", span, help="name one of its values, as in `coil.p`"
     )
 
 
 def unknown_function(span: Span, name: str, near: Iterable[str]) -> Diagnostic:
-    """BG342: a function that is not declared
+    """BG341: a function that is not declared
 
     What: neither the language nor this file or its imports has a function of that name.
 
@@ -583,11 +567,11 @@ def unknown_function(span: Span, name: str, near: Iterable[str]) -> Diagnostic:
     Way out: correct the spelling, or declare it: `function f(x) = x^2;`.
     """
     way_out = did_you_mean(name, near) or f"declare it: `function {name}(x) = ..;`"
-    return error("BG342", f"there is no function called `{name}`", span, help=way_out)
+    return error("BG341", f"there is no function called `{name}`", span, help=way_out)
 
 
 def called_value(span: Span, name: str) -> Diagnostic:
-    """BG343: a value is called like a function
+    """BG342: a value is called like a function
 
     What: parentheses follow the name of a value.
 
@@ -598,7 +582,7 @@ def called_value(span: Span, name: str) -> Diagnostic:
     Way out: write `k*(3 + 4)`, or `v[2]` for a component.
     """
     return error(
-        "BG343",
+        "BG342",
         f"`{name}` is a value, not a function",
         span,
         help=f"write `{name}*(..)` for a product, `{name}[..]` for a component",
@@ -606,7 +590,7 @@ def called_value(span: Span, name: str) -> Diagnostic:
 
 
 def wrong_argument_count(span: Span, function: str, expected: str, found: int) -> Diagnostic:
-    """BG344: too many or too few arguments
+    """BG343: too many or too few arguments
 
     What: a function is given another number of arguments than it takes.
 
@@ -617,11 +601,11 @@ def wrong_argument_count(span: Span, function: str, expected: str, found: int) -
     Way out: give as many as the message says.
     """
     message = f"`{function}` takes {expected}, not {found}"
-    return error("BG344", message, span, help="arguments go by position, none may be left out")
+    return error("BG343", message, span, help="arguments go by position, none may be left out")
 
 
 def recursive_function(span: Span, name: str, calls: Sequence[str]) -> Diagnostic:
-    """BG345: a function that calls itself
+    """BG344: a function that calls itself
 
     What: evaluating a function leads to a call of the same function.
 
@@ -633,11 +617,11 @@ def recursive_function(span: Span, name: str, calls: Sequence[str]) -> Diagnosti
     """
     through = f", through {' -> '.join(f'`{call}`' for call in calls)}" if len(calls) > 1 else ""
     message = f"the function `{name}` calls itself{through}"
-    return error("BG345", message, span, help="write the repetition as a sum, or with `for`")
+    return error("BG344", message, span, help="write the repetition as a sum, or with `for`")
 
 
 def misplaced_derivative(span: Span) -> Diagnostic:
-    """BG346: der(x) where it has no meaning
+    """BG345: der(x) where it has no meaning
 
     What: `der(x)` stands in a definition, an argument or a law.
 
@@ -649,7 +633,7 @@ def misplaced_derivative(span: Span) -> Diagnostic:
     implicit `equation left = right;`.
     """
     return error(
-        "BG346",
+        "BG345",
         "`der(x)` stands only in `der(x) = ..;` and in an `equation`",
         span,
         help="use the right-hand side of its equation, or an `equation`",
@@ -657,7 +641,7 @@ def misplaced_derivative(span: Span) -> Diagnostic:
 
 
 def derivative_of_expression(span: Span) -> Diagnostic:
-    """BG347: the derivative of something that is no state
+    """BG346: the derivative of something that is no state
 
     What: the argument of `der` is not a declared `state` or a component of one.
 
@@ -668,7 +652,7 @@ def derivative_of_expression(span: Span) -> Diagnostic:
     Way out: write the derivative out: `2*der(x)`.
     """
     message = "`der` takes a declared state, or a component of one"
-    return error("BG347", message, span, help="write the derivative out, as in `2*der(x)`")
+    return error("BG346", message, span, help="write the derivative out, as in `2*der(x)`")
 
 
 # --- matrices ---------------------------------------------------------------------------
