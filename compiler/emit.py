@@ -199,7 +199,7 @@ def _about(lowered: Lowered) -> list[str]:
     """What the arrays of the model hold, by name."""
     program = lowered.program
     inputs = [
-        f"{device.name}.{channel}[{component + 1}]"
+        f"{device.name}.{channel}[{component}]"
         for device in program.devices
         for channel, component in device.inputs
     ]

@@ -287,8 +287,9 @@ class Requirement:
 class DeviceUse:
     """A device of the scene: its name, driver, and the driver's options as text.
 
-    `inputs` and `commands` list the channel components used: `inputs[k] = (channel,
-    component)` fills INPUT symbol `first_input + k`; `commands[k]` gets node k of `values`.
+    `inputs` and `commands` list the channel components used, components counted from 1:
+    `inputs[k] = (channel, component)` fills INPUT symbol `first_input + k`; `commands[k]` gets
+    node k of `values`.
     """
 
     name: str

@@ -149,7 +149,7 @@ def _inputs(program: Program) -> list[str]:
 
 def _channel(device: int, use: tuple[str, int]) -> str:
     channel, component = use
-    return f"{{{device}, {_CHANNELS[channel]}, {component}}}"
+    return f"{{{device}, {_CHANNELS[channel]}, {component - 1}}}"  # C counts from 0
 
 
 def _device(device: DeviceUse) -> str:
