@@ -42,7 +42,7 @@ class _Schedule:
 def hoisted_nodes(dag: Dag, kernels: Sequence[Kernel]) -> tuple[Node, ...]:
     """What the kernels read that depends on parameters alone, in the order they meet it."""
     roots = [s.node for k in kernels if k.reads is Reads.HOISTED for s in k.stores]
-    op, level = dag.op, dag.level
+    op, level, a, b, c = dag.op, dag.level, dag.a, dag.b, dag.c
     found: dict[Node, None] = {}
     seen: set[Node] = set()
     stack = roots[::-1]
@@ -55,7 +55,7 @@ def hoisted_nodes(dag: Dag, kernels: Sequence[Kernel]) -> tuple[Node, ...]:
             if op[node] != Op.CONST:
                 found[node] = None
         elif op[node] != Op.SYMBOL:
-            stack.extend(reversed(dag.operands(node)))
+            stack.extend(x for x in (c[node], b[node], a[node]) if x >= 0)
     return tuple(found)
 
 
