@@ -39,7 +39,7 @@ def assign_causality(graph: FlatGraph) -> CausalGraph:
         Sources contradict each other, or rigid connections form a closed chain.
     """
     fingerprints = Fingerprints(graph.dag)
-    structure = junction_structure(graph, fingerprints)
+    structure = junction_structure(graph)
     certifier = Certifier(graph.dag, fingerprints, graph.parameters)
     _refuse_shared_flows(graph, structure)
     elimination = eliminate(graph.dag, fingerprints, certifier, structure)

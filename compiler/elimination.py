@@ -5,22 +5,25 @@ made dependent only through a coefficient that is certain never to vanish (`cert
 modulus that depends on the state is never divided by. Classes without an element go first, then
 those with sources of effort, compliances, resistances, inertias; flow sources never. Of equals
 the one in fewest rows goes first, rows solved before included: few others then follow from it,
-and N stays sparse.
+and N stays sparse. Before an inertia is made dependent, rows of a transformer whose inverse is
+known are turned round where that spares it; one joint drawn the other way round would
+otherwise look like a closed chain.
 """
 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
-from bgc.causal import BondClass, ElementPort, Role, Row, Step
+from bgc.causal import BondClass, ElementPort, Role, Row, RowEnd, Step
 from bgc.certificates import Certifier
 from bgc.dag import Dag
 from bgc.fingerprint import Fingerprints
-from bgc.graph import Node
+from bgc.graph import Matrix, Node
 from bgc.regions import Block, Structure
+from bgc.rotations import known_inverse
 
 _LEVELS = {
     Role.EFFORT_SOURCE: 1,
@@ -29,14 +32,13 @@ _LEVELS = {
     Role.INERTIA: 4,
     Role.FLOW_SOURCE: 5,
 }
+_SPARED = 4  # made dependent only when nothing else can be
 _NEVER = 5
-
-PivotLevel: TypeAlias = Callable[[int, Node], int]
 
 
 @dataclass(frozen=True, slots=True)
 class Elimination:
-    """The rows (matrix blocks now written one way round), the steps, and what was left.
+    """The rows (of matrix blocks those of the way round that was taken), the steps, what was left.
 
     `remaining` are rows without a certified coefficient at a class that may be dependent, with
     what is left of them; an empty one says nothing new. `origins[r]` are the rows that went
@@ -88,25 +90,25 @@ class _Work:
         self._open: set[int] = set()
         self._steps: list[Step] = []
         self._watched: list[tuple[Node, int]] = []
-        self._blocks: dict[int, _OpenBlock] = {
-            k: _OpenBlock(block, self) for k, block in enumerate(structure.blocks)
-        }
+        self._blocks = structure.blocks
+        self._refused: set[int] = set()  # rows of blocks that were tried since they changed
         self._queue: list[tuple[tuple[int, int, int], int]] = []
         for row in structure.rows:
-            self._add_row(row)
+            terms = [(self._unit_form(end.bond), end.coefficient) for end in row.ends]
+            self._rows.append(row)
+            self._forms.append(_Form({}, {}))
+            self._set_form(len(self._rows) - 1, self._combined(terms))
         for number in range(len(structure.classes)):
             self._enqueue(number)
 
     def run(self) -> None:
-        """Take the best pivot until there is none; then turn the next block, and go on."""
+        """Take the best pivot until there is none; spare inertias by turning blocks round."""
         while True:
             pivot = self._next_pivot()
-            level = self._levels[pivot[0]] if pivot else _NEVER
-            turned = self._turn_block(level)
-            if turned:
-                if pivot:
+            if (pivot is None or self._levels[pivot[0]] >= _SPARED) and self._turn_block():
+                if pivot is not None:
                     self._enqueue(pivot[0])
-            elif pivot:
+            elif pivot is not None:
                 self._solve(*pivot)
             else:
                 return
@@ -172,14 +174,11 @@ class _Work:
             target = self._forms[other_row]
             before = set(target.entries)
             self._subtract(target, number, row, form, pivot)
+            self._refused.discard(other_row)
             for changed in before - set(target.entries):
                 self._where[changed].discard(other_row)
             for changed in set(target.entries) - before:
                 self._where[changed].add(other_row)
-        for block in self._blocks.values():
-            for target in block.forms_with(number):
-                self._subtract(target, number, row, form, pivot)
-                block.stale = True
         step = Step(row, number, tuple(form.entries.items()), tuple(form.factors.items()))
         self._steps.append(step)
         for other in form.entries:
@@ -198,113 +197,108 @@ class _Work:
 
     def _set(self, entries: dict[int, Node], number: int, node: Node) -> None:
         """Set an entry, or remove it where it is always zero."""
-        value = self._fingerprints.constant(node)
-        if value is not None:
-            node = self._dag.const(value)
+        node = self._simplified(node)
         if node == self._dag.zero:
             entries.pop(number, None)
         else:
             entries[number] = node
 
+    def _simplified(self, node: Node) -> Node:
+        """The constant that a node always equals, if there is one."""
+        value = self._fingerprints.constant(node)
+        return node if value is None else self._dag.const(value)
+
     # --- rows and blocks -------------------------------------------------------------------
 
-    def form_of(self, terms: Iterable[tuple[_Form, Node]]) -> _Form:
+    def _unit_form(self, bond: int) -> _Form:
+        """The through variable of a bond."""
+        return _Form({self._class_of[bond]: self._dag.one}, {})
+
+    def _combined(self, terms: Iterable[tuple[_Form, Node]]) -> _Form:
         """A weighted sum of forms."""
         dag = self._dag
         entries: dict[int, Node] = {}
         factors: dict[int, Node] = {}
         for form, weight in terms:
             for number, entry in form.entries.items():
-                sum_ = dag.add(entries.get(number, dag.zero), dag.mul(weight, entry))
-                self._set(entries, number, sum_)
+                total = dag.add(entries.get(number, dag.zero), dag.mul(weight, entry))
+                self._set(entries, number, total)
             for row, factor in form.factors.items():
                 factors[row] = dag.add(factors.get(row, dag.zero), dag.mul(weight, factor))
         return _Form(entries, factors)
 
-    def unit_form(self, bond: int) -> _Form:
-        """The through variable of a bond."""
-        return _Form({self._class_of[bond]: self._dag.one}, {})
-
-    def _add_row(self, row: Row, form: _Form | None = None) -> None:
-        if form is None:
-            form = self.form_of((self.unit_form(e.bond), e.coefficient) for e in row.ends)
-        index = len(self._rows)
-        self._rows.append(row)
-        self._forms.append(form)
-        self._open.add(index)
+    def _set_form(self, row: int, form: _Form) -> None:
+        """Make a form the working row of an open row."""
+        for number in self._forms[row].entries:
+            self._where[number].discard(row)
+        self._forms[row] = form
+        self._open.add(row)
         for number in form.entries:
-            self._where[number].add(index)
+            self._where[number].add(row)
 
-    def _turn_block(self, level: int) -> bool:
-        """Write one block as rows: the first whose one side can go at this level, or any."""
-        for key, block in self._blocks.items():
-            if block.stale:
-                block.assess(self._pivot_level)
-            if min(block.levels) <= min(level, _NEVER - 1):
-                self._write(key, block.levels[1] < block.levels[0])
+    def _turn_block(self) -> bool:
+        """Turn the first block round that can then be solved without an inertia."""
+        for block in self._blocks:
+            if self._refused.issuperset(block.rows):
+                continue
+            self._refused.update(block.rows)
+            rows = [row for row in block.rows if row in self._open]
+            weights = self._turning(block, rows)
+            if weights is None:
+                continue
+            turned = [
+                self._combined((self._forms[row], w) for row, w in zip(rows, line, strict=True))
+                for line in weights
+            ]
+            if self._has_pivots(turned):
+                raw = [self._combined_row([self._rows[row] for row in rows], w) for w in weights]
+                for row, line, form in zip(rows, raw, turned, strict=True):
+                    self._rows[row] = line
+                    self._set_form(row, form)
+                for number in {n for form in turned for n in form.entries}:
+                    self._enqueue(number)
                 return True
-        if level == _NEVER and self._blocks:
-            self._write(next(iter(self._blocks)), backward=False)
-            return True
         return False
 
-    def _write(self, key: int, backward: bool) -> None:
-        block = self._blocks.pop(key)
-        for row in block.block.backward if backward else block.block.forward:
-            terms = ((block.forms[end.bond], end.coefficient) for end in row.ends)
-            self._add_row(row, self.form_of(terms))
-            for number in self._forms[-1].entries:
-                self._enqueue(number)
+    def _turning(self, block: Block, rows: Sequence[int]) -> Matrix | None:
+        """What a block's open rows are multiplied with to be solved for its lower bonds.
 
-    def _pivot_level(self, number: int, entry: Node) -> int:
-        return self._levels[number] if self._certifier.certify(entry) is not None else _NEVER
+        Lower bonds that rows solved before were solved for take no part.
+        """
+        taken = {step.dependent for step in self._steps if step.row in block.rows}
+        columns = [j for j, bond in enumerate(block.lower) if self._class_of[bond] not in taken]
+        positions = [block.rows.index(row) for row in rows]
+        if not rows or len(columns) != len(rows):
+            return None
+        part = tuple(tuple(block.matrix[i][j] for j in columns) for i in positions)
+        whole = block.inverse if len(rows) == len(block.rows) else None
+        inverse = whole or known_inverse(self._dag, self._fingerprints, part)
+        if inverse is None:
+            return None
+        return tuple(tuple(map(self._dag.neg, line)) for line in inverse)
 
+    def _combined_row(self, rows: Sequence[Row], weights: Sequence[Node]) -> Row:
+        """A weighted sum of rows of one element."""
+        dag = self._dag
+        totals: dict[tuple[int, int], Node] = {}
+        for row, weight in zip(rows, weights, strict=True):
+            for end in row.ends:
+                place = (end.bond, end.sign)
+                term = dag.mul(weight, end.coefficient)
+                totals[place] = dag.add(totals.get(place, dag.zero), term)
+        ends = (RowEnd(bond, sign, self._simplified(node)) for (bond, sign), node in totals.items())
+        kept = tuple(end for end in ends if end.coefficient != dag.zero)
+        return Row(rows[0].element, kept)
 
-class _OpenBlock:
-    """A block not yet written as rows: a form for each of its bonds.
-
-    `levels` says at which level the rows written forward and backward can be solved for the
-    bonds on their left side alone.
-    """
-
-    def __init__(self, block: Block, work: _Work) -> None:
-        self.block = block
-        self.stale = True
-        self.levels = (_NEVER, _NEVER)
-        bonds = [end.bond for row in (*block.forward, *block.backward) for end in row.ends]
-        self.forms = {bond: work.unit_form(bond) for bond in dict.fromkeys(bonds)}
-
-    def forms_with(self, number: int) -> list[_Form]:
-        """The forms that hold a class."""
-        return [form for form in self.forms.values() if number in form.entries]
-
-    def assess(self, pivot_level: PivotLevel) -> None:
-        """Find the levels again after a form has changed."""
-        sides = (self.block.forward, self.block.backward)
-        forward, backward = (
-            self._side_level([row.ends[0].bond for row in rows], pivot_level) for rows in sides
+    def _has_pivots(self, forms: Sequence[_Form]) -> bool:
+        """Whether each form has a certified pivot of its own below the inertias."""
+        held = Counter(number for form in forms for number in form.entries)
+        return all(
+            any(
+                held[number] == 1
+                and self._levels[number] < _SPARED
+                and self._certifier.certify(entry) is not None
+                for number, entry in form.entries.items()
+            )
+            for form in forms
         )
-        self.levels = (forward, backward)
-        self.stale = False
-
-    def _side_level(self, bonds: Sequence[int], pivot_level: PivotLevel) -> int:
-        """The level at which each form of a side has a class of its own to be solved for."""
-        others = {
-            number
-            for bond, form in self.forms.items()
-            if bond not in bonds
-            for number in form.entries
-        }
-        taken: set[int] = set()
-        highest = 0
-        for bond in bonds:
-            entries = self.forms[bond].entries
-            free = [
-                (pivot_level(number, entry), number)
-                for number, entry in entries.items()
-                if number not in taken and number not in others
-            ]
-            level, number = min(free, default=(_NEVER, -1))
-            taken.add(number)
-            highest = max(highest, level)
-        return highest

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bgc.accounts import energy_accounts
+from bgc.audit import assert_power_balance
 from bgc.causal import CausalGraph, Role
 from bgc.dag import Kind
 from bgc.graph import FlatGraph, Node
@@ -65,7 +66,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     energy = (dag.zero,) * 3 if accounts is None else resolver.resolve_all(accounts.nodes)
     outputs = _with_outputs(graph, resolver)
     states += _loop_states(variables, resolver.algebraic)
-    return Program(
+    program = Program(
         dag=dag,
         scene=graph.scene,
         parameters=graph.parameters,
@@ -81,6 +82,8 @@ def derive_equations(causal: CausalGraph) -> Program:
         dropped=(),
         kept=graph.kept,
     )
+    assert_power_balance(program)
+    return program
 
 
 # --- states -----------------------------------------------------------------------------------

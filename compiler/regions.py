@@ -13,8 +13,7 @@ from itertools import pairwise
 from typing import assert_never
 
 from bgc.causal import BondClass, ElementPort, Role, Row, RowEnd
-from bgc.dag import Dag, Kind
-from bgc.fingerprint import Fingerprints
+from bgc.dag import Dag, Kind, Level
 from bgc.graph import (
     Element,
     EnergyLaw,
@@ -31,15 +30,20 @@ from bgc.graph import (
     Transformer,
 )
 from bgc.linalg import transpose
-from bgc.rotations import known_inverse
 
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Rows of a matrix transformer that can be written either way round."""
+    """Rows `upper - matrix * lower = 0` of a transformer whose matrix varies.
 
-    forward: tuple[Row, ...]
-    backward: tuple[Row, ...]
+    `rows` are their indices, `lower` the bonds, `inverse` the inverse of the whole matrix where
+    it is known.
+    """
+
+    rows: tuple[int, ...]
+    lower: tuple[int, ...]
+    matrix: Matrix
+    inverse: Matrix | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +98,7 @@ def ports_of(element: Element) -> tuple[Port, ...]:
             return element.ports
 
 
-def junction_structure(graph: FlatGraph, fingerprints: Fingerprints) -> Structure:
+def junction_structure(graph: FlatGraph) -> Structure:
     """Find regions, dualise, unite bonds into classes, and write the rows.
 
     Guarantees that a gyrator between differently coloured regions is rows of a transformer, and
@@ -114,11 +118,12 @@ def junction_structure(graph: FlatGraph, fingerprints: Fingerprints) -> Structur
                     ends = tuple(RowEnd(p.bond, p.sign, signed[p.sign]) for p in element.ports)
                     rows.append(Row(index, ends))
             case Transformer():
-                for block in _transformer_blocks(graph.dag, fingerprints, index, element, dual):
-                    if block.backward:
-                        blocks.append(block)
-                    else:
-                        rows.extend(block.forward)
+                for upper, lower, matrix, inverse in _transformer_parts(graph.dag, element, dual):
+                    numbers = tuple(range(len(rows), len(rows) + len(upper)))
+                    if _varies(graph.dag, matrix):
+                        bonds = tuple(port.bond for port in lower)
+                        blocks.append(Block(numbers, bonds, matrix, inverse))
+                    rows.extend(_linear_rows(graph.dag, index, upper, lower, matrix))
             case Gyrator():
                 for block_rows, resistive in _gyrator_blocks(graph.dag, index, element, dual):
                     rows.extend(block_rows)
@@ -306,28 +311,30 @@ def _linear_rows(
     )
 
 
-def _transformer_blocks(
-    dag: Dag, fingerprints: Fingerprints, index: int, tf: Transformer, dual: Sequence[bool]
-) -> list[Block]:
-    """Rows of the independent blocks of a transformer, both ways round where that is proven."""
+def _transformer_parts(
+    dag: Dag, tf: Transformer, dual: Sequence[bool]
+) -> list[tuple[list[Port], list[Port], Matrix, Matrix | None]]:
+    """The independent blocks of a transformer: upper and lower ports, matrix, known inverse."""
     over, under = tf.ports2, tf.ports1
     if tf.given in ("f1", "e2"):
         over, under = under, over
-    blocks = []
+    found = []
     for rows, columns in coupled(dag, tf.matrix):
         matrix = tuple(tuple(tf.matrix[i][j] for j in columns) for i in rows)
         upper, lower = [over[i] for i in rows], [under[j] for j in columns]
         whole = len(rows) == len(tf.matrix) and len(columns) == len(tf.matrix[0])
-        given = tf.inverse if whole else None
-        inverse = given or known_inverse(dag, fingerprints, matrix)
+        inverse = tf.inverse if whole else None
         if dual[(upper + lower)[0].bond]:
             upper, lower = lower, upper
             matrix = _transposed(matrix, len(columns))
             inverse = transpose(inverse) if inverse else None
-        forward = _linear_rows(dag, index, upper, lower, matrix)
-        backward = _linear_rows(dag, index, lower, upper, inverse) if inverse else ()
-        blocks.append(Block(forward, backward))
-    return blocks
+        found.append((upper, lower, matrix, inverse))
+    return found
+
+
+def _varies(dag: Dag, matrix: Matrix) -> bool:
+    """Whether a matrix of several rows changes with more than parameters."""
+    return len(matrix) > 1 and any(dag.level[x] > Level.PARAM for row in matrix for x in row)
 
 
 def _transposed(matrix: Matrix, width: int) -> Matrix:
