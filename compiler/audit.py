@@ -11,11 +11,11 @@ import random
 
 from bgc.certificates import default_values
 from bgc.dag import Kind, Symbol
-from bgc.derivatives import directional_derivative
+from bgc.derivatives import gradient
 from bgc.evaluate import evaluate_nodes
 from bgc.program import Program
 
-_TOLERANCE = 1e-6  # of the largest power; far above rounding, far below a slip
+_TOLERANCE = 1e-6  # of all powers; far above rounding, far below a slip
 
 
 def power_defect(program: Program) -> float | None:
@@ -27,11 +27,11 @@ def power_defect(program: Program) -> float | None:
     if not program.scene.accounts or program.mass is not None:
         return None
     dag, energy = program.dag, program.energy
-    direction = {
-        dag.symbol(Kind.STATE, k): state.derivative for k, state in enumerate(program.states)
-    }
-    direction[dag.symbol(Kind.TIME)] = dag.one
-    stored = directional_derivative(dag, energy.stored, direction)
+    moving = [dag.symbol(Kind.STATE, k) for k in range(len(program.states))]
+    rates = [state.derivative for state in program.states]
+    moving.append(dag.symbol(Kind.TIME))
+    rates.append(dag.one)
+    slopes = gradient(dag, energy.stored, moving)
     rng = random.Random(1)
     values: dict[Symbol, float] = dict(default_values(dag, program.parameters))
     values[Symbol(Kind.TIME, 0)] = rng.uniform(0.1, 1)
@@ -39,12 +39,13 @@ def power_defect(program: Program) -> float | None:
         values[Symbol(Kind.INPUT, k)] = rng.uniform(-1, 1)
     for k in range(len(program.states)):
         values[Symbol(Kind.STATE, k)] = rng.uniform(-1, 1)
-    powers = evaluate_nodes(dag, [stored, energy.supplied, energy.dissipated], values)
-    if not all(map(math.isfinite, powers)):
+    shares = [dag.mul(slope, rate) for slope, rate in zip(slopes, rates, strict=True)]
+    shares += [dag.neg(energy.supplied), energy.dissipated]
+    powers = evaluate_nodes(dag, shares, values)
+    size = sum(map(abs, powers))
+    if not math.isfinite(size):
         return None
-    rate, supplied, dissipated = powers
-    size = max(map(abs, powers))
-    return abs(rate - supplied + dissipated) / size if size else 0.0
+    return abs(sum(powers)) / size if size else 0.0
 
 
 def assert_power_balance(program: Program) -> None:
