@@ -8,8 +8,8 @@ from bgc.grammar import syntax
 from bgc.grammar.catalogue import graph, names
 from bgc.grammar.diagnostics import BgError
 from bgc.instantiate import MAX_WIDTH
+from bgc.modules import Declared
 from bgc.quantities import dimension_of
-from bgc.resolve import Declared
 from bgc.tree import Environment
 from bgc.units import Dimension, describe_dimension, multiply, parse_unit
 from bgc.value import Shape

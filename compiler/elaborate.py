@@ -18,9 +18,9 @@ from bgc.grammar.diagnostics import BgError
 from bgc.graph import Bond, Element, FlatGraph, Observation
 from bgc.instantiate import Builder, note
 from bgc.law_units import infer_units
+from bgc.modules import Package
 from bgc.quantities import Quantities, component_name, indices
 from bgc.report import Report
-from bgc.resolve import Package
 from bgc.scalarise import Scalars, scalarise
 from bgc.scenes import (
     Observed,

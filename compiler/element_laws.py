@@ -39,8 +39,9 @@ from bgc.graph import (
 from bgc.linear import linear_coefficients
 from bgc.quantities import level_of
 from bgc.scalarise import Scalars
+from bgc.scopes import find_member
 from bgc.shape_probe import names_in
-from bgc.tree import Element
+from bgc.tree import Element, Quantity
 from bgc.value import Value, describe_shape
 from bgc.world import World
 
@@ -208,7 +209,7 @@ class LawReader:
             if len(law) > 1:
                 raise BgError([messages.law_too_many(law[1].span, element.path, "keep one")])
             variables = {"C": ("q",), "I": ("p",), "IC": ("q", "p")}[kind]
-            value = self._law_value(element, law[0], "H", variables, ())
+            value = self._law_value(element, law[0], "H", variables)
             if not value.is_scalar:
                 raise BgError(
                     [
@@ -394,10 +395,9 @@ class LawReader:
             if name != left:
                 raise BgError([messages.law_too_many(equation.span, element.path, "keep one")])
         width = _width(face)
-        others = tuple(v for v in _variables_of(element) if v != table[left])
         found: dict[int, Node] = {}
         for equation in law:
-            value = self._law_value(element, equation, left, (table[left],), others)
+            value = self._law_value(element, equation, left, (table[left],))
             if isinstance(equation.left, syntax.Name):
                 nodes = self._vector(element, left, value, width, equation.right.span)
                 pairs = list(enumerate(nodes))
@@ -433,24 +433,27 @@ class LawReader:
         equation: syntax.LawEquation,
         left: str,
         allowed: Sequence[str],
-        others: Sequence[str],
     ) -> Value:
         """The right side, with the element's variables; the wrong ones are refused by name."""
-        extra = {name: self._law_variable(element, name) for name in (*allowed, *others)}
-        value = self.world.evaluate(equation.right, element.env, extra)
-        used = set(self.world.dag.reachable(value.nodes))
-        for name in others:
-            if used & set(extra[name].nodes):
-                # The own bond may be named on purpose (`x.f` in a law); only bare names count.
-                if name in names_in(equation.right):
-                    raise BgError(
-                        [
-                            messages.law_variable_misplaced(
-                                equation.right.span, element.kind, left, name, allowed[0]
-                            )
-                        ]
-                    )
-        return value
+        two_port = len(allowed[0]) == 2
+        own = ("e1", "f1", "e2", "f2") if two_port else ("e", "f", "p", "q")
+        # Other paths may lead to the same bond (`body.p` in a law): only bare names are meant.
+        bare = set(names_in(equation.right))
+        for name in own:
+            if name not in bare:
+                continue
+            if isinstance(find_member(element.env, name), Quantity):
+                raise BgError([messages.law_variable_is_a_name(equation.right.span, name)])
+            if name not in allowed:
+                raise BgError(
+                    [
+                        messages.law_variable_misplaced(
+                            equation.right.span, element.kind, left, name, allowed[0]
+                        )
+                    ]
+                )
+        extra = {name: self._law_variable(element, name) for name in allowed}
+        return self.world.evaluate(equation.right, element.env, extra)
 
     def _law_variable(self, element: Element, name: str) -> Value:
         if name in {"q", "p"}:
@@ -620,20 +623,6 @@ def _left_name(equation: syntax.LawEquation) -> str:
             return name
         case _:
             return ""
-
-
-def _variables_of(element: Element) -> tuple[str, ...]:
-    match element.basic:
-        case "C":
-            return ("e", "f", "q")
-        case "I":
-            return ("e", "f", "p")
-        case "IC":
-            return ("e", "f", "q", "p")
-        case "TF" | "GY" if element.faces["out"].joints:
-            return ("e1", "f1", "e2", "f2")
-        case _:
-            return ("e", "f")
 
 
 def _transposed(matrix: Matrix) -> Matrix:

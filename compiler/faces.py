@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from bgc.grammar import syntax
 from bgc.grammar.source import Span
-from bgc.resolve import Declared
+from bgc.modules import Declared
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,8 @@ from bgc.grammar import syntax
 from bgc.grammar.catalogue import graph, names
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.source import Span
+from bgc.modules import ELEMENTS, Declared, ancestors, fitting_models
 from bgc.report import already_reported
-from bgc.resolve import ELEMENTS, Declared, ancestors, fitting_models
 from bgc.tree import (
     Element,
     Environment,
@@ -72,7 +72,6 @@ class Builder:
             home.instance = instance
         self._lay(instance, declared, dims, arguments)
         self._check_arguments(instance, arguments)
-        self._check_interfaces(instance)
         return instance
 
     def _lay(
@@ -435,52 +434,8 @@ class Builder:
         }
         return Element(pending.path, kind, part.type, part.law, env, dims, part.name_span, faces)
 
-    # --- interfaces -----------------------------------------------------------------
-
-    def _check_interfaces(self, instance: Instance) -> None:
-        """Report what the instance lacks of the interfaces it is declared to be."""
-        model = instance.declared.syntax
-        for declared, _ in instance.kinds:
-            if not declared.syntax.interface:
-                continue
-            for item in declared.syntax.items:
-                missing = _missing(item, instance)
-                if missing:
-                    span = item.name_span if hasattr(item, "name_span") else item.span
-                    self.world.report.add(
-                        names.interface_misses(
-                            model.name_span, model.name, declared.syntax.name, missing, span
-                        )
-                    )
-
     def _report(self, diagnostic: Diagnostic, env: Environment) -> None:
         self.world.report.add(diagnostic, note=note(env))
-
-
-def _missing(item: syntax.Item, instance: Instance) -> str:
-    """What of an interface's item the instance lacks, in words; empty if nothing."""
-    match item:
-        case syntax.Value():
-            member = instance.members.get(item.name)
-            kind = member.kind if isinstance(member, Quantity) else ""
-            fitting = {
-                "param": {"param", "const"},
-                "const": {"const"},
-                "input": {"input"},
-            }.get(item.kind, {"output", "signal", "let", "state", "param", "const", "unknown"})
-            return "" if kind in fitting else f"{item.kind} `{item.name}`"
-        case syntax.Port():
-            member = instance.members.get(item.name)
-            wanted = f"`{item.direction.value}` " if item.direction else ""
-            if not isinstance(member, PortEntry):
-                return f"{wanted}port `{item.name}`"
-            other = member.declaration.direction
-            return "" if item.direction in (None, other) else f"{wanted}port `{item.name}`"
-        case syntax.Part():
-            member = instance.members.get(item.name)
-            return "" if isinstance(member, Pending) else f"part `{item.name}`"
-        case _:
-            return ""
 
 
 def as_type_use(given: Given, slot: str) -> syntax.TypeUse:

@@ -11,12 +11,12 @@ from bgc.dag import Kind, Level
 from bgc.evaluate import to_double as as_float
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import names, values
-from bgc.grammar.diagnostics import BgError
+from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.source import Span
 from bgc.graph import Parameter
 from bgc.instantiate import MAX_WIDTH, note
+from bgc.modules import Declared
 from bgc.report import already_reported
-from bgc.resolve import Declared
 from bgc.tree import Environment, Given, Quantity, Status
 from bgc.units import Dimension, describe_dimension, parse_unit, si_symbol, suggest_unit
 from bgc.value import Shape, Value, describe_shape
@@ -70,7 +70,8 @@ class Quantities:
             raise already_reported()
         if quantity.status is Status.OPEN:
             cycle = self._open[self._open.index(quantity) :]
-            raise BgError([names.defined_by_itself(span, [q.path for q in [*cycle, quantity]])])
+            at = quantity.declaration.name_span
+            raise BgError([names.defined_by_itself(at, [q.path for q in [*cycle, quantity]])])
         return self._compute(quantity)
 
     def forget_provisional(self) -> None:
@@ -126,21 +127,19 @@ class Quantities:
         given = quantity.given
         if given is None:
             if declaration.value is None:
-                span = quantity.env.instance.span if quantity.env.instance else None
-                raise BgError(
-                    [
-                        names.no_value(
-                            span or declaration.name_span,
-                            declaration.name,
-                            declaration.kind,
-                            declaration.name_span if span else None,
-                        )
-                    ]
-                )
+                raise BgError([self._without_value(quantity)])
             given = Given(declaration.value, quantity.env, declaration.value.span)
         value = self.world.evaluate(given.value, given.env)
         value = self.fit(quantity, value, given.value.span)
         return self._with_parts(quantity, value)
+
+    def _without_value(self, quantity: Quantity) -> Diagnostic:
+        """Points to where the part is made: there the value should have been given."""
+        declaration, instance = quantity.declaration, quantity.env.instance
+        here = declaration.name_span
+        if instance is None or instance.parent is None:
+            return names.no_value(here, declaration.name, declaration.kind, None)
+        return names.no_value(instance.span, declaration.name, declaration.kind, here)
 
     def _with_parts(self, quantity: Quantity, value: Value) -> Value:
         """The value with the components that a scene sets one by one."""

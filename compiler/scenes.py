@@ -14,10 +14,10 @@ from bgc.grammar.catalogue import names, scenes, values
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.parse import parse
 from bgc.grammar.source import Source, Span
-from bgc.graph import DeviceUse, Node, Observation, Requirement, SceneFacts, SolverChoice
+from bgc.graph import DeviceUse, Node, Observation, Plot, Requirement, SceneFacts, SolverChoice
 from bgc.instantiate import MAX_WIDTH
+from bgc.modules import Declared, Package
 from bgc.quantities import component_names
-from bgc.resolve import Declared, Package
 from bgc.scope import Namespace
 from bgc.scopes import Names, path_of
 from bgc.statements import unit_symbol
@@ -127,9 +127,10 @@ def choose_scene(package: Package, name: str | None) -> Scene:
     models = module.own_models
     if not models:
         raise BgError([scenes.nothing_to_run(module.file.source.name)])
-    model = models[-1]
+    complete = [m for m in models if all(f.default is not None for f in m.syntax.formals)]
+    model = (complete or models)[-1]
     span = model.syntax.name_span
-    if any(formal.default is None for formal in model.syntax.formals):
+    if not complete:
         raise BgError([scenes.only_dimensioned(span, model.syntax.name)])
     use = syntax.TypeUse(model.syntax.name, (), (), span, span)
     return Scene("", model, use, (), env, implicit=True)
@@ -553,7 +554,24 @@ def read_facts(world: World, scene: Scene, observed: Observed) -> SceneFacts:
         _time(world, scene, deadline.value if deadline else None, "the deadline"),
         observed.accounts,
         observed.columns,
+        _plots(world, scene, observed.columns),
     )
+
+
+def _plots(world: World, scene: Scene, columns: Sequence[str]) -> tuple[Plot, ...]:
+    """The panels of the scene's plot: columns, or vectors by the name their columns share."""
+    vectors = (column.rpartition("[")[0] for column in columns if column.endswith("]"))
+    known = dict.fromkeys(("time", *columns, *vectors))
+    found = []
+    for item in scene.every(syntax.Plot):
+        with world.report.collecting():
+            paths = (*item.columns, *((item.against,) if item.against else ()))
+            for path in paths:
+                if path_of(path) not in known:
+                    raise BgError([scenes.plot_unobserved(path.span, path_of(path), list(known))])
+            drawn = tuple(path_of(path) for path in item.columns)
+            found.append(Plot(drawn, path_of(item.against) if item.against else None))
+    return tuple(found)
 
 
 def _only(world: World, scene: Scene, kind: type[Item], what: str) -> Item | None:

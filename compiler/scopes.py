@@ -11,7 +11,7 @@ from bgc.grammar import syntax
 from bgc.grammar.catalogue import graph, names
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.source import Span
-from bgc.resolve import Module
+from bgc.modules import Module
 from bgc.scope import FunctionUse, Namespace
 from bgc.tree import (
     Element,

@@ -252,7 +252,9 @@ def _check_counts(
             if state.index not in rates:
                 world.report.add(graph.state_without_equation(state.span, state.name))
     if not world.report.errors and len(equations) != len(unknowns) + implicit:
-        span = equations[0].span if equations else unknowns[0].span
+        held = [*unknowns, *(state for state in states if state.derivative is None)]
+        surplus = equations if len(equations) > len(held) else held
+        span = surplus[-1].span
         world.report.add(
             graph.equations_and_unknowns(span, len(equations), len(unknowns) + implicit)
         )

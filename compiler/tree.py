@@ -13,7 +13,7 @@ from typing import TypeAlias
 from bgc.faces import Face
 from bgc.grammar import syntax
 from bgc.grammar.source import Span
-from bgc.resolve import Declared, Module
+from bgc.modules import Declared, Module
 from bgc.scope import Namespace
 from bgc.value import Value
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from bgc.dag import Dag
 from bgc.expressions import evaluate, evaluate_condition, evaluate_whole
 from bgc.grammar import syntax
+from bgc.modules import Package
 from bgc.report import Report
-from bgc.resolve import Package
 from bgc.scope import Namespace
 from bgc.scopes import Names
 from bgc.tree import Environment, Given

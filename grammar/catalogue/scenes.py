@@ -190,6 +190,25 @@ def unknown_account(span: Span, name: str, have: Sequence[str]) -> Diagnostic:
     )
 
 
+def plot_unobserved(span: Span, name: str, columns: Sequence[str]) -> Diagnostic:
+    """BG623: a plot of what the scene does not observe
+
+    What: `plot` names something that is no column of the scene.
+
+    Why: a scene computes only what it observes, and plots only what it computes.
+
+    Example: `observe boom.f; plot tip.z;`.
+
+    Way out: `observe tip.z;` too, or one of the names that the scene observes.
+    """
+    return error(
+        "BG623",
+        f"`{name}` is plotted, but the scene does not observe it",
+        span,
+        help=did_you_mean(name, columns) or f"add `observe {name};`",
+    )
+
+
 def not_positive(span: Span, what: str, value: float) -> Diagnostic:
     """BG630: a time or tolerance that is not positive
 
