@@ -11,7 +11,7 @@ from bgc.grammar.diagnostics import Diagnostic
 if TYPE_CHECKING:  # a warm start does without the compiler's own modules
     from bgc.graph import SceneFacts
 
-ENERGY_ACCOUNTS = ("energy.stored", "energy.supplied", "energy.dissipated", "energy.residual")
+ENERGY_ACCOUNTS = ("stored", "supplied", "dissipated", "residual")  # as rows of C have them
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,13 +26,15 @@ class Panel:
 class RunFacts:
     """What a scene says of its run, in plain values; None where it says nothing.
 
-    `columns` are the observed names in the scene's order, the energy accounts among them;
-    times are in seconds, `solver_options` are SI numbers.
+    `columns` are the observed names in the scene's order; those that are no outputs of the
+    model are its energy accounts, `stored`, `supplied`, `dissipated` or `residual`, which
+    `accounts` lists in the same order. Times are in seconds, `solver_options` are SI numbers.
     """
 
     scene: str
     model: str
     columns: tuple[str, ...]
+    accounts: tuple[str, ...] = ()
     solver: str | None = None
     solver_options: tuple[tuple[str, float], ...] = ()
     step: float | None = None
@@ -59,6 +61,7 @@ def run_facts(scene: SceneFacts) -> RunFacts:
         scene=scene.name,
         model=scene.model,
         columns=scene.columns,
+        accounts=scene.accounts,
         solver=solver.name if solver else None,
         solver_options=solver.options if solver else (),
         step=scene.step,

@@ -17,7 +17,7 @@ from bgc.runtime.linear import Linearisation
 from bgc.runtime.parameters import Parameters, Quantity
 from bgc.runtime.result import Result
 from bgc.runtime.rows import row_times
-from bgc.runtime.run import Method, choose_method, open_devices, run_watched, wants_accounts
+from bgc.runtime.run import Method, choose_method, open_devices, run_watched
 
 
 def compile_model(
@@ -97,6 +97,8 @@ class Model:
         Run-time parameters by name; set one with `model.parameters["boom.mass"] = "7 t"`.
     states, outputs
         Names and units of the states and of what the scene observes.
+    accounts
+        Columns of the energy accounts that it observes: `{"residual": "energy.residual"}`.
     facts
         What the scene says about its run.
     warnings
@@ -114,9 +116,9 @@ class Model:
         model = self._library.model
         self.states = tuple(_variable(model.state[k]) for k in range(model.n_state))
         self._observed = tuple(_variable(model.output[k]) for k in range(model.n_output))
-        accounts = (Variable(name, "J") for name in ENERGY_ACCOUNTS)
-        known = {v.name: v for v in (*self._observed, *accounts)}
-        self.outputs = tuple(known[name] for name in self.facts.columns)
+        self.accounts = _account_columns(self.facts, self._observed)
+        units = {v.name: v.unit for v in self._observed}
+        self.outputs = tuple(Variable(c, units.get(c, "J")) for c in self.facts.columns)
 
     def __repr__(self) -> str:
         return (
@@ -168,15 +170,14 @@ class Model:
         """
         facts = self.facts
         method = choose_method(self._library, facts, solver, rtol, atol, step)
-        accounts = wants_accounts(facts)
         end = facts.duration if duration is None else duration
         if end is None:
             raise BgError([no_duration(facts.scene)])
         interval = facts.every if every is None else every
-        width = len(self._observed) + (len(ENERGY_ACCOUNTS) if accounts else 0)
+        width = len(self._observed) + (len(ENERGY_ACCOUNTS) if self.accounts else 0)
         times = row_times(end, interval, method.step if method.fixed else None, width)
         instance = self.parameters.instance(parameters or {})
-        require(instance, instance.set_options(method.struct(accounts)))
+        require(instance, instance.set_options(method.struct(bool(self.accounts))))
         rows = np.full((len(times), width), np.nan)
         with open_devices(instance, self._folder):
             require(instance, instance.reset())
@@ -192,7 +193,8 @@ class Model:
 
     def _result(self, times: Array, rows: Array, method: Method, instance: Instance) -> Result:
         """Name the columns of the rows, in the scene's order."""
-        names = (*(v.name for v in self._observed), *ENERGY_ACCOUNTS)
+        accounts = (self.accounts.get(account, "") for account in ENERGY_ACCOUNTS)
+        names = (*(v.name for v in self._observed), *accounts)
         place = {name: k for k, name in enumerate(names)}
         return Result(
             scene=self.facts.scene,
@@ -202,6 +204,7 @@ class Model:
             solver=method.name,
             counts=instance.counts,
             panels=self.facts.panels,
+            accounts=self.accounts,
         )
 
     def initial_state(self, parameters: Mapping[str, Quantity] | None = None) -> Array:
@@ -281,3 +284,10 @@ class Model:
 
 def _variable(info: VarInfo) -> Variable:
     return Variable(text(info.name), text(info.unit))
+
+
+def _account_columns(facts: RunFacts, observed: tuple[Variable, ...]) -> dict[str, str]:
+    """Columns of the energy accounts: those that are no outputs, in the accounts' order."""
+    outputs = {variable.name for variable in observed}
+    columns = [column for column in facts.columns if column not in outputs]
+    return dict(zip(facts.accounts, columns, strict=True))

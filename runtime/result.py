@@ -6,7 +6,7 @@ import csv
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 from zipfile import ZIP_DEFLATED, ZipFile
@@ -52,6 +52,8 @@ class Result(Mapping[str, Array]):
         `done`; or `failed` or `interrupted` with the reason, and the rows up to there.
     panels
         What the scene wants plotted.
+    accounts
+        Columns of the energy accounts: `{"residual": "energy.residual"}`.
     """
 
     scene: str
@@ -63,6 +65,7 @@ class Result(Mapping[str, Array]):
     status: str = "done"
     message: str = ""
     panels: Sequence[Panel] = ()
+    accounts: Mapping[str, str] = field(default_factory=dict)
 
     def ended(self, status: str, message: str) -> Result:
         """The same rows, of a run that ended early."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Event, Thread
 
-from bgc.built import ENERGY_ACCOUNTS, RunFacts
+from bgc.built import RunFacts
 from bgc.grammar.catalogue.machine import (
     bad_option,
     device_not_opened,
@@ -93,11 +93,6 @@ def choose_method(
         max_steps=int(options.get("max_steps", 0)),
         keep=int(options.get("keep", 0)),
     )
-
-
-def wants_accounts(facts: RunFacts) -> bool:
-    """Whether the scene observes an energy account, so that they have to be integrated."""
-    return any(column in ENERGY_ACCOUNTS for column in facts.columns)
 
 
 @contextmanager

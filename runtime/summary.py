@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from bgc.built import ENERGY_ACCOUNTS
 from bgc.runtime.result import Result
 
 
@@ -29,11 +28,11 @@ def summarise(result: Result) -> str:
 
 def _residual(result: Result) -> str:
     """The energy residual, and its share of the largest account that is observed."""
-    if "energy.residual" not in result.columns or not len(result.time):
+    columns = {account: result[column] for account, column in result.accounts.items()}
+    if "residual" not in columns or not len(result.time):
         return ""
-    worst = float(np.max(np.abs(result["energy.residual"])))
-    others = [name for name in ENERGY_ACCOUNTS[:3] if name in result.columns]
-    exchanged = max((float(np.max(np.abs(result[name]))) for name in others), default=0.0)
+    worst = float(np.max(np.abs(columns.pop("residual"))))
+    exchanged = max((float(np.max(np.abs(column))) for column in columns.values()), default=0.0)
     share = f", {worst / exchanged:.1e} of the {exchanged:.3g} J exchanged" if exchanged else ""
     return f"energy residual {worst:.2g} J{share}"
 

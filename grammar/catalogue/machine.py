@@ -17,8 +17,11 @@ def no_c_compiler(tried: Sequence[str]) -> Diagnostic:
     """BG050: no C compiler was found
 
     What: a model becomes machine code through a C compiler, and none is on this machine.
+
     Why: `$CC`, `cc`, `gcc`, `clang` and the `ziglang` wheel are looked for, in this order.
+
     Example: a slim container image with Python alone.
+
     Way out: install gcc or clang with the system's package manager, or `pip install ziglang`.
     """
     names = ", ".join(f"`{name}`" for name in tried)
@@ -29,8 +32,11 @@ def chosen_compiler_missing(command: str) -> Diagnostic:
     """BG051: the compiler named by `$CC` is not there
 
     What: the environment variable `CC` names a program that does not exist or cannot be run.
+
     Why: a compiler that was asked for by name is never silently replaced by another.
+
     Example: `CC=gcc-99 bgc run rlc.bg`.
+
     Way out: correct `CC`, or unset it to let bgc look for `cc`, `gcc` and `clang`.
     """
     return error(
@@ -44,8 +50,11 @@ def compiler_does_not_work(command: str, output: str) -> Diagnostic:
     """BG052: the C compiler does not compile a trivial program
 
     What: the compiler was found, but fails on ten lines of C that use only the C library.
+
     Why: mostly the headers of the C library are missing, or `CC` is not a C compiler.
+
     Example: Debian with `gcc` but without `libc6-dev`.
+
     Way out: `apt-get install libc6-dev`, or another compiler through `CC`.
     """
     return error(
@@ -61,8 +70,11 @@ def compiler_rejected_code(command: str, output: str, kept: str) -> Diagnostic:
     """BG053: the C compiler failed on the emitted code
 
     What: the compiler works, but not on the C that bgc emitted for this model.
+
     Why: a defect of bgc, of the compiler, or a limit such as the machine's memory.
+
     Example: gcc killed for lack of memory on a very large model.
+
     Way out: the C files and the compiler's words are kept: please report them.
     """
     return error(
@@ -77,8 +89,11 @@ def cache_not_writable(path: str, reason: str) -> Diagnostic:
     """BG054: the cache directory cannot be written
 
     What: compiled models are kept in the user's cache directory, which cannot be written.
+
     Why: a read-only home, no space left, or a file where the directory should be.
+
     Example: a container that runs as a user without a home.
+
     Way out: set `BGC_CACHE_DIR` to a directory that can be written. Until then everything is
     compiled anew in a temporary directory.
     """
@@ -93,8 +108,11 @@ def cannot_write(path: str, reason: str) -> Diagnostic:
     """BG055: a file cannot be written
 
     What: the operating system refused to write a file.
+
     Why: no space left, no permission, or the directory does not exist.
+
     Example: `bgc run rlc.bg --out /missing/r.csv`.
+
     Way out: write elsewhere, make the directory, or free some space. A file of that name from
     an earlier run is untouched.
     """
@@ -109,8 +127,11 @@ def dot_missing() -> Diagnostic:
     """BG056: Graphviz is not installed
 
     What: a bond graph is laid out by the program `dot` of Graphviz, which was not found.
+
     Why: Graphviz is no Python package: it cannot come with bgc.
+
     Example: `bgc graph rlc.bg -o rlc.svg` on a bare machine.
+
     Way out: `apt-get install graphviz` (`brew install graphviz`), or `-o rlc.dot` for the text.
     """
     return error(
@@ -125,8 +146,11 @@ def dot_failed(output: str) -> Diagnostic:
     """BG057: Graphviz failed
 
     What: `dot` was found but ended with an error.
+
     Why: mostly a build of Graphviz without the wanted output format.
+
     Example: `-o rlc.pdf` with a Graphviz built without cairo.
+
     Way out: write SVG, or the graph's text with `-o FILE.dot`.
     """
     return error(
@@ -141,8 +165,11 @@ def package_missing(package: str, purpose: str, extra: str) -> Diagnostic:
     """BG058: an optional Python package is missing
 
     What: this function needs a Python package that bgc does not require otherwise.
+
     Why: packages that few users need are extras.
+
     Example: `result.to_pandas()` without pandas.
+
     Way out: install the extra that is named.
     """
     return error(
@@ -156,8 +183,11 @@ def cannot_load(path: str, reason: str) -> Diagnostic:
     """BG059: a compiled model cannot be loaded
 
     What: the shared object exists but this Python cannot load it.
+
     Why: built on another machine, by another version of bgc, or not a compiled model at all.
+
     Example: a `.so` copied from an x86 machine to an ARM one.
+
     Way out: build it again here from the `.bg` file.
     """
     return error(
@@ -171,9 +201,12 @@ def unknown_parameter(name: str, known: Iterable[str]) -> Diagnostic:
     """BG060: a parameter that the compiled model does not have
 
     What: the name given is not among the model's run-time parameters.
+
     Why: misspelt, a `const` (which is fixed when compiling), or dropped because nothing that
     the scene observes depends on it.
+
     Example: `model.parameters["crane.bom.mass"] = 7e3`.
+
     Way out: take one of the names offered; `bgc show FILE --after slice` tells what was dropped.
     """
     return error(
@@ -189,8 +222,11 @@ def parameter_out_of_range(
     """BG061: a parameter outside the range that the model declares
 
     What: the value is outside `in low .. high` of the parameter's declaration.
+
     Why: the author of the model holds other values for meaningless or untested.
+
     Example: `--set boom.mass=-1` for `param mass = 1 t in 0 t .. 100 t`.
+
     Way out: a value inside the range, or a wider range in the model.
     """
     shown = f" {unit}" if unit else ""
@@ -205,8 +241,11 @@ def not_a_value(text: str, name: str) -> Diagnostic:
     """BG062: a parameter's value that is not a number with a unit
 
     What: the text after `=` is not a number, nor a number, a blank and a unit.
+
     Why: run-time parameters are plain numbers.
+
     Example: `--set R=2ohm` (without the blank).
+
     Way out: `--set "R=2 ohm"`, or SI without a unit: `--set R=2`.
     """
     return error(
@@ -220,8 +259,11 @@ def wrong_unit(name: str, given: str, unit: str) -> Diagnostic:
     """BG063: a parameter's value in a unit that does not fit
 
     What: the unit given measures something else than the parameter.
+
     Why: units are checked where they are given.
+
     Example: `--set "boom.mass=7 m"`.
+
     Way out: a unit of the same kind, or none for SI.
     """
     wanted = f"`{unit}`" if unit else "no unit: it is a plain number"
@@ -238,8 +280,11 @@ def bad_assignment(text: str) -> Diagnostic:
     """BG064: `--set` without a name and a value
 
     What: the text is not of the form `name=value`.
+
     Why: a parameter is set by its full name.
+
     Example: `--set boom.mass`.
+
     Way out: `--set boom.mass=7e3` or `--set "boom.mass=7 t"`.
     """
     return error("BG064", f"`{text}` is not of the form name=value", help='`--set "boom.mass=7 t"`')
@@ -249,8 +294,11 @@ def unknown_column(name: str, known: Iterable[str]) -> Diagnostic:
     """BG065: a column that the result does not have
 
     What: the name is not among the observed ones.
+
     Why: a scene computes only what it observes.
+
     Example: `result["tip.y"]` where the scene observes `tip.z`.
+
     Way out: take one of the names offered, or add `observe NAME;` to the scene.
     """
     known = list(known)
@@ -267,8 +315,11 @@ def bad_option(name: str, value: object, wanted: str) -> Diagnostic:
     """BG066: an option of a run that makes no sense
 
     What: a tolerance, a step, an interval or a duration is not a usable number.
+
     Why: all of them have to be finite and positive.
+
     Example: `--step 0`.
+
     Way out: a positive number, in seconds where it is a time.
     """
     return error("BG066", f"`{name}` is {value}, which is not {wanted}")
@@ -278,8 +329,11 @@ def no_duration(scene: str) -> Diagnostic:
     """BG067: a run without an end
 
     What: neither the scene nor the command says how long to run.
+
     Why: a scene without `run` (or a file without a scene) has no duration.
+
     Example: `bgc run rlc.bg` where the scene has no `run 10 ms;`.
+
     Way out: `run 10 s;` in the scene, `--time "10 s"`, or `duration=10`.
     """
     return error(
@@ -293,8 +347,11 @@ def too_many_rows(rows: int, columns: int) -> Diagnostic:
     """BG068: more rows than fit in memory
 
     What: the rows of this run would take more than half of the machine's memory.
+
     Why: a long run with a row for each small step.
+
     Example: a day at 1 ms: 86 million rows.
+
     Way out: fewer rows: `run 1 h every 1 s;`, `--every 1`.
     """
     size = rows * columns * 8 / 2**30
@@ -309,8 +366,11 @@ def bad_panel(text: str) -> Diagnostic:
     """BG069: a panel of a plot that cannot be read
 
     What: the text names no columns.
+
     Why: a panel is `a, b` (against time) or `y against x`.
+
     Example: `--panel "force against"`.
+
     Way out: `--panel "tip.z, handle.z"` or `--panel "force against elevation"`.
     """
     return error(
@@ -324,8 +384,11 @@ def unknown_file_kind(path: str, kinds: Sequence[str]) -> Diagnostic:
     """BG070: a file name whose ending tells no known kind
 
     What: the ending of an output file's name says in which form it is written.
+
     Why: the one given is not among those that can be written.
+
     Example: `--out r.xlsx`.
+
     Way out: one of the endings named.
     """
     listed = ", ".join(f"`{kind}`" for kind in kinds)
@@ -336,8 +399,11 @@ def unknown_solver(name: str, known: Sequence[str]) -> Diagnostic:
     """BG071: an integration method that does not exist
 
     What: the name given for the solver is not one of the methods.
+
     Why: misspelt, or a method of another tool.
+
     Example: `--solver ode45`.
+
     Way out: one of the names offered.
     """
     listed = ", ".join(f"`{method}`" for method in known)
@@ -352,8 +418,11 @@ def step_needed(solver: str) -> Diagnostic:
     """BG072: a fixed-step method without a step
 
     What: the method takes steps of a given length, and no length is given.
+
     Why: neither the scene nor the command gives a step.
+
     Example: `bgc run rlc.bg --solver rk4`.
+
     Way out: `step 1 ms;` in the scene, `solver rk4(step = 1 ms);`, or `--step 0.001`.
     """
     return error(
@@ -367,8 +436,11 @@ def unknown_driver(device: str, driver: str) -> Diagnostic:
     """BG073: a device driver that this build does not have
 
     What: the scene's device names a driver which the runtime does not know.
+
     Why: misspelt, or a driver that is not part of this build.
+
     Example: `device hand = joystick();`.
+
     Way out: `device hand = trace(file = "motion.csv");` plays a recorded motion.
     """
     return error(
@@ -382,8 +454,11 @@ def device_not_opened(device: str, driver: str, reason: str) -> Diagnostic:
     """BG074: a device that could not be opened
 
     What: the driver refused to start.
+
     Why: its file is missing or malformed, or the hardware is not connected.
+
     Example: `device hand = trace(file = "missing.csv");`.
+
     Way out: see the reason given; a trace file is looked for beside the `.bg` file.
     """
     return error("BG074", f"device `{device}` ({driver}) could not be opened: {reason}")
@@ -393,8 +468,11 @@ def nothing_to_draw(reason: str) -> Diagnostic:
     """BG075: there is nothing to plot
 
     What: a plot needs at least one observed column and two rows.
+
     Why: the scene observes nothing, or the run ended at its start.
+
     Example: `bgc run f.bg --plot p.png` where the scene has no `observe`.
+
     Way out: add `observe NAME;` to the scene.
     """
     return error(
@@ -406,8 +484,11 @@ def cannot_read(path: str, reason: str) -> Diagnostic:
     """BG076: a file that the runtime needs cannot be read
 
     What: the operating system refused to read a file.
+
     Why: it does not exist, or there is no permission.
+
     Example: `bgc run missing.bg`.
+
     Way out: check the path as it is printed.
     """
     return error("BG076", f"cannot read {path}: {reason}")

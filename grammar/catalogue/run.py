@@ -16,8 +16,11 @@ def step_too_small(time: float, state: str | None) -> Diagnostic:
     """BG701: the error control asked for a step that is too small
 
     What: the adaptive method could not meet the tolerance with any step the clock resolves.
+
     Why: the solution runs to infinity or jumps, or the tolerance is tighter than rounding.
+
     Example: `der(x) = x^2` from 1, at t = 1.
+
     Way out: look at the state named; loosen `rtol`, or mend the equation that has a pole.
     """
     return error(
@@ -31,8 +34,11 @@ def too_many_steps(time: float, state: str | None) -> Diagnostic:
     """BG702: too many steps between two rows
 
     What: the run was ended because it made no visible progress.
+
     Why: an explicit method on a stiff model, or a fixed step far too short.
+
     Example: `solver rk4` with an adaptive step on a crane with stiff joints.
+
     Way out: `solver rodas5p`, a longer step, or a looser tolerance.
     """
     return error(
@@ -46,8 +52,11 @@ def not_finite(time: float, state: str | None) -> Diagnostic:
     """BG703: a value is no longer finite
 
     What: an overflow, a division by zero or a function outside its domain.
+
     Why: an unstable model, a fixed step that is too long, or a law used where it is undefined.
+
     Example: `sqrt(x)` with x below zero; an explicit method on a stiff spring.
+
     Way out: a shorter step or a stiff method; guard the law, for instance with `max(x, 0)`.
     """
     return error(
@@ -61,8 +70,11 @@ def singular(time: float, state: str | None) -> Diagnostic:
     """BG704: the equations of a step are singular
 
     What: the matrix of the linearly implicit step cannot be factorised.
+
     Why: an algebraic equation does not determine its unknown, or a modulus became zero.
+
     Example: `equation 0*z = x;`.
+
     Way out: look at the state named and at the equation or bond that determines it.
     """
     return error(
@@ -76,8 +88,11 @@ def assertion_failed(time: float, message: str) -> Diagnostic:
     """BG705: an `assert` of the model failed
 
     What: a condition that the model states for its own validity is false.
+
     Why: the model was driven beyond what it describes.
+
     Example: `assert cos(theta) > 0.01, "pitch of 90 deg";`.
+
     Way out: as the message says.
     """
     return error("BG705", f"{message} (at t = {time:.9g} s)")
@@ -87,8 +102,11 @@ def device_failed(time: float) -> Diagnostic:
     """BG706: a device reported a fault
 
     What: reading from or writing to a device failed; its forces were set to zero.
+
     Why: unplugged, switched off, or the end of its data in a form it cannot continue from.
+
     Example: the handle's cable was pulled.
+
     Way out: check the device, then run again.
     """
     return error("BG706", f"a device reported a fault at t = {time:.9g} s; its forces are zero")
@@ -98,8 +116,11 @@ def parameters_refused(message: str) -> Diagnostic:
     """BG707: parameters that give no valid model
 
     What: a quantity that follows from the parameters has a value that makes no sense.
+
     Why: a mass, a compliance or another divisor is zero or negative.
+
     Example: `--set m=0` where `m` is the parameter of an I.
+
     Way out: change the parameters that the message names.
     """
     return error("BG707", message, help="change the parameters that it depends on")
@@ -109,8 +130,11 @@ def no_memory() -> Diagnostic:
     """BG708: no memory for an instance of the model
 
     What: the operating system gave no memory.
+
     Why: the machine is full, or its limits are tight.
+
     Example: `ulimit -v` below what the model needs.
+
     Way out: free some memory.
     """
     return error("BG708", "there is no memory left for an instance of the model")
@@ -120,8 +144,11 @@ def interrupted(time: float) -> Diagnostic:
     """BG709: the run was interrupted
 
     What: Ctrl-C, or a call to `stop`, ended the run.
+
     Why: somebody asked for it.
+
     Example: Ctrl-C.
+
     Way out: none needed: the rows up to this time are kept.
     """
     return error("BG709", f"interrupted at t = {time:.9g} s; the rows up to there are kept")
@@ -131,8 +158,11 @@ def not_explicit() -> Diagnostic:
     """BG710: an explicit method on a model with algebraic equations
 
     What: the model has unknowns that only equations determine, and the method cannot solve them.
+
     Why: explicit methods (`rk4`, `heun`) need every derivative written out.
+
     Example: `solver rk4` on a model with an algebraic loop.
+
     Way out: an implicit method: `solver rodas5p`, or `ros34prw` with a step.
     """
     return error(
@@ -146,8 +176,11 @@ def inconsistent(time: float, state: str | None) -> Diagnostic:
     """BG711: no consistent values were found
 
     What: the algebraic equations have no solution near the values given.
+
     Why: starting values that are far off, or equations that contradict each other.
+
     Example: `unknown z = 0; equation z^2 = -1;`.
+
     Way out: give the unknown a better starting value, or mend its equation.
     """
     return error(

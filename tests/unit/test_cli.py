@@ -18,6 +18,7 @@ from click.testing import CliRunner, Result
 
 OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
 COLUMNS = ("q", "v", "r[1]", "r[2]", "energy.stored", "energy.residual")
+ACCOUNTS = ("stored", "residual")
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +30,7 @@ def library(tmp_path_factory) -> Path:
 @pytest.fixture
 def oscillator(library, monkeypatch) -> Built:
     """Whatever file is named: a model written by hand, without the compiler."""
-    built = Built(library, RunFacts("swing", "Oscillator", COLUMNS, duration=2.0))
+    built = Built(library, RunFacts("swing", "Oscillator", COLUMNS, ACCOUNTS, duration=2.0))
     monkeypatch.setattr(runtime_model, "load_or_compile", lambda path, options: built)
     return built
 

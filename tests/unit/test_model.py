@@ -20,6 +20,7 @@ from bgc.toolchain import find_toolchain
 
 OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
 COLUMNS = ("v", "q", "energy.residual", "r[1]", "r[2]")
+ACCOUNTS = ("residual",)
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +31,7 @@ def library(tmp_path_factory) -> Path:
 
 @pytest.fixture
 def model(library) -> Model:
-    return Model(Built(library, RunFacts("swing", "Oscillator", COLUMNS, duration=2.0)))
+    return Model(Built(library, RunFacts("swing", "Oscillator", COLUMNS, ACCOUNTS, duration=2.0)))
 
 
 def code_of(error: pytest.ExceptionInfo[BgError]) -> str:
