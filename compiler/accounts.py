@@ -6,13 +6,13 @@ transformers have none of their own.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 from bgc.causal import CausalGraph
 from bgc.dag import Dag, Kind, Op
-from bgc.fingerprint import Fingerprints
 from bgc.graph import (
     EnergyLaw,
     ExplicitLaw,
@@ -54,7 +54,7 @@ def energy_accounts(variables: Variables, elements: Sequence[StorageElement]) ->
         ports = element.storage.ports
         if not all(causal.graph.bonds[port.bond].power for port in ports):
             continue
-        energy = _stored(dag, causal.fingerprints, element)
+        energy = _stored(variables, element)
         if energy is None:
             energy = variables.new_state(Kind.DISPLACEMENT)
             power = dag.sum(_power(dag, port) for port in ports)
@@ -88,8 +88,9 @@ def _power(dag: Dag, port: Port) -> Node:
     return power if port.sign > 0 else dag.neg(power)
 
 
-def _stored(dag: Dag, fingerprints: Fingerprints, element: StorageElement) -> Node | None:
+def _stored(variables: Variables, element: StorageElement) -> Node | None:
     """The energy as a function of the element's states; None without a closed form."""
+    dag = variables.dag
     half = dag.const(Fraction(1, 2))
     match element.storage.law:
         case EnergyLaw(energy=energy):
@@ -99,15 +100,22 @@ def _stored(dag: Dag, fingerprints: Fingerprints, element: StorageElement) -> No
         case ExplicitLaw():
             return None
         case LinearLaw(matrix=matrix):
-            if not _is_symmetric(fingerprints, matrix):
+            if not _is_symmetric(variables, matrix):
                 return None
             return dag.mul(half, dag.dot(element.law.states, element.law.answers))
 
 
-def _is_symmetric(fingerprints: Fingerprints, matrix: Matrix) -> bool:
-    return all(
-        fingerprints.equal(matrix[i][j], matrix[j][i]) for i in range(len(matrix)) for j in range(i)
-    )
+def _is_symmetric(variables: Variables, matrix: Matrix) -> bool:
+    """Whether a law derives from an energy: proven, or so at the parameters' default values."""
+    for i, row in enumerate(matrix):
+        for j in range(i):
+            pair = (row[j], matrix[j][i])
+            if variables.causal.fingerprints.equal(*pair):
+                continue
+            x, y = (variables.default(node) for node in pair)
+            if not math.isclose(x, y, rel_tol=1e-12):
+                return False
+    return True
 
 
 def antiderivative(dag: Dag, node: Node, symbol: Node) -> Node | None:

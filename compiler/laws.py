@@ -150,9 +150,15 @@ def positive_values(dag: Dag, storage: Storage) -> tuple[PositiveParameter, ...]
     if not isinstance(law, LinearLaw) or law.form in {Form.EFFORT, Form.FLOW}:
         return ()
     what = "inertia" if storage.kind == "I" else "compliance"
-    message = f"the {what} of `{storage.name}` must be positive"
+    names = (
+        [storage.name]
+        if len(law.matrix) == 1
+        else [f"{storage.name}[{k + 1}]" for k in range(len(law.matrix))]
+    )
     return tuple(
-        PositiveParameter(row[k], message, strictly_positive=True)
+        PositiveParameter(
+            row[k], f"the {what} of `{names[k]}` must be positive", strictly_positive=True
+        )
         for k, row in enumerate(law.matrix)
         if dag.level[row[k]] == Level.PARAM
     )
