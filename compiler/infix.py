@@ -57,7 +57,11 @@ def _shared(dag: Dag, order: Iterable[int], roots: Iterable[int]) -> set[int]:
     uses = Counter(roots)
     for node in order:
         uses.update(dag.operands(node))
-    return {n for n, count in uses.items() if count > 1 and dag.op[n] not in (*_UNARY, Op.CONST, Op.SYMBOL)}
+    return {
+        n
+        for n, count in uses.items()
+        if count > 1 and dag.op[n] not in (*_UNARY, Op.CONST, Op.SYMBOL)
+    }
 
 
 def _body(

@@ -130,23 +130,30 @@ def show_equations(program: Program) -> str:
                 lines([(l, s.derivative) for l, s in zip(left, program.states, strict=True)]),
             ),
             ("observed", lines([(o.name, o.node) for o in program.observations])),
-            (
-                "energy",
-                lines(
-                    [
-                        ("stored", program.energy.stored),
-                        ("supplied'", program.energy.supplied),
-                        ("dissipated'", program.energy.dissipated),
-                    ]
-                ),
-            ),
+            ("energy", lines(_accounts(program))),
             ("dropped", list(program.dropped)),
         )
     )
 
 
+def _accounts(program: Program) -> list[tuple[str, int]]:
+    """The energy's nodes, which are only derived where the scene observes an account."""
+    energy = program.energy
+    if not program.scene.accounts:
+        return []
+    return [
+        ("stored", energy.stored),
+        ("supplied'", energy.supplied),
+        ("dissipated'", energy.dissipated),
+    ]
+
+
 def _sections(sections: Iterable[tuple[str, list[str]]]) -> str:
-    blocks = (f"{title}\n" + "".join(f"  {line}\n" for line in lines) for title, lines in sections if lines)
+    blocks = (
+        f"{title}\n" + "".join(f"  {line}\n" for line in lines)
+        for title, lines in sections
+        if lines
+    )
     return "\n".join(blocks)
 
 

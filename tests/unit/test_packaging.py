@@ -6,7 +6,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-FOLDERS = {"compiler": "bgc", "grammar": "bgc.grammar", "library": "bgc.library", "runtime": "bgc.runtime"}
+FOLDERS = {
+    "compiler": "bgc",
+    "grammar": "bgc.grammar",
+    "library": "bgc.library",
+    "runtime": "bgc.runtime",
+}
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +48,16 @@ def test_every_data_file_is_covered_by_a_pattern(setuptools_table):
 
 
 def test_the_top_level_holds_only_what_was_decided():
-    allowed = {"pyproject.toml", "grammar", "compiler", "runtime", "library", "tests", "README.md", "LICENSE"}
+    allowed = {
+        "pyproject.toml",
+        "grammar",
+        "compiler",
+        "runtime",
+        "library",
+        "tests",
+        "README.md",
+        "LICENSE",
+    }
     for path in ROOT.iterdir():
         generated = path.suffix == ".egg-info" or path.name in {"build", "dist"}
         assert path.name in allowed or path.name.startswith(".") or generated, path

@@ -1,0 +1,253 @@
+/* step_response: a bond graph of model SeriesRlc, compiled by bgc.
+ *
+ * Quantities are in SI units. t is time, h what depends on parameters alone, w scratch.
+ *
+ * Parameters p:
+ *     0 R
+ *     1 L
+ *     2 C
+ *
+ * States x:
+ *     0 coil.p
+ *     1 capacitor.q
+ *
+ * Outputs y:
+ *     0 current
+ *     1 voltage
+ */
+#include "bgc.h"
+
+#include <math.h>
+
+/* Everything that depends on parameters alone. */
+static void model_prepare(const double *p, double *h, double *w)
+{
+    (void)w;
+    const double v1 = 1.0 / p[1];
+    h[1] = v1;
+    const double v2 = 1.0 / p[2];
+    h[2] = v2;
+    h[3] = -(p[0] * v1);
+    h[4] = -v2;
+    h[6] = 0.0 < v2 ? sqrt(p[1] * p[2]) : 1.0;
+    h[0] = p[0];
+    h[5] = p[1];
+    h[7] = p[2];
+}
+
+/* The right-hand sides f of M y' = f. */
+static void model_rhs(
+    const double *h, double t, const double *x, const double *u, double *f, double *w)
+{
+    (void)t, (void)u, (void)w;
+    const double v1 = h[1] * x[0];
+    f[1] = v1;
+    f[0] = 1.0 - h[0] * v1 - h[2] * x[1];
+}
+
+/* The entries of df/dx in the order of jac_row and jac_col, and df/dt. */
+static void model_jacobian(
+    const double *h, double t, const double *x, const double *u, double *jac, double *dfdt, double *w)
+{
+    (void)t, (void)x, (void)u, (void)w;
+    jac[0] = h[3];
+    jac[1] = h[4];
+    jac[2] = h[1];
+    dfdt[0] = 0.0;
+    dfdt[1] = 0.0;
+}
+
+/* Stored energy, supplied power, dissipated power. */
+static void model_energy(
+    const double *h, double t, const double *x, const double *u, double *out, double *w)
+{
+    (void)t, (void)u, (void)w;
+    const double v1 = h[1] * x[0];
+    out[1] = v1;
+    out[0] = 0.5 * (x[0] * v1) + 0.5 * (x[1] * (h[2] * x[1]));
+    out[2] = v1 * (h[0] * v1);
+}
+
+/* What the scene observes. */
+static void model_outputs(
+    const double *h, double t, const double *x, const double *u, double *y, double *w)
+{
+    (void)t, (void)u, (void)w;
+    y[0] = h[1] * x[0];
+    y[1] = h[2] * x[1];
+}
+
+/* What the devices are told. */
+static void model_commands(
+    const double *h, double t, const double *x, const double *u, double *c, double *w)
+{
+    (void)h, (void)t, (void)x, (void)u, (void)c, (void)w;
+}
+
+/* Conditions that have to hold: nonzero where they do. */
+static void model_asserts(
+    const double *h, double t, const double *x, const double *u, double *a, double *w)
+{
+    (void)h, (void)t, (void)x, (void)u, (void)a, (void)w;
+}
+
+/* The entries of M in the order of mass_row and mass_col. */
+static void model_mass(const double *h, double *m, double *w)
+{
+    (void)h, (void)m, (void)w;
+}
+
+/* The states at the start. */
+static void model_initial(const double *h, double t, const double *u, double *x, double *w)
+{
+    (void)h, (void)t, (void)u, (void)w;
+    x[0] = 0.0;
+    x[1] = 0.0;
+}
+
+/* The unit in which the error of each state is measured. */
+static void model_scale(const double *h, double *scale, double *w)
+{
+    (void)w;
+    scale[0] = h[5];
+    scale[1] = h[6];
+}
+
+/* Parameters and expressions of them that have to be positive. */
+static void model_positive(const double *p, const double *h, double *check, double *w)
+{
+    (void)p, (void)w;
+    check[0] = h[5];
+    check[1] = h[7];
+}
+
+/* Defaults of the parameters that are given by other parameters. */
+static void model_defaults(double *p, const unsigned char *is_set, double *w)
+{
+    (void)p;
+    (void)is_set;
+    (void)w;
+}
+
+/* Factorises W = c M - J. growth: the sum over the pivots of (c |M_kk| + |J_kk|) / |pivot|,
+ * about n_state where no pivot cancels. Nonzero where a pivot is zero or not finite. */
+static double model_factor_1(const double *restrict jac, double c, double *restrict lu)
+{
+    double g = 0.0;
+    lu[0] = 1.0 / (c - jac[0]);
+    g += (c + fabs(jac[0])) * fabs(lu[0]);
+    lu[1] = -jac[1];
+    lu[2] = -jac[2] * lu[0];
+    lu[3] = 1.0 / (c - lu[2] * lu[1]);
+    g += c * fabs(lu[3]);
+    return g;
+}
+
+int {prefix}factor(
+    const double *m, const double *jac, double c, double *lu, double *growth)
+{
+    (void)m;
+    double g = 0.0;
+    g += model_factor_1(jac, c, lu);
+    *growth = g;
+    return g < INFINITY ? 0 : 1;
+}
+
+/* b := W^-1 b. */
+static void model_solve_1(const double *restrict lu, double *restrict b)
+{
+    b[1] = b[1] - lu[2] * b[0];
+    b[1] = b[1] * lu[3];
+    b[0] = (b[0] - lu[1] * b[1]) * lu[0];
+}
+
+void {prefix}solve(const double *lu, double *b, double *w)
+{
+    (void)w;
+    model_solve_1(lu, b);
+}
+
+/* --- tables ------------------------------------------------------------------------------ */
+
+static const bgc_param_info param[] = {
+    {"R", "", 2.0, -INFINITY, INFINITY},
+    {"L", "", 3.0, -INFINITY, INFINITY},
+    {"C", "", 4.0, -INFINITY, INFINITY},
+};
+
+static const bgc_var_info state[] = {
+    /* 0 */ {"coil.p", ""},
+    /* 1 */ {"capacitor.q", ""},
+};
+
+static const bgc_var_info output[] = {
+    /* 0 */ {"current", ""},
+    /* 1 */ {"voltage", ""},
+};
+
+static const char *const param_check[] = {
+    "the inertia of `coil` must be positive",
+    "the compliance of `capacitor` must be positive",
+};
+
+static const int jac_row[] = {
+    0, 0, 1,
+};
+
+static const int jac_col[] = {
+    0, 1, 0,
+};
+
+static const bgc_model model = {
+    .abi = BGC_ABI,
+    .name = "step_response",
+    .hash = "7afc4e933c8bc74f03d302e4265f8667",
+    .n_param = 3,
+    .n_hoist = 8,
+    .n_state = 2,
+    .n_input = 0,
+    .n_output = 2,
+    .n_command = 0,
+    .n_assert = 0,
+    .n_device = 0,
+    .n_jac = 3,
+    .n_mass = 0,
+    .n_check = 2,
+    .param = param,
+    .state = state,
+    .output = output,
+    .input = NULL,
+    .command = NULL,
+    .device = NULL,
+    .assertion = NULL,
+    .param_check = param_check,
+    .jac_row = jac_row,
+    .jac_col = jac_col,
+    .mass_row = NULL,
+    .mass_col = NULL,
+    .step = 0.0,
+    .duration = 20.0,
+    .every = 0.5,
+    .n_lu = 4,
+    .n_work = 0,
+    .prepare = model_prepare,
+    .rhs = model_rhs,
+    .jacobian = model_jacobian,
+    .energy = model_energy,
+    .outputs = model_outputs,
+    .commands = model_commands,
+    .asserts = model_asserts,
+    .mass = model_mass,
+    .initial = model_initial,
+    .scale = model_scale,
+    .positive = model_positive,
+    .defaults = model_defaults,
+    .factor = model_factor,
+    .solve = model_solve,
+    .project = NULL,
+};
+
+const bgc_model *bgc_get_model(void)
+{
+    return &model;
+}
