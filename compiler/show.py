@@ -127,7 +127,7 @@ def show_equations(program: Program) -> str:
             ("start", lines([(s.name, s.initial) for s in program.states])),
             (
                 "equations",
-                lines([(l, s.derivative) for l, s in zip(left, program.states, strict=True)]),
+                lines([(rate, s.derivative) for rate, s in zip(left, program.states, strict=True)]),
             ),
             ("observed", lines([(o.name, o.node) for o in program.observations])),
             ("energy", lines(_accounts(program))),
