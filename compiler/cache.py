@@ -28,7 +28,8 @@ from pathlib import Path
 from bgc.grammar.catalogue.machine import cache_not_writable
 from bgc.grammar.diagnostics import Diagnostic
 
-_KEEP_SECONDS = 60 * 24 * 3600.0  # blobs and notes unused for longer are removed
+_KEEP_SECONDS = 60 * 24 * 3600.0  # what is unused for longer is removed
+_KEEP_MAKING_SECONDS = 24 * 3600.0  # a killed run's half-made files
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,10 +72,11 @@ class Cache:
                     if path.suffix != ".sum" and path.stat().st_mtime < oldest:
                         path.unlink()
                         _checksum(path).unlink(missing_ok=True)
-        for path in self.root.glob("making-*"):
-            with suppress(OSError):
-                if path.stat().st_mtime < time.time() - 24 * 3600.0:
-                    shutil.rmtree(path, ignore_errors=True)
+        for pattern, seconds in (("failed/*", _KEEP_SECONDS), ("making-*", _KEEP_MAKING_SECONDS)):
+            for path in self.root.glob(pattern):
+                with suppress(OSError):
+                    if path.stat().st_mtime < time.time() - seconds:
+                        shutil.rmtree(path, ignore_errors=True)
 
 
 def cache_directory() -> Path:

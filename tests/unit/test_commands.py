@@ -1,0 +1,180 @@
+"""The commands on real models, through the whole compiler."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bgc.runtime.cli.app import application
+from bgc.toolchain import find_toolchain
+from click.testing import CliRunner, Result
+
+RC = """\
+/// A capacitor charged through a resistor.
+model RC {
+  param R = 2 ohm;
+  param C = 3 F in 0 F .. 10 F;
+  const stages = 1;
+
+  supply    : Se(e = 5 V);
+  loop      : J1;
+  resistor  : R(R);
+  capacitor : C(C);
+
+  supply -> loop -> resistor, capacitor;
+}
+
+scene charge of RC {
+  observe capacitor.e as voltage, loop.f as current;
+  plot voltage;
+  plot current against voltage;
+  run 6 s every 2 s;
+}
+
+scene fixed of RC {
+  observe capacitor.e;
+  solver rk4(step = 1 ms);
+  run 1 s;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture
+def rc(cache, monkeypatch, tmp_path) -> Path:
+    monkeypatch.setenv("BGC_CACHE_DIR", str(cache))
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "rc.bg"
+    path.write_text(RC)
+    return path
+
+
+def bgc(*arguments: object) -> Result:
+    return CliRunner().invoke(application, [str(argument) for argument in arguments])
+
+
+def voltages(result: Result) -> list[float]:
+    return [float(line.split(",")[1]) for line in result.stdout.splitlines()[1:]]
+
+
+def test_run_writes_what_the_scene_observes(rc):
+    result = bgc("run", rc, "--out", "-", "--rtol", "1e-10")
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout.splitlines()[0] == "time,voltage,current"
+    expected = 5 * (1 - np.exp(-np.array([0.0, 2.0, 4.0, 6.0]) / 6))
+    assert voltages(result) == pytest.approx(expected, rel=1e-8)
+
+
+def test_run_draws_what_the_scene_plots(rc):
+    assert bgc("run", rc, "--plot", "p.svg").exit_code == 0
+    assert Path("p.svg").read_text().count("voltage [V]") == 2  # an axis of each panel
+
+
+def test_run_takes_another_scene(rc):
+    result = bgc("run", rc, "--scene", "fixed", "--out", "-")
+    assert len(result.stdout.splitlines()) == 1002
+    assert bgc("run", rc, "--scene", "nothing").exit_code == 1
+
+
+def test_set_changes_a_parameter_without_compiling(rc, monkeypatch):
+    bgc("run", rc)
+    monkeypatch.setattr("bgc.driver.compile_source", None)  # whoever calls it fails
+    result = bgc("run", rc, "--out", "-", "--set", "R=1 kohm", "--rtol", "1e-10")
+    assert result.exit_code == 0, result.stderr
+    assert voltages(result)[-1] == pytest.approx(5 * (1 - np.exp(-6 / 3000)), rel=1e-7)
+
+
+def test_set_outside_the_range_or_of_no_parameter(rc):
+    assert "error[BG061]" in bgc("run", rc, "--set", "C=11 F").stderr
+    result = bgc("run", rc, "--set", "X=1")
+    assert result.exit_code == 1
+    assert "error[BG" in result.stderr and "`X`" in result.stderr
+
+
+def test_a_changed_file_is_compiled_again(rc):
+    first = voltages(bgc("run", rc, "--out", "-"))[-1]
+    rc.write_text(RC.replace("e = 5 V", "e = 10 V"))
+    assert voltages(bgc("run", rc, "--out", "-"))[-1] == pytest.approx(2 * first)
+
+
+def test_build_makes_one_c_file_that_any_compiler_takes(rc):
+    result = bgc("build", rc, "--target", "c", "-o", "out/deep")
+    assert result.stdout.split() == ["out/deep/rc.c"]
+    strict = ("-std=c11", "-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror")
+    command = [*find_toolchain().command, *strict, "-fsyntax-only", "out/deep/rc.c"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_build_makes_a_shared_object_and_tells_the_time(rc):
+    result = bgc("build", rc, "--scene", "charge", "--timings")
+    assert result.stdout.split() == ["rc.charge.so"]
+    assert "together" in result.stderr
+    assert Path("rc.charge.so").stat().st_size > 1000
+
+
+def test_check_counts_and_names_what_is_wrong(rc):
+    assert bgc("check", rc).exit_code == 0
+    wrong = rc.with_name("wrong.bg")
+    wrong.write_text(RC.replace("R(R)", "Q(R)").replace("6 s every 2 s", "-1 s"))
+    result = bgc("check", rc, wrong, rc.with_name("missing.bg"))
+    assert result.exit_code == 1
+    assert "wrong.bg:9:" in result.stderr
+    assert "missing.bg" in result.stderr
+    assert "3 files: " in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "part"),
+    [("parse", "Model"), ("causality", "|->"), ("equations", "capacitor.q'"), ("emit", "bgc_")],
+)
+def test_show_prints_passes(rc, name, part):
+    result = bgc("show", rc, "--after", name)
+    assert result.exit_code == 0, result.stderr
+    assert part in result.stdout
+
+
+def test_show_names_the_passes_there_are(rc):
+    result = bgc("show", rc, "--after", "magic")
+    assert result.exit_code == 2
+    assert "causality" in result.stderr
+
+
+@pytest.mark.skipif(shutil.which("dot") is None, reason="needs Graphviz")
+def test_graph_draws(rc):
+    assert bgc("graph", rc).stdout.split() == ["rc.svg"]
+    assert "capacitor" in Path("rc.svg").read_text()
+    assert bgc("graph", rc, "-o", "g.dot").exit_code == 0
+    assert Path("g.dot").read_text().startswith("digraph")
+    assert bgc("graph", rc, "-o", "g.jpg").exit_code == 1
+
+
+def test_fmt_formats_once(rc):
+    rc.write_text(RC.replace("  supply    :", "     supply   :"))
+    assert bgc("fmt", rc, "--check").exit_code == 1
+    assert bgc("fmt", rc).exit_code == 0
+    assert rc.read_text() == RC
+    assert bgc("fmt", rc, "--check").exit_code == 0
+    rc.write_text("model {")
+    assert bgc("fmt", rc).exit_code == 1
+    assert rc.read_text() == "model {"
+
+
+def test_an_unwritable_cache_is_a_warning(rc, monkeypatch):
+    monkeypatch.setenv("BGC_CACHE_DIR", str(rc / "below_a_file"))
+    result = bgc("run", rc)
+    assert result.exit_code == 0
+    assert "warning[BG054]" in result.stderr
+
+
+def test_no_compiler_is_a_diagnostic(rc, monkeypatch, tmp_path):
+    monkeypatch.setenv("BGC_CACHE_DIR", str(tmp_path / "empty"))
+    monkeypatch.setenv("CC", "no-such-compiler")
+    result = bgc("run", rc)
+    assert result.exit_code == 1
+    assert "error[BG051]" in result.stderr
