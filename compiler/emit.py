@@ -5,18 +5,20 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from bgc.build import Unit
 from bgc.kernels import KernelText, print_defaults, print_kernel, prototype
 from bgc.lower import dependent_defaults, lower
 from bgc.lowered import Lowered
 from bgc.print_c import HELPERS
-from bgc.print_lu import MatrixText, print_lu
+from bgc.print_lu import MatrixText, matrix_prototypes, print_lu
 from bgc.program import Program
-from bgc.tables import model_tables
+from bgc.tables import Field, model_tables
 from bgc.toolchain import COMMON_FLAGS
-from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 # The optimisations of gcc that pay on straight-line code. -std=c11 alone forbids fused
 # multiply-adds, which make the factorisation 1.5 times faster.
@@ -29,8 +31,7 @@ MODEL_FLAGS = (
     "-ffp-contract=fast",
 )
 
-_APART = "jacobian"  # the kernel that may be a unit of its own
-_SPLIT = 1_500  # operations from which it is, to be compiled at the same time as the rest
+_SPLIT = 1_500  # nodes from which a model is cut into units that are compiled at the same time
 _LISTED = 200  # names in the comment at the top of the file
 
 _OWN_INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([^"]+)".*\n', re.MULTILINE)
@@ -61,6 +62,7 @@ class EmittedModel:
     units: tuple[Unit, ...]
     operations: tuple[tuple[str, int], ...]
     lowered: Lowered
+    source_hash: str
 
 
 def emit_model(program: Program, source_hash: str) -> EmittedModel:
@@ -68,12 +70,13 @@ def emit_model(program: Program, source_hash: str) -> EmittedModel:
     return emit_lowered(lower(program), source_hash)
 
 
-def emit_lowered(lowered: Lowered, source_hash: str) -> EmittedModel:
-    """The C of a lowered program."""
+def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> EmittedModel:
+    """The C of a lowered program; with `split`, that of a large one in several units."""
     program = lowered.program
-    shared = {_APART} if len(program.dag) > _SPLIT else set[str]()
+    apart = split and len(program.dag) > _SPLIT
+    shared = {"jacobian", "factor", "solve"} if apart else set[str]()
     texts = _print_kernels(lowered, shared)
-    matrix = _print_matrix(lowered)
+    matrix = _print_matrix(lowered, apart)
     work = max(matrix.work, *(text.work for text in texts.values()))
     tables, fields = model_tables(lowered, source_hash)
     fields += [("n_lu", str(matrix.factors)), ("n_work", str(work))]
@@ -83,32 +86,22 @@ def emit_lowered(lowered: Lowered, source_hash: str) -> EmittedModel:
     ]
     if "project" not in texts:
         fields.append(("project", "NULL"))
-    title = f"{program.scene.name}: a bond graph of model {program.scene.model}, compiled by bgc."
-    prototypes = [prototype(kernel) for kernel in lowered.kernels if kernel.name in shared]
-    here = [text for name, text in texts.items() if name not in shared]
-    apart = [text for name, text in texts.items() if name in shared]
-    frame = _template()
-    main = frame.render(
-        title=title,
-        about=_about(lowered),
-        helpers=_helpers(here),
-        prototypes=prototypes,
-        kernels=[*(text.text for text in here), matrix.text],
-        tables=tables,
-        fields=fields,
+    frame = _Frame(
+        f"{program.scene.name}: a bond graph of model {program.scene.model}, compiled by bgc.",
+        [*(prototype(k) for k in lowered.kernels if k.name in shared), matrix_prototypes()]
+        if apart
+        else [],
     )
-    units = [Unit("model", main, MODEL_FLAGS)]
+    main = [text for name, text in texts.items() if name not in shared]
     if apart:
-        other = frame.render(
-            title=title,
-            about=["The Jacobian; tables and all other functions are in model.c."],
-            helpers=_helpers(apart),
-            prototypes=prototypes,
-            kernels=[text.text for text in apart],
-            tables=[],
-            fields=[],
-        )
-        units.append(Unit("model_jacobian", other, MODEL_FLAGS))
+        jacobian = [texts["jacobian"]]
+        units = [
+            frame.unit("model", _about(lowered), main, tables=tables, fields=fields),
+            frame.unit("model_jacobian", ["The Jacobian."], jacobian),
+            frame.unit("model_matrix", ["The iteration matrix."], [], matrix.text),
+        ]
+    else:
+        units = [frame.unit("model", _about(lowered), main, matrix.text, tables, fields)]
     return EmittedModel(
         name=program.scene.name,
         units=tuple(units),
@@ -118,7 +111,38 @@ def emit_lowered(lowered: Lowered, source_hash: str) -> EmittedModel:
             ("solve", matrix.solve_operations),
         ),
         lowered=lowered,
+        source_hash=source_hash,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """What the units of a model have in common."""
+
+    title: str
+    prototypes: Sequence[str]
+
+    def unit(
+        self,
+        name: str,
+        about: Sequence[str],
+        kernels: Sequence[KernelText],
+        matrix: str = "",
+        tables: Sequence[str] = (),
+        fields: Sequence[Field] = (),
+    ) -> Unit:
+        """One C file."""
+        needed = {helper for text in kernels for helper in text.helpers}
+        text = _template().render(
+            title=self.title,
+            about=about,
+            helpers=[definition for name, definition in HELPERS.items() if name in needed],
+            prototypes=self.prototypes,
+            kernels=[*(kernel.text for kernel in kernels), *([matrix] if matrix else [])],
+            tables=tables,
+            fields=fields,
+        )
+        return Unit(name, text, MODEL_FLAGS)
 
 
 def amalgamate(emitted: EmittedModel, runtime_dir: Path) -> str:
@@ -144,13 +168,13 @@ def amalgamate(emitted: EmittedModel, runtime_dir: Path) -> str:
     features: dict[tuple[str, str], None] = {}
     for text in (*headers.values(), *(text for _, text in sources)):
         features.update(dict.fromkeys(_FEATURE.findall(text)))
-    parts = [(f"{unit.name}.c", unit.text) for unit in emitted.units]
+    (model,) = emit_lowered(emitted.lowered, emitted.source_hash, split=False).units
     return (
         _HOW_TO_USE.format(name=emitted.name)
         + "".join(f"#ifndef {name}\n#define {name} {value}\n#endif\n" for name, value in features)
         + "".join(
             f"\n/* ===== {name} {'=' * max(3, 88 - len(name))} */\n\n{expanded(text)}"
-            for name, text in (*parts, *sources)
+            for name, text in (("model.c", model.text), *sources)
         )
     )
 
@@ -167,21 +191,18 @@ def _print_kernels(lowered: Lowered, shared: set[str]) -> dict[str, KernelText]:
     return texts
 
 
-def _print_matrix(lowered: Lowered) -> MatrixText:
+def _print_matrix(lowered: Lowered, shared: bool) -> MatrixText:
     jacobian, mass = lowered.jacobian, lowered.program.mass
     positions = zip(jacobian.rows, jacobian.columns, strict=True)
     return print_lu(
         lowered.plan,
         None if mass is None else {(entry.row, entry.column): k for k, entry in enumerate(mass)},
         {position: k for k, position in enumerate(positions)},
+        shared,
     )
 
 
-def _helpers(texts: Sequence[KernelText]) -> list[str]:
-    needed = {helper for text in texts for helper in text.helpers}
-    return [definition for name, definition in HELPERS.items() if name in needed]
-
-
+@cache
 def _template() -> Template:
     loader = PackageLoader("bgc", "templates")
     environment = Environment(

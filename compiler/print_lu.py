@@ -22,16 +22,16 @@ _PER_LINE = 5  # products in one line of text
 Position = tuple[int, int]
 
 _FACTOR = (
-    "static int model_factor(\n"
+    "{linkage}int {prefix}factor(\n"
     "    const double *m, const double *jac, double c, double *lu, double *growth)"
 )
+_SOLVE = "{linkage}void {prefix}solve(const double *lu, double *b, double *w)"
 _ARGUMENTS = {
     "m": "const double *restrict m",
     "jac": "const double *restrict jac",
     "c": "double c",
     "lu": "double *restrict lu",
 }
-_SOLVE = "static void model_solve(const double *lu, double *b, double *w)"
 _SOLVE_PURPOSE = "/* b := W^-1 b. */\n"
 _PURPOSE = (
     "/* Factorises W = c M - J. growth: the sum over the pivots of (c |M_kk| + |J_kk|) / |pivot|,\n"
@@ -120,19 +120,34 @@ def print_lu(
     plan: LuPlan,
     mass: dict[Position, int] | None,
     jacobian: dict[Position, int],
+    shared: bool = False,
 ) -> MatrixText:
-    """The C text for a plan; `mass` and `jacobian` give the places of entries in m and jac."""
+    """The C text for a plan; `mass` and `jacobian` give the places of entries in m and jac.
+
+    Functions `shared` with other units are `bgc_model_NAME`, else they are static.
+    """
     slots = _Slots(plan, _starts(plan))
     if plan.operations <= UNROLLED:
-        text = _unrolled_factor(slots, mass, jacobian) + "\n" + _unrolled_solve(slots)
+        text = f"{_unrolled_factor(slots, mass, jacobian)}\n{_unrolled_solve(slots)}"
         factors = plan.entries
         work = 0 if plan.rows == plan.columns else len(plan.rows)
     else:
         text = _table_text(slots, mass, jacobian)
         factors = plan.entries + len(plan.rows)  # the row under way comes last
         work = len(plan.rows)
+    text = text.replace(_FACTOR, _head(_FACTOR, shared)).replace(_SOLVE, _head(_SOLVE, shared))
     solve = 2 * plan.entries - len(plan.rows)
     return MatrixText(text, factors, work, plan.operations, solve)
+
+
+def matrix_prototypes() -> str:
+    """The declarations of `factor` and `solve` where they are shared."""
+    return f"{_head(_FACTOR, shared=True)};\n{_head(_SOLVE, shared=True)};\n"
+
+
+def _head(signature: str, shared: bool) -> str:
+    linkage, prefix = ("", "bgc_model_") if shared else ("static ", "model_")
+    return signature.format(linkage=linkage, prefix=prefix)
 
 
 def _starts(plan: LuPlan) -> tuple[int, ...]:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+
 from bgc.dag import Dag, Kind, Op, Symbol
 from bgc.emit import EmittedModel
 from bgc.grammar.source import Source, Span

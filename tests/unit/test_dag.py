@@ -6,12 +6,13 @@ import math
 from fractions import Fraction
 
 import pytest
-from bgc.dag import Dag, Kind, Level, Op
-from bgc.evaluate import evaluate_nodes
-from bgc.optimise import optimise
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from programs import at, make_program, random_program, states
+
+from bgc.dag import Dag, Kind, Level, Op
+from bgc.evaluate import evaluate_nodes
+from bgc.optimise import optimise
 
 
 @pytest.fixture

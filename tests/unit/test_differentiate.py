@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from programs import at, make_program, random_program, states
+
 from bgc.dag import Dag, Kind, Op
 from bgc.derivatives import directional_derivative, gradient
 from bgc.differentiate import differentiate, forward_rows, operation_count, reverse_rows
 from bgc.evaluate import evaluate_nodes
-from programs import at, make_program, random_program, states
 
 
 def value(dag: Dag, node: int, x: list[float], **others: object) -> float:

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from programs import RUNTIME, STRICT, CompiledModel, at, make_program, random_program, states
+
 from bgc.dag import Dag, Kind, Op
 from bgc.emit import amalgamate, emit_model
 from bgc.evaluate import evaluate_nodes
 from bgc.optimise import optimise
 from bgc.print_c import literal
 from bgc.tables import quoted
-from programs import RUNTIME, STRICT, CompiledModel, at, make_program, random_program, states
 
 P = np.array([1.2, 0.7, 2.5])
 
@@ -146,7 +147,7 @@ def test_growth_tells_a_cancelled_pivot(tmp_path: Path) -> None:
 def test_large_models_are_cut_into_functions(tmp_path: Path) -> None:
     program = random_program(seed=5, size=14, operations=700)
     emitted = emit_model(optimise(program), "0")
-    assert [unit.name for unit in emitted.units] == ["model", "model_jacobian"]
+    assert [unit.name for unit in emitted.units] == ["model", "model_jacobian", "model_matrix"]
     model = CompiledModel(emitted, tmp_path, P)
     assert model.model.n_work > 0
     for t, x, u in points(14, 2):
@@ -209,8 +210,9 @@ def test_comparisons_and_choices_let_a_nan_through(tmp_path: Path) -> None:
     np.testing.assert_array_equal(model.outputs(0.0, np.array([1.0, nan]), u)[:4], [nan, nan, 1, 0])
 
 
-def test_the_amalgamation_is_one_strict_c11_file(tmp_path: Path) -> None:
-    emitted = emit_model(optimise(random_program(seed=1, size=6, operations=200)), "0")
+@pytest.mark.parametrize("operations", [100, 700])
+def test_the_amalgamation_is_one_strict_c11_file(operations: int, tmp_path: Path) -> None:
+    emitted = emit_model(optimise(random_program(seed=5, size=10, operations=operations)), "0")
     text = amalgamate(emitted, RUNTIME)
     assert '#include "' not in text
     (tmp_path / "whole.c").write_text(text, encoding="utf-8")

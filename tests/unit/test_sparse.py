@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bgc.lowered import LuPlan
-from bgc.sparse import plan_pattern
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from bgc.lowered import LuPlan
+from bgc.sparse import plan_pattern
 
 
 def eliminate(plan: LuPlan, matrix: np.ndarray) -> np.ndarray:
