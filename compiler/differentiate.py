@@ -36,7 +36,7 @@ def differentiate(program: Program) -> tuple[Program, Jacobian]:
     jacobian = _jacobian(dag, forward_rows(dag, outputs))
     cost = operation_count(dag, jacobian)
     other_dag = program.dag.copy()
-    rows = reverse_rows(other_dag, outputs, len(other_dag) + 3 * cost // 2 + 1000)
+    rows = reverse_rows(other_dag, outputs, len(other_dag) + 4 * cost // 3 + 1000)
     if rows is not None:
         other = _jacobian(other_dag, rows)
         if operation_count(other_dag, other) < cost:

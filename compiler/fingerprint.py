@@ -33,6 +33,11 @@ class Fingerprints:
         """The residues of a node, one a point."""
         return tuple(point.value(node) for point in self._points)
 
+    def residues(self) -> list[tuple[int, ...]]:
+        """The residues of all nodes there are now."""
+        last = len(self.dag) - 1
+        return list(zip(*(point.values_to(last) for point in self._points), strict=True))
+
     def is_zero(self, node: int) -> bool:
         """Whether a node is zero for all values of its symbols."""
         return all(point.value(node) == 0 for point in self._points)
@@ -62,6 +67,11 @@ class _Point:
         if node >= len(self._values):
             self._extend()
         return self._values[node]
+
+    def values_to(self, node: int) -> list[int]:
+        """The residues of all nodes up to one, that one included."""
+        self.value(node)
+        return self._values[: node + 1]
 
     def _extend(self) -> None:
         dag, values = self._dag, self._values

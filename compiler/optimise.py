@@ -34,32 +34,32 @@ def optimise(program: Program) -> Program:
 def number_values(dag: Dag, roots: Sequence[Node]) -> tuple[Dag, dict[Node, Node]]:
     """A new graph with the roots simplified, and the new node of every old one they need."""
     simple = Dag()
-    old = Fingerprints(dag)
-    first: dict[tuple[int, ...], Node] = {}  # fingerprint -> node
+    residues = Fingerprints(dag).residues()
+    first: dict[tuple[int, ...], Node] = {}  # residues -> node
     new: dict[Node, Node] = {}
     for node in dag.reachable(roots):
-        new[node] = _known(simple, first, old.value(node), _remake(dag, simple, node, new))
-    check = Fingerprints(simple, points=1)
+        new[node] = _known(simple, first, residues[node], _remake(dag, simple, node, new))
+    after = Fingerprints(simple, points=1).residues()
     for root in roots:
-        same = check.value(new[root])[0] == old.value(root)[0]
-        assert same, f"node {root} changed its value"
+        assert after[new[root]][0] == residues[root][0], f"node {root} changed its value"
     return simple, new
 
 
 def _remake(dag: Dag, simple: Dag, node: Node, new: dict[Node, Node]) -> Node:
-    op = dag.op[node]
+    op, a = dag.op[node], dag.a[node]
     if op == Op.CONST:
-        return simple.const(dag.constants[dag.a[node]])
+        return simple.const(dag.constants[a])
     if op == Op.SYMBOL:
-        symbol = dag.symbols[dag.a[node]]
+        symbol = dag.symbols[a]
         return simple.symbol(symbol.kind, symbol.index)
-    operands = tuple(new[x] for x in dag.operands(node))
-    if op == Op.DIV:
-        dividend, divisor = operands
-        if divisor == simple.zero:  # whoever built it has reported it
-            return simple.div(dividend, divisor)
-        return simple.mul(dividend, simple.div(simple.one, divisor))
-    return simple.apply(op, operands)
+    b, c = dag.b[node], dag.c[node]
+    if b < 0:
+        return simple.apply(op, (new[a],))
+    if c >= 0:
+        return simple.apply(op, (new[a], new[b], new[c]))
+    if op == Op.DIV and new[b] != simple.zero:  # whoever divides by zero has reported it
+        return simple.mul(new[a], simple.div(simple.one, new[b]))
+    return simple.apply(op, (new[a], new[b]))
 
 
 def _known(
