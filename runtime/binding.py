@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
+
 from bgc.grammar.catalogue.machine import cannot_load
 from bgc.grammar.catalogue.run import no_memory
 from bgc.grammar.diagnostics import BgError
-from numpy.typing import NDArray
 
 ABI = 1
 

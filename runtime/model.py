@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from bgc.built import ENERGY_ACCOUNTS, Built, RunFacts
 from bgc.grammar.catalogue.machine import no_duration
 from bgc.grammar.diagnostics import BgError, Diagnostic
@@ -46,7 +47,8 @@ def compile_model(
     given = dict(parameters or {})
     try:
         model = _load(Path(path), Options(scene))
-        structural = {name: value for name, value in given.items() if name not in model.parameters}
+        known = model.parameters
+        structural = {n: value for n, value in given.items() if not known.can_set(n, value)}
     except BgError:
         if not given:
             raise
@@ -77,7 +79,12 @@ def load_or_compile(path: Path, options: Options) -> Built:
 
 
 def _as_source(value: Quantity) -> str:
-    return value if isinstance(value, str) else repr(float(value))
+    """Write a value in the language."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (int, float)) or np.ndim(value) == 0:
+        return repr(float(value))  # type: ignore[arg-type]
+    return f"[{', '.join(_as_source(item) for item in value)}]"
 
 
 @dataclass(frozen=True, slots=True)

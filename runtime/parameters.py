@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
-from bgc.grammar.catalogue.machine import parameter_out_of_range, unknown_parameter
+import numpy as np
+from numpy.typing import NDArray
+
+from bgc.grammar.catalogue.machine import (
+    parameter_out_of_range,
+    unknown_parameter,
+    wrong_shape,
+)
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.binding import Instance, Library, text
-from bgc.runtime.failures import require
 from bgc.runtime.quantity import read_quantity
 
-Quantity: TypeAlias = float | str
-"""An SI number, or a text with a unit: `"7 t"`."""
+Quantity: TypeAlias = float | str | Sequence[Any] | NDArray[Any]
+"""An SI number, a text with a unit (`"7 t"`), or a vector or matrix of these."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +38,8 @@ class Parameters(Mapping[str, Parameter]):
     """A model's parameters by name.
 
     `parameters["boom.mass"] = 7e3` or `= "7 t"` sets one for all later runs, and what follows
-    from it follows; `del parameters["boom.mass"]` puts it back to its default.
+    from it follows; `del parameters["boom.mass"]` puts it back to its default. A vector is its
+    components `axis[1]`, `axis[2]`, ..; `parameters["axis"] = [0, 0, 1]` sets them all.
     """
 
     def __init__(self, library: Library) -> None:
@@ -42,19 +49,15 @@ class Parameters(Mapping[str, Parameter]):
         self._given: dict[str, float] = {}
 
     def __getitem__(self, name: str) -> Parameter:
-        index = self._find(name)
-        instance = self.instance({})
-        require(instance, instance.reset())
-        info = self._library.model.param[index]
-        value, low, high = instance.parameter(index), info.low, info.high
-        return Parameter(name, text(info.unit), value, info.value, low, high)
+        return self._describe(self._find(name), self.instance({}))
 
     def __setitem__(self, name: str, value: Quantity) -> None:
-        self._given[name] = self._checked(name, value)
+        self._given.update(self._checked(name, value))
 
     def __delitem__(self, name: str) -> None:
-        self._find(name)
-        self._given.pop(name, None)
+        for component in self._components(name) or (name,):
+            self._find(component)
+            self._given.pop(component, None)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._index)
@@ -66,15 +69,23 @@ class Parameters(Mapping[str, Parameter]):
         return name in self._index
 
     def __repr__(self) -> str:
-        lines = (f"  {p.name} = {p.value:g} {p.unit}".rstrip() for p in self.values())
+        instance = self.instance({})
+        found = (self._describe(index, instance) for index in self._index.values())
+        lines = (f"  {p.name} = {p.value:g} {p.unit}".rstrip() for p in found)
         return "\n".join(("parameters:", *lines))
+
+    def can_set(self, name: str, value: Quantity) -> bool:
+        """Whether there is a parameter of that name, or a vector for a vector's values."""
+        return name in self._index or (not isinstance(value, str) and bool(self._components(name)))
 
     def instance(self, changes: Mapping[str, Quantity]) -> Instance:
         """Make an instance with these parameters, and `changes` to them, not yet reset."""
-        given = self._given | {name: self._checked(name, v) for name, v in changes.items()}
+        given = dict(self._given)
+        for name, value in changes.items():
+            given.update(self._checked(name, value))
         instance = Instance(self._library)
-        for name, value in given.items():
-            instance.set_parameter(self._index[name], value)
+        for name, number in given.items():
+            instance.set_parameter(self._index[name], number)
         return instance
 
     def _find(self, name: str) -> int:
@@ -82,7 +93,29 @@ class Parameters(Mapping[str, Parameter]):
             raise BgError([unknown_parameter(name, self._index)])
         return index
 
-    def _checked(self, name: str, value: Quantity) -> float:
+    def _components(self, name: str) -> list[str]:
+        """Names of a vector's or matrix's components, in order; none of a scalar."""
+        return [known for known in self._index if known.startswith(f"{name}[")]
+
+    def _describe(self, index: int, instance: Instance) -> Parameter:
+        info = self._library.model.param[index]
+        value = instance.parameter(index)
+        return Parameter(text(info.name), text(info.unit), value, info.value, info.low, info.high)
+
+    def _checked(self, name: str, value: Quantity) -> dict[str, float]:
+        """SI values by the names of parameters, components one by one."""
+        if isinstance(value, (int, float, str)) or np.ndim(value) == 0:
+            return {name: self._number(name, value)}
+        components = self._components(name) or [name]
+        self._find(components[0])
+        array = np.asarray(value, dtype=object)
+        keys = [",".join(str(k + 1) for k in place) for place in np.ndindex(array.shape)]
+        if components != [f"{name}[{key}]" for key in keys]:
+            raise BgError([wrong_shape(name, array.shape, len(components))])
+        pairs = zip(components, array.flat, strict=True)
+        return {component: self._number(component, item) for component, item in pairs}
+
+    def _number(self, name: str, value: Any) -> float:
         info = self._library.model.param[self._find(name)]
         unit = text(info.unit)
         number = read_quantity(value, name, unit) if isinstance(value, str) else float(value)

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
+from matplotlib.figure import Figure
+
 from bgc.built import Panel
 from bgc.grammar.catalogue.machine import bad_panel, nothing_to_draw, unknown_file_kind
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.files import written_whole
-from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
     from bgc.runtime.result import Result

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
+
 from bgc.built import Panel
 from bgc.grammar.catalogue.machine import package_missing, unknown_column
 from bgc.grammar.diagnostics import BgError

@@ -492,3 +492,23 @@ def cannot_read(path: str, reason: str) -> Diagnostic:
     Way out: check the path as it is printed.
     """
     return error("BG076", f"cannot read {path}: {reason}")
+
+
+def wrong_shape(name: str, given: Sequence[int], components: int) -> Diagnostic:
+    """BG077: a vector or matrix of another shape than the parameter's
+
+    What: the values given do not match the parameter's components one to one.
+
+    Why: a vector `axis[3]` takes three numbers, a matrix `K[2, 2]` two rows of two.
+
+    Example: `model.parameters["axis"] = [0, 1]` for `param axis[3]`.
+
+    Way out: as many values as the parameter has, or one component: `parameters["axis[2]"]`.
+    """
+    shape = " x ".join(str(size) for size in given)
+    return error(
+        "BG077",
+        f"{shape} values do not fit `{name}`, which has {components} "
+        f"component{'' if components == 1 else 's'}",
+        help="give as many values, row by row, or set one component by its own name",
+    )

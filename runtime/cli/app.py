@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import Any, NoReturn
 
 import click
+
 from bgc.grammar.diagnostics import BgError, Diagnostic
 
 DONE, AT_FAULT, USAGE, BUG, INTERRUPTED = 0, 1, 2, 70, 130

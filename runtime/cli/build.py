@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+
 from bgc.grammar.catalogue.machine import cannot_write
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.cli.app import print_diagnostics

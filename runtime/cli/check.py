@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
+
 from bgc.grammar.diagnostics import BgError, Diagnostic, Severity
 from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
 from bgc.runtime.cli.options import MODEL_FILE, scene_option

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import click
+
 from bgc.runtime.cli.app import AT_FAULT
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
+
 from bgc.grammar.catalogue.machine import unknown_file_kind
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.cli.app import print_diagnostics

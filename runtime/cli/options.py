@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import click
+
 from bgc.grammar.catalogue.machine import bad_assignment
 from bgc.grammar.diagnostics import BgError
 

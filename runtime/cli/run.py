@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+
 from bgc.grammar.catalogue.machine import cannot_write, unknown_file_kind
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.cli.app import AT_FAULT, INTERRUPTED, print_diagnostics

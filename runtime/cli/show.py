@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
+
 from bgc.runtime.cli.options import model_file, read_assignments, scene_option, set_option
 
 

@@ -6,9 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bgc.runtime.cli.app import application
-from bgc.toolchain import find_toolchain
 from click.testing import CliRunner, Result
+
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.cli.app import application
+from bgc.runtime.model import compile_model
+from bgc.toolchain import find_toolchain
 
 RC = """\
 /// A capacitor charged through a resistor.
@@ -178,3 +181,31 @@ def test_no_compiler_is_a_diagnostic(rc, monkeypatch, tmp_path):
     result = bgc("run", rc)
     assert result.exit_code == 1
     assert "error[BG051]" in result.stderr
+
+
+def test_vectors_are_set_as_one_or_by_component(rc):
+    rc.write_text(
+        "model M { param a[2] : m = [1 m, 2 m]; param K[2, 2] = [[1, 2], [3, 4]];\n"
+        "  state x = 0; der(x) = a[1] + a[2] + K[1, 2]; }\n"
+        "scene s of M { observe x; run 1 s; }\n"
+    )
+    model = compile_model(rc, parameters={"a": ["1 km", 0], "K[1,2]": 7})
+    assert [p.value for p in model.parameters.values()] == [1000, 0, 1, 7, 3, 4]
+    assert model.simulate()["x"][-1] == pytest.approx(1007)
+    model.parameters["K"] = np.zeros((2, 2))
+    assert model.simulate()["x"][-1] == pytest.approx(1000)
+    del model.parameters["a"]
+    assert model.simulate()["x"][-1] == pytest.approx(3)
+    for name, value in (("a", [1, 2, 3]), ("K", [1, 2, 3, 4]), ("a[1]", [1.0])):
+        with pytest.raises(BgError) as error:
+            model.parameters[name] = value
+        assert error.value.diagnostics[0].code == "BG077"
+
+
+def test_a_vector_as_text_is_compiled_in(rc):
+    rc.write_text(
+        "model M { param a[2] = [1, 2]; state x = 0; der(x) = a[1] + a[2]; }\n"
+        "scene s of M { observe x; run 1 s; }\n"
+    )
+    result = bgc("run", rc, "--set", "a=[3, 4]", "--out", "-")
+    assert voltages(result)[-1] == pytest.approx(7)
