@@ -37,5 +37,5 @@ def test_euler_angles_end_the_run_at_their_singularity(load):
     with pytest.raises(SimulationError, match="singular at theta = \\+-90 deg") as caught:
         load("tumbling", "singular").simulate()
     done = caught.value.result
-    assert 0.5 < done.time[-1] < np.pi / 4 + 0.1  # theta = 2 t
+    assert done.time[-1] < np.pi / 4  # theta = 2 t
     np.testing.assert_allclose(done["theta"], 2 * done.time, rtol=1e-6)
