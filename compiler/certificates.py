@@ -37,7 +37,7 @@ class Certifier:
     ) -> None:
         self._dag = dag
         self._fingerprints = fingerprints
-        self._defaults = default_values(dag, parameters)
+        self.defaults = default_values(dag, parameters)
         self._known: dict[Node, Certificate | None] = {}
 
     def certify(self, node: Node) -> Certificate | None:
@@ -48,7 +48,7 @@ class Certifier:
 
     def default(self, node: Node) -> float:
         """The value of a node of at most PARAM level, parameters at their defaults."""
-        return evaluate_nodes(self._dag, [node], self._defaults)[0]
+        return evaluate_nodes(self._dag, [node], self.defaults)[0]
 
     def _certify(self, node: Node) -> Certificate | None:
         dag = self._dag

@@ -103,17 +103,14 @@ def implicit_rows(graph: FlatGraph, resolver: Resolver, first: int) -> ImplicitR
     Raises
     ------
     BgError
-        The equations are too few, too many, or do not hold what they have to determine.
+        The equations do not hold what they have to determine.
     """
     dag = graph.dag
     open_states = [s for s in graph.states if s.derivative is None]
     wanted = [first + s.index for s in open_states]
     wanted += [first + len(graph.states) + u.index for u in graph.unknowns]
     names = [s.name for s in open_states] + [u.name for u in graph.unknowns]
-    if len(graph.equations) != len(wanted):
-        spans = [e.span for e in graph.equations] + [s.span for s in open_states]
-        span = (spans + [u.span for u in graph.unknowns])[0]
-        raise BgError([catalogue.equations_and_unknowns(span, len(graph.equations), names)])
+    assert len(graph.equations) == len(wanted), "elaboration counts equations and unknowns"
     if not wanted:
         return {}
     known = {

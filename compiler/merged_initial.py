@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from bgc.dag import Dag, Level
+from bgc.dag import Dag
 from bgc.grammar.catalogue import causality as catalogue
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import Initial, Node
@@ -22,6 +22,7 @@ from bgc.storage import StorageElement, StoragePort
 from bgc.variables import Variables
 
 _Row = dict[int, Node]
+_NEGLIGIBLE = 1e-9  # of a condition's coefficients, or of its value
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,9 +92,7 @@ def _conditions_on_flows(
                 if k in order:
                     row[order[k]] = dag.add(row.get(order[k], dag.zero), term)
                 else:
-                    number = variables.causal.basis[k].bond_class
-                    source = variables.class_through(number)
-                    value = dag.sub(value, dag.mul(term, source))
+                    value = dag.sub(value, dag.mul(term, variables.independent(k)))
         found.append(_Condition(row, value, element, initial))
     return found
 
@@ -102,7 +101,7 @@ def _reduced_mass(
     variables: Variables, elements: Sequence[StorageElement], order: Mapping[int, int]
 ) -> tuple[list[_Row], list[Node]]:
     """`N' M N`, and `N' M N_s s` of the sources that drive the elements."""
-    dag, basis = variables.dag, variables.causal.basis
+    dag = variables.dag
     mass: list[_Row] = [{} for _ in order]
     driven = [dag.zero] * len(order)
     for element in elements:
@@ -122,7 +121,7 @@ def _reduced_mass(
                             j = order[m]
                             mass[i][j] = dag.add(mass[i].get(j, dag.zero), term)
                         else:
-                            source = variables.class_through(basis[m].bond_class)
+                            source = variables.independent(m)
                             driven[i] = dag.add(driven[i], dag.mul(term, source))
     return mass, driven
 
@@ -241,45 +240,44 @@ def _times(dag: Dag, rows: Sequence[_Row], vector: Sequence[Node]) -> list[Node]
 
 
 def _independent(variables: Variables, conditions: Sequence[_Condition]) -> list[_Condition]:
-    """Insert conditions one at a time; one that follows from others has to agree."""
-    dag, prints = variables.dag, variables.causal.fingerprints
-    reduced: list[tuple[int, _Row, Node]] = []  # pivot, row, value
+    """Insert conditions one at a time; one that follows from others has to agree.
+
+    Both are judged in numbers, at the start and the parameters' default values.
+    """
+    if not conditions:
+        return []
+    columns = sorted({j for condition in conditions for j in condition.row})
+    width = len(columns) + 1
+    nodes = [
+        node
+        for c in conditions
+        for node in (*(c.row.get(j, variables.dag.zero) for j in columns), c.value)
+    ]
+    values = variables.at_start(nodes)
+    if values is None or not all(map(math.isfinite, values)):
+        raise _unusable(conditions[0].element, conditions[0].initial)
+    reduced: list[tuple[int, list[float]]] = []  # pivot, row with its value
     chosen: list[_Condition] = []
-    for condition in conditions:
-        row, value = dict(condition.row), condition.value
-        for pivot, other, other_value in reduced:
-            if pivot in row:
-                factor = dag.div(row[pivot], other[pivot])
-                for j, entry in other.items():
-                    row[j] = dag.sub(row.get(j, dag.zero), dag.mul(factor, entry))
-                value = dag.sub(value, dag.mul(factor, other_value))
-        row = {j: node for j, node in row.items() if not prints.is_zero(node)}
-        if row:
-            reduced.append((min(row), row, value))
+    for k, condition in enumerate(conditions):
+        row = values[k * width : (k + 1) * width]
+        size = max(map(abs, row[:-1]), default=0.0)
+        for pivot, other in reduced:
+            factor = row[pivot] / other[pivot]
+            row = [x - factor * y for x, y in zip(row, other, strict=True)]
+        pivot = max(range(width - 1), key=lambda j: abs(row[j]), default=-1)
+        if pivot >= 0 and abs(row[pivot]) > _NEGLIGIBLE * size:
+            reduced.append((pivot, row))
             chosen.append(condition)
-        elif not _agrees(variables, value):
-            names = list(dict.fromkeys(c.element.storage.name for c in chosen))
-            raise BgError(
-                [
-                    catalogue.initial_conflict(
-                        condition.initial.span,
-                        condition.element.storage.name,
-                        f"{condition.initial.variable}0",
-                        names,
-                    )
-                ]
-            )
+        elif abs(row[-1]) > _NEGLIGIBLE * max(1.0, abs(values[(k + 1) * width - 1])):
+            raise _contradiction(condition, chosen)
     return chosen
 
 
-def _agrees(variables: Variables, misfit: Node) -> bool:
-    """Whether a misfit is zero: proven, or to rounding at the parameters' default values."""
-    if variables.causal.fingerprints.is_zero(misfit):
-        return True
-    if variables.dag.level[misfit] > Level.PARAM:
-        return False
-    value = variables.default(misfit)
-    return math.isfinite(value) and abs(value) < 1e-12
+def _contradiction(condition: _Condition, others: Sequence[_Condition]) -> BgError:
+    names = list(dict.fromkeys(other.element.storage.name for other in others))
+    variable, span = f"{condition.initial.variable}0", condition.initial.span
+    name = condition.element.storage.name
+    return BgError([catalogue.initial_conflict(span, name, variable, names)])
 
 
 def _solve(variables: Variables, matrix: Sequence[_Row], right: Sequence[Node]) -> list[Node]:

@@ -138,7 +138,7 @@ def _define_momenta(variables: Variables, element: StorageElement) -> None:
 
 def _reduced_flows(variables: Variables, group: Group, merged: dict[int, Node]) -> dict[int, Node]:
     """`u = (N' M N)^-1 (pi - N' M N_s s)` over the independent flows of a group."""
-    dag, basis = variables.dag, variables.causal.basis
+    dag = variables.dag
     order = {k: i for i, k in enumerate(merged)}
     matrix: list[dict[int, Node]] = [{} for _ in order]
     right = list(merged.values())
@@ -162,7 +162,7 @@ def _reduced_flows(variables: Variables, group: Group, merged: dict[int, Node]) 
                         column = order[other_k]
                         row[column] = dag.add(row.get(column, dag.zero), term)
                     else:
-                        source = variables.class_through(basis[other_k].bond_class)
+                        source = variables.independent(other_k)
                         right[order[k]] = dag.sub(right[order[k]], dag.mul(term, source))
     try:
         (solution,) = solve_definite(dag, variables.causal.fingerprints, matrix, [right])
@@ -216,7 +216,7 @@ def _merge_compliance_group(variables: Variables, group: Group) -> list[Integrat
     for k, port in designated.items():
         rate = variables.rate_of(port.state, port.port.element)
         others = dag.sum(
-            dag.mul(entry, variables.class_through(causal.basis[i].bond_class))
+            dag.mul(entry, variables.independent(i))
             for i, entry in port.flow.items()
             if i not in designated
         )
@@ -335,7 +335,7 @@ def _difference_rate(
     follow: dict[int, Node],
 ) -> Node:
     """`Q' = (q - B q_d)'`, from which the flows of the group itself cancel."""
-    dag, causal = variables.dag, variables.causal
+    dag = variables.dag
     entries = {k: entry for k, entry in port.flow.items() if k not in designated}
     rate = dag.zero
     for k, b in follow.items():
@@ -347,7 +347,7 @@ def _difference_rate(
             turning = variables.rate_of(b, port.port.element)
             rate = dag.sub(rate, dag.mul(turning, designated[k].state))
     for other, entry in entries.items():
-        flow = variables.class_through(causal.basis[other].bond_class)
+        flow = variables.independent(other)
         rate = dag.add(rate, dag.mul(entry, flow))
     return rate
 

@@ -16,6 +16,7 @@ from typing import TypeAlias
 from bgc.causal import BasisKind, CausalGraph, ElementPort, Role
 from bgc.certificates import Certifier
 from bgc.dag import Kind
+from bgc.evaluate import evaluate_nodes
 from bgc.grammar.catalogue import causality as catalogue
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.source import Span
@@ -146,6 +147,13 @@ class Variables:
         """The symbol that stands for a class: the through variable of its first bond."""
         return self.through(self.causal.classes[number].bonds[0])
 
+    def independent(self, k: int) -> Node:
+        """The through variable of a basis flow: its symbol, or the value that a source sets."""
+        basis = self.causal.basis[k]
+        if basis.kind is BasisKind.FLOW_SOURCE:
+            return self.source_of(basis.bond_class).value
+        return self.class_through(basis.bond_class)
+
     def port_through(self, port: ElementPort) -> Node:
         """A port's through variable in the element's sense."""
         return self._turned(self.through(port.bond), port.turn_through)
@@ -210,6 +218,35 @@ class Variables:
     def default(self, node: Node) -> float:
         """The value of a node of at most PARAM level at the parameters' defaults."""
         return self._certifier.default(node)
+
+    def at_start(self, nodes: Sequence[Node]) -> list[float] | None:
+        """Values of raw nodes at the start: parameters at their defaults, inputs at zero.
+
+        A charge or momentum counts as zero unless it is given. None where an effort, a flow or
+        an unknown takes part.
+        """
+        graph, dag = self.causal.graph, self.dag
+        start = {dag.symbol(Kind.STATE, state.index): state.initial for state in graph.states}
+        for element in graph.elements:
+            if isinstance(element, Storage):
+                for initial in element.initial:
+                    kind = {"q": Kind.DISPLACEMENT, "p": Kind.MOMENTUM}.get(initial.variable)
+                    if kind is not None:
+                        symbol = dag.symbol(kind, element.first_state + initial.port)
+                        start[symbol] = initial.value
+        nodes = list(nodes)
+        for _ in start:
+            held = set(dag.reachable(nodes)) & set(start)
+            if not held:
+                break
+            nodes = dag.substitute(nodes, {symbol: start[symbol] for symbol in held})
+        values = dict(self._certifier.defaults)
+        for leaf in map(dag.symbol_of, dag.reachable(nodes)):
+            if leaf is not None and leaf not in values:
+                if leaf.kind in {Kind.EFFORT, Kind.FLOW, Kind.UNKNOWN, Kind.RATE}:
+                    return None
+                values[leaf] = 0.0
+        return evaluate_nodes(dag, nodes, values)
 
     def set_balances(self) -> None:
         """Write the equations of the independent through variables that resistors determine."""

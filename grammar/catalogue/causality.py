@@ -259,14 +259,16 @@ def initial_unusable(span: Span, name: str, variable: str) -> Diagnostic:
 def initial_conflict(span: Span, name: str, variable: str, others: Sequence[str]) -> Diagnostic:
     """BG516: initial values that contradict each other
 
-    What: an initial value differs from the one that follows from others, given before it.
+    What: an initial value differs from the one that follows from others, given before it, or
+    from what a source prescribes.
     Why: the elements are joined rigidly, so their values are not independent.
     Example: two masses on one `J1` with different `f0`.
     Way out: give one of them only.
     """
+    against = f"the initial values of {_listed(others)}" if others else "the source that drives it"
     return error(
         "BG516",
-        f"`{variable}` of `{name}` contradicts the initial values of {_listed(others)}",
+        f"`{variable}` of `{name}` contradicts {against}",
         span,
         help="give only one of them; the other follows",
     )
@@ -322,24 +324,6 @@ def rate_unknown(span: Span, name: str) -> Diagnostic:
         span,
         note="it follows a device's input, or the unknown of an algebraic loop, rigidly",
         help="put a C with an R in parallel in between, or do not ask for the variable",
-    )
-
-
-def equations_and_unknowns(span: Span, equations: int, unknowns: Sequence[str]) -> Diagnostic:
-    """BG530: as many equations as unknowns are needed
-
-    What: the number of `equation` differs from that of the unknowns and of the states
-    without a `der(..) = ..`.
-    Why: there would be no solution, or infinitely many.
-    Example: `unknown z; ` without an equation.
-    Way out: add the missing equations, or remove those too many.
-    """
-    needed = f"{len(unknowns)} to find {_listed(unknowns)}" if unknowns else "none"
-    return error(
-        "BG530",
-        f"there are {equations} equations, and {needed} are needed",
-        span,
-        help="count the unknowns and the states without a `der(..) = ..`",
     )
 
 
