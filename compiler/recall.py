@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from hashlib import blake2b
@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from bgc.built import Built, Panel, RunFacts
-from bgc.cache import Cache, cache_directory, digest_of, file_digest, read_note, write_note
+from bgc.cache import Cache, cache_directory, digest_of, read_note, write_note
 from bgc.grammar.diagnostics import Diagnostic, Label, Severity
 from bgc.grammar.source import Source, Span
 from bgc.options import Options
@@ -44,14 +44,10 @@ def remember(
     """Note a build for later requests; nothing is noted when a file changed meanwhile."""
     files: list[list[str]] = []
     for source in sources:
-        try:
-            digest = file_digest(Path(source.name))
-            text = _read(source.name)
-        except (OSError, UnicodeDecodeError):
-            return  # not from a file
-        if text != source.text:
+        path = _file_of(source)
+        if path is None:
             return
-        files.append([source.name, digest])
+        files.append([source.name, str(path), blake2b(source.text.encode()).hexdigest()])
     note = {
         "files": files,
         "model": built.library.name,
@@ -104,8 +100,10 @@ def _files_under(root: str) -> list[str]:
 
 
 def _built_from_note(root: Path, note: Any) -> Built | None:
-    for name, digest in note["files"]:
-        if file_digest(Path(name)) != digest:
+    texts: dict[str, str] = {}
+    for name, path, digest in note["files"]:
+        texts[name] = _read(Path(path))
+        if blake2b(texts[name].encode()).hexdigest() != digest:
             return None
     library = Cache(root).blob("models", note["model"])
     if library is None:
@@ -113,7 +111,7 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
     facts: dict[str, Any] = {key: _tuples(value) for key, value in note["facts"].items()}
     panels = [Panel(tuple(panel["columns"]), panel["across"]) for panel in note["facts"]["panels"]]
     facts["panels"] = tuple(panels)
-    warnings = tuple(_diagnostic_from_json(d) for d in note["warnings"])
+    warnings = tuple(_diagnostic_from_json(d, texts) for d in note["warnings"])
     return Built(library, RunFacts(**facts), warnings, warm=True)
 
 
@@ -122,9 +120,26 @@ def _tuples(value: Any) -> Any:
     return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
 
 
-def _read(name: str) -> str:
-    """A file's text as the compiler reads it: line ends stay what they are."""
-    return Path(name).read_bytes().decode("utf-8-sig")
+def _file_of(source: Source) -> Path | None:
+    """Find the file that a text came from; None for one that is from no file, or has changed.
+
+    Files of the installed library are named `library/..`, wherever that is.
+    """
+    candidates = [Path(source.name)]
+    spec = find_spec("bgc.library")
+    if spec is not None and source.name.startswith("library/"):
+        inside = source.name.removeprefix("library/")
+        candidates += [Path(folder, inside) for folder in spec.submodule_search_locations or ()]
+    for path in candidates:
+        with suppress(OSError, UnicodeDecodeError):
+            if _read(path) == source.text:
+                return path.absolute()
+    return None
+
+
+def _read(path: Path) -> str:
+    """Read a file as the compiler does: line ends stay what they are."""
+    return path.read_bytes().decode("utf-8-sig")
 
 
 def _diagnostic_to_json(diagnostic: Diagnostic) -> dict[str, object]:
@@ -139,17 +154,17 @@ def _diagnostic_to_json(diagnostic: Diagnostic) -> dict[str, object]:
     }
 
 
-def _diagnostic_from_json(value: Any) -> Diagnostic:
+def _diagnostic_from_json(value: Any, texts: Mapping[str, str]) -> Diagnostic:
     labels: list[Label] = []
     for place, text in value["labels"]:
-        span = _span_from_json(place)
+        span = _span_from_json(place, texts)
         if span is not None:
             labels.append(Label(span, text))
     return Diagnostic(
         code=value["code"],
         severity=Severity(value["severity"]),
         message=value["message"],
-        span=_span_from_json(value["span"]),
+        span=_span_from_json(value["span"], texts),
         note=value["note"],
         labels=tuple(labels),
         help=value["help"],
@@ -160,8 +175,8 @@ def _span_to_json(span: Span | None) -> list[object] | None:
     return None if span is None else [span.source.name, span.start, span.end]
 
 
-def _span_from_json(value: Any) -> Span | None:
+def _span_from_json(value: Any, texts: Mapping[str, str]) -> Span | None:
     if value is None:
         return None
     name, start, end = value
-    return Span(Source(name, _read(name)), start, end)
+    return Span(Source(name, texts[name]), start, end)

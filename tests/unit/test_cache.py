@@ -3,12 +3,14 @@ import time
 from pathlib import Path
 
 import pytest
+
 from bgc import recall
 from bgc.built import Built, Panel, RunFacts
 from bgc.cache import Cache, cache_directory, digest_of, open_cache, read_note, write_note
 from bgc.grammar.diagnostics import Diagnostic, Label, Severity
 from bgc.grammar.source import Source, Span
 from bgc.options import Options
+from bgc.resolve import library_folder
 
 FACTS = RunFacts(
     "s",
@@ -153,6 +155,14 @@ def test_a_file_that_changed_while_compiling_is_not_remembered(cache, model):
     built = Built(published(cache), FACTS)
     recall.remember(cache, model, Options(), (source,), built)
     assert recall.recall(model, Options()) is None
+
+
+def test_files_of_the_library_are_found_where_it_is_installed(cache, model):
+    path = next(library_folder().rglob("*.bg"))
+    name = f"library/{path.relative_to(library_folder()).as_posix()}"
+    sources = [Source(name, path.read_text()), Source(str(model), model.read_bytes().decode())]
+    recall.remember(cache, model, Options(), sources, Built(published(cache), FACTS))
+    assert recall.recall(model, Options()) is not None
 
 
 @pytest.mark.parametrize("damage", ["{", "[]", '{"files": [], "model": "k.so"}', "null", "3"])
