@@ -11,12 +11,12 @@ from bgc.bond_values import BondValues
 from bgc.carried import Carried
 from bgc.dag import Dag
 from bgc.domains import Domains
-from bgc.element_laws import LawReader
+from bgc.element_laws import read_elements
 from bgc.grammar.catalogue import graph as messages
 from bgc.grammar.catalogue.scenes import device_name_taken
 from bgc.grammar.diagnostics import BgError
-from bgc.graph import Bond, Element, FlatGraph, Observation
-from bgc.instantiate import Builder, note
+from bgc.graph import Bond, FlatGraph, Observation
+from bgc.instantiate import Builder
 from bgc.law_units import infer_units
 from bgc.modules import Package
 from bgc.quantities import Quantities, component_name, indices
@@ -98,7 +98,7 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
     world.bonds.scalars, world.bonds.units = scalars, units
 
     force_values(world, wiring, carried)
-    elements = _read_laws(world, wiring, scalars)
+    elements = read_elements(world, wiring, world.bonds, scalars)
     statements = read_statements(world, wiring)
     observed = read_observed(world, scene, root)
     if scene.implicit:
@@ -115,7 +115,7 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
         dag=world.dag,
         scene=facts,
         bonds=tuple(_bonds(scalars, units)),
-        elements=tuple(elements),
+        elements=elements,
         parameters=tuple(world.quantities.parameters),
         states=statements.states,
         unknowns=statements.unknowns,
@@ -150,15 +150,6 @@ def _number_storage(wiring: Wiring, scalars: Scalars) -> None:
         if element.basic in {"C", "I", "IC"}:
             element.first_state = count
             count += len(scalars.ports(element.faces["all"]))
-
-
-def _read_laws(world: World, wiring: Wiring, scalars: Scalars) -> list[Element]:
-    reader = LawReader(world, world.bonds, scalars)
-    found: list[Element] = []
-    for element in wiring.elements:
-        with world.report.collecting(note(element.env)):
-            found.extend(reader.read(element))
-    return found
 
 
 def _bonds(scalars: Scalars, units: BondUnits) -> Iterator[Bond]:

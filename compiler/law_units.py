@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from bgc.bond_units import SECOND, BondUnits, Link, Ratio
 from bgc.domains import Domains
-from bgc.element_laws import value_argument
 from bgc.grammar.diagnostics import BgError
+from bgc.law_blocks import value_argument
 from bgc.scalarise import Scalars
 from bgc.shape_probe import WidthUnknown
 from bgc.tree import Element

@@ -925,3 +925,22 @@ def nested_too_deep() -> Diagnostic:
         "values are defined by one another over too many steps",
         help="declare parts in the order in which they depend on each other",
     )
+
+
+def law_of_junction(span: Span, name: str, kind: str) -> Diagnostic:
+    """BG456: a junction with a law
+
+    What: a J0, J1 or Mux has a law block.
+
+    Why: what a junction does is fixed: its bonds share the effort (J0) or the flow (J1).
+
+    Example: `node : J1 { e = 2*f; }`
+
+    Way out: put the law on an element that is bonded to it.
+    """
+    return error(
+        "BG456",
+        f"`{name}` is a {kind}, and takes no law",
+        span,
+        help="put the law on an element that is bonded to it",
+    )
