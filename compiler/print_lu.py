@@ -283,6 +283,7 @@ def _unrolled_solve(slots: _Slots) -> str:
     for k in reversed(range(len(plan.rows))):
         pivot = slots.pivot(k)
         terms = [f"lu[{slot}] * {place[j]}" for slot, j in enumerate(plan.upper[k], pivot + 1)]
+        terms.reverse()  # those known longest first, so that the processor need not wait
         if terms:
             value = f"({_wrapped(f'{place[k]} - ', terms, ' - ')}) * lu[{pivot}]"
         else:
