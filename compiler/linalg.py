@@ -21,7 +21,7 @@ class SingularMatrixError(Exception):
     """The matrix has no inverse, whatever the values of its symbols."""
 
 
-def to_matrix(rows: Sequence[Sequence[Node]]) -> Matrix:
+def _freeze(rows: Sequence[Sequence[Node]]) -> Matrix:
     """Freeze rows of nodes."""
     return tuple(tuple(row) for row in rows)
 
@@ -58,16 +58,6 @@ def is_symmetric(matrix: Matrix) -> bool:
     return matrix == transpose(matrix) and len(matrix) == len(matrix[0])
 
 
-def is_skew(dag: Dag, matrix: Matrix) -> bool:
-    """Whether a matrix is the negative of its transpose, node for node.
-
-    False does not prove that it is not: two expressions may be equal in value only.
-    """
-    if len(matrix) != len(matrix[0]):
-        return False
-    return matrix == tuple(tuple(dag.neg(node) for node in row) for row in transpose(matrix))
-
-
 def inverse(dag: Dag, matrix: Matrix) -> Matrix:
     """The inverse of a square matrix.
 
@@ -90,7 +80,7 @@ def inverse(dag: Dag, matrix: Matrix) -> Matrix:
         for column, line in zip(columns, _invert_block(dag, block), strict=True):
             for row, node in zip(rows, line, strict=True):
                 result[column][row] = node
-    return to_matrix(result)
+    return _freeze(result)
 
 
 def _blocks(dag: Dag, matrix: Matrix) -> list[tuple[list[int], list[int]]]:
@@ -212,7 +202,7 @@ def _invert_by_pivots(dag: Dag, block: Matrix) -> Matrix:
     for i in size:
         for j in size:
             result[column_of[i]][row_of[j]] = table[i][j]
-    return to_matrix(result)
+    return _freeze(result)
 
 
 def _choose_pivot(

@@ -7,10 +7,11 @@ from collections.abc import Callable
 from fractions import Fraction
 
 import pytest
-from bgc.dag import Dag, Kind, Op, Symbol
-from bgc.evaluate import apply, evaluate_nodes, to_double
 from hypothesis import given
 from hypothesis import strategies as st
+
+from bgc.dag import Dag, Kind, Op, Symbol
+from bgc.evaluate import apply, evaluate_nodes, to_double
 
 INF, NAN = math.inf, math.nan
 reals = st.floats(-50, 50)

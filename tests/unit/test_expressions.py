@@ -10,6 +10,9 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from bgc.dag import Dag, Kind, Level, Symbol
 from bgc.evaluate import evaluate_nodes
 from bgc.expressions import (
@@ -27,8 +30,6 @@ from bgc.grammar.parse import parse
 from bgc.grammar.source import Source, Span
 from bgc.units import DIMENSIONLESS, Dimension, parse_unit
 from bgc.value import Value
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 METRE: Dimension = (0, 1, 0, 0, 0, 0, 0)
 

@@ -7,6 +7,9 @@ from fractions import Fraction
 import numpy as np
 import numpy.typing as npt
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from bgc.dag import Dag, Kind, Op, Symbol
 from bgc.evaluate import evaluate_nodes
 from bgc.linalg import (
@@ -16,13 +19,10 @@ from bgc.linalg import (
     diagonal,
     identity,
     inverse,
-    is_skew,
     is_symmetric,
     multiply,
     transpose,
 )
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 
 def numbers(dag: Dag, matrix: Matrix, values: dict[Symbol, float]) -> npt.NDArray[np.float64]:
@@ -179,12 +179,3 @@ def test_products_and_transposes() -> None:
     vector = apply(dag, nodes, [dag.one, dag.zero, dag.one])
     assert [dag.value(x) for x in vector] == [4, 10]
     assert diagonal(dag, [dag.one, dag.one]) == identity(dag, 2)
-
-
-def test_skew_matrices_are_recognised() -> None:
-    dag = Dag()
-    w = dag.symbol(Kind.STATE)
-    assert is_skew(dag, ((dag.zero, w), (dag.neg(w), dag.zero)))
-    assert not is_skew(dag, ((dag.zero, w), (w, dag.zero)))
-    assert not is_skew(dag, ((dag.one, w), (dag.neg(w), dag.zero)))
-    assert not is_skew(dag, ((dag.zero, w, w), (w, dag.zero, w)))

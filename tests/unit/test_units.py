@@ -8,6 +8,9 @@ from fractions import Fraction
 
 import pint
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
 from bgc import units
 from bgc.units import (
     DIMENSIONLESS,
@@ -19,8 +22,6 @@ from bgc.units import (
     si_symbol,
     suggest_unit,
 )
-from hypothesis import given
-from hypothesis import strategies as st
 
 LONG_NAMES = {
     "m": "meter", "g": "gram", "s": "second", "A": "ampere", "K": "kelvin", "mol": "mole",
