@@ -16,7 +16,6 @@ import atexit
 import json
 import os
 import shutil
-import sys
 import tempfile
 import time
 from collections.abc import Iterable
@@ -27,6 +26,7 @@ from pathlib import Path
 
 from bgc.grammar.catalogue.machine import cache_not_writable
 from bgc.grammar.diagnostics import Diagnostic
+from bgc.grammar.places import cache_directory
 
 _KEEP_SECONDS = 60 * 24 * 3600.0  # what is unused for longer is removed
 _KEEP_MAKING_SECONDS = 24 * 3600.0  # a killed run's half-made files
@@ -77,19 +77,6 @@ class Cache:
                 with suppress(OSError):
                     if path.stat().st_mtime < time.time() - seconds:
                         shutil.rmtree(path, ignore_errors=True)
-
-
-def cache_directory() -> Path:
-    """Where the cache is: `$BGC_CACHE_DIR`, else `bgc` in the user's cache directory."""
-    if chosen := os.environ.get("BGC_CACHE_DIR"):
-        return Path(chosen).absolute()
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "bgc"
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local")) / "bgc"
-    if chosen := os.environ.get("XDG_CACHE_HOME"):
-        return Path(chosen).absolute() / "bgc"
-    return Path.home() / ".cache" / "bgc"
 
 
 def open_cache() -> Cache:

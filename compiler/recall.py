@@ -20,8 +20,9 @@ from pathlib import Path
 from typing import Any
 
 from bgc.built import Built, Panel, RunFacts
-from bgc.cache import Cache, cache_directory, digest_of, read_note, write_note
+from bgc.cache import Cache, digest_of, read_note, write_note
 from bgc.grammar.diagnostics import Diagnostic, Label, Severity
+from bgc.grammar.places import cache_directory
 from bgc.grammar.source import Source, Span
 from bgc.options import Options
 

@@ -6,7 +6,6 @@ Making the tables takes some tenths of a second, loading them a hundredth.
 from __future__ import annotations
 
 import io
-import os
 import sys
 import tempfile
 from contextlib import suppress
@@ -15,6 +14,8 @@ from hashlib import sha256
 from pathlib import Path
 
 import lark
+
+from bgc.grammar.places import cache_directory
 
 
 @cache
@@ -49,25 +50,14 @@ def make_parser(grammar: str, *, strict: bool = False) -> lark.Lark:
     )
 
 
-def cache_directory() -> Path:
-    """Return where the user's programs keep what they can make again: `$BGC_CACHE_DIR`, if set."""
-    if chosen := os.environ.get("BGC_CACHE_DIR"):
-        return Path(chosen).absolute()
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "bgc"
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local")) / "bgc"
-    if chosen := os.environ.get("XDG_CACHE_HOME"):
-        return Path(chosen).absolute() / "bgc"
-    return Path.home() / ".cache" / "bgc"
-
-
 def _keep(made: lark.Lark, path: Path) -> None:
     """Write the tables aside and move them into place, so that two runs at once are safe."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as aside:
-        made.save(aside)
-    try:
-        Path(aside.name).replace(path)
-    except OSError:
-        Path(aside.name).unlink(missing_ok=True)
+        try:
+            made.save(aside)
+            aside.close()
+            Path(aside.name).replace(path)
+        except BaseException:
+            Path(aside.name).unlink(missing_ok=True)
+            raise

@@ -6,8 +6,9 @@ import pytest
 
 from bgc import recall
 from bgc.built import Built, Panel, RunFacts
-from bgc.cache import Cache, cache_directory, digest_of, open_cache, read_note, write_note
+from bgc.cache import Cache, digest_of, open_cache, read_note, write_note
 from bgc.grammar.diagnostics import Diagnostic, Label, Severity
+from bgc.grammar.places import cache_directory
 from bgc.grammar.source import Source, Span
 from bgc.options import Options
 from bgc.resolve import library_folder
