@@ -5,6 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+
 from bgc import build
 from bgc.build import Unit, build_shared_object, runtime_directory, unit_flags
 from bgc.cache import Cache

@@ -8,13 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner, Result
+
 from bgc.build import Unit, build_shared_object
 from bgc.built import Built, RunFacts
 from bgc.cache import Cache
 from bgc.runtime import model as runtime_model
 from bgc.runtime.cli.app import application
 from bgc.toolchain import find_toolchain
-from click.testing import CliRunner, Result
 
 OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
 COLUMNS = ("q", "v", "r[1]", "r[2]", "energy.stored", "energy.residual")

@@ -1,4 +1,5 @@
 import pytest
+
 from bgc import toolchain
 from bgc.runtime import doctor
 from bgc.runtime.doctor import Finding, Health, examine, is_well, report

@@ -3,11 +3,12 @@ import shutil
 from dataclasses import replace
 
 import pytest
+from graphs import GraphBuilder, rlc
+
 from bgc.causality import assign_causality
 from bgc.draw import lay_out, to_dot, to_svg
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import FlatGraph
-from graphs import GraphBuilder, rlc
 
 needs_dot = pytest.mark.skipif(shutil.which("dot") is None, reason="needs Graphviz")
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from bgc.build import Unit, build_shared_object
 from bgc.built import Built, RunFacts
 from bgc.cache import Cache

@@ -4,6 +4,7 @@ from collections import Counter
 from importlib import import_module
 
 import pytest
+
 from bgc.grammar import catalogue
 from bgc.grammar.catalogue.pages import find_page, pages
 

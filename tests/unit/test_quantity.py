@@ -1,6 +1,7 @@
 import math
 
 import pytest
+
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.quantity import read_quantity
 

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
-from bgc.grammar.diagnostics import BgError
-from bgc.runtime.rows import row_times
 from hypothesis import given
 from hypothesis import strategies as st
+
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.rows import row_times
 
 
 def test_rows_at_multiples_of_the_interval():

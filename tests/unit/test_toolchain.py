@@ -2,6 +2,7 @@ import sys
 from pathlib import Path
 
 import pytest
+
 from bgc import toolchain
 from bgc.grammar.diagnostics import BgError
 from bgc.toolchain import Toolchain, find_toolchain, try_compiler
