@@ -10,6 +10,7 @@ from bgc.bond_units import BondUnits
 from bgc.bond_values import BondValues
 from bgc.carried import Carried
 from bgc.dag import Dag
+from bgc.devices import read_devices
 from bgc.domains import Domains
 from bgc.element_laws import read_elements
 from bgc.grammar.catalogue import graph as messages
@@ -19,22 +20,13 @@ from bgc.graph import Bond, FlatGraph, Observation
 from bgc.instantiate import Builder
 from bgc.law_units import infer_units
 from bgc.modules import Package
+from bgc.observed import Observed, read_observed
 from bgc.quantities import Quantities, component_name, indices
 from bgc.report import Report
+from bgc.run_facts import read_facts, read_kept, read_requirements
 from bgc.scalarise import Scalars, scalarise
-from bgc.scenes import (
-    Observed,
-    Scene,
-    check_edits,
-    check_overrides,
-    choose_scene,
-    collect_edits,
-    read_devices,
-    read_facts,
-    read_kept,
-    read_observed,
-    read_requirements,
-)
+from bgc.scene import Scene, choose_scene
+from bgc.scene_edits import check_edits, check_overrides, collect_edits
 from bgc.statements import (
     force_values,
     note_assignments,

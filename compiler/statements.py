@@ -245,16 +245,11 @@ def _check_counts(
         symbol = dag.symbol_of(node)
         if symbol is not None and symbol.kind is Kind.RATE:
             rates.add(symbol.index)
-    implicit = 0
-    for state in states:
-        if state.derivative is None:
-            implicit += 1
-            if state.index not in rates:
-                world.report.add(graph.state_without_equation(state.span, state.name))
-    if not world.report.errors and len(equations) != len(unknowns) + implicit:
-        held = [*unknowns, *(state for state in states if state.derivative is None)]
-        surplus = equations if len(equations) > len(held) else held
-        span = surplus[-1].span
-        world.report.add(
-            graph.equations_and_unknowns(span, len(equations), len(unknowns) + implicit)
-        )
+    implicit = [state for state in states if state.derivative is None]
+    for state in implicit:
+        if state.index not in rates:
+            world.report.add(graph.state_without_equation(state.span, state.name))
+    held = [*(u.span for u in unknowns), *(state.span for state in implicit)]
+    if not world.report.errors and len(equations) != len(held):
+        surplus = [e.span for e in equations] if len(equations) > len(held) else held
+        world.report.add(graph.equations_and_unknowns(surplus[-1], len(equations), len(held)))
