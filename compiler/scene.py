@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from bgc.evaluate import to_double
+from bgc.expressions import evaluate_constant
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import scenes, values
 from bgc.grammar.diagnostics import BgError
