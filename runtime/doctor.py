@@ -15,7 +15,7 @@ from bgc.cache import open_cache
 from bgc.grammar.diagnostics import BgError
 from bgc.toolchain import find_toolchain, try_compiler
 
-_NEEDED = ("click", "jinja2", "lark", "matplotlib", "numpy", "pint", "rich", "scipy", "sympy")
+_NEEDED = ("click", "jinja2", "lark", "matplotlib", "numpy", "rich", "scipy")
 
 
 class Health(Enum):
