@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import platform
+import re
 import shutil
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from importlib.metadata import version
+from importlib.metadata import requires, version
 from importlib.util import find_spec
 
 from bgc.cache import open_cache
@@ -70,7 +71,9 @@ def _python() -> Finding:
 
 
 def _packages() -> Finding:
-    missing = [name for name in _NEEDED if find_spec(name) is None]
+    needed = [text for text in requires(_DISTRIBUTION) or () if "extra ==" not in text]
+    names = [re.split(r"[^\w.-]", text, maxsplit=1)[0] for text in needed]
+    missing = [name for name in names if find_spec(name) is None]
     if missing:
         remedy = f"pip install {' '.join(missing)}"
         return Finding("Python packages", Health.MISSING, f"no {', '.join(missing)}", remedy)
