@@ -87,8 +87,9 @@ class Kind(IntEnum):
 
 
 # The same as plain ints: comparing with a member of an enumeration takes several times longer.
-_CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG = map(
-    int, (Op.CONST, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG)
+_CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG, _POW, _SELECT = map(
+    int,
+    (Op.CONST, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG, Op.POW, Op.SELECT),
 )
 
 _SYMBOL_LEVEL = {Kind.PARAM: Level.PARAM, Kind.TIME: Level.TIME, Kind.INPUT: Level.TIME}
@@ -307,7 +308,7 @@ class Dag:
             return self._whole_power(a, int(exponent))
         if exponent == Fraction(1, 2):
             return self.call(Op.SQRT, a)
-        return self._make(Op.POW, a, b)
+        return self._make(_POW, a, b)
 
     def select(self, condition: int, yes: int, no: int) -> int:
         """`yes` where the condition is not zero, else `no`."""
@@ -316,7 +317,7 @@ class Dag:
         value = self.value(condition)
         if value is not None:
             return yes if value != 0 else no
-        return self._make(Op.SELECT, condition, yes, no)
+        return self._make(_SELECT, condition, yes, no)
 
     def call(self, op: Op, *operands: int) -> int:
         """Any other operation: comparisons, logic, functions with C's names."""
@@ -326,7 +327,7 @@ class Dag:
             folded = _EXACT[op](*exact) if op in _EXACT else _exact_function(op, exact)
             if folded is not None:
                 return self.const(folded)
-        return self._make(op, *operands)
+        return self._make(int(op), *operands)
 
     def sum(self, nodes: Iterable[int]) -> int:
         """The sum, left to right; zero of none."""
@@ -372,17 +373,22 @@ class Dag:
         return len(self.op) - 1
 
     def _make(self, op: int, a: int, b: int = -1, c: int = -1) -> int:
-        key = (int(op), a, b, c)
+        key = (op, a, b, c)
         node = self._nodes.get(key)
-        if node is None:
-            levels = self.level
-            level = levels[a]
-            if b >= 0 and levels[b] > level:
-                level = levels[b]
-            if c >= 0 and levels[c] > level:
-                level = levels[c]
-            node = self._append(op, a, b, c, level)
-            self._nodes[key] = node
+        if node is not None:
+            return node
+        levels = self.level
+        level = levels[a]
+        if b >= 0 and levels[b] > level:
+            level = levels[b]
+        if c >= 0 and levels[c] > level:
+            level = levels[c]
+        node = self._nodes[key] = len(self.op)
+        self.op.append(op)
+        self.a.append(a)
+        self.b.append(b)
+        self.c.append(c)
+        levels.append(level)
         return node
 
     def _exact(self, value: Fraction) -> int | None:
@@ -442,6 +448,6 @@ _METHODS: dict[int, Callable[..., int]] = {
     _MUL: Dag.mul,
     _DIV: Dag.div,
     _NEG: Dag.neg,
-    int(Op.POW): Dag.pow,
-    int(Op.SELECT): Dag.select,
+    _POW: Dag.pow,
+    _SELECT: Dag.select,
 }

@@ -15,7 +15,7 @@ from heapq import heappop, heappush
 from typing import TypeAlias
 
 from bgc.dag import Dag, Kind, Level, Op
-from bgc.derivatives import CHOICES, adjoint_shares, choice, partials
+from bgc.derivatives import CHOICES, Partials, adjoint_shares, choice, partials
 from bgc.graph import Node
 from bgc.lowered import Jacobian
 from bgc.program import Program
@@ -36,7 +36,7 @@ def differentiate(program: Program) -> tuple[Program, Jacobian]:
     jacobian = _jacobian(dag, forward_rows(dag, outputs))
     cost = operation_count(dag, jacobian)
     other_dag = program.dag.copy()
-    rows = reverse_rows(other_dag, outputs, len(other_dag) + 4 * cost // 3 + 1000)
+    rows = reverse_rows(other_dag, outputs, len(other_dag) + 6 * cost // 5 + 300)
     if rows is not None:
         other = _jacobian(other_dag, rows)
         if operation_count(other_dag, other) < cost:
@@ -129,26 +129,31 @@ def forward_rows(dag: Dag, outputs: Sequence[Node]) -> list[_Row]:
 def reverse_rows(dag: Dag, outputs: Sequence[Node], budget: int) -> list[_Row] | None:
     """The derivatives of each output, swept back from it; None beyond `budget` nodes."""
     moving = _moving(dag, outputs)
-    op, add = dag.op, dag.add
+    add, mul, zero = dag.add, dag.mul, dag.zero
+    links: dict[Node, Partials] = {}  # what each node passes on, the same for all rows
     rows: list[_Row] = []
     for output in outputs:
         row: _Row = {}
         rows.append(row)
-        if output not in moving:
-            continue
         adjoint = {output: dag.one}
-        queue = [-output]
+        queue = [-output] if output in moving else []
         while queue:
             node = -heappop(queue)
             weight = adjoint[node]
-            if weight == dag.zero:
+            if weight == zero:
                 continue
-            if op[node] == Op.SYMBOL:
+            if dag.op[node] == Op.SYMBOL:
                 column = _column(dag, node)
                 if column is not None:
                     row[column] = weight
                 continue
-            for operand, share in adjoint_shares(dag, node, weight):
+            if dag.op[node] in CHOICES:
+                shares = adjoint_shares(dag, node, weight)
+            else:
+                if node not in links:
+                    links[node] = tuple(x for x in partials(dag, node) if x[0] in moving)
+                shares = tuple((x, mul(partial, weight)) for x, partial in links[node])
+            for operand, share in shares:
                 if operand in adjoint:
                     adjoint[operand] = add(adjoint[operand], share)
                 elif operand in moving:
