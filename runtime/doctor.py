@@ -16,7 +16,7 @@ from bgc.cache import open_cache
 from bgc.grammar.diagnostics import BgError
 from bgc.toolchain import find_toolchain, try_compiler
 
-_NEEDED = ("click", "jinja2", "lark", "matplotlib", "numpy", "rich", "scipy")
+_DISTRIBUTION = "bgc-lang"
 
 
 class Health(Enum):
