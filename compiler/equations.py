@@ -175,8 +175,8 @@ def _loop_states(variables: Variables, algebraic: Sequence[AlgebraicState]) -> l
     dag = variables.dag
     return [
         ProgramState(
-            variables.name_of(state.symbol),
-            variables.unit_of(state.symbol),
+            variables.places.name_of(state.symbol),
+            variables.places.unit_of(state.symbol),
             "algebraic",
             dag.zero,
             state.residual,

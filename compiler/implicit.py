@@ -42,7 +42,7 @@ def pair_equations(variables: Variables) -> dict[Node, Node]:
     )
     lonely = [unknowns[i] for i in range(len(residuals)) if i not in pairs]
     if lonely:
-        raise variables.unsolvable(lonely)
+        raise variables.places.unsolvable(lonely)
     return {unknowns[j]: residuals[i] for i, j in pairs.items()}
 
 

@@ -31,9 +31,9 @@ def _states_of_port(
 ) -> list[IntegratedState]:
     dag, port = variables.dag, element.ports[position]
     given = (
-        variables.port_through(port.port)
+        variables.symbols.port_through(port.port)
         if port.port.role is Role.COMPLIANCE
-        else variables.port_across(port.port)
+        else variables.symbols.port_across(port.port)
     )
     momentum = port.has_momentum
     states = [
@@ -57,7 +57,11 @@ def charge_state(variables: Variables, element: StorageElement, position: int) -
     port = element.ports[position]
     assert port.charge is not None
     dual = port.port.dual
-    flow = variables.port_across(port.port) if dual else variables.port_through(port.port)
+    flow = (
+        variables.symbols.port_across(port.port)
+        if dual
+        else variables.symbols.port_through(port.port)
+    )
     start = given_values(element).get((position, "q"))
     return IntegratedState(
         port.charge,

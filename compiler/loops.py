@@ -92,7 +92,7 @@ class _Loop:
         self._outside = outside
         symbols = [m for m in members if self._dag.op[m] == Op.SYMBOL]
         if any(isinstance(variables.define(s), Rate) for s in symbols):
-            raise variables.rate_in_loop(symbols)
+            raise variables.places.rate_in_loop(symbols)
         self._symbols = sorted(symbols)
 
     def target(self, symbol: Node) -> Node:
@@ -233,7 +233,7 @@ class _Loop:
         try:
             values = solve_general(dag, self._fingerprints, matrix, right, self._preference)
         except SingularSystemError:
-            raise self._variables.unsolvable(torn) from None
+            raise self._variables.places.unsolvable(torn) from None
         return dict(zip(torn, values, strict=True))
 
     def _preference(self, node: Node) -> int:
@@ -267,7 +267,7 @@ class _Loop:
             for s in states
         ]
         if _is_singular(rows):
-            raise self._variables.unsolvable([state.symbol for state in states])
+            raise self._variables.places.unsolvable([state.symbol for state in states])
 
 
 def _sum(dag: Dag, a: Mapping[Node, Node], b: Mapping[Node, Node]) -> dict[Node, Node]:

@@ -97,7 +97,7 @@ def _merge_inertia_group(variables: Variables, group: Group) -> list[IntegratedS
         else:
             held = dag.sum(dag.mul(p.flow[k], p.state) for p in group.ports if k in p.flow)
             variables.set_flow(number, Unknown())
-            variables.add_equation(dag.sub(state, held), variables.class_through(number))
+            variables.add_equation(dag.sub(state, held), variables.symbols.of_class(number))
     states = [
         charge_state(variables, element, position)
         for element in group.elements
@@ -125,7 +125,7 @@ def _merge_inertia_group(variables: Variables, group: Group) -> list[IntegratedS
 def _define_momenta(variables: Variables, element: StorageElement) -> None:
     """A merged inertia's momenta follow from its flows; its efforts are their rates."""
     dag = variables.dag
-    flows = [variables.port_through(port.port) for port in element.ports]
+    flows = [variables.symbols.port_through(port.port) for port in element.ports]
     for position, port in enumerate(element.ports):
         if element.law.capacity is not None:
             node = dag.dot(element.law.capacity[position], flows)
@@ -174,7 +174,7 @@ def _reduced_flows(variables: Variables, group: Group, merged: dict[int, Node]) 
 def _momentum_rate(variables: Variables, group: Group, k: int) -> Node:
     """`pi' = -(efforts of the rest) - N' bias + (dN/dt)' p`."""
     dag = variables.dag
-    rate = variables.balance(variables.causal.basis[k].bond_class, -1)
+    rate = variables.balances.balance(variables.causal.basis[k].bond_class, -1)
     for port in group.ports:
         entry = port.flow.get(k)
         if entry is None:
@@ -321,7 +321,7 @@ def _driving(variables: Variables, k: int) -> Node:
         if port.role is Role.EFFORT_SOURCE:
             entry = dict(causal.flows[causal.class_of[port.bond]]).get(k)
             if entry is not None:
-                force = variables.across(port.bond)
+                force = variables.symbols.across(port.bond)
                 if port.sign < 0:
                     force = dag.neg(force)
                 total = dag.add(total, dag.mul(entry, force))

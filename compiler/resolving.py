@@ -135,7 +135,7 @@ class Resolver:
                 yield rate
 
     def _no_rate(self, node: Node) -> BgError:
-        return self._variables.no_rate(node)
+        return self._variables.places.no_rate(node)
 
     def _finish(self, node: Node) -> Node:
         """The final node of one whose needs are all final."""
@@ -155,7 +155,7 @@ class Resolver:
             case Rate(of):
                 return self._rate(self.final[of])
             case Unknown():
-                raise self._variables.unsolvable([node])
+                raise self._variables.places.unsolvable([node])
 
     def _rate(self, of: Node) -> Node:
         dag = self._dag

@@ -68,7 +68,7 @@ def storage_elements(causal: CausalGraph, variables: Variables) -> list[StorageE
     found = []
     for index, element in enumerate(causal.graph.elements):
         if isinstance(element, Storage):
-            members = variables.ports_of_element[index]
+            members = variables.index.ports_of_element[index]
             ports = [causal.ports[k] for k in members]
             law = storage_law(dag, element, [_has_momentum(p) for p in ports])
             found.append(
