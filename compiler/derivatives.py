@@ -22,25 +22,15 @@ Partials = tuple[tuple[Node, Node], ...]
 
 def directional_derivative(dag: Dag, node: Node, direction: Mapping[Node, Node]) -> Node:
     """The sum over symbols s of d node / d s times `direction[s]`."""
-    return directional_derivatives(dag, [node], direction)[0]
-
-
-def directional_derivatives(
-    dag: Dag, nodes: Iterable[Node], direction: Mapping[Node, Node]
-) -> list[Node]:
-    """`directional_derivative` of several nodes, sharing the work."""
-    nodes = list(nodes)
     tangent: dict[Node, Node] = {}
-    for node in dag.reachable(nodes):
-        if node in direction:
-            tangent[node] = direction[node]
-            continue
-        moving = [x for x in dag.operands(node) if x in tangent]
-        if moving:
-            change = _change(dag, node, tangent)
+    for inner in dag.reachable([node]):
+        if inner in direction:
+            tangent[inner] = direction[inner]
+        elif not tangent.keys().isdisjoint(dag.operands(inner)):
+            change = _change(dag, inner, tangent)
             if change != dag.zero:
-                tangent[node] = change
-    return [tangent.get(node, dag.zero) for node in nodes]
+                tangent[inner] = change
+    return tangent.get(node, dag.zero)
 
 
 def gradient(dag: Dag, node: Node, symbols: Iterable[Node]) -> list[Node]:

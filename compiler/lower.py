@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from bgc.dag import Dag, Op
+from bgc.dag import Dag, Kind, Level, Op
 from bgc.differentiate import differentiate
 from bgc.graph import Node
 from bgc.kernels import hoisted_nodes
@@ -25,6 +25,8 @@ def lower(program: Program) -> Lowered:
     """
     program, jacobian = _differentiated(program)
     kernels = _kernels(program, jacobian)
+    for kernel in kernels:
+        _verify(program.dag, kernel)
     hoisted = hoisted_nodes(program.dag, kernels)
     prepare = Kernel(
         "prepare",
@@ -41,6 +43,19 @@ def lower(program: Program) -> Lowered:
         hoisted=hoisted,
         kernels=(prepare, *kernels),
     )
+
+
+def _verify(dag: Dag, kernel: Kernel) -> None:
+    """Asserts that a kernel's nodes need no more than its arguments."""
+    arguments = {*kernel.inputs, *(kernel.results if kernel.in_place else ())}
+    if "x" not in arguments:
+        highest = Level.TIME if "t" in arguments else Level.PARAM
+        for store in kernel.stores:
+            assert dag.level[store.node] <= highest, f"{kernel.name} reads what it is not given"
+    elif "u" not in arguments:
+        symbols = (dag.symbol_of(n) for n in dag.reachable(s.node for s in kernel.stores))
+        inputs = [s for s in symbols if s is not None and s.kind is Kind.INPUT]
+        assert not inputs, f"{kernel.name} reads device inputs"
 
 
 def _differentiated(program: Program) -> tuple[Program, Jacobian]:

@@ -255,3 +255,10 @@ def test_large_patterns_are_factorised_by_tables(tmp_path: Path, monkeypatch) ->
         matrix = 7.0 * model.mass() - model.dense(jac)
         b = np.cos(np.arange(n))
         np.testing.assert_allclose(model.solve(lu, b), np.linalg.solve(matrix, b), rtol=1e-11)
+
+
+def test_initial_values_cannot_read_states() -> None:
+    dag = Dag()
+    (x,) = states(dag, 1)
+    with pytest.raises(AssertionError, match="initial reads"):
+        emit_model(make_program(dag, [x], initial=[x]), "0")
