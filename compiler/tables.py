@@ -52,8 +52,8 @@ def model_tables(lowered: Lowered, source_hash: str) -> tuple[list[str], list[Fi
     def table(field: str, type_: str, rows: Sequence[str]) -> None:
         if rows:
             body = "".join(f"    {row},\n" for row in rows)
-            tables.append(f"static const {type_}{field}[] = {{\n{body}}};\n")
-        fields.append((field, field if rows else "NULL"))
+            tables.append(f"static const {type_}model_{field}[] = {{\n{body}}};\n")
+        fields.append((field, f"model_{field}" if rows else "NULL"))
 
     def indices(field: str, values: Sequence[int]) -> None:
         chunks = [values[k : k + _PER_LINE] for k in range(0, len(values), _PER_LINE)]
