@@ -15,7 +15,6 @@ from bgc.domains import Domains
 from bgc.element_laws import read_elements
 from bgc.grammar.catalogue import graph as messages
 from bgc.grammar.catalogue.scenes import device_name_taken
-from bgc.grammar.diagnostics import BgError
 from bgc.graph import Bond, FlatGraph, Observation
 from bgc.instantiate import Builder
 from bgc.law_units import infer_units
@@ -28,6 +27,7 @@ from bgc.scalarise import Scalars, scalarise
 from bgc.scene import Scene, choose_scene
 from bgc.scene_edits import check_edits, check_overrides, collect_edits
 from bgc.statements import (
+    force_parameters,
     force_values,
     note_assignments,
     read_statements,
@@ -39,7 +39,7 @@ from bgc.widths import join_nets, settle_widths
 from bgc.wiring import Wiring, wire
 from bgc.world import Edits, World
 
-_STACK = 20_000
+_STACK = 50_000
 
 
 def elaborate(
@@ -70,12 +70,18 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
     domains, carried = Domains(world), Carried(world)
     world.bonds = BondValues(world, domains, carried)
 
+    for declared in package.root.domains.values():
+        with report.collecting():
+            domains.facts(declared)
     collect_edits(world, scene, overrides)
     report.raise_errors()
     root = _root(world, scene)
     wiring = wire(world, root)
-    check_edits(world, scene)
-    check_overrides(world, scene, overrides)
+    with _provisional(world):
+        check_edits(world, scene)
+        check_overrides(world, scene, overrides)
+    if report.errors:
+        force_parameters(world, wiring)
     report.raise_errors()
 
     nets = join_nets(world, wiring, domains)
@@ -99,7 +105,8 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
     requirements = read_requirements(world, scene)
     kept = read_kept(world, scene)
     facts = read_facts(world, scene, observed)
-    if not (elements or statements.states or statements.equations or observed.columns):
+    contents = (elements, statements.states, statements.equations, observed.columns)
+    if not report.errors and not any(contents):
         span = scene.model.syntax.name_span
         report.add(messages.nothing_to_compute(span, scene.model.syntax.name))
     report.raise_errors()
@@ -209,7 +216,5 @@ def _deep_recursion() -> Iterator[None]:
     sys.setrecursionlimit(max(before, _STACK))
     try:
         yield
-    except RecursionError:
-        raise BgError([messages.nested_too_deep()]) from None
     finally:
         sys.setrecursionlimit(before)

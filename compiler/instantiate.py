@@ -270,6 +270,8 @@ class Builder:
         if in_loop:
             if item.kind not in _LOCAL_KINDS:
                 self._report(names.misplaced_in_loop(item.span, item.kind), env)
+            elif item.name in env.locals or item.name in instance.members:
+                self._report(names.duplicate_name(item.name_span, item.name, None), env)
             else:
                 path = instance.within(item.name)
                 env.locals[item.name] = Quantity(path, item, env, None)

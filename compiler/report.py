@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
 from bgc.grammar.diagnostics import BgError, Diagnostic, Severity
+
+_INDEX = re.compile(r"\[[-\d, ]+\]")
 
 
 class Report:
@@ -27,7 +30,8 @@ class Report:
             # An array of parts repeats a mistake for each of its parts.
             if note and not diagnostic.note:
                 diagnostic = replace(diagnostic, note=note)
-            self._diagnostics.setdefault((diagnostic.code, place, diagnostic.message), diagnostic)
+            message = _INDEX.sub("[..]", diagnostic.message)
+            self._diagnostics.setdefault((diagnostic.code, place, message), diagnostic)
 
     @contextmanager
     def collecting(self, note: str = "") -> Iterator[None]:
@@ -36,10 +40,6 @@ class Report:
             yield
         except BgError as err:
             self.add(*err.diagnostics, note=note)
-
-    def mark(self) -> int:
-        """How many errors there are, to see later whether there are more."""
-        return len(self.errors)
 
     @property
     def errors(self) -> tuple[Diagnostic, ...]:
@@ -51,10 +51,10 @@ class Report:
         """All that is no error, in the order found."""
         return tuple(d for d in self._diagnostics.values() if d.severity is not Severity.ERROR)
 
-    def raise_errors(self, also: Iterable[Diagnostic] = ()) -> None:
+    def raise_errors(self) -> None:
         """Raise BgError when there is any error, warnings with it."""
         if self.errors:
-            raise BgError([*self.errors, *self.warnings, *also])
+            raise BgError([*self.errors, *self.warnings])
 
 
 def already_reported() -> BgError:

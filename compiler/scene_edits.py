@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 from bgc.devices import declare_devices, device_of
 from bgc.expressions import resolve_path
@@ -14,6 +15,7 @@ from bgc.grammar.source import Source, Span
 from bgc.instantiate import MAX_WIDTH
 from bgc.scene import Scene
 from bgc.scopes import Names, path_of
+from bgc.shape_probe import WidthUnknown
 from bgc.tree import Environment, Given
 from bgc.world import Edits, World
 
@@ -131,7 +133,7 @@ def check_edits(world: World, scene: Scene) -> None:
     for expr, span, kind, path in unused:
         if (kind, path) not in edits.used:
             with world.report.collecting():
-                resolve_path(expr, Names(world, scene.env, {}, False), world.dag)
+                _look_up(world, scene, expr)
                 what = tables.get(kind, (None, "a parameter or constant"))[1]
                 raise BgError([scenes.edit_without_target(span, path, what)])
 
@@ -145,6 +147,12 @@ def check_overrides(world: World, scene: Scene, overrides: Sequence[tuple[str, s
             path = canonical_path(world, base, scene.env)
             kind = "parts" if isinstance(expr, syntax.Index) else "sets"
             if (kind, path) not in world.edits.used:
-                resolve_path(expr, Names(world, scene.env, {}, False), world.dag)
+                _look_up(world, scene, expr)
                 what = "a parameter or constant"
                 raise BgError([scenes.edit_without_target(expr.span, path, what)])
+
+
+def _look_up(world: World, scene: Scene, expr: syntax.Expr) -> None:
+    """BgError when a path leads nowhere; what it leads to is not evaluated further."""
+    with suppress(WidthUnknown):
+        resolve_path(expr, Names(world, scene.env, {}, False), world.dag)

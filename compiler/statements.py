@@ -92,6 +92,15 @@ def force_values(world: World, wiring: Wiring, carried: Carried) -> None:
                 world.quantities.value(quantity, quantity.declaration.name_span)
 
 
+def force_parameters(world: World, wiring: Wiring) -> None:
+    """Where bonds are at fault, evaluate at least what cannot depend on them."""
+    for instance in wiring.instances:
+        for member in instance.members.values():
+            if isinstance(member, Quantity) and member.kind in {"param", "const"}:
+                with world.report.collecting(note(member.env)):
+                    world.quantities.value(member, member.declaration.name_span)
+
+
 def read_statements(world: World, wiring: Wiring) -> Statements:
     """States with their derivatives, unknowns, equations and asserts of all instances."""
     derivatives: dict[int, tuple[Node, Span]] = {}

@@ -70,8 +70,7 @@ def read_gyrators(laws: Laws, element: Element) -> list[Gyrator]:
 
 def read_gyristor(laws: Laws, checks: LawChecks, element: Element) -> Gyristor:
     """An MGY with bonds on one side only: `e = S f` with a skew S (eq. 13)."""
-    arguments_of(element, ())
-    if not element.law:
+    if element.use.arguments or not element.law:
         side = messages.one_sided(element.span, element.path, element.kind, "out of")
         raise BgError([side])
     _, nodes = laws.equations(element, element.law, {"e": "f"}, ["e = .."])

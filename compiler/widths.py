@@ -258,7 +258,7 @@ def _apply(work: Nets, element: Element, found: Probe) -> None:
     for side, size in found.sizes.items():
         face = element.faces.get(side) or element.faces["in"]
         work.claimed.add(face)
-        with work.world.report.collecting(note(element.env)):
+        if face.net.root().width is None:  # else a misfit is told where the law is read
             _set_width(work, face.net, Width(size, found.span, size > 1))
     if found.same and not _is_one_sided(element):
         work.same.append((element.faces["in"].net, element.faces["out"].net, element.span))

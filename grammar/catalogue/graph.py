@@ -909,26 +909,8 @@ def mux_count(span: Span, name: str, expected: int, found: int) -> Diagnostic:
     )
 
 
-def nested_too_deep() -> Diagnostic:
-    """BG455: definitions nested too deep
-
-    What: values are defined by one another over thousands of steps.
-
-    Why: the compiler follows such a line of definitions, and has to stop somewhere.
-
-    Example: a chain of ten thousand parts, declared from its end to its start.
-
-    Way out: declare the parts in the order in which they depend on each other.
-    """
-    return error(
-        "BG455",
-        "values are defined by one another over too many steps",
-        help="declare parts in the order in which they depend on each other",
-    )
-
-
 def law_of_junction(span: Span, name: str, kind: str) -> Diagnostic:
-    """BG456: a junction with a law
+    """BG455: a junction with a law
 
     What: a J0, J1 or Mux has a law block.
 
@@ -939,7 +921,7 @@ def law_of_junction(span: Span, name: str, kind: str) -> Diagnostic:
     Way out: put the law on an element that is bonded to it.
     """
     return error(
-        "BG456",
+        "BG455",
         f"`{name}` is a {kind}, and takes no law",
         span,
         help="put the law on an element that is bonded to it",
