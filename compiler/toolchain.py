@@ -20,7 +20,7 @@ CANDIDATES = ("cc", "gcc", "clang")
 # Instruction set of this machine, fused multiply-add above all (LU 1.5 x); no errno to keep, so
 # that sqrt is one instruction. -ffast-math was measured to gain nothing (numerics.md).
 COMMON_FLAGS = ("-std=c11", "-march=native", "-fno-math-errno", "-fPIC")
-RUNTIME_FLAGS = ("-O2", *COMMON_FLAGS)
+RUNTIME_FLAGS = ("-O3", *COMMON_FLAGS, "-ffp-contract=fast")
 
 
 _PROBE = """#include <math.h>
