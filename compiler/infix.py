@@ -41,7 +41,7 @@ def infix_lines(
     order = dag.reachable(roots)
     shared = _shared(dag, order, roots)
     text: dict[int, tuple[str, int]] = {}
-    lines = []
+    lines: list[str] = []
     for node in order:
         body = _body(dag, node, text, name)
         if node in shared:

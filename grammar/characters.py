@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 
+from lark import Token
+
 from bgc.grammar.catalogue import syntax as wrong
 from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.source import Source, Span
-from lark import Token
 
 _NUMBER_AND_MORE = re.compile(
     r"(?P<number>(?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"

@@ -14,10 +14,11 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
+from lark import Token
+
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.parse import parse_with_tokens
 from bgc.grammar.source import Source
-from lark import Token
 
 _WIDTH = 100
 _INDENT = 2

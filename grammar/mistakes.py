@@ -11,13 +11,14 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from lark import Token
+
 from bgc.grammar.catalogue import did_you_mean
 from bgc.grammar.catalogue import syntax as wrong
 from bgc.grammar.characters import explain_characters
 from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.source import Source, Span
 from bgc.grammar.words import BLOCK_OF, FORMS, FORMS_IN, PLACES, RESERVED, WORDS
-from lark import Token
 
 _CLOSER = {"LPAR": "RPAR", "LSQB": "RSQB", "LBRACE": "RBRACE"}
 _SIGN = {

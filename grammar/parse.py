@@ -6,6 +6,9 @@ import re
 from itertools import pairwise
 from typing import Any
 
+from lark import Token, Tree
+from lark.exceptions import UnexpectedCharacters, UnexpectedToken
+
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import files
 from bgc.grammar.catalogue import syntax as wrong
@@ -16,8 +19,6 @@ from bgc.grammar.source import Source, Span
 from bgc.grammar.tables import parser
 from bgc.grammar.transform import transform, transform_setting
 from bgc.grammar.transform_expressions import ParseTree
-from lark import Token, Tree
-from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 
 __all__ = ["MAX_ERRORS", "parse", "parse_setting", "parse_with_tokens", "read_source"]
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from lark import Token, Tree
+
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import syntax as wrong
 from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.source import Source, Span
 from bgc.grammar.transform_expressions import MAX_DEPTH, ExpressionTransform, ParseTree, unquoted
 from bgc.grammar.words import SCENE_WORDS
-from lark import Token, Tree
 
 _COMMENTS = re.compile(r"/\*.*?\*/")
 

@@ -7,11 +7,12 @@ import sys
 from fractions import Fraction
 from typing import Any, TypeAlias
 
+from lark import Token, Tree
+
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import syntax as wrong
 from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.source import Source, Span
-from lark import Token, Tree
 
 ParseTree: TypeAlias = Tree[Token]
 
