@@ -112,7 +112,7 @@ def junction_structure(graph: FlatGraph) -> Structure:
     for index, element in enumerate(graph.elements):
         match element:
             case Junction():
-                if _sums_through(element, dual):
+                if sums_through(element, dual):
                     one = graph.dag.one
                     signed = {1: one, -1: graph.dag.const(-1)}
                     ends = tuple(RowEnd(p.bond, p.sign, signed[p.sign]) for p in element.ports)
@@ -229,7 +229,7 @@ def _coupled_ports(dag: Dag, element: Element) -> list[list[Port]]:
 # --- classes --------------------------------------------------------------------------------
 
 
-def _sums_through(junction: Junction, dual: Sequence[bool]) -> bool:
+def sums_through(junction: Junction, dual: Sequence[bool]) -> bool:
     """Whether a junction sums the through variables of its bonds (they are equal otherwise)."""
     return bool(junction.ports) and (junction.kind == "J0") != dual[junction.ports[0].bond]
 
@@ -238,7 +238,7 @@ def _classes(graph: FlatGraph, dual: Sequence[bool]) -> tuple[tuple[int, ...], t
     forest = Forest(len(graph.bonds))
     closing: list[int] = []
     for element in graph.elements:
-        if isinstance(element, Junction) and not _sums_through(element, dual):
+        if isinstance(element, Junction) and not sums_through(element, dual):
             first, *others = (p.bond for p in element.ports)
             closing.extend(bond for bond in others if not forest.unite(first, bond))
     numbers: dict[int, int] = {}

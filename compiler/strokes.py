@@ -23,7 +23,7 @@ from bgc.causal import (
 )
 from bgc.graph import FlatGraph, Gyristor, Junction, Resistor, Source, Storage, Transformer
 from bgc.matching import match
-from bgc.regions import ports_of
+from bgc.regions import ports_of, sums_through
 
 _Ends = dict[int, dict[int, tuple[int, int]]]
 
@@ -44,11 +44,10 @@ def place_strokes(
     giving: dict[int, int] = {}  # bond -> sign of the end that gives the through variable
     for number, members in enumerate(classes):
         bond, sign = givers.get(number, (members.bonds[0], -1))
-        _spread(graph, at, class_of, bond, sign, giving)
+        _spread(graph, dual, at, bond, sign, giving)
     by_port = {(p.bond, p.sign): p for p in ports}
     return tuple(
-        _stroke(graph, dual[bond], at, by_port, bond, giving[bond])
-        for bond in range(len(graph.bonds))
+        _stroke(graph, dual, at, by_port, bond, giving[bond]) for bond in range(len(graph.bonds))
     )
 
 
@@ -111,8 +110,8 @@ def _matching(steps: Sequence[Step], ends: _Ends) -> dict[int, int]:
 
 def _spread(
     graph: FlatGraph,
+    dual: Sequence[bool],
     at: dict[tuple[int, int], int],
-    class_of: Sequence[int],
     bond: int,
     sign: int,
     giving: dict[int, int],
@@ -123,24 +122,24 @@ def _spread(
     while queue:
         known = queue.pop()
         element = graph.elements[at[known, -giving[known]]]
-        if isinstance(element, Junction):
+        if isinstance(element, Junction) and not sums_through(element, dual):
             for port in element.ports:
-                if port.bond not in giving and class_of[port.bond] == class_of[bond]:
+                if port.bond not in giving:
                     giving[port.bond] = port.sign
                     queue.append(port.bond)
 
 
 def _stroke(
     graph: FlatGraph,
-    dual: bool,
+    dual: Sequence[bool],
     at: dict[tuple[int, int], int],
     by_port: dict[tuple[int, int], ElementPort],
     bond: int,
     giving: int,
 ) -> Stroke:
     """The stroke stands where the flow is given: where the through variable is, unless dual."""
-    at_head = (giving > 0) != dual
-    flow, effort = ("effort", "flow") if dual else ("flow", "effort")
+    at_head = (giving > 0) != dual[bond]
+    flow, effort = ("effort", "flow") if dual[bond] else ("flow", "effort")
     for kinds in (Source, Storage, (Resistor, Gyristor)):
         for sign in (1, -1):
             element = graph.elements[at[bond, sign]]
@@ -151,8 +150,10 @@ def _stroke(
                 return Stroke(at_head, rule, reason)
     element = graph.elements[at[bond, giving]]
     match element:
+        case Junction() if sums_through(element, dual):
+            reason = f"the other bonds of `{element.name}` determine this {flow}"
         case Junction():
-            reason = f"`{element.name}` gives its {flow}, which its other bonds determine"
+            reason = f"`{element.name}` has one {flow}, which another bond brings"
         case Transformer():
             reason = f"`{element.name}` gives the {flow} of this side from the other"
         case _:

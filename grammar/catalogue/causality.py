@@ -114,8 +114,8 @@ def nothing_determines(span: Span, name: str, what: str) -> Diagnostic:
     """BG506: a variable that nothing determines
 
     What: a flow or an effort is asked for, or needed, that the model leaves open.
-    Why: no element at these bonds stores, dissipates or drives it.
-    Example: the flow of a `J0` and a `J1` joined to nothing else.
+    Why: no element at these bonds stores, dissipates or drives it, or it may circulate.
+    Example: the flow of a `J1` whose two bonds lead to the same `J0`.
     Way out: connect an element to the junction, or do not observe the variable.
     """
     return error(
@@ -206,23 +206,6 @@ def dependent_storage(span: Span, name: str, others: Sequence[str], why: str) ->
         f"the storage of `{name}` depends on {_listed(others)}, and {why}",
         span,
         help="put a C or an R between them",
-    )
-
-
-def modulus_not_integrated(span: Span, names: Sequence[str], on: str) -> Diagnostic:
-    """BG513: a modulus that varies in a way that cannot be differentiated
-
-    What: inertias are joined rigidly by a transformer whose modulus depends on a flow, an
-    effort, a merged charge or a device's input.
-    Why: the merged momentum changes with the modulus, so the rate of the modulus is needed.
-    Example: `MTF { f2 = motor.f * f1; }` between two flywheels.
-    Way out: let the modulus depend on states and time only, or put a C between the inertias.
-    """
-    return error(
-        "BG513",
-        f"the modulus that joins {_listed(names)} depends on {on}, whose rate is not known",
-        span,
-        help="let it depend on states and time only, or put a C between the elements",
     )
 
 

@@ -5,12 +5,17 @@ from __future__ import annotations
 import time
 
 import pytest
+from graphs import GraphBuilder, rlc
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_graphs import random_graph
+
 from bgc.causal import BasisKind, Rule
 from bgc.causality import assign_causality
 from bgc.dag import Op
 from bgc.grammar.diagnostics import BgError
-from bgc.graph import Node
-from graphs import GraphBuilder, rlc
+from bgc.graph import Junction, Node, Source, Transformer
+from bgc.regions import ports_of
 
 
 def codes(g: GraphBuilder) -> list[str]:
@@ -198,16 +203,40 @@ def test_parallel_bonds_are_warned_of() -> None:
     assert [w.code for w in assign_causality(g.build()).warnings] == ["BG505"]
 
 
-def test_redundant_junctions_are_warned_of() -> None:
+def test_a_flow_that_goes_round_is_warned_of() -> None:
     g = rlc()
-    g.junction("J0", "left", "right")
-    g.bond("left", "right")
-    g.bond("left", "right")
-    g.storage("C", "more", 1)
-    g.bond("right", "more")
-    g.bond("loop", "left")
-    causal = assign_causality(g.build())
-    assert "BG507" in [w.code for w in causal.warnings]
+    g.junction("J0", "node")
+    g.junction("J1", "ring")
+    g.bond("node", "ring")
+    g.bond("ring", "node")
+    warnings = assign_causality(g.build()).warnings
+    assert [w.code for w in warnings] == ["BG504", "BG507"]
+    assert "`node`" in warnings[0].message
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 10**6))
+def test_strokes_obey_the_rules_of_every_element(seed: int) -> None:
+    """A J0 is given one effort, a J1 one flow; a transformer has one stroke, sources theirs."""
+    graph = random_graph(seed, gyrators=False).build()
+    try:
+        causal = assign_causality(graph)
+    except BgError:
+        return
+    if causal.warnings:
+        return
+    for element in graph.elements:
+        ports = ports_of(element)
+        count = sum(causal.strokes[p.bond].at_head == (p.sign > 0) for p in ports)
+        match element:
+            case Junction():
+                assert count == (1 if element.kind == "J0" else len(ports) - 1)
+            case Transformer():
+                assert count == 1
+            case Source():
+                assert count == (1 if element.kind == "Sf" else 0)
+            case _:
+                pass
 
 
 @pytest.mark.parametrize("size", [1000])

@@ -176,6 +176,24 @@ def test_bodies_on_joints(rigid: bool, states: int, reverse: bool) -> None:
     assert abs(energy_defect(program)) < 1e-6
 
 
+def test_inertias_that_do_not_add_up_to_a_regular_mass_are_refused() -> None:
+    """One mass behind two modulated transformers: its momentum does not tell both flows."""
+    g = GraphBuilder()
+    angle = g.state("angle", 0.5)
+    g.derivative(angle, g.node(1))
+    g.junction("J0", "sum")
+    g.storage("I", "mass", 1)
+    g.bond("sum", "mass")
+    for k, op in enumerate((Op.SIN, Op.COS)):
+        g.junction("J1", f"arm{k}")
+        g.source("Se", f"push{k}", g.node(1))
+        g.transformer(f"lever{k}", ((g.dag.call(op, angle),),))
+        g.bond(f"push{k}", f"arm{k}")
+        g.bond(f"arm{k}", f"lever{k}")
+        g.bond(f"lever{k}", "sum")
+    assert refusal(g) == ["BG512"]
+
+
 def test_a_source_on_a_mass_needs_its_rate_only_where_it_is_read() -> None:
     g = GraphBuilder()
     g.source("Sf", "drive", g.dag.call(Op.SIN, g.dag.symbol(Kind.TIME)))

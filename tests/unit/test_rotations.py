@@ -1,0 +1,60 @@
+"""Inverses that are known without dividing by anything that could vanish."""
+
+from __future__ import annotations
+
+import pytest
+
+from bgc.dag import Dag, Kind, Op
+from bgc.fingerprint import Fingerprints
+from bgc.graph import Matrix
+from bgc.linalg import multiply, transpose
+from bgc.rotations import known_inverse
+
+
+@pytest.fixture
+def dag() -> Dag:
+    return Dag()
+
+
+def rotation(dag: Dag) -> Matrix:
+    angle = dag.symbol(Kind.STATE, 0)
+    s, c = dag.call(Op.SIN, angle), dag.call(Op.COS, angle)
+    return ((c, dag.neg(s)), (s, c))
+
+
+def assert_inverse(dag: Dag, matrix: Matrix, inverse: Matrix | None) -> None:
+    assert inverse is not None
+    prints = Fingerprints(dag)
+    for i, row in enumerate(multiply(dag, matrix, inverse)):
+        assert [prints.constant(node) for node in row] == [int(i == j) for j in range(len(row))]
+
+
+def test_the_inverse_of_a_rotation_is_its_transpose(dag: Dag) -> None:
+    matrix = rotation(dag)
+    assert known_inverse(dag, Fingerprints(dag), matrix) == transpose(matrix)
+
+
+def test_a_constant_determinant_is_enough(dag: Dag) -> None:
+    x, one, zero = dag.symbol(Kind.STATE, 0), dag.one, dag.zero
+    shear = ((one, x, zero), (zero, one, x), (zero, zero, dag.const(2)))
+    assert_inverse(dag, shear, known_inverse(dag, Fingerprints(dag), shear))
+    mixed = ((x, dag.add(x, one)), (dag.sub(x, one), x))  # determinant 1
+    assert_inverse(dag, mixed, known_inverse(dag, Fingerprints(dag), mixed))
+
+
+def test_blocks_are_inverted_one_by_one(dag: Dag) -> None:
+    (a, b), (c, d) = rotation(dag)
+    x, zero = dag.symbol(Kind.STATE, 1), dag.zero
+    carried = ((a, b, x, zero), (c, d, zero, x), (zero, zero, a, b), (zero, zero, c, d))
+    assert_inverse(dag, carried, known_inverse(dag, Fingerprints(dag), carried))
+    assert_inverse(
+        dag, transpose(carried), known_inverse(dag, Fingerprints(dag), transpose(carried))
+    )
+
+
+def test_what_may_vanish_is_not_inverted(dag: Dag) -> None:
+    x = dag.symbol(Kind.STATE, 0)
+    prints = Fingerprints(dag)
+    assert known_inverse(dag, prints, ((x,),)) is None
+    assert known_inverse(dag, prints, ((x, dag.zero), (dag.zero, dag.one))) is None
+    assert known_inverse(dag, prints, ((dag.one, dag.zero),)) is None
