@@ -9,7 +9,7 @@ from bgc.dag import Kind, Symbol
 from bgc.grammar.catalogue import causality as catalogue
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.source import Span
-from bgc.graph import Node
+from bgc.graph import Gyrator, Node
 
 
 class Places:
@@ -65,6 +65,12 @@ class Places:
         """Equations have no single solution for these unknowns."""
         places = [self._place(symbol) for symbol in symbols]
         names = list(dict.fromkeys(name for name, _ in places))
+        elements = self._causal.graph.elements
+        ports = {port.element for port in self._causal.ports}
+        gyrators = [elements[k] for k in sorted(ports) if isinstance(elements[k], Gyrator)]
+        if gyrators:
+            listed = [gyrator.name for gyrator in gyrators]
+            return BgError([catalogue.gyrator_loop(gyrators[0].span, listed, names)])
         return BgError([catalogue.singular_loop(places[0][1], names)])
 
     def rate_in_loop(self, symbols: Sequence[Node]) -> BgError:

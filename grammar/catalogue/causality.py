@@ -310,6 +310,25 @@ def rate_unknown(span: Span, name: str) -> Diagnostic:
     )
 
 
+def gyrator_loop(span: Span, gyrators: Sequence[str], bonds: Sequence[str]) -> Diagnostic:
+    """BG523: storage joined by an odd loop of gyrators
+
+    What: a loop with an odd number of gyrators joins elements so that what they store is not
+    independent, or cannot be solved for.
+    Why: no choice of efforts and flows makes transformers of all its gyrators, so dependent
+    storage in it cannot be merged.
+    Example: a capacitor on each port of a gyrator whose ports are joined by a transformer.
+    Way out: put an R into the loop, which every real one has, or join the ports otherwise.
+    """
+    return error(
+        "BG523",
+        f"the odd loop of gyrators through {_listed(gyrators)} cannot be solved",
+        span,
+        note=f"it leaves {_listed(bonds)} undetermined",
+        help="put an R into the loop, or replace one of the gyrators",
+    )
+
+
 def singular_equations(span: Span, names: Sequence[str]) -> Diagnostic:
     """BG531: equations that do not determine their unknowns
 
