@@ -80,19 +80,21 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
     with _provisional(world):
         check_edits(world, scene)
         check_overrides(world, scene, overrides)
-    if report.errors:
-        force_parameters(world, wiring)
-    report.raise_errors()
+    bonds_are_sound = not report.errors
+    force_parameters(world, wiring)
+    if bonds_are_sound:
+        report.set_aside()  # a wrong value does not hide a wrong width
+    report.raise_new_errors()
 
     nets = join_nets(world, wiring, domains)
     note_assignments(world, wiring, domains, carried)
-    report.raise_errors()
+    report.raise_new_errors()
     with _provisional(world):
         settle_widths(nets)
         scalars = scalarise(world, wiring)
         _number_storage(wiring, scalars)
         units = infer_units(world, wiring, domains, scalars)
-    report.raise_errors()
+    report.raise_new_errors()
     world.bonds.scalars, world.bonds.units = scalars, units
 
     force_values(world, wiring, carried)

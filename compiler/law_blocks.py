@@ -59,7 +59,7 @@ class Laws:
         self, value: Value, width: int, span: Span, what: str, *, spread: bool
     ) -> tuple[Node, ...]:
         """One node for each component; a scalar stands for all where it may `spread`."""
-        if len(value.nodes) == width and (len(value.shape) < 2 or width == 1):
+        if len(value.nodes) == width and (len(value.shape) < 2 or value.shape[1] == 1):
             return value.nodes
         if value.is_scalar and (spread or value.nodes == (self.world.dag.zero,)):
             return value.nodes * width

@@ -21,6 +21,7 @@ class Report:
 
     def __init__(self) -> None:
         self._diagnostics: dict[tuple[object, ...], Diagnostic] = {}
+        self._aside = 0
 
     def add(self, *diagnostics: Diagnostic, note: str = "") -> None:
         """Record diagnostics, with a note on those that have none yet."""
@@ -50,6 +51,15 @@ class Report:
     def warnings(self) -> tuple[Diagnostic, ...]:
         """All that is no error, in the order found."""
         return tuple(d for d in self._diagnostics.values() if d.severity is not Severity.ERROR)
+
+    def set_aside(self) -> None:
+        """Let the errors so far not stop the passes that follow, only the last of them."""
+        self._aside = len(self.errors)
+
+    def raise_new_errors(self) -> None:
+        """Raise BgError when there are errors that were not set aside."""
+        if len(self.errors) > self._aside:
+            self.raise_errors()
 
     def raise_errors(self) -> None:
         """Raise BgError when there is any error, warnings with it."""

@@ -65,7 +65,7 @@ def scalarise(world: World, wiring: Wiring) -> Scalars:
             if (bond, 0) not in scalars.of:
                 world.report.add(graph.no_element_on_bond(bond.span, bond.name))
                 break
-    world.report.raise_errors()
+    world.report.raise_new_errors()
     return scalars
 
 

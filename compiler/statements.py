@@ -93,7 +93,7 @@ def force_values(world: World, wiring: Wiring, carried: Carried) -> None:
 
 
 def force_parameters(world: World, wiring: Wiring) -> None:
-    """Where bonds are at fault, evaluate at least what cannot depend on them."""
+    """Number the parameters in reading order; none of them can depend on a bond."""
     for instance in wiring.instances:
         for member in instance.members.values():
             if isinstance(member, Quantity) and member.kind in {"param", "const"}:

@@ -51,10 +51,10 @@ def settle_widths(nets: Nets) -> None:
     _propagate(nets)
     _probe_all(nets)
     check_single(world, nets.wiring, nets.claimed)
-    world.report.raise_errors()
+    world.report.raise_new_errors()
     _default(nets)
     _place(nets)
-    world.report.raise_errors()
+    world.report.raise_new_errors()
 
 
 # --- what is declared -------------------------------------------------------------------

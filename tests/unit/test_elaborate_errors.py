@@ -122,7 +122,8 @@ WRONG: dict[str, list[str]] = {
     "BG416": ["domain D { effort a : N; flow c : m; } model M { port p : D; }"],
     "BG417": [chain("x : Lock[1] = Stiff[2]; s -> x;")],
     "BG418": ["model M { for i in 1..50000 { for j in 1..50 { let a = 1; } } }"],
-    "BG419": [chain("x : R(1); s -> j -> x; let a = x.q;"), chain("x : R(1); s -> j -> x; let a = j.e;"),
+    "BG419": [chain("x : R(1); s -> j -> x; let a = x.q;"),
+              chain("x : R(1); s -> j -> x; let a = j.e;"),
               chain("x : Load; s -> x; let a = x.p.T;")],
     # signals along bonds
     "BG420": [PARTS + "model A { port p in : Electric; x : R(1 ohm); p -> x; output m = p.mark; }"
@@ -153,7 +154,8 @@ WRONG: dict[str, list[str]] = {
               chain("x : C[2] { H = q; } y : Se[2](e = 0); y -> x; z : R(1); s -> z;")],
     "BG440": [chain("x : R(1 + time); s -> x;"), chain("x : TF(1 + time); y : R(1); s -> x -> y;"),
               chain("x : R { e = time*f; } s -> x;")],
-    "BG441": [chain("x : C(1 + time); s -> x;"), chain("x : I { H = p^2*(2 + sin(time)); } s -> x;")],
+    "BG441": [chain("x : C(1 + time); s -> x;"),
+              chain("x : I { H = p^2*(2 + sin(time)); } s -> x;")],
     "BG442": ["model M { s : Se[2](e = 0); h : J1; c : I[2](1); x : MGY { e = [[0, 1], [1, 0]]*f; }"
               " s -> h -> x; h -> c; }"],
     "BG443": [chain("x : TF(2); s -> x;"), chain("x : GY(2); s -> x;"),
@@ -164,7 +166,8 @@ WRONG: dict[str, list[str]] = {
     # equations
     "BG450": ["model M { let x = 1; der(x) = 1; }", "model M { let x = 1; project x = 1; }"],
     "BG451": ["model M { state x = 1; }"],
-    "BG452": ["model M { unknown z = 0; }", "model M { unknown z = 0; equation z = 1; equation z = 2; }"],
+    "BG452": ["model M { unknown z = 0; }",
+              "model M { unknown z = 0; equation z = 1; equation z = 2; }"],
     "BG453": ["model M { }"],
     "BG454": [chain("x : R[3](1); m : Mux[1, 1, 1]; s -> m; j -> m; m -> x;")],
     # scenes
@@ -183,11 +186,13 @@ WRONG: dict[str, list[str]] = {
     "BG631": [scene("run 1 s; run 2 s;")],
     # of other modules, raised here
     "BG306": ["model M { param mass : kg = 3 m; }", scene("run 3 m;"),
-              chain("x : C(1 F, q0 = 2 m); s -> x;"), "model M { state x : m = 0; der(x) = 1 kg; }"],
+              chain("x : C(1 F, q0 = 2 m); s -> x;"),
+              "model M { state x : m = 0; der(x) = 1 kg; }"],
     "BG330": ["model M { param n = 3; for i in 1..n { a[i] : J1; } }",
               "model M { param a = 1; if a > 0 { let b = 1; } }"],
     "BG332": ["model M { param a = time; }", "model M { param a = 1; const b = a; }"],
-    "BG315": ["model M { param a[3] = [1, 2]; }", "model M { state x[2] = 0; der(x) = [1, 2, 3]; }"],
+    "BG315": ["model M { param a[3] = [1, 2]; }",
+              "model M { state x[2] = 0; der(x) = [1, 2, 3]; }"],
 }  # fmt: skip
 
 
@@ -274,10 +279,10 @@ def test_independent_mistakes_are_reported_together():
 
 
 def test_note_says_in_which_part():
-    text = (
-        PARTS
-        + "model M { s : Se(e = 1); x : Outer; s -> x; } model Outer { port p in; x : Load(rr = 1); p -> x; } scene t of M {}"
-    )
+    text = f"""{PARTS}
+      model Outer {{ port p in; x : Load(rr = 1); p -> x; }}
+      model M {{ s : Se(e = 1); x : Outer; s -> x; }}
+    """
     with pytest.raises(BgError) as caught:
         elaborate(load_text(text))
     assert caught.value.diagnostics[0].note == "in `x`"
