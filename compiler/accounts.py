@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from bgc.causal import CausalGraph
-from bgc.dag import Dag, Kind, Op
+from bgc.dag import Dag, Kind
 from bgc.graph import (
     EnergyLaw,
     ExplicitLaw,
@@ -23,6 +23,7 @@ from bgc.graph import (
     Resistor,
     Source,
 )
+from bgc.polynomials import antiderivative
 from bgc.storage import IntegratedState, StorageElement
 from bgc.variables import Variables
 
@@ -116,82 +117,3 @@ def _is_symmetric(variables: Variables, matrix: Matrix) -> bool:
             if not math.isclose(x, y, rel_tol=1e-12):
                 return False
     return True
-
-
-def antiderivative(dag: Dag, node: Node, symbol: Node) -> Node | None:
-    """The integral from zero of a polynomial in a symbol, `abs(x)` and `x^n` included.
-
-    None of anything else: the energy is then integrated along with the states.
-    """
-    terms = _terms(dag, node, symbol)
-    if terms is None:
-        return None
-    size = dag.call(Op.ABS, symbol)
-    total = dag.zero
-    for (power, absolute), coefficient in sorted(terms.items()):
-        degree = power + absolute + 1
-        term = dag.pow(symbol, dag.const(power + 1))
-        if absolute:
-            term = dag.mul(term, size)
-        total = dag.add(total, dag.div(dag.mul(coefficient, term), dag.const(degree)))
-    return total
-
-
-_Terms = dict[tuple[int, int], Node]  # (power of x, 1 if times abs(x)) -> coefficient
-
-
-def _terms(dag: Dag, node: Node, symbol: Node) -> _Terms | None:
-    """A node as a sum of `c x^n` and `c x^n abs(x)`."""
-    found: dict[Node, _Terms | None] = {}
-    for inner in dag.reachable([node]):
-        operands = [found[x] for x in dag.operands(inner)]
-        parts = [part for part in operands if part is not None]
-        if len(parts) < len(operands):
-            found[inner] = None
-        elif inner == symbol:
-            found[inner] = {(1, 0): dag.one}
-        elif all(set(part) <= {(0, 0)} for part in parts):
-            found[inner] = {(0, 0): inner}
-        else:
-            found[inner] = _combined(dag, Op(dag.op[inner]), dag.operands(inner), parts, symbol)
-    return found[node]
-
-
-def _combined(
-    dag: Dag, op: Op, operands: Sequence[Node], parts: Sequence[_Terms], symbol: Node
-) -> _Terms | None:
-    match op, parts:
-        case Op.ADD, [a, b]:
-            return _added(dag, a, b)
-        case Op.SUB, [a, b]:
-            return _added(dag, a, _negated(dag, b))
-        case Op.NEG, [a]:
-            return _negated(dag, a)
-        case Op.MUL, [a, b]:
-            return _multiplied(dag, a, b)
-        case Op.DIV, [a, b] if set(b) <= {(0, 0)}:
-            return {key: dag.div(c, operands[1]) for key, c in a.items()}
-        case Op.ABS, _ if operands[0] == symbol:
-            return {(0, 1): dag.one}
-        case _:
-            return None
-
-
-def _added(dag: Dag, a: _Terms, b: _Terms) -> _Terms:
-    total = dict(a)
-    for key, node in b.items():
-        total[key] = dag.add(total.get(key, dag.zero), node)
-    return total
-
-
-def _negated(dag: Dag, a: _Terms) -> _Terms:
-    return {key: dag.neg(node) for key, node in a.items()}
-
-
-def _multiplied(dag: Dag, a: _Terms, b: _Terms) -> _Terms:
-    total: _Terms = {}
-    for (n, s), x in a.items():
-        for (m, t), y in b.items():
-            key = (n + m + 2, 0) if s and t else (n + m, s + t)  # abs(x)^2 = x^2
-            total[key] = dag.add(total.get(key, dag.zero), dag.mul(x, y))
-    return total

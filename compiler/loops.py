@@ -2,8 +2,8 @@
 
 A loop is torn at the unknowns of equations, and at as many other variables as it takes to leave
 no circle. If the torn variables enter linearly, they are solved for once and for all, in the
-DAG; otherwise each becomes an algebraic state with a zero row in the mass matrix, which the
-integrators solve.
+DAG; a single one also if its law can be turned round (`inversion`). Otherwise each becomes an
+algebraic state with a zero row in the mass matrix, which the integrators solve.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from bgc.dag import Dag, Kind, Level, Op
 from bgc.derivatives import gradient
 from bgc.fingerprint import PRIME, Fingerprints
 from bgc.graph import Node
+from bgc.inversion import solve_for
 from bgc.solving import SingularSystemError, solve_general
 from bgc.variables import Explicit, Rate, Variables
 
@@ -64,6 +65,10 @@ def solve_loop(
             symbol: dag.symbol(Kind.STATE, first_state + k) for k, symbol in enumerate(torn)
         }
     final = loop.evaluate(order, solution)
+    if forms is None and len(torn) == 1:
+        inverted = loop.invert(torn[0], residuals[0], final, solution[torn[0]])
+        if inverted is not None:
+            return Solved(loop.evaluate(order, {torn[0]: inverted}), [])
     if forms is None:
         for symbol, target in zip(torn, residuals, strict=True):
             value = final[target] if target in final else outside[target]
@@ -256,6 +261,15 @@ class _Loop:
             else:
                 final[node] = dag.rebuild(node, tuple(known(x) for x in dag.operands(node)))
         return final
+
+    def invert(
+        self, symbol: Node, target: Node, final: Mapping[Node, Node], stand_in: Node
+    ) -> Node | None:
+        """The only torn variable in closed form, if its law can be turned round."""
+        dag = self._dag
+        value = final[target] if target in final else self._outside[target]
+        residual = value if symbol in self._equation_of else dag.sub(value, stand_in)
+        return solve_for(dag, residual, dag.zero, stand_in)
 
     def require_regular(self, states: Sequence[AlgebraicState], unknowns: Sequence[Node]) -> None:
         """Refuse residuals whose Jacobian is singular for all values."""

@@ -3,7 +3,7 @@
 All nodes here are *raw*: in the symbols of the flat graph (EFFORT, FLOW, DISPLACEMENT, MOMENTUM,
 STATE, ...). A raw symbol is given a meaning only when somebody needs it: an expression in other
 raw symbols, an unknown of an equation to be solved, the rate of another node, or a state.
-`resolve` puts the definitions together.
+`resolving` puts the definitions together.
 """
 
 from __future__ import annotations

@@ -1,0 +1,93 @@
+"""Closed forms: laws turned round, and powers integrated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from bgc.dag import Dag, Kind, Op, Symbol
+from bgc.evaluate import evaluate_nodes
+from bgc.graph import Node
+from bgc.inversion import solve_for
+from bgc.polynomials import antiderivative
+
+Law = Callable[[Dag, Node], Node]
+X = Symbol(Kind.STATE, 0)
+
+
+def affine(dag: Dag, x: Node) -> Node:
+    return dag.sub(dag.const(3), dag.div(dag.mul(dag.const(2), x), dag.const(5)))
+
+
+def orifice(dag: Dag, x: Node) -> Node:
+    return dag.add(dag.mul(dag.mul(dag.const(2), dag.call(Op.ABS, x)), x), dag.one)
+
+
+def hardening(dag: Dag, x: Node) -> Node:
+    return dag.mul(dag.const(-4), dag.mul(x, dag.mul(x, x)))
+
+
+def diode(dag: Dag, x: Node) -> Node:
+    return dag.sub(dag.call(Op.EXP, dag.div(x, dag.const(0.5))), dag.const(-1))
+
+
+def saturation(dag: Dag, x: Node) -> Node:
+    return dag.neg(dag.call(Op.TANH, dag.mul(dag.const(3), x)))
+
+
+@pytest.mark.parametrize("law", [affine, orifice, hardening, diode, saturation])
+@pytest.mark.parametrize("value", [-0.7, 0.3])
+def test_laws_are_turned_round(law: Law, value: float) -> None:
+    dag = Dag()
+    x = dag.symbol(Kind.STATE, 0)
+    node = law(dag, x)
+    (target,) = evaluate_nodes(dag, [node], {X: value})
+    solved = solve_for(dag, node, dag.const(target), x)
+    assert solved is not None
+    assert evaluate_nodes(dag, [solved], {}) == [pytest.approx(value)]
+
+
+def square(dag: Dag, x: Node) -> Node:
+    return dag.mul(x, x)
+
+
+def two_powers(dag: Dag, x: Node) -> Node:
+    return dag.add(x, dag.mul(x, dag.mul(x, x)))
+
+
+def sine(dag: Dag, x: Node) -> Node:
+    return dag.call(Op.SIN, x)
+
+
+def by_a_state(dag: Dag, x: Node) -> Node:
+    return dag.mul(dag.symbol(Kind.STATE, 1), x)
+
+
+@pytest.mark.parametrize("law", [square, two_powers, sine, by_a_state])
+def test_what_is_not_one_to_one_is_left(law: Law) -> None:
+    dag = Dag()
+    x = dag.symbol(Kind.STATE, 0)
+    assert solve_for(dag, law(dag, x), dag.one, x) is None
+
+
+@pytest.mark.parametrize("law", [affine, orifice, hardening, square, two_powers])
+@pytest.mark.parametrize("value", [-0.7, 0.3])
+def test_sums_of_powers_are_integrated(law: Law, value: float) -> None:
+    dag = Dag()
+    x = dag.symbol(Kind.STATE, 0)
+    node = law(dag, x)
+    energy = antiderivative(dag, node, x)
+    assert energy is not None
+    step = 1e-6
+    high, low = (evaluate_nodes(dag, [energy], {X: value + h})[0] for h in (step, -step))
+    (slope,) = evaluate_nodes(dag, [node], {X: value})
+    assert (high - low) / (2 * step) == pytest.approx(slope)
+    assert evaluate_nodes(dag, [energy], {X: 0.0}) == [0]
+
+
+def test_other_laws_have_no_closed_energy() -> None:
+    dag = Dag()
+    assert (
+        antiderivative(dag, sine(dag, dag.symbol(Kind.STATE, 0)), dag.symbol(Kind.STATE, 0)) is None
+    )
