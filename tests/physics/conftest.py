@@ -6,8 +6,9 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-import bgc
 import pytest
+
+import bgc
 from bgc.runtime.model import Model
 
 TESTS = Path(__file__).parents[1]

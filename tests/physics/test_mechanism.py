@@ -86,6 +86,19 @@ def difference(result) -> float:
     return float(np.linalg.norm(result["tip"] - mujoco_path(1e-3), axis=1).max())
 
 
+def keeps_balances(result, tolerance: float) -> None:
+    """Energy, and momenta that only the weights change."""
+    supplied = np.abs(result["energy.supplied"]).max()
+    assert np.abs(result["energy.residual"]).max() < tolerance * supplied
+
+    weight = sum(mass for mass, *_ in BEAMS) * GRAVITY
+    linear = result["linear"]
+    np.testing.assert_allclose(linear[:, 2], -weight * result.time, atol=tolerance * weight)
+    np.testing.assert_allclose(linear[:, :2], 0, atol=tolerance * weight)
+    scale = np.abs(result["weight_moment"]).max()
+    np.testing.assert_allclose(result["angular"], result["weight_moment"], atol=tolerance * scale)
+
+
 def test_the_reference_has_converged():
     assert np.abs(mujoco_path(2e-3) - mujoco_path(1e-3)).max() < 1e-8
     assert np.ptp(mujoco_path(1e-3)[:, 2]) > 10, "the beams have to fall"
@@ -102,17 +115,16 @@ def test_tip_path_of_the_free_fall(load):
     np.testing.assert_allclose(stiff / stiffest, 10, rtol=0.1)
 
 
+def test_rigid_joints_are_exact(load):
+    """Inertias merged by the compiler: MuJoCo's path to solver accuracy."""
+    result = load("mechanism", "rigid").simulate()
+    assert difference(result) < 1e-7
+    keeps_balances(result, 1e-8)
+
+
 def test_soft_joints_keep_energy_and_momentum(load):
     """At 3e5 N/m joints give way by centimetres and degrees: their kinematics is exact."""
     soft = {"stiffness": 3e5}
     result = load("mechanism", "fall").simulate(rtol=1e-10, parameters=soft)
     assert difference(result) > 0.1, "the joints have to give way"
-    supplied = np.abs(result["energy.supplied"]).max()
-    assert np.abs(result["energy.residual"]).max() < 1e-7 * supplied
-
-    weight = sum(mass for mass, *_ in BEAMS) * GRAVITY
-    linear = result["linear"]
-    np.testing.assert_allclose(linear[:, 2], -weight * result.time, atol=1e-8 * weight)
-    np.testing.assert_allclose(linear[:, :2], 0, atol=1e-8 * weight)
-    scale = np.abs(result["weight_moment"]).max()
-    np.testing.assert_allclose(result["angular"], result["weight_moment"], atol=1e-8 * scale)
+    keeps_balances(result, 1e-9)

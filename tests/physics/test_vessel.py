@@ -39,3 +39,13 @@ def test_it_is_carried_along_by_the_current(load):
     velocity = np.diff(result["deck"], axis=0)
     assert abs(velocity[0, 0]) < 0.01
     np.testing.assert_allclose(velocity[-1], [0.5 * (1 - np.exp(-6)), 0, 0], atol=5e-4)
+
+
+def test_a_steady_load_trims_and_heels_it(load):
+    """Statics in library axes: down sinks it, a moment about y (port) presses the bow down."""
+    model = load("vessel_at_rest", "damped")
+    wrench = {"load[3]": -1e5, "load[4]": 2e5, "load[5]": 3e6}
+    result = model.simulate(300, every=10, parameters=wrench)
+    stiffness = [[12018034.8, 0, 6009017.4], [0, 100856879.185, 0], [6009017.4, 0, 5874549987.19]]
+    expected = np.linalg.solve(stiffness, [-1e5, 2e5, 3e6])
+    np.testing.assert_allclose(result["displacement"][-1], expected, rtol=2e-3)
