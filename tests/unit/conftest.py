@@ -13,10 +13,11 @@ from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_long, c_size_t, 
 from pathlib import Path
 from typing import Any
 
-import bgc.runtime
 import numpy as np
 import numpy.typing as npt
 import pytest
+
+import bgc.runtime
 
 RUNTIME = Path(bgc.runtime.__file__).parent / "c"
 MODELS = Path(__file__).parent / "cmodels"

@@ -13,6 +13,8 @@ from itertools import pairwise
 from typing import assert_never
 
 import numpy as np
+from graphs import GraphBuilder
+
 from bgc.certificates import default_values
 from bgc.dag import Kind, Symbol
 from bgc.evaluate import evaluate_nodes
@@ -32,7 +34,6 @@ from bgc.graph import (
     Transformer,
 )
 from bgc.program import Program
-from graphs import GraphBuilder
 
 
 def observe_everything(g: GraphBuilder) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from graphs import GraphBuilder
+
 from bgc.dag import Op
 from bgc.fingerprint import Fingerprints
 from bgc.graph import Form, Node
 from bgc.rotations import known_inverse
-from graphs import GraphBuilder
 
 
 def chain_of_bodies(count: int, *, rigid: bool, reverse: bool) -> GraphBuilder:

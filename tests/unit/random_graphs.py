@@ -5,8 +5,9 @@ from __future__ import annotations
 import random
 from fractions import Fraction
 
-from bgc.graph import Form
 from graphs import GraphBuilder
+
+from bgc.graph import Form
 
 
 def random_graph(seed: int, size: int = 6, *, gyrators: bool = True) -> GraphBuilder:

@@ -6,6 +6,7 @@ import time
 from fractions import Fraction
 
 import pytest
+
 from bgc.dag import Dag, Kind, Op
 from bgc.fingerprint import Fingerprints
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from graphs import GraphBuilder, rlc
+
 from bgc.causality import assign_causality
 from bgc.dag import Kind
 from bgc.equations import derive_equations
 from bgc.program import Program
 from bgc.slice import slice_program
-from graphs import GraphBuilder, rlc
 
 
 def program_of(g: GraphBuilder) -> Program:
