@@ -11,6 +11,7 @@ from bgc.grammar.catalogue import imports, names
 from bgc.grammar.parse import parse, read_source
 from bgc.grammar.source import Source, Span
 from bgc.modules import ELEMENTS, Declared, LoadedFile, Module, Package, flatten
+from bgc.name_check import check_names
 from bgc.report import Report
 
 __all__ = ["Package", "library_folder", "library_modules", "load", "load_text"]
@@ -52,6 +53,7 @@ def _load_root(source: Source, path: Path | None) -> Package:
     for module in modules:
         for declared in module.own_models:
             check_conformance(declared, loader.report)
+            check_names(declared, loader.report)
     loader.report.raise_errors()
     return Package(root, modules, tuple(loader.files), loader.report.warnings)
 
@@ -140,6 +142,9 @@ class _Loader:
             if isinstance(declaration, syntax.Scene):
                 continue
             is_type = isinstance(declaration, syntax.Model | syntax.Domain)
+            if is_type and declaration.name in ELEMENTS:
+                self.report.add(names.name_of_element(declaration.name_span, declaration.name))
+                continue
             first = seen.setdefault((is_type, declaration.name), declaration.name_span)
             if first is not declaration.name_span:
                 self.report.add(

@@ -17,7 +17,7 @@ from bgc.tree import Element
 # Of each left side: the variable that the right side holds.
 _LAWS = {
     "TF": {"f2": "f1", "e1": "e2", "f1": "f2", "e2": "e1"},
-    "GY": {"e2": "f1", "e1": "f2"},
+    "GY": {"e2": "f1", "e1": "f2", "f1": "e2", "f2": "e1"},
 }
 _BACKWARDS = {"f2": "f1", "f1": "f2", "e1": "e2", "e2": "e1"}
 
@@ -64,7 +64,10 @@ def read_gyrators(laws: Laws, element: Element) -> list[Gyrator]:
         if len(found) > 1:
             raise BgError([messages.law_too_many(element.law[1].span, element.path, "keep one")])
         left, matrix = found[0]
-        ratio = matrix if left == "e2" else _transposed(matrix)
+        if left in {"f1", "f2"}:
+            ratio = _turned_round(laws, element, element.law[0], matrix)
+        else:
+            ratio = matrix if left == "e2" else _transposed(matrix)
     return [Gyrator(element.path, ports1, ports2, ratio, element.span)]
 
 
@@ -127,6 +130,19 @@ def _read_equations(
     if len(found) > 2:
         raise BgError([messages.law_too_many(law[2].span, element.path, "keep one")])
     return found
+
+
+def _turned_round(
+    laws: Laws, element: Element, equation: syntax.LawEquation, matrix: Matrix
+) -> Matrix:
+    """The ratio of a scalar gyrator given by its flows: `f2 = e1/r`, `f1 = e2/r`."""
+    if len(matrix) != 1 or len(matrix[0]) != 1:
+        have = ["e2 = ..", "e1 = .."]
+        text = " ".join(equation.left.span.text.split())
+        what = f"a wide {element.kind}"
+        raise BgError([messages.law_not_of_this(equation.left.span, what, text, have)])
+    dag = laws.world.dag
+    return ((dag.div(dag.one, matrix[0][0]),),)
 
 
 def _require_modulated(laws: Laws, element: Element, matrix: Matrix) -> None:

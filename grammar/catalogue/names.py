@@ -116,6 +116,22 @@ def wrong_dimensions(span: Span, name: str, expected: str, given: int) -> Diagno
     )
 
 
+def name_of_element(span: Span, name: str) -> Diagnostic:
+    """BG207: a model with the name of an element
+
+    What: a model, interface or domain is called like a basic element: `R`, `C`, `J0`.
+
+    Why: every part of that type would silently be something else.
+
+    Example: `model R { }`
+
+    Way out: give it another name. Values and parts may have these names: `param R = 2 ohm;`.
+    """
+    return error(
+        "BG207", f"`{name}` is the name of an element", span, help="give the model another name"
+    )
+
+
 # --- names in expressions and paths -----------------------------------------------------
 
 

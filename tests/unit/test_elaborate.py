@@ -349,6 +349,13 @@ def test_each_equation_of_a_transformer(body, given, entry):
     assert number(graph, transformer.matrix[0][0]) == entry
 
 
+@pytest.mark.parametrize("body", ["e2 = 4*f1;", "e1 = 4*f2;", "f2 = e1/4;", "f1 = e2/4;"])
+def test_each_equation_of_a_gyrator(body):
+    text = f"model M {{ s : Se(e = 1); g : GY {{ {body} }} r : R(1); s -> g -> r; }}"
+    graph = flat(text)
+    assert number(graph, element(graph, "g").matrix[0][0]) == 4
+
+
 def test_matrices_of_efforts_are_transposed():
     text = """
       model M {{ s : Se[2](e = 1); t : TF {{ {} }} r : R(1); s -> t -> r; }}

@@ -60,8 +60,10 @@ WRONG: dict[str, list[str]] = {
         chain("x : Stiff[1, 2]; s -> x;"),
         chain("x : C[1, 2](1); s -> x;"),
     ],
+    "BG207": ["model R { }", "domain J0 { effort a; flow b; }"],
     "BG210": [chain("x : Load; s -> x; let a = x.q;"), chain("x : Load; s -> x.q;")],
-    "BG211": [chain("s -> k;"), chain("s -> j; k = 3;")],
+    "BG211": [RLC + "model Unused { let a = b; for i in 1..2 { x[i] : R(i); } } scene s of RLC { }",
+              chain("s -> k;"), chain("s -> j; k = 3;")],
     "BG212": [
         chain("for i in 1..3 { x[i] : R(1); } s -> j; j -> x[1], x[2], x[3]; let a = x[4].e;"),
         "model M { state v[2] = 0; der(v[1]) = 1; der(v[2]) = 1; der(v[3]) = 1; }",
@@ -185,6 +187,7 @@ WRONG: dict[str, list[str]] = {
     "BG630": [scene("run 0 s;"), scene("step -1 ms;"), scene("require coil.f within 0;")],
     "BG631": [scene("run 1 s; run 2 s;")],
     # of other modules, raised here
+    "BG341": [RLC + "model Unused { let a = twice(3); }" + "scene s of RLC { }"],
     "BG306": ["model M { param mass : kg = 3 m; }", scene("run 3 m;"),
               chain("x : C(1 F, q0 = 2 m); s -> x;"),
               "model M { state x : m = 0; der(x) = 1 kg; }"],
