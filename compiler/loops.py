@@ -8,7 +8,7 @@ algebraic state with a zero row in the mass matrix, which the integrators solve.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from bgc.dag import Dag, Kind, Level, Op
@@ -236,10 +236,22 @@ class _Loop:
             matrix.append(row)
             right.append(dag.neg(rest))
         try:
-            values = solve_general(dag, self._fingerprints, matrix, right, self._preference)
+            values = solve_general(
+                dag, self._fingerprints, matrix, right, self._preference, self._watch(torn[0])
+            )
         except SingularSystemError:
             raise self._variables.places.unsolvable(torn) from None
         return dict(zip(torn, values, strict=True))
+
+    def _watch(self, symbol: Node) -> Callable[[Node], None]:
+        """Have the runtime check parameters that the solution divides by."""
+        message = f"the algebraic loop at `{self._variables.places.name_of(symbol)}` is singular"
+
+        def note(pivot: Node) -> None:
+            if self._dag.level[pivot] == Level.PARAM:
+                self._variables.watch(pivot, message)
+
+        return note
 
     def _preference(self, node: Node) -> int:
         """Constants are the best pivots, then what only parameters change."""

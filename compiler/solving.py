@@ -89,8 +89,11 @@ def solve_general(
     matrix: Sequence[dict[int, Node]],
     right: Sequence[Node],
     preference: Callable[[Node], int],
+    note: Callable[[Node], None] = lambda pivot: None,
 ) -> list[Node]:
     """Solve any regular sparse system; the entry of smallest preference and fill is the pivot.
+
+    `note` is told of every node that is divided by.
 
     An entry that is zero for all values of its symbols is never a pivot, so a system that is
     always singular is found out.
@@ -136,6 +139,7 @@ def solve_general(
         open_rows.remove(i)
         steps.append((i, j))
         pivot = rows[i][j]
+        note(pivot)
         for other in rows[i]:
             columns[other].discard(i)
         for r in sorted(columns[j]):

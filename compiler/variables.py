@@ -150,11 +150,13 @@ class Variables:
         certificate = self._certifier.certify(node)
         if certificate is None:
             return False
-        self.watched.extend(
-            PositiveParameter(watched, message, strictly_positive=False)
-            for watched in certificate.watched
-        )
+        for watched in certificate.watched:
+            self.watch(watched, message)
         return True
+
+    def watch(self, node: Node, message: str) -> None:
+        """Note a node of PARAM level that must not be zero."""
+        self.watched.append(PositiveParameter(node, message, strictly_positive=False))
 
     def default(self, node: Node) -> float:
         """The value of a node of at most PARAM level at the parameters' defaults."""

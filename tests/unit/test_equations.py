@@ -530,3 +530,14 @@ def test_a_ladder_of_resistors_stays_sparse() -> None:
     g.bond(f"b{size - 1}", "c")
     program = program_of(g)
     assert node_count(program, [s.derivative for s in program.states]) < 20 * size
+
+
+def test_a_parameter_that_a_loop_divides_by_is_watched() -> None:
+    g = GraphBuilder()
+    g.param("G", 2)
+    g.source("Sf", "drive", g.node(1))
+    g.resistor("leak", "G", Form.FLOW)
+    g.bond("drive", "leak")
+    g.observe("e", g.effort(0))
+    program = program_of(g)
+    assert [p.message for p in program.positive] == ["the algebraic loop at `leak.e` is singular"]
