@@ -92,11 +92,12 @@ class _Checker:
         match value:
             case syntax.TypeUse():
                 self.type_use(value, seen)
-            case syntax.Name() | syntax.Index(base=syntax.Name()) | syntax.Call():
-                base = value.base if isinstance(value, syntax.Index) else value
-                name = base.function if isinstance(base, syntax.Call) else base.name
-                if name not in self._module.models and name not in ELEMENTS:
-                    self.expression(value, seen)
+            case (
+                syntax.Name(name=name)
+                | syntax.Index(base=syntax.Name(name=name))
+                | syntax.Call(function=name)
+            ) if name in self._module.models or name in ELEMENTS:
+                pass
             case _:
                 self.expression(value, seen)
 
