@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from bgc.dag import Dag, Kind, Level, Op
 from bgc.differentiate import differentiate
@@ -10,7 +11,7 @@ from bgc.graph import Node
 from bgc.kernels import hoisted_nodes
 from bgc.lowered import Jacobian, Kernel, Lowered, Reads, Store
 from bgc.optimise import number_values
-from bgc.program import Program
+from bgc.program import MassEntry, Program
 from bgc.rewrite import map_program, program_roots
 from bgc.sparse import plan_lu
 
@@ -24,6 +25,7 @@ def lower(program: Program) -> Lowered:
     on a graph of its own.
     """
     program, jacobian = _differentiated(program)
+    program = _with_a_mass(program, jacobian)
     kernels = _kernels(program, jacobian)
     for kernel in kernels:
         _verify(program.dag, kernel)
@@ -43,6 +45,14 @@ def lower(program: Program) -> Lowered:
         hoisted=hoisted,
         kernels=(prepare, *kernels),
     )
+
+
+def _with_a_mass(program: Program, jacobian: Jacobian) -> Program:
+    """The program with a zero in a mass matrix that is empty: no entries mean the identity."""
+    if program.mass != () or not program.states:
+        return program
+    place = next(zip(jacobian.rows, jacobian.columns, strict=True), (0, 0))
+    return replace(program, mass=(MassEntry(*place, program.dag.zero),))
 
 
 def _verify(dag: Dag, kernel: Kernel) -> None:

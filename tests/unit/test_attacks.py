@@ -1,0 +1,37 @@
+"""Models that were once answered wrongly, or not at all."""
+
+import bgc
+import numpy as np
+import pytest
+from bgc.grammar.diagnostics import BgError
+
+
+@pytest.fixture
+def simulate(tmp_path):
+    def simulate_text(text: str, **options):
+        path = tmp_path / "attack.bg"
+        path.write_text(text)
+        return bgc.compile(path).simulate(**options)
+
+    return simulate_text
+
+
+def codes(error: pytest.ExceptionInfo[BgError]) -> list[str]:
+    return [diagnostic.code for diagnostic in error.value.diagnostics]
+
+
+def test_a_model_of_algebraic_equations_alone_is_solved_and_not_integrated(simulate):
+    result = simulate(
+        "model M { unknown x = 1; equation x^3 + 2*x = 6 + time; }"
+        "scene run_it of M { observe x; run 1 s; }"
+    )
+    np.testing.assert_allclose(result["x"] ** 3 + 2 * result["x"], 6 + result.time, rtol=1e-6)
+
+
+def test_an_algebraic_loop_without_storage_and_without_a_solution_is_refused(simulate):
+    with pytest.raises(BgError) as error:
+        simulate(
+            "model M { v : Se(e = 6); j : J1; a : R { e = f^2 + 10; } n : J0; b : R(2);"
+            "v -> j -> a; j -> n -> b; } scene run_it of M { observe n.e; run 1 s; }"
+        )
+    assert codes(error)[0] in {"BG704", "BG711"}
