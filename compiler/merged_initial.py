@@ -131,11 +131,13 @@ def initial_differences(
     elements: Sequence[StorageElement],
     designated: Mapping[int, StoragePort],
     follow: Mapping[int, Mapping[int, Node]],
+    driven: Mapping[int, Node],
 ) -> dict[int, Node]:
     """The initial `Q = q - B q_d` of merged compliances: element port -> node.
 
     Charges that are given hold; with none given all are zero. Charges not given are those of
-    least energy that balance the efforts: `K q = K B l + G' w` for conditions `G q = g`.
+    least energy that balance the efforts, and those of the sources that drive the group:
+    `K q = K B l + G' w` for conditions `G q = g`.
     """
     dag = variables.dag
     ports = [port for element in elements for port in element.ports]
@@ -145,10 +147,14 @@ def initial_differences(
         for element in elements
         for condition in _conditions_on_charges(variables, element, place)
     ]
-    chosen = _independent(variables, conditions)
     charges = [dag.zero] * len(ports)
-    if chosen:
-        charges = _least_energy(variables, elements, chosen, designated, follow, place)
+    if conditions:
+        columns = [[dag.zero] * len(ports) for _ in designated]  # of B
+        for index, entries in follow.items():
+            for column, k in zip(columns, designated, strict=True):
+                column[place[index]] = entries.get(k, dag.zero)
+        forces = [driven[k] for k in designated]
+        charges = _least_energy(variables, elements, conditions, columns, forces, place)
     return {
         port.index: dag.sub(
             charges[place[port.index]],
@@ -186,33 +192,33 @@ def _conditions_on_charges(
 def _least_energy(
     variables: Variables,
     elements: Sequence[StorageElement],
-    chosen: Sequence[_Condition],
-    designated: Mapping[int, StoragePort],
-    follow: Mapping[int, Mapping[int, Node]],
+    conditions: Sequence[_Condition],
+    columns: Sequence[Sequence[Node]],
+    forces: Sequence[Node],
     place: Mapping[int, int],
 ) -> list[Node]:
-    """`q = B l + C G' w` with `B' K q = 0` and `G q = g` (C the inverse of K)."""
+    """`q = B l + C G' w` with `B' K q = -forces` and `G q = g` (C the inverse of K)."""
     dag = variables.dag
     size = len(place)
-    columns: list[list[Node]] = []  # of B, then of C G'
-    for k in designated:
-        column = [dag.zero] * size
-        for index, entries in follow.items():
-            column[place[index]] = entries.get(k, dag.zero)
-        columns.append(column)
     capacity = _whole(variables, elements, place, capacity=True)
     response = _whole(variables, elements, place, capacity=False)
     if capacity is None or response is None:
-        raise _unusable(chosen[0].element, chosen[0].initial)
+        raise _unusable(conditions[0].element, conditions[0].initial)
     tests = [_times(dag, response, column) for column in columns]
-    for condition in chosen:
+    right = [dag.neg(force) for force in forces]
+    balances = [
+        ({i: node for i, node in enumerate(test) if node != dag.zero}, value)
+        for test, value in zip(tests, right, strict=True)
+    ]
+    spans = list(columns)
+    for condition in _independent(variables, conditions, balances):
         row = [condition.row.get(i, dag.zero) for i in range(size)]
-        columns.append(_times(dag, capacity, row))
+        spans.append(_times(dag, capacity, row))
         tests.append(row)
-    matrix = [{j: dag.dot(test, column) for j, column in enumerate(columns)} for test in tests]
-    right = [dag.zero] * len(designated) + [c.value for c in chosen]
+        right.append(condition.value)
+    matrix = [{j: dag.dot(test, column) for j, column in enumerate(spans)} for test in tests]
     weights = _solve(variables, matrix, right)
-    return [dag.dot(weights, (column[i] for column in columns)) for i in range(size)]
+    return [dag.dot(weights, (column[i] for column in spans)) for i in range(size)]
 
 
 def _whole(
@@ -239,26 +245,33 @@ def _times(dag: Dag, rows: Sequence[_Row], vector: Sequence[Node]) -> list[Node]
     return [dag.sum(dag.mul(entry, vector[j]) for j, entry in row.items()) for row in rows]
 
 
-def _independent(variables: Variables, conditions: Sequence[_Condition]) -> list[_Condition]:
+def _independent(
+    variables: Variables,
+    conditions: Sequence[_Condition],
+    balances: Sequence[tuple[_Row, Node]] = (),
+) -> list[_Condition]:
     """Insert conditions one at a time; one that follows from others has to agree.
 
-    Both are judged in numbers, at the start and the parameters' default values.
+    Both are judged in numbers, at the start and the parameters' default values. The balances,
+    as rows and right-hand sides, hold in any case and come first.
     """
     if not conditions:
         return []
-    columns = sorted({j for condition in conditions for j in condition.row})
+    equations = [*balances, *((c.row, c.value) for c in conditions)]
+    columns = sorted({j for row, _ in equations for j in row})
     width = len(columns) + 1
     nodes = [
         node
-        for c in conditions
-        for node in (*(c.row.get(j, variables.dag.zero) for j in columns), c.value)
+        for row, value in equations
+        for node in (*(row.get(j, variables.dag.zero) for j in columns), value)
     ]
     values = variables.at_start(nodes)
     if values is None or not all(map(math.isfinite, values)):
         raise _unusable(conditions[0].element, conditions[0].initial)
     reduced: list[tuple[int, list[float]]] = []  # pivot, row with its value
     chosen: list[_Condition] = []
-    for k, condition in enumerate(conditions):
+    for k in range(len(equations)):
+        condition = conditions[k - len(balances)] if k >= len(balances) else None
         row = values[k * width : (k + 1) * width]
         size = max(map(abs, row[:-1]), default=0.0)
         for pivot, other in reduced:
@@ -267,8 +280,11 @@ def _independent(variables: Variables, conditions: Sequence[_Condition]) -> list
         pivot = max(range(width - 1), key=lambda j: abs(row[j]), default=-1)
         if pivot >= 0 and abs(row[pivot]) > _NEGLIGIBLE * size:
             reduced.append((pivot, row))
-            chosen.append(condition)
-        elif abs(row[-1]) > _NEGLIGIBLE * max(1.0, abs(values[(k + 1) * width - 1])):
+            if condition is not None:
+                chosen.append(condition)
+        elif condition is not None and abs(row[-1]) > _NEGLIGIBLE * max(
+            1.0, abs(values[(k + 1) * width - 1])
+        ):
             raise _contradiction(condition, chosen)
     return chosen
 

@@ -20,7 +20,7 @@ from bgc.causal import BasisKind, Role
 from bgc.dag import Kind, Level
 from bgc.grammar.catalogue import causality as catalogue
 from bgc.grammar.diagnostics import BgError
-from bgc.graph import Node
+from bgc.graph import Node, Source
 from bgc.integrating import charge_state
 from bgc.merged_initial import initial_differences, initial_momenta
 from bgc.regions import Forest
@@ -212,7 +212,8 @@ def _merge_compliance_group(variables: Variables, group: Group) -> list[Integrat
         parts = (dag.mul(b, designated[k].state) for k, b in follow[port.index].items())
         node = dag.add(merged[port.index], dag.sum(parts))
         variables.set_definition(port.state, Explicit(node), port.port.element)
-    _define_designated(variables, group, designated, merged, follow)
+    driven = {k: dag.div(_driving(variables, k), port.flow[k]) for k, port in designated.items()}
+    _define_designated(variables, group, designated, merged, follow, driven)
     for k, port in designated.items():
         rate = variables.rate_of(port.state, port.port.element)
         others = dag.sum(
@@ -222,7 +223,7 @@ def _merge_compliance_group(variables: Variables, group: Group) -> list[Integrat
         )
         node = dag.div(dag.sub(rate, others), port.flow[k])
         variables.set_flow(causal.basis[k].bond_class, Explicit(node))
-    start = initial_differences(variables, group.elements, designated, follow)
+    start = initial_differences(variables, group.elements, designated, follow, driven)
     return [
         IntegratedState(
             merged[port.index],
@@ -271,11 +272,11 @@ def _define_designated(
     designated: dict[int, StoragePort],
     merged: dict[int, Node],
     follow: dict[int, dict[int, Node]],
+    driven: dict[int, Node],
 ) -> None:
     """The designated charges from the balance of efforts on the flows of the group."""
     dag = variables.dag
     order = {k: i for i, k in enumerate(designated)}
-    driven = {k: dag.div(_driving(variables, k), port.flow[k]) for k, port in designated.items()}
     if any(element.law.response is None for element in group.elements):
         for k, port in designated.items():
             total = driven[k]
@@ -318,10 +319,11 @@ def _driving(variables: Variables, k: int) -> Node:
     dag, causal = variables.dag, variables.causal
     total = dag.zero
     for port in causal.ports:
-        if port.role is Role.EFFORT_SOURCE:
+        source = causal.graph.elements[port.element]
+        if port.role is Role.EFFORT_SOURCE and isinstance(source, Source):
             entry = dict(causal.flows[causal.class_of[port.bond]]).get(k)
             if entry is not None:
-                force = variables.symbols.across(port.bond)
+                force = source.value
                 if port.sign < 0:
                     force = dag.neg(force)
                 total = dag.add(total, dag.mul(entry, force))

@@ -1,8 +1,9 @@
 """Models that were once answered wrongly, or not at all."""
 
-import bgc
 import numpy as np
 import pytest
+
+import bgc
 from bgc.grammar.diagnostics import BgError
 
 
@@ -35,3 +36,28 @@ def test_an_algebraic_loop_without_storage_and_without_a_solution_is_refused(sim
             "v -> j -> a; j -> n -> b; } scene run_it of M { observe n.e; run 1 s; }"
         )
     assert codes(error)[0] in {"BG704", "BG711"}
+
+
+def test_given_charges_of_parallel_compliances_that_agree_hold(simulate):
+    result = simulate(
+        "model M { j : J0; a : C(1, q0 = 1); b : C(2, q0 = 2); r : R(1); j -> a, b, r; }"
+        "scene run_it of M { observe b.q; run 1 s; }"
+    )
+    np.testing.assert_allclose(result["b.q"], 2 * np.exp(-result.time / 3), rtol=1e-4)
+
+
+def test_given_charges_of_parallel_compliances_that_disagree_are_refused(simulate):
+    with pytest.raises(BgError) as error:
+        simulate(
+            "model M { j : J0; a : C(1, q0 = 1); b : C(2, q0 = 1); r : R(1); j -> a, b, r; }"
+            "scene run_it of M { observe b.q; run 1 s; }"
+        )
+    assert codes(error) == ["BG516"]
+
+
+def test_a_given_charge_holds_beside_the_source_that_drives_the_compliances(simulate):
+    result = simulate(
+        "model M { v : Se(e = 5); j : J1; a : C(1, q0 = 1); b : C(2); v -> j -> a, b; }"
+        "scene run_it of M { observe a.q, b.q; run 1 s; }"
+    )
+    np.testing.assert_allclose([result["a.q"][-1], result["b.q"][-1]], [1, 8])
