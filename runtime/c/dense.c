@@ -1,7 +1,7 @@
 /* dense.c: the solution inside the last step, and the energy integrals over it.
  *
  * Both kinds of dense output have the form of bgc_internal.h: the method's own, and the cubic of
- * Hermite through the states and slopes at both ends (linear where a state has no derivative).
+ * Hermite through the states and slopes at both ends.
  */
 #include "bgc_internal.h"
 
@@ -28,7 +28,16 @@ void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_tableau *method)
     }
 }
 
-/* Makes the cubic of Hermite out of the slope at the start, in k, and the one at the end. */
+/* Whether a cubic through these slopes is to be trusted, by their departures from the chord. Where
+ * the solution is smooth the two are opposite and equal up to the third order. One that is much the
+ * larger belongs to a transient that is over within the step: it would swing the cubic wide. */
+static int is_smooth(double start, double end) {
+    const double most = 10.0;
+    return fabs(start) <= most * fabs(end) && fabs(end) <= most * fabs(start);
+}
+
+/* Makes the cubic of Hermite out of the slope at the start, in k, and the one at the end; the
+ * chord where the cubic is not to be trusted, or a state has no derivative. */
 static void complete_slopes(const bgc_model *m, bgc_data *d) {
     const int n = m->n_state;
     const double h = d->core.t - d->core.t_old;
@@ -38,11 +47,11 @@ static void complete_slopes(const bgc_model *m, bgc_data *d) {
     d->core.counts.rhs++;
     d->core.f_valid = memcmp(d->x, d->y1, (size_t)n * sizeof *d->x) == 0;
     for (int i = 0; i < n; i++) {
-        const double rise = d->y1[i] - d->y0[i];
-        const double start = h * d->inverse_mass[i] * k1[i], end = h * d->inverse_mass[i] * d->f[i];
-        const int smooth = d->inverse_mass[i] != 0.0;
-        k1[i] = smooth ? start - rise : 0.0;
-        k2[i] = smooth ? (rise - start) + (rise - end) : 0.0;
+        const double rise = d->y1[i] - d->y0[i], scale = h * d->inverse_mass[i];
+        const double start = scale * k1[i] - rise, end = scale * d->f[i] - rise;
+        const int smooth = scale != 0.0 && is_smooth(start, end);
+        k1[i] = smooth ? start : 0.0;
+        k2[i] = smooth ? -(start + end) : 0.0;
     }
     memset(k3, 0, (size_t)n * sizeof *k3);
     d->core.dense = BGC_DENSE_READY;
