@@ -14,7 +14,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 
-from bgc.causal import CausalGraph
+from bgc.causality.causal import CausalGraph
+from bgc.causality.regions import ports_of
 from bgc.grammar.catalogue.machine import dot_failed, dot_missing
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import (
@@ -28,7 +29,6 @@ from bgc.graph import (
     Storage,
     Transformer,
 )
-from bgc.regions import ports_of
 
 _COMPONENT = re.compile(r"\[\d+\]$")
 _SHORT = {"J0": "0", "J1": "1"}

@@ -9,23 +9,23 @@ from pathlib import Path
 from time import perf_counter
 from typing import ParamSpec, TypeVar
 
-from bgc.build import build_shared_object, runtime_directory
-from bgc.built import Built, run_facts
-from bgc.cache import digest_of, open_cache
-from bgc.causal import CausalGraph
-from bgc.causality import assign_causality
-from bgc.elaborate import elaborate
-from bgc.emit import EmittedModel, amalgamate, emit_model
-from bgc.equations import derive_equations
+from bgc.building.build import build_shared_object, runtime_directory
+from bgc.building.built import Built, run_facts
+from bgc.building.cache import digest_of, open_cache
+from bgc.building.recall import remember
+from bgc.building.toolchain import find_toolchain
+from bgc.causality.assign import assign_causality
+from bgc.causality.causal import CausalGraph
+from bgc.elaboration.elaborate import elaborate
+from bgc.elaboration.resolve import Package, load
+from bgc.emission.emit import EmittedModel, amalgamate, emit_model
+from bgc.emission.optimise import optimise
+from bgc.equations.derive import derive_equations
+from bgc.equations.slice import slice_program
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.graph import FlatGraph
-from bgc.optimise import optimise
 from bgc.options import Options
 from bgc.program import Program
-from bgc.recall import remember
-from bgc.resolve import Package, load
-from bgc.slice import slice_program
-from bgc.toolchain import find_toolchain
 
 _Result = TypeVar("_Result")
 _Arguments = ParamSpec("_Arguments")

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
 
-from bgc.dag import Dag
+from bgc.algebra.dag import Dag
 from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.source import Span
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bgc.dag import Dag
+from bgc.algebra.dag import Dag
 from bgc.graph import DeviceUse, Guard, Node, Observation, Parameter, Requirement, SceneFacts
 
 

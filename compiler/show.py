@@ -9,16 +9,16 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from bgc.causal import CausalGraph
-from bgc.dag import Kind, Symbol
+from bgc.algebra.dag import Kind, Symbol
+from bgc.algebra.infix import infix_lines, number
+from bgc.causality.causal import CausalGraph
+from bgc.causality.regions import ports_of
 from bgc.driver import Compilation
 from bgc.grammar.source import Source, Span
 from bgc.grammar.syntax import File
 from bgc.graph import Element, FlatGraph
-from bgc.infix import infix_lines, number
 from bgc.options import Options
 from bgc.program import Program
-from bgc.regions import ports_of
 
 PASSES = ("parse", "elaborate", "causality", "equations", "slice", "optimise", "emit")
 

@@ -12,9 +12,9 @@ from enum import Enum
 from importlib.metadata import requires, version
 from importlib.util import find_spec
 
-from bgc.cache import open_cache
+from bgc.building.cache import open_cache
+from bgc.building.toolchain import find_toolchain, try_compiler
 from bgc.grammar.diagnostics import BgError
-from bgc.toolchain import find_toolchain, try_compiler
 
 _DISTRIBUTION = "bgc-lang"
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bgc.built import ENERGY_ACCOUNTS, Built, RunFacts
+from bgc.building.built import ENERGY_ACCOUNTS, Built, RunFacts
 from bgc.grammar.catalogue.machine import no_duration
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.options import Options
@@ -69,7 +69,7 @@ def _load(path: Path, options: Options) -> Model:
 
 def load_or_compile(path: Path, options: Options) -> Built:
     """Take the build of an equal, earlier request from the cache, or compile."""
-    from bgc.recall import recall
+    from bgc.building.recall import recall
 
     if (found := recall(path, options)) is not None:
         return found

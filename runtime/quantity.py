@@ -29,7 +29,7 @@ def read_quantity(text: str, name: str, unit: str) -> float:
 
 def _factor(given: str, name: str, unit: str) -> float:
     """How many SI units of `unit`'s kind one `given` is."""
-    from bgc.units import DIMENSIONLESS, parse_unit
+    from bgc.values.units import DIMENSIONLESS, parse_unit
 
     parsed = parse_unit(given)
     if parsed is None:

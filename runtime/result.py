@@ -13,7 +13,7 @@ from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 
-from bgc.built import Panel
+from bgc.building.built import Panel
 from bgc.grammar.catalogue.machine import package_missing, unknown_column
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.binding import Array

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Event, Thread
 
-from bgc.built import RunFacts
+from bgc.building.built import RunFacts
 from bgc.grammar.catalogue.machine import (
     bad_option,
     device_not_opened,

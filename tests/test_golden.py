@@ -16,10 +16,10 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import bgc
+from bgc.building.toolchain import find_toolchain
 from bgc.driver import Compilation, amalgamate_source
 from bgc.options import Options
 from bgc.show import show_pass
-from bgc.toolchain import find_toolchain
 
 Array = npt.NDArray[np.float64]
 Answer = Callable[[Array], Mapping[str, Array]]

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from bgc.causality import assign_causality
-from bgc.elaborate import elaborate
-from bgc.equations import derive_equations
+from bgc.causality.assign import assign_causality
+from bgc.elaboration.elaborate import elaborate
+from bgc.elaboration.resolve import load, load_text
+from bgc.equations.derive import derive_equations
 from bgc.grammar.diagnostics import BgError, Diagnostic, Severity
 from bgc.grammar.render import render
-from bgc.resolve import load, load_text
 
 WRONG = sorted((Path(__file__).parent / "wrong").glob("*.bg"))
 GOOD = sorted((Path(__file__).parent / "models").glob("*.bg"))

@@ -68,9 +68,9 @@ def build(
 
 
 def _c_file(file: Path, options: Options, seconds: dict[str, float]) -> bytes:
-    from bgc.build import runtime_directory
+    from bgc.building.build import runtime_directory
     from bgc.driver import Compilation
-    from bgc.emit import amalgamate
+    from bgc.emission.emit import amalgamate
 
     compilation = Compilation(file, options, seconds)
     text = amalgamate(compilation.emitted, runtime_directory())
@@ -79,7 +79,7 @@ def _c_file(file: Path, options: Options, seconds: dict[str, float]) -> bytes:
 
 
 def _shared_object(file: Path, options: Options, seconds: dict[str, float]) -> bytes:
-    from bgc.recall import recall
+    from bgc.building.recall import recall
 
     start = time.perf_counter()
     built = recall(file, options)

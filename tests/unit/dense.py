@@ -15,10 +15,10 @@ from typing import assert_never
 import numpy as np
 from graphs import GraphBuilder
 
-from bgc.certificates import default_values
-from bgc.dag import Kind, Symbol
-from bgc.evaluate import evaluate_nodes
-from bgc.fingerprint import PRIME
+from bgc.algebra.dag import Kind, Symbol
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.fingerprint import PRIME
+from bgc.causality.certificates import default_values
 from bgc.graph import (
     EnergyLaw,
     ExplicitLaw,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from bgc.dag import Dag, Kind
+from bgc.algebra.dag import Dag, Kind
 from bgc.grammar.source import Source as Text
 from bgc.grammar.source import Span
 from bgc.graph import (

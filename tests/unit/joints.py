@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from graphs import GraphBuilder
 
-from bgc.dag import Op
-from bgc.fingerprint import Fingerprints
+from bgc.algebra.dag import Op
+from bgc.algebra.fingerprint import Fingerprints
+from bgc.causality.rotations import known_inverse
 from bgc.graph import Form, Node
-from bgc.rotations import known_inverse
 
 
 def chain_of_bodies(count: int, *, rigid: bool, reverse: bool) -> GraphBuilder:

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bgc.dag import Dag, Kind, Op, Symbol
-from bgc.emit import EmittedModel
+from bgc.algebra.dag import Dag, Kind, Op, Symbol
+from bgc.emission.emit import EmittedModel
 from bgc.grammar.source import Source, Span
 from bgc.graph import Guard, Observation, Parameter, SceneFacts
 from bgc.program import Energy, MassEntry, PositiveParameter, Program, ProgramState

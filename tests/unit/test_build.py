@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from bgc import build
-from bgc.build import Unit, build_shared_object, runtime_directory, unit_flags
-from bgc.cache import Cache
+from bgc.building import build
+from bgc.building.build import Unit, build_shared_object, runtime_directory, unit_flags
+from bgc.building.cache import Cache
+from bgc.building.toolchain import Toolchain, find_toolchain
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.binding import Library
-from bgc.toolchain import Toolchain, find_toolchain
 
 OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
 UNITS = (Unit("model", OSCILLATOR),)

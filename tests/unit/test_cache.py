@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from bgc import recall
-from bgc.built import Built, Panel, RunFacts
-from bgc.cache import Cache, digest_of, open_cache, read_note, write_note
+from bgc.building import recall
+from bgc.building.built import Built, Panel, RunFacts
+from bgc.building.cache import Cache, digest_of, open_cache, read_note, write_note
+from bgc.elaboration.resolve import library_folder
 from bgc.grammar.diagnostics import Diagnostic, Label, Severity
 from bgc.grammar.places import cache_directory
 from bgc.grammar.source import Source, Span
 from bgc.options import Options
-from bgc.resolve import library_folder
 
 FACTS = RunFacts(
     "s",

@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_graphs import random_graph
 
-from bgc.causal import BasisKind, Rule
-from bgc.causality import assign_causality
-from bgc.dag import Op
+from bgc.algebra.dag import Op
+from bgc.causality.assign import assign_causality
+from bgc.causality.causal import BasisKind, Rule
+from bgc.causality.regions import ports_of
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import Junction, Node, Source, Transformer
-from bgc.regions import ports_of
 
 
 def codes(g: GraphBuilder) -> list[str]:

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from bgc.build import Unit, build_shared_object
-from bgc.built import Built, RunFacts
-from bgc.cache import Cache
+from bgc.building.build import Unit, build_shared_object
+from bgc.building.built import Built, RunFacts
+from bgc.building.cache import Cache
+from bgc.building.toolchain import find_toolchain
 from bgc.runtime import model as runtime_model
 from bgc.runtime.cli.app import application
-from bgc.toolchain import find_toolchain
 
 OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
 COLUMNS = ("q", "v", "r[1]", "r[2]", "energy.stored", "energy.residual")
@@ -173,7 +173,7 @@ def script(built: Built, tmp_path: Path) -> list[str]:
     """A process whose every model is the oscillator, for an hour."""
     text = f"""
         from pathlib import Path
-        from bgc.built import Built, RunFacts
+        from bgc.building.built import Built, RunFacts
         from bgc.runtime import cli, model
         facts = RunFacts("swing", "Oscillator", ("q",), duration=1e5)
         model.load_or_compile = lambda path, options: Built(Path({str(built.library)!r}), facts)
@@ -237,7 +237,7 @@ def test_a_warm_start_loads_nothing_of_the_compiler(oscillator, tmp_path):
     path = tmp_path / "warm.py"
     path.write_text(
         text
-        + "import sys, bgc.recall\nfrom bgc.runtime.cli.app import application\n"
+        + "import sys, bgc.building.recall\nfrom bgc.runtime.cli.app import application\n"
         + "try:\n    application.main(['run', 'x.bg', '--time', '1'])\n"
         + "except SystemExit:\n    pass\n"
         + f"print(sorted(set(sys.modules) & {heavy!r}))\n"

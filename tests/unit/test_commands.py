@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
+from bgc.building.toolchain import find_toolchain
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import compile_model
-from bgc.toolchain import find_toolchain
 
 RC = """\
 /// A capacitor charged through a resistor.

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from programs import at, make_program, random_program, states
 
-from bgc.dag import Dag, Kind, Level, Op
-from bgc.evaluate import evaluate_nodes
-from bgc.optimise import optimise
+from bgc.algebra.dag import Dag, Kind, Level, Op
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.emission.optimise import optimise
 
 
 @pytest.fixture

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import pytest
 from programs import at, make_program, random_program, states
 
-from bgc.dag import Dag, Kind, Op
-from bgc.derivatives import directional_derivative, gradient
-from bgc.differentiate import differentiate, forward_rows, operation_count, reverse_rows
-from bgc.evaluate import evaluate_nodes
+from bgc.algebra.dag import Dag, Kind, Op
+from bgc.algebra.derivatives import directional_derivative, gradient
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.emission.differentiate import differentiate, forward_rows, operation_count, reverse_rows
 
 
 def value(dag: Dag, node: int, x: list[float], **others: object) -> float:

@@ -1,6 +1,6 @@
 import pytest
 
-from bgc import toolchain
+from bgc.building import toolchain
 from bgc.runtime import doctor
 from bgc.runtime.doctor import Finding, Health, examine, is_well, report
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from graphs import GraphBuilder, rlc
 
-from bgc.causality import assign_causality
+from bgc.causality.assign import assign_causality
 from bgc.draw import lay_out, to_dot, to_svg
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import FlatGraph

@@ -4,9 +4,10 @@ from fractions import Fraction
 
 import pytest
 
-from bgc.dag import Kind
-from bgc.elaborate import elaborate
-from bgc.evaluate import evaluate_nodes
+from bgc.algebra.dag import Kind
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.elaboration.elaborate import elaborate
+from bgc.elaboration.resolve import load_text
 from bgc.graph import (
     EnergyLaw,
     ExplicitLaw,
@@ -21,7 +22,6 @@ from bgc.graph import (
     Storage,
     Transformer,
 )
-from bgc.resolve import load_text
 
 RLC = """
 model RLC {

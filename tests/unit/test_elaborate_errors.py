@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from bgc.elaborate import elaborate
+from bgc.elaboration.elaborate import elaborate
+from bgc.elaboration.resolve import load, load_text
 from bgc.grammar.catalogue import graph, imports, names, scenes
 from bgc.grammar.diagnostics import BgError, Severity
-from bgc.resolve import load, load_text
 
 # A model that is in order, for what follows to break.
 RLC = """

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from programs import RUNTIME, STRICT, CompiledModel, at, make_program, random_program, states
 
-from bgc.dag import Dag, Kind, Op
-from bgc.emit import amalgamate, emit_model
-from bgc.evaluate import evaluate_nodes
-from bgc.optimise import optimise
-from bgc.print_c import literal
-from bgc.tables import quoted
+from bgc.algebra.dag import Dag, Kind, Op
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.emission.emit import amalgamate, emit_model
+from bgc.emission.optimise import optimise
+from bgc.emission.print_c import literal
+from bgc.emission.tables import quoted
 
 P = np.array([1.2, 0.7, 2.5])
 
@@ -238,7 +238,7 @@ def test_a_chain_of_masses_is_lowered_in_linear_time(large: bool, tmp_path: Path
 
 
 def test_large_patterns_are_factorised_by_tables(tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.setattr("bgc.print_lu.UNROLLED", 0)
+    monkeypatch.setattr("bgc.emission.print_lu.UNROLLED", 0)
     for name, program in (
         ("plain", random_program(seed=1, size=12, operations=300)),
         ("descriptor", descriptor_program()),

@@ -15,13 +15,13 @@ from joints import chain_of_bodies
 from random_graphs import random_graph
 from test_causality import chain, pendulum
 
-from bgc.causality import assign_causality
-from bgc.dag import Kind, Op, Symbol
-from bgc.equations import derive_equations
-from bgc.evaluate import evaluate_nodes
+from bgc.algebra.dag import Kind, Op, Symbol
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.infix import infix_lines
+from bgc.causality.assign import assign_causality
+from bgc.equations.derive import derive_equations
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import EnergyLaw, ExplicitLaw, Form, Node
-from bgc.infix import infix_lines
 from bgc.program import MassEntry, Program
 
 

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bgc.dag import Dag, Kind, Op, Symbol
-from bgc.evaluate import apply, evaluate_nodes, to_double
+from bgc.algebra.dag import Dag, Kind, Op, Symbol
+from bgc.algebra.evaluate import apply, evaluate_nodes, to_double
 
 INF, NAN = math.inf, math.nan
 reals = st.floats(-50, 50)

@@ -13,23 +13,23 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bgc.dag import Dag, Kind, Level, Symbol
-from bgc.evaluate import evaluate_nodes
-from bgc.expressions import (
-    FunctionUse,
-    Namespace,
-    evaluate,
-    evaluate_condition,
-    evaluate_whole,
-)
+from bgc.algebra.dag import Dag, Kind, Level, Symbol
+from bgc.algebra.evaluate import evaluate_nodes
 from bgc.grammar import syntax
 from bgc.grammar.catalogue.names import unknown_name
 from bgc.grammar.catalogue.values import index_out_of_range
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.parse import parse
 from bgc.grammar.source import Source, Span
-from bgc.units import DIMENSIONLESS, Dimension, parse_unit
-from bgc.value import Value
+from bgc.values.expressions import (
+    FunctionUse,
+    Namespace,
+    evaluate,
+    evaluate_condition,
+    evaluate_whole,
+)
+from bgc.values.units import DIMENSIONLESS, Dimension, parse_unit
+from bgc.values.value import Value
 
 METRE: Dimension = (0, 1, 0, 0, 0, 0, 0)
 

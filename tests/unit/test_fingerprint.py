@@ -7,8 +7,8 @@ from fractions import Fraction
 
 import pytest
 
-from bgc.dag import Dag, Kind, Op
-from bgc.fingerprint import Fingerprints
+from bgc.algebra.dag import Dag, Kind, Op
+from bgc.algebra.fingerprint import Fingerprints
 
 
 @pytest.fixture

@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import pytest
 
-from bgc.dag import Dag, Kind, Op, Symbol
-from bgc.evaluate import evaluate_nodes
+from bgc.algebra.dag import Dag, Kind, Op, Symbol
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.inversion import solve_for
+from bgc.algebra.polynomials import antiderivative
 from bgc.graph import Node
-from bgc.inversion import solve_for
-from bgc.polynomials import antiderivative
 
 Law = Callable[[Dag, Node], Node]
 X = Symbol(Kind.STATE, 0)

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bgc.dag import Dag, Kind, Op, Symbol
-from bgc.evaluate import evaluate_nodes
-from bgc.linalg import (
+from bgc.algebra.dag import Dag, Kind, Op, Symbol
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.linalg import (
     Matrix,
     SingularMatrixError,
     apply,

@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bgc.build import Unit, build_shared_object
-from bgc.built import Built, RunFacts
-from bgc.cache import Cache
+from bgc.building.build import Unit, build_shared_object
+from bgc.building.built import Built, RunFacts
+from bgc.building.cache import Cache
+from bgc.building.toolchain import find_toolchain
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime import binding
 from bgc.runtime.failures import RunInterrupted, SimulationError
 from bgc.runtime.linear import Linearisation
 from bgc.runtime.model import Model
-from bgc.toolchain import find_toolchain
 
 OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
 COLUMNS = ("v", "q", "energy.residual", "r[1]", "r[2]")

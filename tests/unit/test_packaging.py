@@ -38,11 +38,15 @@ def test_every_listed_package_has_its_folder(setuptools_table):
 
 
 def test_every_data_file_is_covered_by_a_pattern(setuptools_table):
-    data = setuptools_table["package-data"]
-    for folder, package in FOLDERS.items():
-        top = ROOT / folder
-        covered = {path for pattern in data[package] for path in top.glob(pattern)}
-        for path in top.rglob("*"):
+    folders = setuptools_table["package-dir"]
+    covered = {
+        path
+        for package, patterns in setuptools_table["package-data"].items()
+        for pattern in patterns
+        for path in (ROOT / folders[package]).glob(pattern)
+    }
+    for folder in FOLDERS:
+        for path in (ROOT / folder).rglob("*"):
             if path.suffix in {".bg", ".csv", ".lark", ".j2", ".c", ".h", ".typed"}:
                 assert path in covered, path
 

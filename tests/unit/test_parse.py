@@ -9,8 +9,9 @@ from importlib import resources
 from inspect import getdoc, getmembers, isfunction
 from pathlib import Path
 
-import bgc.grammar
 import pytest
+
+import bgc.grammar
 from bgc.grammar import files, syntax
 from bgc.grammar.catalogue import files as wrong_files
 from bgc.grammar.catalogue import syntax as wrong_syntax

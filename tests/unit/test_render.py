@@ -6,6 +6,7 @@ import re
 from textwrap import dedent
 
 import pytest
+
 from bgc.grammar.diagnostics import Diagnostic, Label, Severity
 from bgc.grammar.render import render
 from bgc.grammar.source import Source, Span

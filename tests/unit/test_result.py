@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bgc.built import Panel
+from bgc.building.built import Panel
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.plot import read_panel
 from bgc.runtime.result import Result, UnknownColumn

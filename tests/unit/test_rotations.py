@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from bgc.dag import Dag, Kind, Op
-from bgc.fingerprint import Fingerprints
+from bgc.algebra.dag import Dag, Kind, Op
+from bgc.algebra.fingerprint import Fingerprints
+from bgc.algebra.linalg import multiply, transpose
+from bgc.causality.rotations import known_inverse
 from bgc.graph import Matrix
-from bgc.linalg import multiply, transpose
-from bgc.rotations import known_inverse
 
 
 @pytest.fixture

@@ -2,11 +2,11 @@
 
 import pytest
 
-from bgc.dag import Kind
-from bgc.elaborate import elaborate
+from bgc.algebra.dag import Kind
+from bgc.elaboration.elaborate import elaborate
+from bgc.elaboration.resolve import load_text
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import FlatGraph
-from bgc.resolve import load_text
 
 MODEL = """
 model Handle {

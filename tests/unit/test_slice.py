@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from graphs import GraphBuilder, rlc
 
-from bgc.causality import assign_causality
-from bgc.dag import Kind
-from bgc.equations import derive_equations
+from bgc.algebra.dag import Kind
+from bgc.causality.assign import assign_causality
+from bgc.equations.derive import derive_equations
+from bgc.equations.slice import slice_program
 from bgc.program import Program
-from bgc.slice import slice_program
 
 
 def program_of(g: GraphBuilder) -> Program:

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bgc.lowered import LuPlan
-from bgc.sparse import plan_pattern
+from bgc.emission.lowered import LuPlan
+from bgc.emission.sparse import plan_pattern
 
 
 def eliminate(plan: LuPlan, matrix: np.ndarray) -> np.ndarray:

@@ -3,9 +3,9 @@ from pathlib import Path
 
 import pytest
 
-from bgc import toolchain
+from bgc.building import toolchain
+from bgc.building.toolchain import Toolchain, find_toolchain, try_compiler
 from bgc.grammar.diagnostics import BgError
-from bgc.toolchain import Toolchain, find_toolchain, try_compiler
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bgc import units
-from bgc.units import (
+from bgc.values import units
+from bgc.values.units import (
     DIMENSIONLESS,
     describe_dimension,
     divide,

@@ -6,10 +6,11 @@ import inspect
 import re
 
 import pytest
-from bgc.elaborate import elaborate
+
+from bgc.elaboration.elaborate import elaborate
+from bgc.elaboration.resolve import load_text
 from bgc.grammar.catalogue import values
 from bgc.grammar.diagnostics import BgError
-from bgc.resolve import load_text
 
 PAGES = {
     page[:5]: page

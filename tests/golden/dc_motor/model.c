@@ -150,7 +150,7 @@ static double model_factor_1(const double *restrict jac, double c, double *restr
     return g;
 }
 
-int {prefix}factor(
+static int model_factor(
     const double *m, const double *jac, double c, double *lu, double *growth)
 {
     (void)m;
@@ -168,7 +168,7 @@ static void model_solve_1(const double *restrict lu, double *restrict b)
     b[0] = (b[0] - lu[1] * b[1]) * lu[0];
 }
 
-void {prefix}solve(const double *lu, double *b, double *w)
+static void model_solve(const double *lu, double *b, double *w)
 {
     (void)w;
     model_solve_1(lu, b);
@@ -176,7 +176,7 @@ void {prefix}solve(const double *lu, double *b, double *w)
 
 /* --- tables ------------------------------------------------------------------------------ */
 
-static const bgc_param_info param[] = {
+static const bgc_param_info model_param[] = {
     {"L", "H", 0.5, -INFINITY, INFINITY},
     {"R", "ohm", 1.0, -INFINITY, INFINITY},
     {"k", "Wb", 0.01, -INFINITY, INFINITY},
@@ -184,30 +184,30 @@ static const bgc_param_info param[] = {
     {"b", "N*m*s", 0.1, -INFINITY, INFINITY},
 };
 
-static const bgc_var_info state[] = {
+static const bgc_var_info model_state[] = {
     /* 0 */ {"winding.p", "V*s"},
     /* 1 */ {"rotor.p", "J*s"},
 };
 
-static const bgc_var_info output[] = {
+static const bgc_var_info model_output[] = {
     /* 0 */ {"current", "A"},
     /* 1 */ {"speed", "1/s"},
 };
 
-static const char *const param_check[] = {
+static const char *const model_param_check[] = {
     "the inertia of `winding` must be positive",
     "the inertia of `rotor` must be positive",
 };
 
-static const int jac_row[] = {
+static const int model_jac_row[] = {
     0, 0, 1, 1,
 };
 
-static const int jac_col[] = {
+static const int model_jac_col[] = {
     0, 1, 0, 1,
 };
 
-static const bgc_model model = {
+static const bgc_model model_info = {
     .abi = BGC_ABI,
     .name = "start",
     .hash = "744d96cf56764c55857a1ffa694834c8",
@@ -222,16 +222,16 @@ static const bgc_model model = {
     .n_jac = 4,
     .n_mass = 0,
     .n_check = 2,
-    .param = param,
-    .state = state,
-    .output = output,
+    .param = model_param,
+    .state = model_state,
+    .output = model_output,
     .input = NULL,
     .command = NULL,
     .device = NULL,
     .assertion = NULL,
-    .param_check = param_check,
-    .jac_row = jac_row,
-    .jac_col = jac_col,
+    .param_check = model_param_check,
+    .jac_row = model_jac_row,
+    .jac_col = model_jac_col,
     .mass_row = NULL,
     .mass_col = NULL,
     .step = 0.0,
@@ -258,5 +258,5 @@ static const bgc_model model = {
 
 const bgc_model *bgc_get_model(void)
 {
-    return &model;
+    return &model_info;
 }

@@ -130,7 +130,7 @@ static double model_factor_1(const double *restrict jac, double c, double *restr
     return g;
 }
 
-int {prefix}factor(
+static int model_factor(
     const double *m, const double *jac, double c, double *lu, double *growth)
 {
     (void)m;
@@ -148,7 +148,7 @@ static void model_solve_1(const double *restrict lu, double *restrict b)
     b[0] = (b[0] - lu[1] * b[1]) * lu[0];
 }
 
-void {prefix}solve(const double *lu, double *b, double *w)
+static void model_solve(const double *lu, double *b, double *w)
 {
     (void)w;
     model_solve_1(lu, b);
@@ -156,25 +156,25 @@ void {prefix}solve(const double *lu, double *b, double *w)
 
 /* --- tables ------------------------------------------------------------------------------ */
 
-static const bgc_var_info state[] = {
+static const bgc_var_info model_state[] = {
     /* 0 */ {"body.p", ""},
     /* 1 */ {"spring.q", ""},
 };
 
-static const bgc_var_info output[] = {
+static const bgc_var_info model_output[] = {
     /* 0 */ {"position", ""},
     /* 1 */ {"momentum", ""},
 };
 
-static const int jac_row[] = {
+static const int model_jac_row[] = {
     0, 1,
 };
 
-static const int jac_col[] = {
+static const int model_jac_col[] = {
     1, 0,
 };
 
-static const bgc_model model = {
+static const bgc_model model_info = {
     .abi = BGC_ABI,
     .name = "release",
     .hash = "3c8c3b7db06cd8d48ab9a951e8930e62",
@@ -190,15 +190,15 @@ static const bgc_model model = {
     .n_mass = 0,
     .n_check = 0,
     .param = NULL,
-    .state = state,
-    .output = output,
+    .state = model_state,
+    .output = model_output,
     .input = NULL,
     .command = NULL,
     .device = NULL,
     .assertion = NULL,
     .param_check = NULL,
-    .jac_row = jac_row,
-    .jac_col = jac_col,
+    .jac_row = model_jac_row,
+    .jac_col = model_jac_col,
     .mass_row = NULL,
     .mass_col = NULL,
     .step = 0.0,
@@ -225,5 +225,5 @@ static const bgc_model model = {
 
 const bgc_model *bgc_get_model(void)
 {
-    return &model;
+    return &model_info;
 }

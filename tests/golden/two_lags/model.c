@@ -140,7 +140,7 @@ static double model_factor_1(const double *restrict jac, double c, double *restr
     return g;
 }
 
-int {prefix}factor(
+static int model_factor(
     const double *m, const double *jac, double c, double *lu, double *growth)
 {
     (void)m;
@@ -158,7 +158,7 @@ static void model_solve_1(const double *restrict lu, double *restrict b)
     b[0] = b[0] * lu[0];
 }
 
-void {prefix}solve(const double *lu, double *b, double *w)
+static void model_solve(const double *lu, double *b, double *w)
 {
     (void)w;
     model_solve_1(lu, b);
@@ -166,35 +166,35 @@ void {prefix}solve(const double *lu, double *b, double *w)
 
 /* --- tables ------------------------------------------------------------------------------ */
 
-static const bgc_param_info param[] = {
+static const bgc_param_info model_param[] = {
     {"tau1", "s", 1.0, -INFINITY, INFINITY},
     {"tau2", "s", 0.001, -INFINITY, INFINITY},
 };
 
-static const bgc_var_info state[] = {
+static const bgc_var_info model_state[] = {
     /* 0 */ {"c1.q", "kg^0.5*m/s^0.5"},
     /* 1 */ {"c2.q", "kg^0.5*m/s^0.5"},
 };
 
-static const bgc_var_info output[] = {
+static const bgc_var_info model_output[] = {
     /* 0 */ {"slow", "kg^0.5*m/s^1.5"},
     /* 1 */ {"fast", "kg^0.5*m/s^1.5"},
 };
 
-static const char *const param_check[] = {
+static const char *const model_param_check[] = {
     "the compliance of `c1` must be positive",
     "the compliance of `c2` must be positive",
 };
 
-static const int jac_row[] = {
+static const int model_jac_row[] = {
     0, 1, 1,
 };
 
-static const int jac_col[] = {
+static const int model_jac_col[] = {
     0, 0, 1,
 };
 
-static const bgc_model model = {
+static const bgc_model model_info = {
     .abi = BGC_ABI,
     .name = "step_response",
     .hash = "24f41608f0446898de2cc9587033f939",
@@ -209,16 +209,16 @@ static const bgc_model model = {
     .n_jac = 3,
     .n_mass = 0,
     .n_check = 2,
-    .param = param,
-    .state = state,
-    .output = output,
+    .param = model_param,
+    .state = model_state,
+    .output = model_output,
     .input = NULL,
     .command = NULL,
     .device = NULL,
     .assertion = NULL,
-    .param_check = param_check,
-    .jac_row = jac_row,
-    .jac_col = jac_col,
+    .param_check = model_param_check,
+    .jac_row = model_jac_row,
+    .jac_col = model_jac_col,
     .mass_row = NULL,
     .mass_col = NULL,
     .step = 0.0,
@@ -245,5 +245,5 @@ static const bgc_model model = {
 
 const bgc_model *bgc_get_model(void)
 {
-    return &model;
+    return &model_info;
 }

@@ -1,0 +1,173 @@
+"""Fingerprints: every node evaluated modulo a large prime at random points.
+
+Two nodes that are equal as rational functions of their symbols have equal fingerprints; two
+that are not collide with a probability of about their degree in 2^61. So "is zero", "is
+constant" and "equal" are told without a simplifier, in time linear in the number of nodes.
+
+Trigonometric and hyperbolic functions and `exp` get a random point of their curve, hence
+`sin^2 + cos^2 = 1`, `tan = sin/cos`, `exp(-x) exp(x) = 1` and the symmetries hold. All other
+functions are hashes of their operands: identities among them (`sqrt(x)^2 = x`) are not seen. An
+answer "zero", "constant" or "equal" can therefore be relied on, a "no" only means "not proven".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+
+from bgc.algebra.dag import Dag, Op
+
+PRIME = 2**61 - 1
+_MASK = 2**64 - 1
+_LARGEST_RATIONAL = 2**30  # numerator and denominator below it are recovered uniquely
+
+
+class Fingerprints:
+    """The fingerprints of a DAG's nodes; they grow with the DAG, each node is visited once."""
+
+    def __init__(self, dag: Dag, points: int = 2) -> None:
+        self.dag = dag
+        self._points = [_Point(dag, seed) for seed in range(1, points + 1)]
+
+    def value(self, node: int) -> tuple[int, ...]:
+        """The residues of a node, one a point."""
+        return tuple(point.value(node) for point in self._points)
+
+    def residues(self) -> list[tuple[int, ...]]:
+        """The residues of all nodes there are now."""
+        last = len(self.dag) - 1
+        return list(zip(*(point.values_to(last) for point in self._points), strict=True))
+
+    def is_zero(self, node: int) -> bool:
+        """Whether a node is zero for all values of its symbols."""
+        return all(point.value(node) == 0 for point in self._points)
+
+    def equal(self, a: int, b: int) -> bool:
+        """Whether two nodes are equal for all values of their symbols."""
+        return a == b or all(point.value(a) == point.value(b) for point in self._points)
+
+    def constant(self, node: int) -> Fraction | None:
+        """The number that a node always equals; None if it varies or is no simple fraction."""
+        exact = self.dag.value(node)
+        if exact is not None:
+            return exact
+        first, *others = self.value(node)
+        return _rational(first) if all(other == first for other in others) else None
+
+
+class _Point:
+    """Residues of all nodes at one random point."""
+
+    def __init__(self, dag: Dag, seed: int) -> None:
+        self._dag = dag
+        self._seed = seed
+        self._values: list[int] = []
+
+    def value(self, node: int) -> int:
+        if node >= len(self._values):
+            self._extend()
+        return self._values[node]
+
+    def values_to(self, node: int) -> list[int]:
+        """The residues of all nodes up to one, that one included."""
+        self.value(node)
+        return self._values[: node + 1]
+
+    def _extend(self) -> None:
+        dag, values = self._dag, self._values
+        op, a, b, c = dag.op, dag.a, dag.b, dag.c
+        for node in range(len(values), len(dag)):
+            kind = op[node]
+            if kind == Op.MUL:
+                result = values[a[node]] * values[b[node]] % PRIME
+            elif kind == Op.ADD:
+                result = (values[a[node]] + values[b[node]]) % PRIME
+            elif kind == Op.SUB:
+                result = (values[a[node]] - values[b[node]]) % PRIME
+            elif kind == Op.NEG:
+                result = -values[a[node]] % PRIME
+            elif kind == Op.CONST:
+                result = _residue(dag.constants[a[node]])
+            elif kind == Op.SYMBOL:
+                symbol = dag.symbols[a[node]]
+                result = self._hash(kind, symbol.kind + 1, symbol.index + 1)
+            elif kind == Op.SELECT:
+                condition, yes, no = values[a[node]], values[b[node]], values[c[node]]
+                weight = self._hash(kind, condition) if condition else 0
+                result = (no + weight * (yes - no)) % PRIME
+            elif b[node] >= 0:
+                result = self._of_two(kind, values[a[node]], values[b[node]])
+            else:
+                result = self._of_one(kind, values[a[node]])
+            values.append(result)
+
+    def _of_two(self, op: int, x: int, y: int) -> int:
+        if op == Op.DIV:
+            return x * pow(y, -1, PRIME) % PRIME if y else self._hash(op, x)
+        if op in {Op.MIN, Op.MAX, Op.AND, Op.OR, Op.EQ, Op.HYPOT}:
+            x, y = min(x, y), max(x, y)
+        return self._hash(op, x, y)
+
+    def _of_one(self, op: int, x: int) -> int:
+        curve = _CURVES.get(Op(op))
+        if curve is not None:
+            family, function = curve
+            return function(self._odd(family, x))
+        if op in _ODD:
+            return self._odd(op, x)
+        if op == Op.ABS:
+            return self._hash(op, min(x, PRIME - x)) if x else 0
+        return self._hash(op, x)
+
+    def _odd(self, op: int, x: int) -> int:
+        """A hash with f(-x) = -f(x)."""
+        if x == 0:
+            return 0
+        opposite = PRIME - x
+        return self._hash(op, x) if x < opposite else PRIME - self._hash(op, opposite)
+
+    def _hash(self, op: int, *words: int) -> int:
+        """A well mixed residue, never zero (splitmix64 over the words)."""
+        state = self._seed
+        for word in (op, *words):
+            state = (state ^ word) + 0x9E3779B97F4A7C15 & _MASK
+            state = (state ^ state >> 30) * 0xBF58476D1CE4E5B9 & _MASK
+            state = (state ^ state >> 27) * 0x94D049BB133111EB & _MASK
+            state ^= state >> 31
+        return state % (PRIME - 1) + 1
+
+
+def _residue(exact: Fraction) -> int:
+    if exact.denominator == 1:
+        return exact.numerator % PRIME
+    return exact.numerator * pow(exact.denominator, -1, PRIME) % PRIME
+
+
+def _rational(residue: int) -> Fraction | None:
+    """The fraction with small numerator and denominator that has this residue, if any."""
+    r0, r1, t0, t1 = PRIME, residue, 0, 1
+    while r1 >= _LARGEST_RATIONAL:
+        quotient = r0 // r1
+        r0, r1, t0, t1 = r1, r0 - quotient * r1, t1, t0 - quotient * t1
+    if t1 == 0 or abs(t1) >= _LARGEST_RATIONAL:
+        return None
+    return Fraction(r1, t1)
+
+
+def _quotient(x: int, y: int) -> int:
+    return x * pow(y, -1, PRIME) % PRIME if y % PRIME else 1
+
+
+# Functions of a rational parameter t of the circle and of the hyperbola, odd in the argument.
+_CIRCLE, _HYPERBOLA = 101, 102
+_CURVES: dict[Op, tuple[int, Callable[[int], int]]] = {
+    Op.SIN: (_CIRCLE, lambda t: _quotient(2 * t, 1 + t * t)),
+    Op.COS: (_CIRCLE, lambda t: _quotient(1 - t * t, 1 + t * t)),
+    Op.TAN: (_CIRCLE, lambda t: _quotient(2 * t, 1 - t * t)),
+    Op.SINH: (_HYPERBOLA, lambda t: _quotient(2 * t, 1 - t * t)),
+    Op.COSH: (_HYPERBOLA, lambda t: _quotient(1 + t * t, 1 - t * t)),
+    Op.TANH: (_HYPERBOLA, lambda t: _quotient(2 * t, 1 + t * t)),
+    Op.EXP: (_HYPERBOLA, lambda t: _quotient(1 + t, 1 - t)),
+    Op.EXPM1: (_HYPERBOLA, lambda t: _quotient(2 * t, 1 - t)),
+}
+_ODD = frozenset({Op.ASIN, Op.ATAN, Op.ASINH, Op.ATANH, Op.CBRT, Op.ERF, Op.SIGN})

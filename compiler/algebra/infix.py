@@ -1,0 +1,95 @@
+"""Nodes of the DAG as text that people read: infix, shared parts named once.
+
+Like every pass it never expands the DAG into a tree: a node used twice is printed once, as a
+temporary `t1`, `t2`, ...
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from fractions import Fraction
+
+from bgc.algebra.dag import Dag, Op, Symbol
+
+_INFIX = {
+    Op.OR: ("or", 1),
+    Op.AND: ("and", 2),
+    Op.EQ: ("==", 4),
+    Op.LT: ("<", 4),
+    Op.LE: ("<=", 4),
+    Op.ADD: ("+", 5),
+    Op.SUB: ("-", 5),
+    Op.MUL: ("*", 6),
+    Op.DIV: ("/", 6),
+    Op.POW: ("^", 8),
+}
+_UNARY = {Op.NOT: ("not ", 3), Op.NEG: ("-", 7)}
+_ATOM = 9
+
+
+def number(value: Fraction) -> str:
+    """A whole number as it is, any other as the shortest decimal of its nearest double."""
+    return str(value) if value.denominator == 1 and abs(value) < 10**15 else repr(float(value))
+
+
+def infix_lines(
+    dag: Dag, equations: Sequence[tuple[str, int]], name: Callable[[Symbol], str]
+) -> list[str]:
+    """`left = right` for each equation, after the temporaries that they share."""
+    roots = [node for _, node in equations]
+    order = dag.reachable(roots)
+    shared = _shared(dag, order, roots)
+    text: dict[int, tuple[str, int]] = {}
+    lines: list[str] = []
+    for node in order:
+        body = _body(dag, node, text, name)
+        if node in shared:
+            temporary = f"t{len(lines) + 1}"
+            lines.append(f"{temporary} = {body[0]}")
+            body = (temporary, _ATOM)
+        text[node] = body
+    return lines + [f"{left} = {text[node][0]}" for left, node in equations]
+
+
+def _shared(dag: Dag, order: Iterable[int], roots: Iterable[int]) -> set[int]:
+    """The nodes worth a name: computed from others, and used more than once."""
+    uses = Counter(roots)
+    for node in order:
+        uses.update(dag.operands(node))
+    return {
+        n
+        for n, count in uses.items()
+        if count > 1 and dag.op[n] not in (*_UNARY, Op.CONST, Op.SYMBOL)
+    }
+
+
+def _body(
+    dag: Dag, node: int, text: dict[int, tuple[str, int]], name: Callable[[Symbol], str]
+) -> tuple[str, int]:
+    """The text of one node from those of its operands, with its binding strength."""
+    value, symbol = dag.value(node), dag.symbol_of(node)
+    if value is not None:
+        return number(value), _ATOM if value >= 0 else 7
+    if symbol is not None:
+        return name(symbol), _ATOM
+    op = Op(dag.op[node])
+    operands = [text[x] for x in dag.operands(node)]
+    if op in _INFIX:
+        sign, strength = _INFIX[op]
+        # the side that does not associate needs brackets at equal strength
+        left = _bracketed(operands[0], strength + (op is Op.POW or strength == 4))
+        right = _bracketed(operands[1], strength + (op in {Op.SUB, Op.DIV} or strength == 4))
+        space = "" if op is Op.POW else " "
+        return f"{left}{space}{sign}{space}{right}", strength
+    if op in _UNARY:
+        sign, strength = _UNARY[op]
+        return sign + _bracketed(operands[0], strength + 1), strength
+    if op is Op.SELECT:
+        condition, yes, no = (t for t, _ in operands)
+        return f"if {condition} then {yes} else {no}", 0
+    return f"{op.name.lower()}({', '.join(t for t, _ in operands)})", _ATOM
+
+
+def _bracketed(text: tuple[str, int], needed: int) -> str:
+    return text[0] if text[1] >= needed else f"({text[0]})"

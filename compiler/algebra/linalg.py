@@ -1,0 +1,226 @@
+"""Small linear algebra on matrices of DAG nodes.
+
+Zeros known at compile time are never multiplied or divided by, so sparse matrices give sparse
+results. Symmetric matrices have node for node symmetric inverses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import TypeAlias
+
+from bgc.algebra.dag import Dag, Level
+from bgc.algebra.evaluate import evaluate_nodes
+
+Node: TypeAlias = int
+Matrix: TypeAlias = tuple[tuple[Node, ...], ...]
+
+
+class SingularMatrixError(Exception):
+    """The matrix has no inverse, whatever the values of its symbols."""
+
+
+def _freeze(rows: Sequence[Sequence[Node]]) -> Matrix:
+    """Freeze rows of nodes."""
+    return tuple(tuple(row) for row in rows)
+
+
+def identity(dag: Dag, size: int) -> Matrix:
+    """Ones on the diagonal."""
+    return diagonal(dag, [dag.one] * size)
+
+
+def diagonal(dag: Dag, nodes: Sequence[Node]) -> Matrix:
+    """A square matrix with these nodes on its diagonal."""
+    size = range(len(nodes))
+    return tuple(tuple(nodes[i] if i == j else dag.zero for j in size) for i in size)
+
+
+def transpose(matrix: Matrix) -> Matrix:
+    """Rows become columns."""
+    return tuple(zip(*matrix, strict=True))
+
+
+def multiply(dag: Dag, left: Matrix, right: Matrix) -> Matrix:
+    """The product of an m x k and a k x n matrix."""
+    columns = transpose(right)
+    return tuple(tuple(dag.dot(row, column) for column in columns) for row in left)
+
+
+def apply(dag: Dag, matrix: Matrix, vector: Sequence[Node]) -> tuple[Node, ...]:
+    """The product of a matrix and a vector."""
+    return tuple(dag.dot(row, vector) for row in matrix)
+
+
+def is_symmetric(matrix: Matrix) -> bool:
+    """Whether a matrix equals its transpose, node for node."""
+    return matrix == transpose(matrix) and len(matrix) == len(matrix[0])
+
+
+def inverse(dag: Dag, matrix: Matrix) -> Matrix:
+    """The inverse of a square matrix.
+
+    Each block of rows and columns that no entry connects to the rest is inverted alone: exactly
+    if it is constant, by cofactors up to 3 x 3 (which divides by nothing but the determinant),
+    otherwise by elimination. Elimination divides by diagonal entries as long as it can, which
+    are safe in a symmetric positive definite matrix; failing these by constants; failing these
+    by entries that might vanish for some values of the parameters.
+
+    Raises
+    ------
+    SingularMatrixError
+        The matrix is singular for all values of its symbols.
+    """
+    result = [[dag.zero] * len(matrix) for _ in matrix]
+    for rows, columns in _blocks(dag, matrix):
+        if len(rows) != len(columns):
+            raise SingularMatrixError
+        block = tuple(tuple(matrix[i][j] for j in columns) for i in rows)
+        for column, line in zip(columns, _invert_block(dag, block), strict=True):
+            for row, node in zip(rows, line, strict=True):
+                result[column][row] = node
+    return _freeze(result)
+
+
+def _blocks(dag: Dag, matrix: Matrix) -> list[tuple[list[int], list[int]]]:
+    """Rows and columns that nonzero entries connect, in order of their first row."""
+    free_rows, free_columns = dict.fromkeys(range(len(matrix))), set(range(len(matrix)))
+    blocks = []
+    while free_rows:
+        first = next(iter(free_rows))
+        del free_rows[first]
+        rows, columns = [first], set[int]()
+        for row in rows:  # grows while it is walked
+            reached = {j for j in free_columns if matrix[row][j] != dag.zero}
+            free_columns -= reached
+            columns |= reached
+            joined = [i for i in free_rows if any(matrix[i][j] != dag.zero for j in reached)]
+            for i in joined:
+                del free_rows[i]
+            rows.extend(joined)
+        blocks.append((sorted(rows), sorted(columns)))
+    return blocks
+
+
+def _invert_block(dag: Dag, block: Matrix) -> Matrix:
+    if all(dag.level[node] == Level.CONST for row in block for node in row):
+        return _invert_constants(dag, block)
+    return _invert_by_cofactors(dag, block) if len(block) <= 3 else _invert_by_pivots(dag, block)
+
+
+def _invert_constants(dag: Dag, block: Matrix) -> Matrix:
+    """Gauss-Jordan in exact rationals; constants that are not rational enter as doubles."""
+    size = len(block)
+    table = [
+        [_rational(dag, node) for node in row] + [Fraction(int(i == j)) for j in range(size)]
+        for i, row in enumerate(block)
+    ]
+    for k in range(size):
+        chosen = next((i for i in range(k, size) if table[i][k] != 0), None)
+        if chosen is None:
+            raise SingularMatrixError
+        table[k], table[chosen] = table[chosen], table[k]
+        pivot = table[k][k]
+        table[k] = [entry / pivot for entry in table[k]]
+        for i in range(size):
+            factor = table[i][k]
+            if i != k and factor != 0:
+                table[i] = [x - factor * y for x, y in zip(table[i], table[k], strict=True)]
+    return tuple(tuple(dag.const(_shorten(entry)) for entry in row[size:]) for row in table)
+
+
+def _rational(dag: Dag, node: Node) -> Fraction:
+    exact = dag.value(node)
+    return exact if exact is not None else Fraction(evaluate_nodes(dag, [node], {})[0])
+
+
+def _shorten(value: Fraction) -> Fraction:
+    """The value itself, or its nearest double where the fraction has grown long."""
+    long = value.numerator.bit_length() + value.denominator.bit_length() > 256
+    return Fraction(float(value)) if long else value
+
+
+def _invert_by_cofactors(dag: Dag, block: Matrix) -> Matrix:
+    size = range(len(block))
+    cofactors = [[_cofactor(dag, block, i, j) for j in size] for i in size]
+    determinant = dag.dot(block[0], cofactors[0])
+    if determinant == dag.zero:
+        raise SingularMatrixError
+    return tuple(tuple(dag.div(cofactors[i][j], determinant) for i in size) for j in size)
+
+
+def _cofactor(dag: Dag, block: Matrix, row: int, column: int) -> Node:
+    """The signed determinant of a matrix up to 3 x 3 without one row and one column."""
+    minor = [
+        [node for j, node in enumerate(line) if j != column]
+        for i, line in enumerate(block)
+        if i != row
+    ]
+    match minor:
+        case []:
+            return dag.one
+        case [[single]]:
+            determinant = single
+        case [[a, b], [c, d]]:
+            determinant = dag.sub(dag.mul(a, d), dag.mul(b, c))
+        case _:
+            raise AssertionError(f"a {len(block)} x {len(block)} matrix")
+    return determinant if (row + column) % 2 == 0 else dag.neg(determinant)
+
+
+def _invert_by_pivots(dag: Dag, block: Matrix) -> Matrix:
+    """Exchange steps: y = A x is solved for one x after the other, in place.
+
+    An update is written `(a*b)/pivot`, symmetric in a and b: with diagonal pivots a symmetric
+    matrix stays symmetric up to signs, node for node.
+    """
+    size = range(len(block))
+    table = [list(row) for row in block]
+    rows, columns = set(size), set(size)
+    pivots = []
+    while rows:
+        r, c = _choose_pivot(dag, table, rows, columns)
+        rows.remove(r)
+        columns.remove(c)
+        pivots.append((r, c))
+        reciprocal = dag.div(dag.one, table[r][c])
+        row, column = list(table[r]), [table[i][c] for i in size]
+        for i in size:
+            for j in size:
+                if i != r and j != c:
+                    change = dag.mul(dag.mul(column[i], row[j]), reciprocal)
+                    table[i][j] = dag.sub(table[i][j], change)
+                elif i != r:
+                    table[i][c] = dag.mul(column[i], reciprocal)
+                elif j != c:
+                    table[r][j] = dag.neg(dag.mul(row[j], reciprocal))
+        table[r][c] = reciprocal
+    result = [[dag.zero] * len(block) for _ in size]
+    column_of = dict(pivots)
+    row_of = {c: r for r, c in pivots}
+    for i in size:
+        for j in size:
+            result[column_of[i]][row_of[j]] = table[i][j]
+    return _freeze(result)
+
+
+def _choose_pivot(
+    dag: Dag, table: Sequence[Sequence[Node]], rows: set[int], columns: set[int]
+) -> tuple[int, int]:
+    """The nonzero entry to divide by: see `inverse`; of equals the one with least fill-in."""
+    in_row = {i: sum(table[i][j] != dag.zero for j in columns) for i in rows}
+    in_column = {j: sum(table[i][j] != dag.zero for i in rows) for j in columns}
+    symmetric = all(table[i][j] == table[j][i] for i in rows for j in columns if j in rows)
+    symmetric = symmetric and rows == columns
+
+    def rank(entry: tuple[int, int]) -> tuple[bool, bool, int, int, int]:
+        i, j = entry
+        off_diagonal = symmetric and i != j
+        varies = not symmetric and dag.level[table[i][j]] != Level.CONST
+        return off_diagonal, varies, (in_row[i] - 1) * (in_column[j] - 1), i, j
+
+    entries = [(i, j) for i in rows for j in columns if table[i][j] != dag.zero]
+    if not entries:
+        raise SingularMatrixError
+    return min(entries, key=rank)

@@ -1,0 +1,172 @@
+"""C text to a shared object: every unit compiled once, in parallel, and linked.
+
+A unit's object is cached under the hash of all that makes it (compiler, flags, headers, text),
+so the runtime in `runtime/c` is compiled on the first use only, and a model's units only when
+their text changed. The shared object is cached likewise.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from types import MappingProxyType
+
+from bgc.building.cache import Cache, digest_of
+from bgc.building.recall import machine_identity
+from bgc.building.toolchain import RUNTIME_FLAGS, Toolchain, try_compiler
+from bgc.grammar.catalogue.machine import (
+    cannot_write,
+    compiler_does_not_work,
+    compiler_rejected_code,
+)
+from bgc.grammar.diagnostics import BgError, Diagnostic
+
+_LINES_SHOWN = 20
+_GCC_ONLY = frozenset(
+    ("-fexpensive-optimizations", "-fno-expensive-optimizations", "-fno-tree-dse", "-fno-dse")
+)
+_NO_HEADERS: Mapping[str, str] = MappingProxyType({})
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """One C file to compile: its name without `.c`, its text and the compiler's flags."""
+
+    name: str
+    text: str
+    flags: tuple[str, ...] = RUNTIME_FLAGS
+
+
+def runtime_directory() -> Path:
+    """Where the runtime's C sources and `bgc.h` are."""
+    spec = find_spec("bgc.runtime")
+    assert spec is not None and spec.submodule_search_locations
+    return Path(next(iter(spec.submodule_search_locations))) / "c"
+
+
+def runtime_units() -> tuple[Unit, ...]:
+    """Read the C sources that every model shares."""
+    paths = sorted(runtime_directory().glob("*.c"))
+    return tuple(Unit(path.stem, path.read_text(encoding="utf-8")) for path in paths)
+
+
+def build_shared_object(
+    units: Sequence[Unit],
+    toolchain: Toolchain,
+    cache: Cache,
+    headers: Mapping[str, str] = _NO_HEADERS,
+) -> Path:
+    """Compile a model's units, link them with the runtime and return the shared object's path.
+
+    `headers` maps the names of emitted headers to their texts. Units of one compilation have
+    distinct names, which may not be those of the runtime's.
+
+    Raises BgError: BG052 where the compiler does not work at all, BG053 where it fails on these
+    units, BG055 where the disk is full.
+    """
+    everything = (*runtime_units(), *units)
+    assert len({unit.name for unit in everything}) == len(everything), "units share a name"
+    shared = _shared_key(toolchain, headers)
+    keys = [digest_of((shared, *unit.flags, unit.name, unit.text)) for unit in everything]
+    link_flags = _link_flags(toolchain)
+    library = f"{digest_of((shared, *link_flags, *keys))}.so"
+    if (found := cache.blob("models", library)) is not None:
+        return found
+    try:
+        with cache.workplace() as place:
+            work = Path(place)
+            for name, text in headers.items():
+                (work / name).write_text(text, encoding="utf-8")
+            objects = _compile_all(everything, keys, toolchain, cache, work)
+            made = work / library
+            arguments = (*link_flags, "-o", made.name, *map(str, objects), "-lm")
+            linking = toolchain.run(arguments, work)
+            if linking.returncode != 0:
+                raise BgError([_failure(toolchain, linking.stdout, cache, work)])
+            path = cache.publish("models", library, made)
+        cache.prune()
+    except OSError as problem:
+        raise _write_error(cache.root, problem) from problem
+    return path
+
+
+def _shared_key(toolchain: Toolchain, headers: Mapping[str, str]) -> str:
+    """Hash what all units of a build depend on."""
+    fixed = sorted(runtime_directory().glob("*.h"))
+    texts = [(path.name, path.read_text(encoding="utf-8")) for path in fixed]
+    every = (*texts, *sorted(headers.items()))
+    identity = (*toolchain.command, toolchain.version, machine_identity())
+    return digest_of((*identity, *(part for pair in every for part in pair)))
+
+
+def _link_flags(toolchain: Toolchain) -> tuple[str, ...]:
+    # clang as gcc understand -shared on macOS too.
+    return ("-shared", "-fno-sanitize=undefined") if toolchain.kind == "zig" else ("-shared",)
+
+
+def unit_flags(unit: Unit, toolchain: Toolchain) -> tuple[str, ...]:
+    """Return the unit's flags as this compiler takes them.
+
+    The passes that model units switch off by name are gcc's own; other compilers get the level
+    of optimisation alone.
+    """
+    if toolchain.kind == "gcc":
+        return unit.flags
+    kept = tuple(flag for flag in unit.flags if flag not in _GCC_ONLY)
+    return (*kept, "-fno-sanitize=undefined") if toolchain.kind == "zig" else kept
+
+
+def _compile_all(
+    units: Sequence[Unit], keys: Sequence[str], toolchain: Toolchain, cache: Cache, work: Path
+) -> list[Path]:
+    """Compile what is not cached, the longest texts first, on all processors."""
+    found = [cache.blob("objects", f"{key}.o") for key in keys]
+    missing = [k for k, path in enumerate(found) if path is None]
+    missing.sort(key=lambda k: -len(units[k].text))
+
+    def compile_one(k: int) -> str:
+        unit = units[k]
+        (work / f"{unit.name}.c").write_text(unit.text, encoding="utf-8")
+        include = f"-I{runtime_directory()}"
+        flags = unit_flags(unit, toolchain)
+        made = f"{unit.name}.o"
+        done = toolchain.run((*flags, include, "-c", f"{unit.name}.c", "-o", made), work)
+        if done.returncode != 0:
+            return done.stdout or f"{toolchain.name} ended with status {done.returncode}"
+        found[k] = cache.publish("objects", f"{keys[k]}.o", work / made)
+        return ""
+
+    with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:
+        outputs = [output for output in pool.map(compile_one, missing) if output]
+    if outputs:
+        raise BgError([_failure(toolchain, "\n".join(outputs), cache, work)])
+    return [path for path in found if path is not None]
+
+
+def _failure(toolchain: Toolchain, output: str, cache: Cache, work: Path) -> Diagnostic:
+    """Say why the compiler failed: the disk, the compiler itself, or the emitted code."""
+    shown = _first_lines(output)
+    if "No space left on device" in output:
+        return cannot_write(str(cache.root), os.strerror(errno.ENOSPC))
+    if complaint := try_compiler(toolchain):
+        return compiler_does_not_work(toolchain.name, _first_lines(complaint))
+    kept = cache.root / "failed" / digest_of([output])
+    shutil.copytree(work, kept, ignore=shutil.ignore_patterns("*.o"), dirs_exist_ok=True)
+    (kept / "output.txt").write_text(output, encoding="utf-8")
+    return compiler_rejected_code(toolchain.name, shown, str(kept))
+
+
+def _first_lines(output: str) -> str:
+    lines = output.strip().splitlines()
+    more = [f"... and {len(lines) - _LINES_SHOWN} more lines"] if len(lines) > _LINES_SHOWN else []
+    return "\n".join([*lines[:_LINES_SHOWN], *more])
+
+
+def _write_error(root: Path, problem: OSError) -> BgError:
+    return BgError([cannot_write(str(root), problem.strerror or str(problem))])

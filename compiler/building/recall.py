@@ -1,0 +1,183 @@
+"""Warm starts: find an earlier build of the same request without parsing anything.
+
+A request is an entry file, a scene and overrides, asked of this version of the compiler on this
+kind of machine. Remembered with it are the files that were read then, with their hashes, and
+the build that came of them; one changed byte in any of them and the request is compiled again.
+
+Only what a warm start needs is imported here.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict
+from hashlib import blake2b
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from bgc.building.built import Built, Panel, RunFacts
+from bgc.building.cache import Cache, digest_of, read_note, write_note
+from bgc.grammar.diagnostics import Diagnostic, Label, Severity
+from bgc.grammar.places import cache_directory
+from bgc.grammar.source import Source, Span
+from bgc.options import Options
+
+_COMPILER_FILES = (".py", ".lark", ".j2", ".c", ".h")
+
+
+def recall(entry: Path, options: Options) -> Built | None:
+    """Find the build of an earlier, equal request; None when anything differs or is damaged."""
+    try:
+        root = cache_directory()
+        note = read_note(root, _request_key(entry, options))
+        return None if note is None else _built_from_note(root, note)
+    except (OSError, RuntimeError, KeyError, TypeError, ValueError, IndexError):
+        return None  # a damaged note is rebuilt, whatever the damage
+
+
+def remember(
+    cache: Cache, entry: Path, options: Options, sources: Sequence[Source], built: Built
+) -> None:
+    """Note a build for later requests; nothing is noted when a file changed meanwhile."""
+    files: list[list[str]] = []
+    for source in sources:
+        path = _file_of(source)
+        if path is None:
+            return
+        files.append([source.name, str(path), blake2b(source.text.encode()).hexdigest()])
+    note = {
+        "files": files,
+        "model": built.library.name,
+        "facts": asdict(built.facts),
+        "warnings": [_diagnostic_to_json(d) for d in built.warnings],
+    }
+    with suppress(OSError):  # a full disk costs the next run its warm start, no more
+        write_note(cache.root, _request_key(entry, options), note)
+
+
+def machine_identity() -> str:
+    """Name what `-march=native` depends on, for caches on a disk shared between machines."""
+    flags = ""
+    with suppress(OSError), Path("/proc/cpuinfo").open(encoding="ascii", errors="replace") as file:
+        first = file.read(8192).split("\n\n", 1)[0]
+        flags = "\n".join(
+            line for line in first.splitlines() if line.startswith(("model name", "flags", "CPU"))
+        )
+    return f"{platform.system()} {platform.machine()} {flags or platform.processor()}"
+
+
+def _request_key(entry: Path, options: Options) -> str:
+    environment = (os.environ.get("CC", ""), machine_identity(), _compiler_identity())
+    where = (str(entry), str(entry.resolve()))
+    return digest_of((*where, repr(options), *environment))
+
+
+def _compiler_identity() -> str:
+    """Hash names, sizes and times of the compiler's own files, so that no version is mistaken."""
+    state = blake2b(digest_size=16)
+    for package in ("bgc", "bgc.grammar", "bgc.runtime"):
+        spec = find_spec(package)
+        assert spec is not None and spec.submodule_search_locations
+        for root in spec.submodule_search_locations:
+            for path in sorted(_files_under(root)):
+                facts = Path(path).stat()
+                state.update(f"{path} {facts.st_size} {facts.st_mtime_ns}\n".encode())
+    return state.hexdigest()
+
+
+def _files_under(root: str) -> list[str]:
+    found: list[str] = []
+    with os.scandir(root) as entries:
+        for entry in entries:
+            if entry.name.endswith(_COMPILER_FILES):
+                found.append(entry.path)
+            elif entry.name[0] not in "_." and entry.is_dir():
+                found.extend(_files_under(entry.path))
+    return found
+
+
+def _built_from_note(root: Path, note: Any) -> Built | None:
+    texts: dict[str, str] = {}
+    for name, path, digest in note["files"]:
+        texts[name] = _read(Path(path))
+        if blake2b(texts[name].encode()).hexdigest() != digest:
+            return None
+    library = Cache(root).blob("models", note["model"])
+    if library is None:
+        return None
+    facts: dict[str, Any] = {key: _tuples(value) for key, value in note["facts"].items()}
+    panels = [Panel(tuple(panel["columns"]), panel["across"]) for panel in note["facts"]["panels"]]
+    facts["panels"] = tuple(panels)
+    warnings = tuple(_diagnostic_from_json(d, texts) for d in note["warnings"])
+    return Built(library, RunFacts(**facts), warnings, warm=True)
+
+
+def _tuples(value: Any) -> Any:
+    """Lists, as JSON has them, to the tuples that they were."""
+    return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
+
+
+def _file_of(source: Source) -> Path | None:
+    """Find the file that a text came from; None for one that is from no file, or has changed.
+
+    Files of the installed library are named `library/..`, wherever that is.
+    """
+    candidates = [Path(source.name)]
+    spec = find_spec("bgc.library")
+    if spec is not None and source.name.startswith("library/"):
+        inside = source.name.removeprefix("library/")
+        candidates += [Path(folder, inside) for folder in spec.submodule_search_locations or ()]
+    for path in candidates:
+        with suppress(OSError, UnicodeDecodeError):
+            if _read(path) == source.text:
+                return path.absolute()
+    return None
+
+
+def _read(path: Path) -> str:
+    """Read a file as the compiler does: line ends stay what they are."""
+    return path.read_bytes().decode("utf-8-sig")
+
+
+def _diagnostic_to_json(diagnostic: Diagnostic) -> dict[str, object]:
+    return {
+        "code": diagnostic.code,
+        "severity": diagnostic.severity.value,
+        "message": diagnostic.message,
+        "span": _span_to_json(diagnostic.span),
+        "note": diagnostic.note,
+        "labels": [[_span_to_json(label.span), label.text] for label in diagnostic.labels],
+        "help": diagnostic.help,
+    }
+
+
+def _diagnostic_from_json(value: Any, texts: Mapping[str, str]) -> Diagnostic:
+    labels: list[Label] = []
+    for place, text in value["labels"]:
+        span = _span_from_json(place, texts)
+        if span is not None:
+            labels.append(Label(span, text))
+    return Diagnostic(
+        code=value["code"],
+        severity=Severity(value["severity"]),
+        message=value["message"],
+        span=_span_from_json(value["span"], texts),
+        note=value["note"],
+        labels=tuple(labels),
+        help=value["help"],
+    )
+
+
+def _span_to_json(span: Span | None) -> list[object] | None:
+    return None if span is None else [span.source.name, span.start, span.end]
+
+
+def _span_from_json(value: Any, texts: Mapping[str, str]) -> Span | None:
+    if value is None:
+        return None
+    name, start, end = value
+    return Span(Source(name, texts[name]), start, end)

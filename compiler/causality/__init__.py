@@ -1,0 +1,1 @@
+"""From the flat graph to its independent flows and causal strokes."""

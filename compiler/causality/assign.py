@@ -1,0 +1,312 @@
+"""Assign causality: from the flat graph to its independent flows, strokes and reasons.
+
+The algorithm is certified elimination: regions are dualised so that gyrators become
+transformers (`regions`), the remaining rows are solved without dividing by anything that could
+vanish (`elimination`), and what every independent flow is determined by is read off the result.
+A graph that has no such assignment is refused with the elements at fault.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Sequence
+
+from bgc.algebra.dag import Dag, Kind, Level
+from bgc.algebra.fingerprint import Fingerprints
+from bgc.causality.causal import (
+    Basis,
+    BasisKind,
+    BondClass,
+    CausalGraph,
+    ElementPort,
+    Role,
+    Row,
+    Step,
+)
+from bgc.causality.certificates import Certifier
+from bgc.causality.elimination import Elimination, eliminate
+from bgc.causality.regions import Structure, junction_structure, ports_of
+from bgc.causality.strokes import place_strokes
+from bgc.grammar.catalogue import causality as catalogue
+from bgc.grammar.diagnostics import BgError, Diagnostic
+from bgc.graph import FlatGraph, Gyrator, Node, Source, Transformer
+from bgc.program import PositiveParameter
+
+_Flows = list[dict[int, Node]]  # of each class: index in the basis -> entry of N
+
+
+def assign_causality(graph: FlatGraph) -> CausalGraph:
+    """Find the independent flows of a graph and everything that follows from them.
+
+    Guarantees that N satisfies every row, proven at random points, and that nothing was divided
+    by that is not a nonzero number or a parameter listed in `positive`. Does not derive
+    equations, and does not look at laws.
+
+    Raises
+    ------
+    BgError
+        Sources contradict each other, or rigid connections form a closed chain.
+    """
+    fingerprints = Fingerprints(graph.dag)
+    structure = junction_structure(graph)
+    certifier = Certifier(graph.dag, fingerprints, graph.parameters)
+    _refuse_shared_flows(graph, structure)
+    elimination = eliminate(graph.dag, fingerprints, certifier, structure)
+    warnings = _judge_remaining(graph, structure, certifier, elimination)
+    independent, flows = _back_substitute(graph.dag, structure, elimination.steps)
+    _verify(fingerprints, graph.dag, structure, elimination.rows, flows)
+    basis = _basis(graph, structure, independent, flows)
+    warnings += _warn(graph, structure, basis)
+    return CausalGraph(
+        graph=graph,
+        fingerprints=fingerprints,
+        dual=structure.dual,
+        ports=structure.ports,
+        classes=structure.classes,
+        class_of=structure.class_of,
+        rows=elimination.rows,
+        steps=elimination.steps,
+        redundant=frozenset(
+            origin
+            for row, left in elimination.remaining
+            if not left
+            for origin in elimination.origins[row]
+        ),
+        basis=basis,
+        flows=tuple(tuple(entries.items()) for entries in flows),
+        strokes=place_strokes(
+            graph,
+            structure.dual,
+            structure.ports,
+            structure.classes,
+            structure.class_of,
+            elimination.rows,
+            elimination.steps,
+            basis,
+        ),
+        positive=_positive(graph, elimination),
+        warnings=tuple(warnings),
+    )
+
+
+# --- independent flows ------------------------------------------------------------------------
+
+
+def _back_substitute(
+    dag: Dag, structure: Structure, steps: Sequence[Step]
+) -> tuple[list[int], _Flows]:
+    """The independent classes, and every class as a sparse row over them."""
+    dependent = {step.dependent for step in steps}
+    independent = [c for c in range(len(structure.classes)) if c not in dependent]
+    flows: _Flows = [{} for _ in structure.classes]
+    for k, number in enumerate(independent):
+        flows[number] = {k: dag.one}
+    for step in reversed(steps):
+        pivot = next(entry for number, entry in step.working if number == step.dependent)
+        row: dict[int, Node] = {}
+        for number, entry in step.working:
+            if number != step.dependent:
+                weight = dag.neg(dag.div(entry, pivot))
+                for k, node in flows[number].items():
+                    row[k] = dag.add(row.get(k, dag.zero), dag.mul(weight, node))
+        flows[step.dependent] = row
+    return independent, flows
+
+
+def _verify(
+    fingerprints: Fingerprints,
+    dag: Dag,
+    structure: Structure,
+    rows: Sequence[Row],
+    flows: _Flows,
+) -> None:
+    """Check every raw row against N, and drop entries of N that are always zero."""
+    for entries in flows:
+        for k in [k for k, node in entries.items() if fingerprints.is_zero(node)]:
+            del entries[k]
+    for row in rows:
+        residual: dict[int, Node] = {}
+        for end in row.ends:
+            for k, node in flows[structure.class_of[end.bond]].items():
+                term = dag.mul(end.coefficient, node)
+                residual[k] = dag.add(residual.get(k, dag.zero), term)
+        assert all(fingerprints.is_zero(node) for node in residual.values()), (
+            f"the flows do not satisfy the rows of element {row.element}"
+        )
+
+
+def _basis(
+    graph: FlatGraph, structure: Structure, independent: Sequence[int], flows: _Flows
+) -> tuple[Basis, ...]:
+    """What determines each independent flow: the elements whose power it takes part in."""
+    found: list[dict[int, Role]] = [{} for _ in independent]  # element -> role
+    for number, members in enumerate(structure.classes):
+        for k in members.ports:
+            port = structure.ports[k]
+            for column in flows[number]:
+                role = port.role
+                if role is Role.EFFORT_SOURCE and _follows(graph, structure, port, column, flows):
+                    role = Role.RESISTANCE
+                found[column][port.element] = role
+    errors: list[Diagnostic] = []
+    basis = []
+    for number, elements in zip(independent, found, strict=True):
+        own = {structure.ports[k].role for k in structure.classes[number].ports}
+        roles = set(elements.values())
+        if Role.FLOW_SOURCE in own:
+            kind = BasisKind.FLOW_SOURCE
+        elif Role.INERTIA in roles:
+            kind = BasisKind.INERTIA
+        elif Role.RESISTANCE in roles:
+            kind = BasisKind.RESISTANCE
+        elif Role.COMPLIANCE in roles:
+            kind = BasisKind.COMPLIANCE
+        else:
+            kind = BasisKind.INDETERMINATE
+            if elements:
+                errors.append(_effort_conflict(graph, structure, number, list(elements)))
+        basis.append(Basis(number, kind))
+    if errors:
+        raise BgError(errors)
+    return tuple(basis)
+
+
+def _follows(
+    graph: FlatGraph, structure: Structure, port: ElementPort, column: int, flows: _Flows
+) -> bool:
+    """Whether a source of effort is a resistance in disguise: its value holds its own flow."""
+    source = graph.elements[port.element]
+    assert isinstance(source, Source)
+    if graph.dag.level[source.value] < Level.STATE:
+        return False
+    for symbol in map(graph.dag.symbol_of, graph.dag.reachable([source.value])):
+        if symbol is not None and symbol.kind in {Kind.EFFORT, Kind.FLOW}:
+            through = (symbol.kind is Kind.EFFORT) == structure.dual[symbol.index]
+            if through and column in flows[structure.class_of[symbol.index]]:
+                return True
+    return False
+
+
+# --- diagnostics ------------------------------------------------------------------------------
+
+
+def _refuse_shared_flows(graph: FlatGraph, structure: Structure) -> None:
+    """Two flow sources on bonds that share one flow."""
+    errors = []
+    for members in structure.classes:
+        sources = [k for k in members.ports if structure.ports[k].role is Role.FLOW_SOURCE]
+        for k in sources[1:]:
+            pair = [structure.ports[sources[0]].element, structure.ports[k].element]
+            errors.append(_conflict(graph, pair, dual=structure.dual[members.bonds[0]]))
+    if errors:
+        raise BgError(errors)
+
+
+def _effort_conflict(
+    graph: FlatGraph, structure: Structure, number: int, elements: Sequence[int]
+) -> Diagnostic:
+    """An independent flow on which there are only sources of effort."""
+    dual = structure.dual[structure.classes[number].bonds[0]]
+    return _conflict(graph, sorted(elements), dual=not dual)
+
+
+def _conflict(graph: FlatGraph, sources: Sequence[int], *, dual: bool) -> Diagnostic:
+    what = "effort" if dual else "flow"
+    first = graph.elements[sources[0]]
+    if len(sources) == 1:
+        return catalogue.source_without_load(first.span, first.name, what)
+    second = graph.elements[sources[1]]
+    path = _path(graph, sources[0], sources[1])
+    return catalogue.causal_conflict(first.name, first.span, second.name, second.span, what, path)
+
+
+def _path(graph: FlatGraph, start: int, end: int) -> list[str]:
+    """The elements on a shortest way along bonds."""
+    on_bond: dict[int, list[int]] = {}
+    for index, element in enumerate(graph.elements):
+        for port in ports_of(element):
+            on_bond.setdefault(port.bond, []).append(index)
+    came_from = {start: start}
+    queue = deque([start])
+    while queue and end not in came_from:
+        here = queue.popleft()
+        for port in ports_of(graph.elements[here]):
+            for other in on_bond[port.bond]:
+                if other not in came_from:
+                    came_from[other] = here
+                    queue.append(other)
+    way = [end]
+    while way[-1] != start and way[-1] in came_from:
+        way.append(came_from[way[-1]])
+    return [graph.elements[index].name for index in reversed(way)]
+
+
+def _judge_remaining(
+    graph: FlatGraph, structure: Structure, certifier: Certifier, elimination: Elimination
+) -> list[Diagnostic]:
+    """Warnings for rows that say nothing new; errors for those that could not be solved."""
+    warnings, errors = [], []
+    for row, left in elimination.remaining:
+        elements = sorted({elimination.rows[r].element for r in elimination.origins[row]})
+        span = graph.elements[elimination.rows[row].element].span
+        if not left:
+            names = _names(graph, elements)
+            warnings.append(catalogue.redundant_structure(span, names))
+            continue
+        sources = [_flow_source(structure, number) for number, _ in left]
+        certain = all(certifier.certify(entry) is not None for _, entry in left)
+        if certain and len(left) <= 2 and None not in sources:
+            dual = structure.dual[elimination.rows[row].ends[0].bond]
+            errors.append(_conflict(graph, [s for s in sources if s is not None], dual=dual))
+            continue
+        vanishes = any(
+            graph.dag.level[entry] <= Level.PARAM and certifier.certify(entry) is None
+            for _, entry in left
+        )
+        moduli = [
+            index for index in elements if isinstance(graph.elements[index], Transformer | Gyrator)
+        ]
+        if vanishes and moduli:
+            element = graph.elements[moduli[0]]
+            errors.append(catalogue.zero_modulus(element.span, element.name))
+            continue
+        others = [index for index in elements if index not in moduli]
+        errors.append(catalogue.rigid_chain(span, _names(graph, moduli), _names(graph, others)))
+    if errors:
+        raise BgError(errors)
+    return warnings
+
+
+def _flow_source(structure: Structure, number: int) -> int | None:
+    for k in structure.classes[number].ports:
+        if structure.ports[k].role is Role.FLOW_SOURCE:
+            return structure.ports[k].element
+    return None
+
+
+def _names(graph: FlatGraph, elements: Iterable[int]) -> list[str]:
+    return list(dict.fromkeys(graph.elements[index].name for index in elements))
+
+
+def _warn(graph: FlatGraph, structure: Structure, basis: Sequence[Basis]) -> list[Diagnostic]:
+    warnings = [
+        catalogue.bond_loop(graph.bonds[bond].span, graph.bonds[bond].name)
+        for bond in structure.bond_loops
+    ]
+    for independent in basis:
+        if independent.kind is BasisKind.INDETERMINATE:
+            members: BondClass = structure.classes[independent.bond_class]
+            bond = graph.bonds[members.bonds[0]]
+            what = "effort" if structure.dual[bond.index] else "flow"
+            warnings.append(catalogue.indeterminate(bond.span, bond.name, what))
+    return warnings
+
+
+def _positive(graph: FlatGraph, elimination: Elimination) -> tuple[PositiveParameter, ...]:
+    """The parameters that were divided by, each once."""
+    found: dict[Node, PositiveParameter] = {}
+    for node, row in elimination.watched:
+        name = graph.elements[elimination.rows[row].element].name
+        message = f"the modulus of `{name}` must not be zero"
+        found.setdefault(node, PositiveParameter(node, message, strictly_positive=False))
+    return tuple(found.values())

@@ -1,0 +1,97 @@
+"""What may be divided by: numbers, parameters that the runtime keeps from zero, nothing else."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import IntEnum
+
+from bgc.algebra.dag import Dag, Kind, Level, Op, Symbol
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.fingerprint import Fingerprints
+from bgc.graph import Node, Parameter
+
+
+class Rank(IntEnum):
+    """How good a divisor is; smaller is better."""
+
+    UNIT = 0  # 1 or -1
+    NUMBER = 1
+    PARAMETER = 2  # not zero at the default values, checked whenever parameters change
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """The proof that a node never vanishes: its rank, and the parameter nodes to watch."""
+
+    rank: Rank
+    watched: tuple[Node, ...]
+
+
+class Certifier:
+    """Certificates of the nodes of one DAG, given the parameters' default values."""
+
+    def __init__(
+        self, dag: Dag, fingerprints: Fingerprints, parameters: Iterable[Parameter]
+    ) -> None:
+        self._dag = dag
+        self._fingerprints = fingerprints
+        self.defaults = default_values(dag, parameters)
+        self._known: dict[Node, Certificate | None] = {}
+
+    def certify(self, node: Node) -> Certificate | None:
+        """The certificate of a node, None where there is none."""
+        if node not in self._known:
+            self._known[node] = self._certify(node)
+        return self._known[node]
+
+    def default(self, node: Node) -> float:
+        """The value of a node of at most PARAM level, parameters at their defaults."""
+        return evaluate_nodes(self._dag, [node], self.defaults)[0]
+
+    def _certify(self, node: Node) -> Certificate | None:
+        dag = self._dag
+        if dag.op[node] == Op.NEG:
+            return self.certify(dag.a[node])
+        number = self._fingerprints.constant(node)
+        if number is not None:
+            if number == 0:
+                return None
+            return Certificate(Rank.UNIT if abs(number) == 1 else Rank.NUMBER, ())
+        if dag.level[node] <= Level.PARAM:
+            value = self.default(node)
+            if value == 0 or not math.isfinite(value):
+                return None
+            constant = dag.level[node] == Level.CONST
+            return (
+                Certificate(Rank.NUMBER, ()) if constant else Certificate(Rank.PARAMETER, (node,))
+            )
+        if dag.op[node] in {Op.MUL, Op.DIV}:
+            parts = [self.certify(x) for x in dag.operands(node)]
+            certain = [part for part in parts if part is not None]
+            if len(certain) == len(parts):
+                watched = tuple(dict.fromkeys(n for part in certain for n in part.watched))
+                return Certificate(max(part.rank for part in certain), watched)
+        return None
+
+
+def default_values(dag: Dag, parameters: Iterable[Parameter]) -> dict[Symbol, float]:
+    """The default of each parameter as a number; a default may hold other parameters."""
+    values: dict[Symbol, float] = {}
+    waiting = {Symbol(Kind.PARAM, p.index): p.value for p in parameters}
+    needs = {
+        symbol: {s for s in map(dag.symbol_of, dag.reachable([node])) if s is not None}
+        for symbol, node in waiting.items()
+    }
+    stack = list(waiting)
+    while stack:
+        symbol = stack[-1]
+        missing = [s for s in needs[symbol] if s not in values and s in waiting]
+        if symbol in values or not missing:
+            stack.pop()
+            if symbol not in values:
+                values[symbol] = evaluate_nodes(dag, [waiting[symbol]], values)[0]
+        else:
+            stack.extend(missing)
+    return values

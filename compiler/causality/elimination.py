@@ -1,0 +1,304 @@
+"""Which through variables are independent: elimination with certified pivots.
+
+The rows of the junction structure are solved for one class of bonds after the other. A class is
+made dependent only through a coefficient that is certain never to vanish (`certificates`); a
+modulus that depends on the state is never divided by. Classes without an element go first, then
+those with sources of effort, compliances, resistances, inertias; flow sources never. Of equals
+the one in fewest rows goes first, rows solved before included: few others then follow from it,
+and N stays sparse. Before an inertia is made dependent, rows of a transformer whose inverse is
+known are turned round where that spares it; one joint drawn the other way round would
+otherwise look like a closed chain.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from bgc.algebra.dag import Dag
+from bgc.algebra.fingerprint import Fingerprints
+from bgc.causality.causal import BondClass, ElementPort, Role, Row, RowEnd, Step
+from bgc.causality.certificates import Certifier
+from bgc.causality.regions import Block, Structure
+from bgc.causality.rotations import known_inverse
+from bgc.graph import Matrix, Node
+
+_LEVELS = {
+    Role.EFFORT_SOURCE: 1,
+    Role.COMPLIANCE: 2,
+    Role.RESISTANCE: 3,
+    Role.INERTIA: 4,
+    Role.FLOW_SOURCE: 5,
+}
+_SPARED = 4  # made dependent only when nothing else can be
+_NEVER = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Elimination:
+    """The rows (of matrix blocks those of the way round that was taken), the steps, what was left.
+
+    `remaining` are rows without a certified coefficient at a class that may be dependent, with
+    what is left of them; an empty one says nothing new. `origins[r]` are the rows that went
+    into the working row of row r.
+    """
+
+    rows: tuple[Row, ...]
+    steps: tuple[Step, ...]
+    remaining: tuple[tuple[int, tuple[tuple[int, Node], ...]], ...]
+    origins: tuple[frozenset[int], ...]
+    watched: tuple[tuple[Node, int], ...]  # parameter node divided by, row
+
+
+def level_of(members: BondClass, ports: Sequence[ElementPort]) -> int:
+    """The place of a class in the order of elimination."""
+    return max((_LEVELS[ports[k].role] for k in members.ports), default=0)
+
+
+def eliminate(
+    dag: Dag, fingerprints: Fingerprints, certifier: Certifier, structure: Structure
+) -> Elimination:
+    """Solve the rows for as many classes as certified pivots allow, the best first."""
+    work = _Work(dag, fingerprints, certifier, structure)
+    work.run()
+    return work.result()
+
+
+@dataclass(slots=True)
+class _Form:
+    """A linear form in the classes; a row is one that has to be zero."""
+
+    entries: dict[int, Node]
+    factors: dict[int, Node]  # of the steps' working rows that were taken from it
+
+
+class _Work:
+    def __init__(
+        self, dag: Dag, fingerprints: Fingerprints, certifier: Certifier, structure: Structure
+    ) -> None:
+        self._dag = dag
+        self._fingerprints = fingerprints
+        self._certifier = certifier
+        self._class_of = structure.class_of
+        self._levels = [level_of(c, structure.ports) for c in structure.classes]
+        self._rows: list[Row] = []
+        self._forms: list[_Form] = []  # of rows
+        self._where: list[set[int]] = [set() for _ in structure.classes]  # open rows with a class
+        self._followers = [0] * len(structure.classes)  # steps whose working row has a class
+        self._open: set[int] = set()
+        self._steps: list[Step] = []
+        self._watched: list[tuple[Node, int]] = []
+        self._blocks = structure.blocks
+        self._refused: set[int] = set()  # rows of blocks that were tried since they changed
+        self._queue: list[tuple[tuple[int, int, int], int]] = []
+        for row in structure.rows:
+            terms = [(self._unit_form(end.bond), end.coefficient) for end in row.ends]
+            self._rows.append(row)
+            self._forms.append(_Form({}, {}))
+            self._set_form(len(self._rows) - 1, self._combined(terms))
+        for number in range(len(structure.classes)):
+            self._enqueue(number)
+
+    def run(self) -> None:
+        """Take the best pivot until there is none; spare inertias by turning blocks round."""
+        while True:
+            pivot = self._next_pivot()
+            if (pivot is None or self._levels[pivot[0]] >= _SPARED) and self._turn_block():
+                if pivot is not None:
+                    self._enqueue(pivot[0])
+            elif pivot is not None:
+                self._solve(*pivot)
+            else:
+                return
+
+    def result(self) -> Elimination:
+        origins: list[frozenset[int]] = [frozenset()] * len(self._rows)
+        order = [step.row for step in self._steps] + sorted(self._open)
+        for row in order:
+            used = (origins[r] for r in self._forms[row].factors)
+            origins[row] = frozenset({row}).union(*used)
+        remaining = tuple((r, tuple(self._forms[r].entries.items())) for r in sorted(self._open))
+        return Elimination(
+            tuple(self._rows), tuple(self._steps), remaining, tuple(origins), tuple(self._watched)
+        )
+
+    # --- pivots -------------------------------------------------------------------------
+
+    def _candidate(self, number: int) -> tuple[tuple[int, int, int], int] | None:
+        """The key of a class in the order of elimination, and its best row."""
+        level = self._levels[number]
+        if level == _NEVER:
+            return None
+        best = None
+        for row in self._where[number]:
+            entries = self._forms[row].entries
+            certificate = self._certifier.certify(entries[number])
+            if certificate is not None:
+                key = (certificate.rank, len(entries), row)
+                best = key if best is None else min(best, key)
+        if best is None:
+            return None
+        return (level, best[0], len(self._where[number]) + self._followers[number]), best[2]
+
+    def _enqueue(self, number: int) -> None:
+        candidate = self._candidate(number)
+        if candidate is not None:
+            heapq.heappush(self._queue, (candidate[0], number))
+
+    def _next_pivot(self) -> tuple[int, int] | None:
+        """The best class and its row; entries of the heap may be out of date."""
+        while self._queue:
+            key, number = heapq.heappop(self._queue)
+            candidate = self._candidate(number)
+            if candidate is None:
+                continue
+            if candidate[0] > key:
+                heapq.heappush(self._queue, (candidate[0], number))
+                continue
+            return number, candidate[1]
+        return None
+
+    def _solve(self, number: int, row: int) -> None:
+        """Make a class dependent by a row and take the row from all others."""
+        form = self._forms[row]
+        pivot = form.entries[number]
+        certificate = self._certifier.certify(pivot)
+        assert certificate is not None
+        self._watched.extend((node, row) for node in certificate.watched)
+        self._open.remove(row)
+        for other in form.entries:
+            self._where[other].discard(row)
+        for other_row in sorted(self._where[number]):
+            target = self._forms[other_row]
+            before = set(target.entries)
+            self._subtract(target, number, row, form, pivot)
+            self._refused.discard(other_row)
+            for changed in before - set(target.entries):
+                self._where[changed].discard(other_row)
+            for changed in set(target.entries) - before:
+                self._where[changed].add(other_row)
+        step = Step(row, number, tuple(form.entries.items()), tuple(form.factors.items()))
+        self._steps.append(step)
+        for other in form.entries:
+            if other != number:
+                self._followers[other] += 1
+                self._enqueue(other)
+
+    def _subtract(self, target: _Form, number: int, row: int, source: _Form, pivot: Node) -> None:
+        dag = self._dag
+        factor = dag.div(target.entries.pop(number), pivot)
+        target.factors[row] = factor
+        for other, entry in source.entries.items():
+            if other != number:
+                taken = dag.sub(target.entries.get(other, dag.zero), dag.mul(factor, entry))
+                self._set(target.entries, other, taken)
+
+    def _set(self, entries: dict[int, Node], number: int, node: Node) -> None:
+        """Set an entry, or remove it where it is always zero."""
+        node = self._simplified(node)
+        if node == self._dag.zero:
+            entries.pop(number, None)
+        else:
+            entries[number] = node
+
+    def _simplified(self, node: Node) -> Node:
+        """The constant that a node always equals, if there is one."""
+        value = self._fingerprints.constant(node)
+        return node if value is None else self._dag.const(value)
+
+    # --- rows and blocks -------------------------------------------------------------------
+
+    def _unit_form(self, bond: int) -> _Form:
+        """The through variable of a bond."""
+        return _Form({self._class_of[bond]: self._dag.one}, {})
+
+    def _combined(self, terms: Iterable[tuple[_Form, Node]]) -> _Form:
+        """A weighted sum of forms."""
+        dag = self._dag
+        entries: dict[int, Node] = {}
+        factors: dict[int, Node] = {}
+        for form, weight in terms:
+            for number, entry in form.entries.items():
+                total = dag.add(entries.get(number, dag.zero), dag.mul(weight, entry))
+                self._set(entries, number, total)
+            for row, factor in form.factors.items():
+                factors[row] = dag.add(factors.get(row, dag.zero), dag.mul(weight, factor))
+        return _Form(entries, factors)
+
+    def _set_form(self, row: int, form: _Form) -> None:
+        """Make a form the working row of an open row."""
+        for number in self._forms[row].entries:
+            self._where[number].discard(row)
+        self._forms[row] = form
+        self._open.add(row)
+        for number in form.entries:
+            self._where[number].add(row)
+
+    def _turn_block(self) -> bool:
+        """Turn the first block round that can then be solved without an inertia."""
+        for block in self._blocks:
+            if self._refused.issuperset(block.rows):
+                continue
+            self._refused.update(block.rows)
+            rows = [row for row in block.rows if row in self._open]
+            weights = self._turning(block, rows)
+            if weights is None:
+                continue
+            turned = [
+                self._combined((self._forms[row], w) for row, w in zip(rows, line, strict=True))
+                for line in weights
+            ]
+            if self._has_pivots(turned):
+                raw = [self._combined_row([self._rows[row] for row in rows], w) for w in weights]
+                for row, line, form in zip(rows, raw, turned, strict=True):
+                    self._rows[row] = line
+                    self._set_form(row, form)
+                for number in {n for form in turned for n in form.entries}:
+                    self._enqueue(number)
+                return True
+        return False
+
+    def _turning(self, block: Block, rows: Sequence[int]) -> Matrix | None:
+        """What a block's open rows are multiplied with to be solved for its lower bonds.
+
+        Lower bonds that rows solved before were solved for take no part.
+        """
+        taken = {step.dependent for step in self._steps if step.row in block.rows}
+        columns = [j for j, bond in enumerate(block.lower) if self._class_of[bond] not in taken]
+        positions = [block.rows.index(row) for row in rows]
+        if not rows or len(columns) != len(rows):
+            return None
+        part = tuple(tuple(block.matrix[i][j] for j in columns) for i in positions)
+        whole = block.inverse if len(rows) == len(block.rows) else None
+        inverse = whole or known_inverse(self._dag, self._fingerprints, part)
+        if inverse is None:
+            return None
+        return tuple(tuple(map(self._dag.neg, line)) for line in inverse)
+
+    def _combined_row(self, rows: Sequence[Row], weights: Sequence[Node]) -> Row:
+        """A weighted sum of rows of one element."""
+        dag = self._dag
+        totals: dict[tuple[int, int], Node] = {}
+        for row, weight in zip(rows, weights, strict=True):
+            for end in row.ends:
+                place = (end.bond, end.sign)
+                term = dag.mul(weight, end.coefficient)
+                totals[place] = dag.add(totals.get(place, dag.zero), term)
+        ends = (RowEnd(bond, sign, self._simplified(node)) for (bond, sign), node in totals.items())
+        kept = tuple(end for end in ends if end.coefficient != dag.zero)
+        return Row(rows[0].element, kept)
+
+    def _has_pivots(self, forms: Sequence[_Form]) -> bool:
+        """Whether each form has a certified pivot of its own below the inertias."""
+        held = Counter(number for form in forms for number in form.entries)
+        return all(
+            any(
+                held[number] == 1
+                and self._levels[number] < _SPARED
+                and self._certifier.certify(entry) is not None
+                for number, entry in form.entries.items()
+            )
+            for form in forms
+        )

@@ -1,0 +1,370 @@
+"""The junction structure as linear rows: regions, duals, classes of bonds, rows.
+
+Reads a flat graph; gives what `elimination` works on. Nothing here looks at values, except to
+prove that a matrix is invertible everywhere.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import assert_never
+
+from bgc.algebra.dag import Dag, Kind, Level
+from bgc.algebra.linalg import transpose
+from bgc.causality.causal import BondClass, ElementPort, Role, Row, RowEnd
+from bgc.graph import (
+    Element,
+    EnergyLaw,
+    FlatGraph,
+    Gyrator,
+    Gyristor,
+    Junction,
+    LinearLaw,
+    Matrix,
+    Port,
+    Resistor,
+    Source,
+    Storage,
+    Transformer,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Rows `upper - matrix * lower = 0` of a transformer whose matrix varies.
+
+    `rows` are their indices, `lower` the bonds, `inverse` the inverse of the whole matrix where
+    it is known.
+    """
+
+    rows: tuple[int, ...]
+    lower: tuple[int, ...]
+    matrix: Matrix
+    inverse: Matrix | None
+
+
+@dataclass(frozen=True, slots=True)
+class Structure:
+    """What the junctions, transformers and gyrators demand of the through variables."""
+
+    dual: tuple[bool, ...]
+    ports: tuple[ElementPort, ...]
+    classes: tuple[BondClass, ...]
+    class_of: tuple[int, ...]
+    rows: tuple[Row, ...]
+    blocks: tuple[Block, ...]
+    bond_loops: tuple[int, ...]  # bonds that close a loop of junctions: across indeterminate
+
+
+class Forest:
+    """Disjoint sets (union by the smaller root, path halving)."""
+
+    def __init__(self, size: int) -> None:
+        self._parent = list(range(size))
+
+    def find(self, item: int) -> int:
+        """The representative of an item's set: its smallest member."""
+        parent = self._parent
+        while parent[item] != item:
+            parent[item] = parent[parent[item]]
+            item = parent[item]
+        return item
+
+    def join(self, items: Iterable[int]) -> None:
+        """Unite the sets of several items."""
+        for first, second in pairwise(items):
+            self.unite(first, second)
+
+    def unite(self, a: int, b: int) -> bool:
+        """Unite two sets; False if they were one already."""
+        a, b = self.find(a), self.find(b)
+        if a == b:
+            return False
+        self._parent[max(a, b)] = min(a, b)
+        return True
+
+
+def ports_of(element: Element) -> tuple[Port, ...]:
+    """All ports of an element; of a two-port, ports 2 after ports 1."""
+    match element:
+        case Source():
+            return (element.port,)
+        case Transformer() | Gyrator():
+            return element.ports1 + element.ports2
+        case _:
+            return element.ports
+
+
+def junction_structure(graph: FlatGraph) -> Structure:
+    """Find regions, dualise, unite bonds into classes, and write the rows.
+
+    Guarantees that a gyrator between differently coloured regions is rows of a transformer, and
+    one between equal colours (an odd loop of gyrators) is a pair of resistive ports.
+    """
+    dual = _dualised(graph)
+    class_of, bond_loops = _classes(graph, dual)
+    rows: list[Row] = []
+    blocks: list[Block] = []
+    ports: list[ElementPort] = []
+    for index, element in enumerate(graph.elements):
+        match element:
+            case Junction():
+                if sums_through(element, dual):
+                    one = graph.dag.one
+                    signed = {1: one, -1: graph.dag.const(-1)}
+                    ends = tuple(RowEnd(p.bond, p.sign, signed[p.sign]) for p in element.ports)
+                    rows.append(Row(index, ends))
+            case Transformer():
+                for upper, lower, matrix, inverse in _transformer_parts(graph.dag, element, dual):
+                    numbers = tuple(range(len(rows), len(rows) + len(upper)))
+                    if _varies(graph.dag, matrix):
+                        bonds = tuple(port.bond for port in lower)
+                        blocks.append(Block(numbers, bonds, matrix, inverse))
+                    rows.extend(_linear_rows(graph.dag, index, upper, lower, matrix))
+            case Gyrator():
+                for block_rows, resistive in _gyrator_blocks(graph.dag, index, element, dual):
+                    rows.extend(block_rows)
+                    ports.extend(resistive)
+            case _:
+                ports.extend(
+                    ElementPort(index, k, p.bond, p.sign, dual[p.bond], role)
+                    for k, p, role in _roles(graph.dag, element, dual)
+                )
+    return Structure(
+        dual=dual,
+        ports=tuple(ports),
+        classes=_members(class_of, ports),
+        class_of=class_of,
+        rows=tuple(rows),
+        blocks=tuple(blocks),
+        bond_loops=bond_loops,
+    )
+
+
+# --- regions and colours --------------------------------------------------------------------
+
+
+def _dualised(graph: FlatGraph) -> tuple[bool, ...]:
+    """Two-colour the regions along the gyrators; in each piece the smaller part is dualised."""
+    forest = Forest(len(graph.bonds))
+    crossings: list[tuple[int, int]] = []
+    for element in graph.elements:
+        if isinstance(element, Gyrator):
+            for side2, side1 in coupled(graph.dag, element.matrix):
+                first = [element.ports1[j].bond for j in side1]
+                second = [element.ports2[i].bond for i in side2]
+                forest.join(first)
+                forest.join(second)
+                if first and second:
+                    crossings.append((first[0], second[0]))
+        else:
+            for group in _coupled_ports(graph.dag, element):
+                forest.join(p.bond for p in group)
+    neighbours: dict[int, list[int]] = {}
+    for a, b in crossings:
+        neighbours.setdefault(forest.find(a), []).append(forest.find(b))
+        neighbours.setdefault(forest.find(b), []).append(forest.find(a))
+    size: dict[int, int] = {}
+    for bond in range(len(graph.bonds)):
+        size[forest.find(bond)] = size.get(forest.find(bond), 0) + 1
+    colour: dict[int, bool] = {}
+    for start in size:
+        if start in colour:
+            continue
+        colour[start] = False
+        piece, queue = [start], deque([start])
+        while queue:
+            region = queue.popleft()
+            for other in neighbours.get(region, ()):
+                if other not in colour:
+                    colour[other] = not colour[region]
+                    piece.append(other)
+                    queue.append(other)
+        if 2 * sum(size[r] for r in piece if colour[r]) > sum(size[r] for r in piece):
+            colour.update({r: not colour[r] for r in piece})
+    return tuple(colour[forest.find(bond)] for bond in range(len(graph.bonds)))
+
+
+def coupled(dag: Dag, matrix: Matrix) -> list[tuple[list[int], list[int]]]:
+    """Rows and columns of a matrix that nonzero entries connect, as independent blocks."""
+    height, width = len(matrix), len(matrix[0])
+    forest = Forest(height + width)
+    for i, row in enumerate(matrix):
+        for j, node in enumerate(row):
+            if node != dag.zero:
+                forest.unite(i, height + j)
+    blocks: dict[int, tuple[list[int], list[int]]] = {}
+    for k in range(height + width):
+        rows, columns = blocks.setdefault(forest.find(k), ([], []))
+        (rows if k < height else columns).append(k if k < height else k - height)
+    return list(blocks.values())
+
+
+def _coupled_ports(dag: Dag, element: Element) -> list[list[Port]]:
+    """The ports of an element in groups that its law does not connect to each other."""
+    match element:
+        case Transformer():
+            over, under = element.ports2, element.ports1
+            if element.given in ("f1", "e2"):
+                over, under = under, over
+            return [
+                [over[i] for i in rows] + [under[j] for j in columns]
+                for rows, columns in coupled(dag, element.matrix)
+            ]
+        case Storage(law=LinearLaw(matrix=matrix)) | Resistor(law=LinearLaw(matrix=matrix)):
+            forest = Forest(len(matrix))
+            for i, row in enumerate(matrix):
+                forest.join([i, *(j for j, node in enumerate(row) if node != dag.zero)])
+            groups: dict[int, list[Port]] = {}
+            for k, port in enumerate(element.ports):
+                groups.setdefault(forest.find(k), []).append(port)
+            return list(groups.values())
+        case _:
+            return [list(ports_of(element))]
+
+
+# --- classes --------------------------------------------------------------------------------
+
+
+def sums_through(junction: Junction, dual: Sequence[bool]) -> bool:
+    """Whether a junction sums the through variables of its bonds (they are equal otherwise)."""
+    return bool(junction.ports) and (junction.kind == "J0") != dual[junction.ports[0].bond]
+
+
+def _classes(graph: FlatGraph, dual: Sequence[bool]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    forest = Forest(len(graph.bonds))
+    closing: list[int] = []
+    for element in graph.elements:
+        if isinstance(element, Junction) and not sums_through(element, dual):
+            first, *others = (p.bond for p in element.ports)
+            closing.extend(bond for bond in others if not forest.unite(first, bond))
+    numbers: dict[int, int] = {}
+    class_of = tuple(
+        numbers.setdefault(forest.find(bond), len(numbers)) for bond in range(len(graph.bonds))
+    )
+    return class_of, tuple(closing)
+
+
+def _members(class_of: Sequence[int], ports: Sequence[ElementPort]) -> tuple[BondClass, ...]:
+    bonds: list[list[int]] = [[] for _ in range(max(class_of, default=-1) + 1)]
+    members: list[list[int]] = [[] for _ in bonds]
+    for bond, number in enumerate(class_of):
+        bonds[number].append(bond)
+    for k, port in enumerate(ports):
+        members[class_of[port.bond]].append(k)
+    return tuple(BondClass(tuple(b), tuple(p)) for b, p in zip(bonds, members, strict=True))
+
+
+def _roles(dag: Dag, element: Element, dual: Sequence[bool]) -> list[tuple[int, Port, Role]]:
+    match element:
+        case Source():
+            gives_through = (element.kind == "Sf") != dual[element.port.bond]
+            return [(0, element.port, Role.FLOW_SOURCE if gives_through else Role.EFFORT_SOURCE)]
+        case Storage():
+            momenta = _ports_with_momentum(dag, element)
+            return [
+                (k, p, Role.INERTIA if (k in momenta) != dual[p.bond] else Role.COMPLIANCE)
+                for k, p in enumerate(element.ports)
+            ]
+        case Resistor() | Gyristor():
+            return [(k, p, Role.RESISTANCE) for k, p in enumerate(element.ports)]
+        case Junction() | Transformer() | Gyrator():
+            return []
+        case _:
+            assert_never(element)
+
+
+def _ports_with_momentum(dag: Dag, storage: Storage) -> set[int]:
+    """All ports of an I, none of a C; of an IC those whose momentum its energy holds."""
+    if storage.kind == "C":
+        return set()
+    if storage.kind == "I" or not isinstance(storage.law, EnergyLaw):
+        return set(range(len(storage.ports)))
+    symbols = (dag.symbol_of(node) for node in dag.reachable([storage.law.energy]))
+    held = {s.index for s in symbols if s is not None and s.kind is Kind.MOMENTUM}
+    return {k for k in range(len(storage.ports)) if storage.first_state + k in held}
+
+
+# --- rows -----------------------------------------------------------------------------------
+
+
+def _linear_rows(
+    dag: Dag, index: int, over: Sequence[Port], under: Sequence[Port], matrix: Matrix
+) -> tuple[Row, ...]:
+    """`through(over) - matrix * through(under) = 0`."""
+    return tuple(
+        Row(
+            index,
+            (
+                RowEnd(port.bond, port.sign, dag.one),
+                *(
+                    RowEnd(other.bond, other.sign, dag.neg(entry))
+                    for other, entry in zip(under, line, strict=True)
+                    if entry != dag.zero
+                ),
+            ),
+        )
+        for port, line in zip(over, matrix, strict=True)
+    )
+
+
+def _transformer_parts(
+    dag: Dag, tf: Transformer, dual: Sequence[bool]
+) -> list[tuple[list[Port], list[Port], Matrix, Matrix | None]]:
+    """The independent blocks of a transformer: upper and lower ports, matrix, known inverse."""
+    over, under = tf.ports2, tf.ports1
+    if tf.given in ("f1", "e2"):
+        over, under = under, over
+    found = []
+    for rows, columns in coupled(dag, tf.matrix):
+        matrix = tuple(tuple(tf.matrix[i][j] for j in columns) for i in rows)
+        upper, lower = [over[i] for i in rows], [under[j] for j in columns]
+        whole = len(rows) == len(tf.matrix) and len(columns) == len(tf.matrix[0])
+        inverse = tf.inverse if whole else None
+        if dual[(upper + lower)[0].bond]:
+            upper, lower = lower, upper
+            matrix = _transposed(matrix, len(columns))
+            inverse = transpose(inverse) if inverse else None
+        found.append((upper, lower, matrix, inverse))
+    return found
+
+
+def _varies(dag: Dag, matrix: Matrix) -> bool:
+    """Whether a matrix of several rows changes with more than parameters."""
+    return len(matrix) > 1 and any(dag.level[x] > Level.PARAM for row in matrix for x in row)
+
+
+def _transposed(matrix: Matrix, width: int) -> Matrix:
+    """The transpose, also of a matrix without rows."""
+    return transpose(matrix) if matrix else ((),) * width
+
+
+def _gyrator_blocks(
+    dag: Dag, index: int, gyrator: Gyrator, dual: Sequence[bool]
+) -> list[tuple[tuple[Row, ...], list[ElementPort]]]:
+    """Rows of each block that joins two colours, resistive ports of each that does not."""
+    blocks: list[tuple[tuple[Row, ...], list[ElementPort]]] = []
+    first, second = gyrator.ports1, gyrator.ports2
+    for rows, columns in coupled(dag, gyrator.matrix):
+        matrix = tuple(tuple(gyrator.matrix[i][j] for j in columns) for i in rows)
+        side1, side2 = [first[j] for j in columns], [second[i] for i in rows]
+        dual1 = dual[side1[0].bond] if side1 else not dual[side2[0].bond]
+        dual2 = dual[side2[0].bond] if side2 else not dual1
+        if dual1 == dual2:
+            resistive = [
+                ElementPort(index, k, p.bond, p.sign, dual1, Role.RESISTANCE)
+                for k, p in (
+                    *((j, first[j]) for j in columns),
+                    *((len(first) + i, second[i]) for i in rows),
+                )
+            ]
+            blocks.append(((), resistive))
+        elif dual2:  # e2 = r f1
+            blocks.append((_linear_rows(dag, index, side2, side1, matrix), []))
+        else:  # e1 = r' f2
+            turned = _transposed(matrix, len(columns))
+            blocks.append((_linear_rows(dag, index, side1, side2, turned), []))
+    return blocks

@@ -1,0 +1,180 @@
+"""Causal strokes read off the elimination, each with its reason.
+
+Sequential assignment (SCAP) places strokes one by one; here the independent flows are known
+already, and every class of bonds is given its through variable at exactly one end: by the
+element that determines an independent flow, by the junction or transformer that a dependent
+one follows from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bgc.algebra.matching import match
+from bgc.causality.causal import (
+    Basis,
+    BasisKind,
+    BondClass,
+    ElementPort,
+    Role,
+    Row,
+    Rule,
+    Step,
+    Stroke,
+)
+from bgc.causality.regions import ports_of, sums_through
+from bgc.graph import FlatGraph, Gyristor, Junction, Resistor, Source, Storage, Transformer
+
+_Ends = dict[int, dict[int, tuple[int, int]]]
+
+
+def place_strokes(
+    graph: FlatGraph,
+    dual: Sequence[bool],
+    ports: Sequence[ElementPort],
+    classes: Sequence[BondClass],
+    class_of: Sequence[int],
+    rows: Sequence[Row],
+    steps: Sequence[Step],
+    basis: Sequence[Basis],
+) -> tuple[Stroke, ...]:
+    """The stroke of every bond. The arguments are the parts of a `CausalGraph`."""
+    givers = _givers(ports, classes, class_of, rows, steps, basis)
+    at = _elements_at(graph)
+    giving: dict[int, int] = {}  # bond -> sign of the end that gives the through variable
+    for number, members in enumerate(classes):
+        bond, sign = givers.get(number, (members.bonds[0], -1))
+        _spread(graph, dual, at, bond, sign, giving)
+    by_port = {(p.bond, p.sign): p for p in ports}
+    return tuple(
+        _stroke(graph, dual, at, by_port, bond, giving[bond]) for bond in range(len(graph.bonds))
+    )
+
+
+def _elements_at(graph: FlatGraph) -> dict[tuple[int, int], int]:
+    """(bond, sign of the port) -> element."""
+    return {
+        (port.bond, port.sign): index
+        for index, element in enumerate(graph.elements)
+        for port in ports_of(element)
+    }
+
+
+def _givers(
+    ports: Sequence[ElementPort],
+    classes: Sequence[BondClass],
+    class_of: Sequence[int],
+    rows: Sequence[Row],
+    steps: Sequence[Step],
+    basis: Sequence[Basis],
+) -> dict[int, tuple[int, int]]:
+    """Class -> the end (bond, sign) where its through variable is given."""
+    givers: dict[int, tuple[int, int]] = {}
+    wanted = {
+        BasisKind.FLOW_SOURCE: Role.FLOW_SOURCE,
+        BasisKind.INERTIA: Role.INERTIA,
+        BasisKind.RESISTANCE: Role.RESISTANCE,
+        BasisKind.COMPLIANCE: Role.COMPLIANCE,
+    }
+    for independent in basis:
+        for k in classes[independent.bond_class].ports:
+            if ports[k].role is wanted.get(independent.kind):
+                givers.setdefault(independent.bond_class, (ports[k].bond, ports[k].sign))
+    ends: dict[int, dict[int, tuple[int, int]]] = {}  # row -> class -> its end there
+    for step in steps:
+        for end in rows[step.row].ends:
+            ends.setdefault(step.row, {}).setdefault(class_of[end.bond], (end.bond, end.sign))
+    for row, number in _matching(steps, ends).items():
+        givers[number] = ends[row][number]
+    for number, members in enumerate(classes):
+        if number not in givers:
+            for _row, at in ends.items():
+                if number in at and members.bonds:
+                    givers[number] = at[number]
+                    break
+    return givers
+
+
+def _matching(steps: Sequence[Step], ends: _Ends) -> dict[int, int]:
+    """Row -> the dependent class that it gives, as eliminated where possible.
+
+    The elimination itself may have paired a row with a class that came into it by an earlier
+    substitution; the matching then differs from it.
+    """
+    dependents = {step.dependent for step in steps}
+    rows = [step.row for step in steps]
+    candidates = [[n for n in ends.get(row, {}) if n in dependents] for row in rows]
+    meant = {k: step.dependent for k, step in enumerate(steps) if step.dependent in candidates[k]}
+    return {rows[k]: number for k, number in match(candidates, meant).items()}
+
+
+def _spread(
+    graph: FlatGraph,
+    dual: Sequence[bool],
+    at: dict[tuple[int, int], int],
+    bond: int,
+    sign: int,
+    giving: dict[int, int],
+) -> None:
+    """Carry the through variable from the end where it is given to all bonds of the class."""
+    giving[bond] = sign
+    queue = [bond]
+    while queue:
+        known = queue.pop()
+        element = graph.elements[at[known, -giving[known]]]
+        if isinstance(element, Junction) and not sums_through(element, dual):
+            for port in element.ports:
+                if port.bond not in giving:
+                    giving[port.bond] = port.sign
+                    queue.append(port.bond)
+
+
+def _stroke(
+    graph: FlatGraph,
+    dual: Sequence[bool],
+    at: dict[tuple[int, int], int],
+    by_port: dict[tuple[int, int], ElementPort],
+    bond: int,
+    giving: int,
+) -> Stroke:
+    """The stroke stands where the flow is given: where the through variable is, unless dual."""
+    at_head = (giving > 0) != dual[bond]
+    flow, effort = ("effort", "flow") if dual[bond] else ("flow", "effort")
+    for kinds in (Source, Storage, (Resistor, Gyristor)):
+        for sign in (1, -1):
+            element = graph.elements[at[bond, sign]]
+            if isinstance(element, kinds):
+                rule, reason = _element_reason(
+                    element.name, by_port[bond, sign], giving == sign, flow, effort
+                )
+                return Stroke(at_head, rule, reason)
+    element = graph.elements[at[bond, giving]]
+    match element:
+        case Junction() if sums_through(element, dual):
+            reason = f"the other bonds of `{element.name}` determine this {flow}"
+        case Junction():
+            reason = f"`{element.name}` has one {flow}, which another bond brings"
+        case Transformer():
+            reason = f"`{element.name}` gives the {flow} of this side from the other"
+        case _:
+            reason = f"`{element.name}` gives the {flow}"
+    return Stroke(at_head, Rule.IMPLIED, reason)
+
+
+def _element_reason(
+    name: str, port: ElementPort, gives_through: bool, flow: str, effort: str
+) -> tuple[Rule, str]:
+    match port.role:
+        case Role.FLOW_SOURCE:
+            return Rule.FIXED, f"`{name}` sets the {flow}"
+        case Role.EFFORT_SOURCE:
+            return Rule.FIXED, f"`{name}` sets the {effort}"
+        case Role.INERTIA if gives_through:
+            return Rule.PREFERRED, f"`{name}` integrates the {effort}"
+        case Role.COMPLIANCE if not gives_through:
+            return Rule.PREFERRED, f"`{name}` integrates the {flow}"
+        case Role.INERTIA | Role.COMPLIANCE:
+            return Rule.DERIVATIVE, f"what `{name}` stores follows from other elements"
+        case Role.RESISTANCE:
+            given = effort if gives_through else flow
+            return Rule.INDIFFERENT, f"`{name}` takes the {given} it is given"

@@ -1,0 +1,222 @@
+"""From a package and a scene to the flat bond graph: models, slots, widths and units are gone."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+from bgc.algebra.dag import Dag
+from bgc.elaboration.bond_units import BondUnits
+from bgc.elaboration.bond_values import BondValues
+from bgc.elaboration.carried import Carried
+from bgc.elaboration.devices import read_devices
+from bgc.elaboration.domains import Domains
+from bgc.elaboration.element_laws import read_elements
+from bgc.elaboration.instantiate import Builder
+from bgc.elaboration.law_units import infer_units
+from bgc.elaboration.modules import Package
+from bgc.elaboration.observed import Observed, read_observed
+from bgc.elaboration.quantities import Quantities, component_name, indices
+from bgc.elaboration.report import Report
+from bgc.elaboration.run_facts import read_facts, read_kept, read_requirements
+from bgc.elaboration.scalarise import Scalars, scalarise
+from bgc.elaboration.scene import Scene, choose_scene
+from bgc.elaboration.scene_edits import check_edits, check_overrides, collect_edits
+from bgc.elaboration.statements import (
+    force_parameters,
+    force_values,
+    note_assignments,
+    read_statements,
+    unit_symbol,
+)
+from bgc.elaboration.tree import Instance, Quantity
+from bgc.elaboration.widths import join_nets, settle_widths
+from bgc.elaboration.wiring import Wiring, wire
+from bgc.elaboration.world import Edits, World
+from bgc.grammar.catalogue import graph as messages
+from bgc.grammar.catalogue.scenes import device_name_taken
+from bgc.graph import Bond, FlatGraph, Observation
+from bgc.values.units import Dimension, si_symbol
+
+_STACK = 50_000
+
+
+def elaborate(
+    package: Package,
+    scene: str | None = None,
+    overrides: Sequence[tuple[str, str]] = (),
+) -> FlatGraph:
+    """The flat graph of a scene of the package's root file.
+
+    `scene` is a scene's name; None takes the file's first, or an implicit one of its last model
+    that observes all its states. `overrides` are `--set` texts: they change defaults of
+    parameters, and constants, which decide structure.
+
+    Raises
+    ------
+    BgError
+        With every independent mistake that was found.
+    """
+    with _deep_recursion():
+        return _elaborate(package, choose_scene(package, scene), overrides)
+
+
+def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, str]]) -> FlatGraph:
+    report = Report()
+    world = World(package, Dag(), report, Edits())
+    world.builder = Builder(world)
+    world.quantities = Quantities(world)
+    domains, carried = Domains(world), Carried(world)
+    world.bonds = BondValues(world, domains, carried)
+
+    for declared in package.root.domains.values():
+        with report.collecting():
+            domains.facts(declared)
+    collect_edits(world, scene, overrides)
+    report.raise_errors()
+    root = _root(world, scene)
+    wiring = wire(world, root)
+    with _provisional(world):
+        check_edits(world, scene)
+        check_overrides(world, scene, overrides)
+    bonds_are_sound = not report.errors
+    force_parameters(world, wiring)
+    if bonds_are_sound:
+        report.set_aside()  # a wrong value does not hide a wrong width
+    report.raise_new_errors()
+
+    nets = join_nets(world, wiring, domains)
+    note_assignments(world, wiring, domains, carried)
+    report.raise_new_errors()
+    with _provisional(world):
+        settle_widths(nets)
+        scalars = scalarise(world, wiring)
+        _number_storage(wiring, scalars)
+        units = infer_units(world, wiring, domains, scalars)
+    report.raise_new_errors()
+    world.bonds.scalars, world.bonds.units = scalars, units
+
+    force_values(world, wiring, carried)
+    elements = read_elements(world, wiring, world.bonds, scalars)
+    statements = read_statements(world, wiring)
+    observed = read_observed(world, scene, root)
+    if scene.implicit:
+        observed = _observe_all(world, wiring, root)
+    devices = read_devices(world, scene)
+    requirements = read_requirements(world, scene)
+    kept = read_kept(world, scene)
+    facts = read_facts(world, scene, observed)
+    contents = (elements, statements.states, statements.equations, observed.columns)
+    if not report.errors and not any(contents):
+        span = scene.model.syntax.name_span
+        report.add(messages.nothing_to_compute(span, scene.model.syntax.name))
+    report.raise_errors()
+    return FlatGraph(
+        dag=world.dag,
+        scene=facts,
+        bonds=tuple(_bonds(scalars, units)),
+        elements=elements,
+        parameters=tuple(world.quantities.parameters),
+        states=statements.states,
+        unknowns=statements.unknowns,
+        equations=statements.equations,
+        guards=statements.guards,
+        observations=observed.observations,
+        requirements=requirements,
+        devices=devices,
+        kept=kept,
+        warnings=(*package.warnings, *report.warnings),
+    )
+
+
+def _root(world: World, scene: Scene) -> Instance:
+    """The tree of the scene's model; its parts are built as they are needed."""
+    model = scene.model
+    dims = world.builder.dimensions(model.syntax, scene.use, scene.env)
+    arguments = world.builder.by_name(scene.use, scene.env, model.syntax.name)
+    root = world.builder.instantiate(
+        model, dims, arguments, "", None, model.syntax.name_span, home=scene.env
+    )
+    for name, device in scene.devices.items():
+        if name in root.members:
+            world.report.add(device_name_taken(device.item.span, name, None))
+    return root
+
+
+def _number_storage(wiring: Wiring, scalars: Scalars) -> None:
+    """Count the storage ports over the graph."""
+    count = 0
+    for element in wiring.elements:
+        if element.basic in {"C", "I", "IC"}:
+            element.first_state = count
+            count += len(scalars.ports(element.faces["all"]))
+
+
+def _bonds(scalars: Scalars, units: BondUnits) -> Iterator[Bond]:
+    for index, bond in enumerate(scalars.bonds):
+        yield Bond(
+            index,
+            bond.name,
+            bond.component,
+            bond.width,
+            _symbol(units, "effort", index),
+            _symbol(units, "flow", index),
+            units.is_power(index),
+            bond.span,
+        )
+
+
+def _symbol(units: BondUnits, variable: str, bond: int) -> str:
+    return units.symbol(variable, bond) or _spelled(units.dimension(variable, bond))
+
+
+def _spelled(dimension: Dimension | None) -> str:
+    """The SI unit of a dimension, empty when it is not known."""
+    return si_symbol(dimension) if dimension is not None else ""
+
+
+def _observe_all(world: World, wiring: Wiring, root: Instance) -> Observed:
+    """Without a scene: the states of all storage elements, all declared states, all outputs."""
+    found: list[Observation] = []
+    for element in wiring.elements:
+        for name in {"C": "q", "I": "p", "IC": "qp"}.get(element.basic, ""):
+            with world.report.collecting():
+                value = world.bonds.storage(element, name)
+                for k, index in enumerate(indices(value.shape)):
+                    label = component_name(f"{element.path}.{name}", index)
+                    unit = _spelled(value.units[k])
+                    found.append(Observation(label, unit, value.nodes[k], element.span))
+    outputs = [m for m in root.members.values() if isinstance(m, Quantity) and m.kind == "output"]
+    for quantity in (*world.quantities.states, *outputs):
+        if quantity.value is None:
+            continue  # reported where it failed
+        components = zip(indices(quantity.value.shape), quantity.value.components, strict=True)
+        for index, component in components:
+            label = component_name(quantity.path, index)
+            unit = unit_symbol(quantity, component.unit)
+            span = quantity.declaration.name_span
+            found.append(Observation(label, unit, component.node, span))
+    return Observed(tuple(found), (), tuple(o.name for o in found))
+
+
+@contextmanager
+def _provisional(world: World) -> Iterator[None]:
+    """Within it, values that depend on bonds show their shapes only, and are then forgotten."""
+    world.provisional = True
+    try:
+        yield
+    finally:
+        world.provisional = False
+        world.quantities.forget_provisional()
+
+
+@contextmanager
+def _deep_recursion() -> Iterator[None]:
+    """Definitions that lead from part to part along a whole chain need a deep stack."""
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, _STACK))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(before)

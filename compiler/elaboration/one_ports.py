@@ -1,0 +1,188 @@
+"""Sources, storage elements and resistors: from arguments and law blocks to the flat graph's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bgc.algebra.dag import Kind, Level
+from bgc.algebra.linear import linear_coefficients
+from bgc.elaboration.law_blocks import (
+    INITIAL_ARGUMENTS,
+    LAW_ARGUMENTS,
+    VALUE_ARGUMENT,
+    Laws,
+    arguments_of,
+    left_name,
+    missing_law,
+)
+from bgc.elaboration.law_checks import LawChecks, depends_on_others
+from bgc.elaboration.quantities import component_name
+from bgc.elaboration.tree import Element
+from bgc.grammar import syntax
+from bgc.grammar.catalogue import graph as messages
+from bgc.grammar.catalogue import names
+from bgc.grammar.diagnostics import BgError
+from bgc.graph import (
+    EnergyLaw,
+    ExplicitLaw,
+    Form,
+    Initial,
+    Law,
+    LinearLaw,
+    Resistor,
+    Source,
+    Storage,
+)
+from bgc.values.value import Value, describe_shape
+
+# Of each left side: the variable that the right side holds, and the form.
+_LAWS: dict[str, dict[str, tuple[str, Form]]] = {
+    "C": {"e": ("q", Form.EFFORT), "q": ("e", Form.DISPLACEMENT)},
+    "I": {"f": ("p", Form.FLOW), "p": ("f", Form.MOMENTUM)},
+    "R": {"e": ("f", Form.EFFORT), "f": ("e", Form.FLOW)},
+    "IC": {},
+}
+_ENERGY_VARIABLES = {"C": ("q",), "I": ("p",), "IC": ("q", "p")}
+_OWN = {
+    "C": {Kind.DISPLACEMENT},
+    "I": {Kind.MOMENTUM},
+    "IC": {Kind.DISPLACEMENT, Kind.MOMENTUM},
+}
+
+
+def read_sources(laws: Laws, element: Element) -> list[Source]:
+    """A wide source is as many scalar ones."""
+    variable = VALUE_ARGUMENT[element.basic]
+    given = arguments_of(element, (variable,))
+    if variable in given and element.law is not None:
+        raise BgError([messages.law_and_argument(given[variable].span, element.path, variable)])
+    if element.law:
+        value = _source_law(laws, element, element.law, variable)
+    elif variable in given:
+        value = laws.world.evaluate(given[variable].value, element.env)
+    else:
+        raise missing_law(element)
+    ports = laws.ports(element, "all")
+    what = f"the value of `{element.path}`"
+    nodes = laws.vector(value, len(ports), element.use.span, what, spread=True)
+    return [
+        Source(
+            component_name(element.path, (k + 1,) if len(ports) > 1 else ()),
+            element.basic,
+            port,
+            node,
+            element.span,
+        )
+        for k, (port, node) in enumerate(zip(ports, nodes, strict=True))
+    ]
+
+
+def _source_law(
+    laws: Laws, element: Element, law: Sequence[syntax.LawEquation], variable: str
+) -> Value:
+    """`Se { e = 5*sin(time); }` says the same as an argument."""
+    first = law[0]
+    if not isinstance(first.left, syntax.Name) or first.left.name != variable:
+        text = " ".join(first.left.span.text.split())
+        have = [f"{variable} = .."]
+        raise BgError([messages.law_not_of_this(first.left.span, element.kind, text, have)])
+    if len(law) > 1:
+        raise BgError([messages.law_too_many(law[1].span, element.path, "keep one")])
+    return laws.world.evaluate(first.right, element.env)
+
+
+def read_storage(laws: Laws, checks: LawChecks, element: Element) -> Storage:
+    """A C, I or IC of any width is one element."""
+    kind = element.basic
+    given = arguments_of(element, (*LAW_ARGUMENTS.get(kind, {}), *INITIAL_ARGUMENTS[kind]))
+    law = _read_law(laws, element, given)
+    if depends_on_others(laws, law, element, _OWN[kind]):
+        raise BgError([messages.storage_varies(element.use.span, element.path, kind)])
+    defect = checks.symmetry_defect(law.matrix) if isinstance(law, LinearLaw) else None
+    if defect is not None:
+        row, column = (place + 1 for place in defect)
+        laws.world.report.add(messages.not_symmetric(element.use.span, element.path, row, column))
+    initial = [
+        start
+        for name in INITIAL_ARGUMENTS[kind]
+        if name in given
+        for start in _read_initial(laws, element, name, given[name])
+    ]
+    ports = laws.ports(element, "all")
+    return Storage(
+        element.path, kind, ports, law, element.first_state, tuple(initial), element.span
+    )
+
+
+def _read_initial(
+    laws: Laws, element: Element, name: str, argument: syntax.Argument
+) -> list[Initial]:
+    """The initial values that `q0`, `p0`, `e0` or `f0` gives, port by port."""
+    value = laws.world.evaluate(argument.value, element.env)
+    span, what = argument.span, f"`{name}` of `{element.path}`"
+    quantities = laws.world.quantities
+    quantities.require_level(value, Level.TIME, span, what)
+    own = laws.variable(element, name[0])
+    nodes = laws.vector(value, len(own.nodes), span, what, spread=True)
+    units = value.units if len(value.units) == len(nodes) else value.units * len(nodes)
+    for node, unit, expected in zip(nodes, units, own.units, strict=True):
+        quantities.check_units(Value.scalar(node, unit), expected, span, what)
+    return [Initial(k, name[0], node, span) for k, node in enumerate(nodes)]
+
+
+def read_resistor(laws: Laws, element: Element) -> Resistor:
+    """An R of any width is one element."""
+    given = arguments_of(element, tuple(LAW_ARGUMENTS["R"]))
+    law = _read_law(laws, element, given)
+    assert not isinstance(law, EnergyLaw)
+    own = {Kind.EFFORT, Kind.FLOW}
+    if element.kind == "R" and depends_on_others(laws, law, element, own):
+        raise BgError([messages.modulated(element.use.span, element.path, "R")])
+    return Resistor(element.path, laws.ports(element, "all"), law, element.span)
+
+
+def _read_law(laws: Laws, element: Element, given: dict[str, syntax.Argument]) -> Law:
+    forms = LAW_ARGUMENTS.get(element.basic, {})
+    named = [name for name in forms if name in given]
+    if element.law is not None and named:
+        raise BgError([messages.law_and_argument(given[named[0]].span, element.path, named[0])])
+    if len(named) > 1:
+        first, second = given[named[0]], given[named[1]]
+        raise BgError([names.given_twice(second.span, element.path, first.span)])
+    if named:
+        argument = given[named[0]]
+        value = laws.world.evaluate(argument.value, element.env)
+        width = len(laws.ports(element, "all"))
+        what = f"the {named[0]} of `{element.path}`"
+        return LinearLaw(forms[named[0]], laws.square(value, width, argument.span, what))
+    if not element.law:
+        raise missing_law(element)
+    if left_name(element.law[0]) == "H" and element.basic in _ENERGY_VARIABLES:
+        return _read_energy(laws, element, element.law)
+    return _read_equation(laws, element, element.law)
+
+
+def _read_energy(laws: Laws, element: Element, law: Sequence[syntax.LawEquation]) -> EnergyLaw:
+    if len(law) > 1:
+        raise BgError([messages.law_too_many(law[1].span, element.path, "keep one")])
+    value = laws.right_side(element, law[0], "H", _ENERGY_VARIABLES[element.basic])
+    if len(value.nodes) != 1:
+        found = describe_shape(value.shape)
+        raise BgError([messages.wrong_matrix(law[0].right.span, "`H`", "a scalar", found)])
+    return EnergyLaw(value.node)
+
+
+def _read_equation(laws: Laws, element: Element, law: Sequence[syntax.LawEquation]) -> Law:
+    table = _LAWS[element.basic]
+    have = [f"{left} = .." for left in table]
+    have += ["H = .."] if element.basic in _ENERGY_VARIABLES else []
+    right = {left: variable for left, (variable, _) in table.items()}
+    left, nodes = laws.equations(element, law, right, have)
+    variable, form = table[left]
+    symbols = laws.variable(element, variable).nodes
+    matrix = linear_coefficients(laws.world.dag, nodes, symbols)
+    if matrix is not None:
+        return LinearLaw(form, matrix)
+    if form in {Form.DISPLACEMENT, Form.MOMENTUM}:
+        raise BgError([messages.law_not_linear(law[0].span, element.path, variable)])
+    return ExplicitLaw(form, nodes)

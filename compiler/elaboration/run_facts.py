@@ -1,0 +1,121 @@
+"""How a scene is run: its solver, step and duration, and the accuracy asked of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bgc.elaboration.observed import Observed
+from bgc.elaboration.quantities import component_names
+from bgc.elaboration.scene import Item, Scene, constant_of
+from bgc.elaboration.scene_edits import canonical_path
+from bgc.elaboration.scopes import Names, path_of
+from bgc.elaboration.world import World
+from bgc.grammar import syntax
+from bgc.grammar.catalogue import names, scenes
+from bgc.grammar.diagnostics import BgError
+from bgc.graph import Plot, Requirement, SceneFacts, SolverChoice
+from bgc.values.expressions import resolve_path
+from bgc.values.units import Dimension
+
+_SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
+
+
+def read_requirements(world: World, scene: Scene) -> tuple[Requirement, ...]:
+    """The accuracies asked for, component by component."""
+    found: list[Requirement] = []
+    for item in scene.every(syntax.Require):
+        with world.report.collecting():
+            value = world.evaluate(item.value, scene.env)
+            tolerance = constant_of(world, scene, item.tolerance, "the tolerance", value.unit)
+            if not tolerance > 0:
+                raise BgError(
+                    [scenes.not_positive(item.tolerance.span, "the tolerance", tolerance)]
+                )
+            labels = component_names(path_of(item.value), value.shape)
+            for label, node in zip(labels, value.nodes, strict=True):
+                found.append(Requirement(label, node, tolerance, item.span))
+    return tuple(found)
+
+
+def read_kept(world: World, scene: Scene) -> tuple[str, ...]:
+    """The paths after `keep`."""
+    found = []
+    for item in scene.every(syntax.Keep):
+        with world.report.collecting():
+            resolve_path(item.target, Names(world, scene.env, {}, False), world.dag)
+            found.append(canonical_path(world, item.target, scene.env))
+    return tuple(found)
+
+
+def read_facts(world: World, scene: Scene, observed: Observed) -> SceneFacts:
+    """How the run is made."""
+    run = _only(world, scene, syntax.Run, "run")
+    step = _only(world, scene, syntax.Step, "step")
+    deadline = _only(world, scene, syntax.Deadline, "deadline")
+    solver = _only(world, scene, syntax.Solver, "solver")
+    duration = _time(world, scene, run.duration if run else None, "the duration")
+    every = _time(world, scene, run.every if run else None, "the interval")
+    return SceneFacts(
+        scene.name,
+        scene.model.syntax.name,
+        _solver(world, scene, solver) if solver else None,
+        _time(world, scene, step.value if step else None, "the step"),
+        duration,
+        every,
+        _time(world, scene, deadline.value if deadline else None, "the deadline"),
+        observed.accounts,
+        observed.columns,
+        _plots(world, scene, observed.columns),
+    )
+
+
+def _plots(world: World, scene: Scene, columns: Sequence[str]) -> tuple[Plot, ...]:
+    """The panels of the scene's plot: columns, or vectors by the name their columns share."""
+    vectors = (column.rpartition("[")[0] for column in columns if column.endswith("]"))
+    known = dict.fromkeys(("time", *columns, *vectors))
+    found = []
+    for item in scene.every(syntax.Plot):
+        with world.report.collecting():
+            paths = (*item.columns, *((item.against,) if item.against else ()))
+            for path in paths:
+                if path_of(path) not in known:
+                    raise BgError([scenes.plot_unobserved(path.span, path_of(path), list(known))])
+            drawn = tuple(path_of(path) for path in item.columns)
+            found.append(Plot(drawn, path_of(item.against) if item.against else None))
+    return tuple(found)
+
+
+def _only(world: World, scene: Scene, kind: type[Item], what: str) -> Item | None:
+    found = list(scene.every(kind))
+    if len(found) > 1:
+        world.report.add(scenes.said_twice(found[1].span, what, found[0].span))
+    return found[0] if found else None
+
+
+def _time(world: World, scene: Scene, expr: syntax.Expr | None, what: str) -> float | None:
+    """A time in seconds; a number without a unit is in seconds."""
+    if expr is None:
+        return None
+    with world.report.collecting():
+        number = constant_of(world, scene, expr, what, _SECOND)
+        if not number > 0:
+            raise BgError([scenes.not_positive(expr.span, what, number)])
+        return number
+    return None
+
+
+def _solver(world: World, scene: Scene, solver: syntax.Solver) -> SolverChoice | None:
+    options: dict[str, float] = {}
+    for argument in solver.arguments:
+        with world.report.collecting():
+            if argument.name is None or isinstance(argument.value, syntax.Text):
+                what = f"solver `{solver.name}`"
+                raise BgError([scenes.device_option(argument.span, what)])
+            if argument.name in options:
+                raise BgError(
+                    [names.given_twice(argument.span, argument.name, solver.arguments[0].span)]
+                )
+            options[argument.name] = constant_of(
+                world, scene, argument.value, f"`{argument.name}`", None
+            )
+    return SolverChoice(solver.name, tuple(options.items()), solver.span)

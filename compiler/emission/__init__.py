@@ -1,0 +1,1 @@
+"""From state equations to C."""

@@ -1,0 +1,246 @@
+"""The C of a model: units to compile, and the one self-contained file of model and runtime."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
+
+from bgc.building.build import Unit
+from bgc.building.toolchain import COMMON_FLAGS
+from bgc.emission.kernels import KernelText, print_defaults, print_kernel, prototype
+from bgc.emission.lower import dependent_defaults, lower
+from bgc.emission.lowered import Lowered
+from bgc.emission.print_c import HELPERS
+from bgc.emission.print_lu import MatrixText, matrix_prototypes, print_lu
+from bgc.emission.tables import Field, model_tables
+from bgc.program import Program
+
+# The optimisations of gcc that pay on straight-line code. -std=c11 alone forbids fused
+# multiply-adds, which make the factorisation 1.5 times faster.
+MODEL_FLAGS = (
+    "-O1",
+    "-fexpensive-optimizations",
+    "-fno-tree-dse",
+    "-fno-dse",
+    *COMMON_FLAGS,
+    "-ffp-contract=fast",
+)
+
+_SPLIT = 1_500  # nodes from which a model is cut into units that are compiled at the same time
+_LISTED = 200  # names in the comment at the top of the file
+
+_OWN_INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([^"]+)".*\n', re.MULTILINE)
+_FEATURE = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(_[A-Z_]+_SOURCE)[ \t]+(\w+)", re.MULTILINE)
+_HOW_TO_USE = """\
+/* {name}: a bond graph and its solvers in one file of C11, made by bgc.
+ *
+ * Build a shared object:  cc -std=c11 -O2 -fPIC -shared THIS_FILE.c -o model.so -lm
+ * or compile it along with a program of yours that declares what it calls as `bgc.h` below does:
+ *
+ *     const bgc_model *m = bgc_get_model();
+ *     bgc_data *d = bgc_new(m);
+ *     bgc_reset(m, d, 0.0);
+ *     bgc_run(m, d, times, n, rows, &done);   a row: m->n_output outputs, then four energies
+ *     bgc_free(m, d);
+ */
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class EmittedModel:
+    """The C units of a model, and what one call of each of its functions costs.
+
+    `operations` gives the additions, multiplications, divisions and calls of functions.
+    """
+
+    name: str
+    units: tuple[Unit, ...]
+    operations: tuple[tuple[str, int], ...]
+    lowered: Lowered
+    source_hash: str
+
+
+def emit_model(program: Program, source_hash: str) -> EmittedModel:
+    """The C of an optimised program: the same bytes for the same input."""
+    return emit_lowered(lower(program), source_hash)
+
+
+def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> EmittedModel:
+    """The C of a lowered program; with `split`, that of a large one in several units."""
+    program = lowered.program
+    apart = split and len(program.dag) > _SPLIT
+    shared = {"jacobian", "factor", "solve"} if apart else set[str]()
+    texts = _print_kernels(lowered, shared)
+    matrix = _print_matrix(lowered, apart)
+    work = max(matrix.work, *(text.work for text in texts.values()))
+    tables, fields = model_tables(lowered, source_hash)
+    fields += [("n_lu", str(matrix.factors)), ("n_work", str(work))]
+    fields += [
+        (name, f"bgc_model_{name}" if name in shared else f"model_{name}")
+        for name in (*texts, "factor", "solve")
+    ]
+    if "project" not in texts:
+        fields.append(("project", "NULL"))
+    frame = _Frame(
+        f"{program.scene.name}: a bond graph of model {program.scene.model}, compiled by bgc.",
+        [*(prototype(k) for k in lowered.kernels if k.name in shared), matrix_prototypes()]
+        if apart
+        else [],
+    )
+    main = [text for name, text in texts.items() if name not in shared]
+    if apart:
+        jacobian = [texts["jacobian"]]
+        units = [
+            frame.unit("model", _about(lowered), main, tables=tables, fields=fields),
+            frame.unit("model_jacobian", ["The Jacobian."], jacobian),
+            frame.unit("model_matrix", ["The iteration matrix."], [], matrix.text),
+        ]
+    else:
+        units = [frame.unit("model", _about(lowered), main, matrix.text, tables, fields)]
+    return EmittedModel(
+        name=program.scene.name,
+        units=tuple(units),
+        operations=(
+            *((name, text.operations) for name, text in texts.items()),
+            ("factor", matrix.operations),
+            ("solve", matrix.solve_operations),
+        ),
+        lowered=lowered,
+        source_hash=source_hash,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """What the units of a model have in common."""
+
+    title: str
+    prototypes: Sequence[str]
+
+    def unit(
+        self,
+        name: str,
+        about: Sequence[str],
+        kernels: Sequence[KernelText],
+        matrix: str = "",
+        tables: Sequence[str] = (),
+        fields: Sequence[Field] = (),
+    ) -> Unit:
+        """One C file."""
+        needed = {helper for text in kernels for helper in text.helpers}
+        text = _template().render(
+            title=self.title,
+            about=about,
+            helpers=[definition for name, definition in HELPERS.items() if name in needed],
+            prototypes=self.prototypes,
+            kernels=[*(kernel.text for kernel in kernels), *([matrix] if matrix else [])],
+            tables=tables,
+            fields=fields,
+        )
+        return Unit(name, text, MODEL_FLAGS)
+
+
+def amalgamate(emitted: EmittedModel, runtime_dir: Path) -> str:
+    """One C11 file of the model and the runtime, which needs nothing but libm.
+
+    Includes of the runtime's own headers are replaced by their text, once; what selects
+    features of the system's headers comes before all else.
+    """
+    headers = {path.name: path.read_text("utf-8") for path in sorted(runtime_dir.glob("*.h"))}
+    sources = [(path.name, path.read_text("utf-8")) for path in sorted(runtime_dir.glob("*.c"))]
+    included: set[str] = set()
+
+    def expanded(text: str) -> str:
+        def replace(match: re.Match[str]) -> str:
+            name = match.group(1)
+            if name in included:
+                return ""
+            included.add(name)
+            return expanded(headers[name])
+
+        return _OWN_INCLUDE.sub(replace, text)
+
+    features: dict[tuple[str, str], None] = {}
+    for text in (*headers.values(), *(text for _, text in sources)):
+        features.update(dict.fromkeys(_FEATURE.findall(text)))
+    (model,) = emit_lowered(emitted.lowered, emitted.source_hash, split=False).units
+    return (
+        _HOW_TO_USE.format(name=emitted.name)
+        + "".join(f"#ifndef {name}\n#define {name} {value}\n#endif\n" for name, value in features)
+        + "".join(
+            f"\n/* ===== {name} {'=' * max(3, 88 - len(name))} */\n\n{expanded(text)}"
+            for name, text in (("model.c", model.text), *sources)
+        )
+    )
+
+
+def _print_kernels(lowered: Lowered, shared: set[str]) -> dict[str, KernelText]:
+    """The text of every kernel by its name."""
+    program = lowered.program
+    hoisted = {node: k for k, node in enumerate(lowered.hoisted)}
+    texts = {
+        kernel.name: print_kernel(program.dag, kernel, hoisted, kernel.name in shared)
+        for kernel in lowered.kernels
+    }
+    texts["defaults"] = print_defaults(program.dag, dependent_defaults(program))
+    return texts
+
+
+def _print_matrix(lowered: Lowered, shared: bool) -> MatrixText:
+    jacobian, mass = lowered.jacobian, lowered.program.mass
+    positions = zip(jacobian.rows, jacobian.columns, strict=True)
+    return print_lu(
+        lowered.plan,
+        None if mass is None else {(entry.row, entry.column): k for k, entry in enumerate(mass)},
+        {position: k for k, position in enumerate(positions)},
+        shared,
+    )
+
+
+@cache
+def _template() -> Template:
+    loader = PackageLoader("bgc.emission", "templates")
+    environment = Environment(
+        loader=loader,
+        autoescape=False,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        undefined=StrictUndefined,
+    )
+    return environment.get_template("model.c.j2")
+
+
+def _about(lowered: Lowered) -> list[str]:
+    """What the arrays of the model hold, by name."""
+    program = lowered.program
+    inputs = [
+        f"{device.name}.{channel}[{component}]"
+        for device in program.devices
+        for channel, component in device.inputs
+    ]
+    sections = (
+        ("Parameters p", [_with_unit(p.name, p.unit) for p in program.parameters]),
+        ("States x", [_with_unit(s.name, s.unit) for s in program.states]),
+        ("Inputs u", inputs),
+        ("Outputs y", [_with_unit(o.name, o.unit) for o in program.observations]),
+    )
+    lines = [
+        "Quantities are in SI units. t is time, h what depends on parameters alone, w scratch."
+    ]
+    for heading, names in sections:
+        if names:
+            lines += ["", f"{heading}:"]
+            lines += [f"  {k:3d} {name}" for k, name in enumerate(names[:_LISTED])]
+            if len(names) > _LISTED:
+                lines.append(f"      and so on up to {len(names) - 1}: see the tables")
+    return [line.replace("*/", "* /").replace("/*", "/ *") for line in lines]
+
+
+def _with_unit(name: str, unit: str) -> str:
+    return f"{name}  [{unit}]" if unit not in ("", "1") else name

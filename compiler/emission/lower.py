@@ -1,0 +1,220 @@
+"""From a program to what each C function computes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from bgc.algebra.dag import Dag, Kind, Level, Op
+from bgc.emission.differentiate import differentiate
+from bgc.emission.kernels import hoisted_nodes
+from bgc.emission.lowered import Jacobian, Kernel, Lowered, Reads, Store
+from bgc.emission.optimise import number_values
+from bgc.emission.rewrite import map_program, program_roots
+from bgc.emission.sparse import plan_lu
+from bgc.graph import Node
+from bgc.program import MassEntry, Program
+
+_RUNNING = "h t x u"
+
+
+def lower(program: Program) -> Lowered:
+    """Differentiates the program, plans its linear algebra and lays out its kernels.
+
+    The program should be optimised before. Nodes of the result are those of its own program,
+    on a graph of its own.
+    """
+    program, jacobian = _differentiated(program)
+    program = _with_a_mass(program, jacobian)
+    kernels = _kernels(program, jacobian)
+    for kernel in kernels:
+        _verify(program.dag, kernel)
+    hoisted = hoisted_nodes(program.dag, kernels)
+    prepare = Kernel(
+        "prepare",
+        "Everything that depends on parameters alone.",
+        ("p",),
+        ("h",),
+        Reads.PARAMETERS,
+        _stores("h", hoisted),
+    )
+    return Lowered(
+        program=program,
+        jacobian=jacobian,
+        plan=plan_lu(program, jacobian),
+        hoisted=hoisted,
+        kernels=(prepare, *kernels),
+    )
+
+
+def _with_a_mass(program: Program, jacobian: Jacobian) -> Program:
+    """The program with a zero in a mass matrix that is empty: no entries mean the identity."""
+    if program.mass != () or not program.states:
+        return program
+    place = next(zip(jacobian.rows, jacobian.columns, strict=True), (0, 0))
+    return replace(program, mass=(MassEntry(*place, program.dag.zero),))
+
+
+def _verify(dag: Dag, kernel: Kernel) -> None:
+    """Asserts that a kernel's nodes need no more than its arguments."""
+    arguments = {*kernel.inputs, *(kernel.results if kernel.in_place else ())}
+    if "x" not in arguments:
+        highest = Level.TIME if "t" in arguments else Level.PARAM
+        for store in kernel.stores:
+            assert dag.level[store.node] <= highest, f"{kernel.name} reads what it is not given"
+    elif "u" not in arguments:
+        symbols = (dag.symbol_of(n) for n in dag.reachable(s.node for s in kernel.stores))
+        inputs = [s for s in symbols if s is not None and s.kind is Kind.INPUT]
+        assert not inputs, f"{kernel.name} reads device inputs"
+
+
+def _differentiated(program: Program) -> tuple[Program, Jacobian]:
+    """The program and its Jacobian, optimised together; entries found to be zero are gone."""
+    program, jacobian = differentiate(program)
+    derivatives = (*jacobian.entries, *jacobian.by_time)
+    dag, new = number_values(program.dag, (*program_roots(program), *derivatives))
+    kept = [
+        (row, column, new[node])
+        for row, column, node in zip(jacobian.rows, jacobian.columns, jacobian.entries, strict=True)
+        if new[node] != dag.zero
+    ]
+    optimised = Jacobian(
+        rows=tuple(row for row, _, _ in kept),
+        columns=tuple(column for _, column, _ in kept),
+        entries=tuple(node for _, _, node in kept),
+        by_time=tuple(new[node] for node in jacobian.by_time),
+    )
+    return map_program(program, dag, new.__getitem__), optimised
+
+
+def _stores(array: str, nodes: Iterable[Node]) -> tuple[Store, ...]:
+    return tuple(Store(array, index, node) for index, node in enumerate(nodes))
+
+
+def _kernels(program: Program, jacobian: Jacobian) -> tuple[Kernel, ...]:
+    """All kernels but `prepare`, those of the inner loop first."""
+
+    def kernel(
+        name: str, purpose: str, inputs: str, results: str, *stores: Store, in_place: bool = False
+    ) -> Kernel:
+        return Kernel(
+            name,
+            purpose,
+            tuple(inputs.split()),
+            tuple(results.split()),
+            Reads.HOISTED,
+            stores,
+            in_place,
+        )
+
+    states = program.states
+    energy = program.energy
+    projections = [
+        Store("x", index, state.projection)
+        for index, state in enumerate(states)
+        if state.projection is not None
+    ]
+    project = kernel(
+        "project",
+        "States that are set after each completed step.",
+        "h t",
+        "x",
+        *projections,
+        in_place=True,
+    )
+    return (
+        kernel(
+            "rhs",
+            "The right-hand sides f of M y' = f.",
+            _RUNNING,
+            "f",
+            *_stores("f", (s.derivative for s in states)),
+        ),
+        kernel(
+            "jacobian",
+            "The entries of df/dx in the order of jac_row and jac_col, and df/dt.",
+            _RUNNING,
+            "jac dfdt",
+            *_stores("jac", jacobian.entries),
+            *_stores("dfdt", jacobian.by_time),
+        ),
+        kernel(
+            "energy",
+            "Stored energy, supplied power, dissipated power.",
+            _RUNNING,
+            "out",
+            *_stores("out", (energy.stored, energy.supplied, energy.dissipated)),
+        ),
+        kernel(
+            "outputs",
+            "What the scene observes.",
+            _RUNNING,
+            "y",
+            *_stores("y", (o.node for o in program.observations)),
+        ),
+        kernel(
+            "commands",
+            "What the devices are told.",
+            _RUNNING,
+            "c",
+            *_stores("c", (value for d in program.devices for value in d.values)),
+        ),
+        kernel(
+            "asserts",
+            "Conditions that have to hold: nonzero where they do.",
+            _RUNNING,
+            "a",
+            *_stores("a", (g.condition for g in program.guards)),
+        ),
+        *([project] if projections else []),
+        kernel(
+            "mass",
+            "The entries of M in the order of mass_row and mass_col.",
+            "h",
+            "m",
+            *_stores("m", (entry.value for entry in program.mass or ())),
+        ),
+        kernel(
+            "initial",
+            "The states at the start.",
+            "h t u",
+            "x",
+            *_stores("x", (s.initial for s in states)),
+        ),
+        kernel(
+            "scale",
+            "The unit in which the error of each state is measured.",
+            "h",
+            "scale",
+            *_stores("scale", (s.scale for s in states)),
+        ),
+        kernel(
+            "positive",
+            "Parameters and expressions of them that have to be positive.",
+            "p h",
+            "check",
+            *_stores("check", _checks(program)),
+        ),
+    )
+
+
+def _checks(program: Program) -> list[Node]:
+    """Nodes that have to be positive; of one that must only not be zero, its size."""
+    dag = program.dag
+    return [
+        check.node if check.strictly_positive else dag.call(Op.ABS, check.node)
+        for check in program.positive
+    ]
+
+
+def dependent_defaults(program: Program) -> list[tuple[int, Node]]:
+    """Parameters whose default is computed from others."""
+    return [
+        (parameter.index, parameter.value)
+        for parameter in program.parameters
+        if _has_symbols(program.dag, parameter.value)
+    ]
+
+
+def _has_symbols(dag: Dag, node: Node) -> bool:
+    return any(dag.op[n] == Op.SYMBOL for n in dag.reachable([node]))

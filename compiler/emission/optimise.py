@@ -1,0 +1,84 @@
+"""Simplification of a program's graph.
+
+Three things happen in one pass over the nodes that are needed, operands first:
+
+- every operation is made again by the graph's own rules, which fold constants, zeros and ones;
+- a quotient becomes a product with a reciprocal, which the quotients of one divisor share and
+  which is computed once and for all where the divisor is a parameter;
+- nodes that are equal, or opposite, modulo a large prime at random points become one
+  (value numbering), which also finds expressions that are zero without looking it.
+
+Literals stay exact: floats would lose cancellations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bgc.algebra.dag import Dag, Op
+from bgc.algebra.fingerprint import PRIME, Fingerprints
+from bgc.emission.rewrite import map_program, program_roots
+from bgc.graph import Node
+from bgc.program import Program
+
+
+def optimise(program: Program) -> Program:
+    """The program on a new graph that holds nothing else, with equal outputs.
+
+    Raises AssertionError if an output has another fingerprint than before.
+    """
+    dag, new = number_values(program.dag, program_roots(program))
+    return map_program(program, dag, new.__getitem__)
+
+
+def number_values(dag: Dag, roots: Sequence[Node]) -> tuple[Dag, dict[Node, Node]]:
+    """A new graph with the roots simplified, and the new node of every old one they need."""
+    simple = Dag()
+    residues = Fingerprints(dag).residues()
+    first: dict[tuple[int, ...], Node] = {}  # residues -> node
+    new: dict[Node, Node] = {}
+    for node in dag.reachable(roots):
+        new[node] = _known(simple, first, residues[node], _remake(dag, simple, node, new))
+    after = Fingerprints(simple, points=1).residues()
+    for root in roots:
+        assert after[new[root]][0] == residues[root][0], f"node {root} changed its value"
+    return simple, new
+
+
+def _remake(dag: Dag, simple: Dag, node: Node, new: dict[Node, Node]) -> Node:
+    op, a = dag.op[node], dag.a[node]
+    if op == Op.CONST:
+        return simple.const(dag.constants[a])
+    if op == Op.SYMBOL:
+        symbol = dag.symbols[a]
+        return simple.symbol(symbol.kind, symbol.index)
+    b, c = dag.b[node], dag.c[node]
+    if b < 0:
+        return simple.apply(op, (new[a],))
+    if c >= 0:
+        return simple.apply(op, (new[a], new[b], new[c]))
+    if op == Op.DIV and new[b] != simple.zero:  # whoever divides by zero has reported it
+        return simple.mul(new[a], simple.div(simple.one, new[b]))
+    return simple.apply(op, (new[a], new[b]))
+
+
+def _known(
+    dag: Dag, first: dict[tuple[int, ...], Node], value: tuple[int, ...], node: Node
+) -> Node:
+    """The node to use for one with this value: an equal one, the opposite of one, or itself."""
+    if dag.op[node] <= Op.SYMBOL:
+        first[value] = node
+        return node
+    if not any(value):
+        return dag.zero
+    known = first.get(value)
+    if known is None:
+        opposite = first.get(tuple(PRIME - x for x in value))
+        if opposite is None or dag.level[node] < dag.level[opposite]:
+            first[value] = node
+            return node
+        return dag.neg(opposite)
+    if dag.level[node] < dag.level[known]:
+        first[value] = node
+        return node
+    return known

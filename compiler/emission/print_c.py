@@ -1,0 +1,180 @@
+"""Expressions of the graph as C text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+from bgc.algebra.dag import Dag, Kind, Op
+from bgc.graph import Node
+
+# How tightly a piece of text binds, as in C.
+_CHOICE, _OR, _AND, _COMPARE, _SUM, _PRODUCT, _UNARY, _ATOM = range(8)
+
+_FUNCTION: dict[int, str] = {
+    Op.POW: "pow",
+    Op.SIN: "sin",
+    Op.COS: "cos",
+    Op.TAN: "tan",
+    Op.ASIN: "asin",
+    Op.ACOS: "acos",
+    Op.ATAN: "atan",
+    Op.ATAN2: "atan2",
+    Op.SINH: "sinh",
+    Op.COSH: "cosh",
+    Op.TANH: "tanh",
+    Op.EXP: "exp",
+    Op.LOG: "log",
+    Op.SQRT: "sqrt",
+    Op.ABS: "fabs",
+    Op.SIGN: "model_sign",
+    Op.MIN: "model_min",
+    Op.MAX: "model_max",
+    Op.FLOOR: "floor",
+    Op.CEIL: "ceil",
+    Op.FMOD: "fmod",
+    Op.HYPOT: "hypot",
+    Op.ASINH: "asinh",
+    Op.ACOSH: "acosh",
+    Op.ATANH: "atanh",
+    Op.CBRT: "cbrt",
+    Op.ERF: "erf",
+    Op.LOG10: "log10",
+    Op.EXPM1: "expm1",
+    Op.LOG1P: "log1p",
+}
+
+# Functions that C lacks. A NaN goes through them: it must not turn into a plausible number.
+HELPERS: dict[str, str] = {
+    "model_max": (
+        "static inline double model_max(double a, double b)\n"
+        "{\n    return a > b || a != a ? a : b;\n}\n"
+    ),
+    "model_min": (
+        "static inline double model_min(double a, double b)\n"
+        "{\n    return a < b || a != a ? a : b;\n}\n"
+    ),
+    "model_sign": (
+        "static inline double model_sign(double a)\n"
+        "{\n    return a > 0.0 ? 1.0 : a < 0.0 ? -1.0 : a;\n}\n"
+    ),
+}
+
+_ARRAY = {Kind.PARAM: "p", Kind.INPUT: "u", Kind.STATE: "x"}
+_TRUTH = frozenset({Op.LT, Op.LE, Op.EQ, Op.AND, Op.OR, Op.NOT})
+
+
+def literal(value: Fraction) -> str:
+    """The double nearest to an exact value, in the fewest digits that read back as it."""
+    try:
+        return repr(float(value))
+    except OverflowError:
+        return "INFINITY" if value > 0 else "-INFINITY"
+
+
+class Printer:
+    """Text of nodes. Nodes that have a name are referred to, all others are written out.
+
+    `used` collects the arrays (and `t`) that the text refers to, `helpers` the functions of
+    `HELPERS` that it calls.
+    """
+
+    def __init__(self, dag: Dag, names: Mapping[Node, str]) -> None:
+        self._dag = dag
+        self._op, self._a, self._b, self._c = dag.op, dag.a, dag.b, dag.c
+        self._names: dict[Node, str] = dict(names)
+        self.used: set[str] = set()
+        self.helpers: set[str] = set()
+
+    def name(self, node: Node, text: str) -> None:
+        """From here on, write `text` for the node."""
+        self._names[node] = text
+
+    def expression(self, node: Node) -> str:
+        """The node's operation written out, even where the node has a name."""
+        return self._write(node)[0]
+
+    def leaf(self, node: Node) -> str:
+        """A constant, a symbol or a node with a name."""
+        return self._operand(node)[0]
+
+    def _operand(self, node: Node) -> tuple[str, int]:
+        name = self._names.get(node)
+        if name is not None:
+            if name[0] != "v":
+                self.used.add(name[0])
+            return name, _ATOM
+        op = self._op[node]
+        if op > Op.SYMBOL:
+            return self._write(node)
+        if op == Op.CONST:
+            text = literal(self._dag.constants[self._a[node]])
+            return text, _UNARY if text[0] == "-" else _ATOM
+        symbol = self._dag.symbols[self._a[node]]
+        if symbol.kind is Kind.TIME:
+            self.used.add("t")
+            return "t", _ATOM
+        array = _ARRAY[symbol.kind]
+        self.used.add(array)
+        return f"{array}[{symbol.index}]", _ATOM
+
+    def _within(self, node: Node, least: int) -> str:
+        """The operand, in parentheses if it binds less tightly than `least`."""
+        text, binding = self._operand(node)
+        return text if binding >= least else f"({text})"
+
+    def _write(self, node: Node) -> tuple[str, int]:
+        op, a, b = self._op[node], self._a[node], self._b[node]
+        if op == Op.MUL:
+            for factor, other in ((a, b), (b, a)):
+                divisor = self._open_reciprocal(other)
+                if divisor is not None:
+                    return f"{self._within(factor, _PRODUCT)} / {divisor}", _PRODUCT
+            return f"{self._within(a, _PRODUCT)} * {self._within(b, _UNARY)}", _PRODUCT
+        if op == Op.ADD:
+            return f"{self._within(a, _SUM)} + {self._within(b, _PRODUCT)}", _SUM
+        if op == Op.SUB:
+            return f"{self._within(a, _SUM)} - {self._within(b, _PRODUCT)}", _SUM
+        if op == Op.NEG:
+            text, binding = self._operand(a)
+            return (f"-{text}" if binding == _ATOM else f"-({text})"), _UNARY
+        if op == Op.DIV:
+            return f"{self._within(a, _PRODUCT)} / {self._within(b, _UNARY)}", _PRODUCT
+        if op == Op.SELECT:
+            yes, no = self._within(b, _OR), self._within(self._c[node], _OR)
+            return f"{self._condition(a, _OR)} ? {yes} : {no}", _CHOICE
+        if op in _TRUTH:
+            return f"(double)({self._truth(node)[0]})", _UNARY
+        function = _FUNCTION[op]
+        if function in HELPERS:
+            self.helpers.add(function)
+        second = f", {self._operand(b)[0]}" if b >= 0 else ""
+        return f"{function}({self._operand(a)[0]}{second})", _ATOM
+
+    def _open_reciprocal(self, node: Node) -> str | None:
+        """The divisor of a reciprocal that has no name: its product is one division."""
+        if self._op[node] != Op.DIV or node in self._names:
+            return None
+        if self._dag.value(self._a[node]) != 1:
+            return None
+        return self._within(self._b[node], _UNARY)
+
+    def _condition(self, node: Node, least: int) -> str:
+        """A node as a C condition: true where it is not zero (a NaN is not)."""
+        if self._op[node] in _TRUTH and node not in self._names:
+            text, binding = self._truth(node)
+        else:
+            text, binding = f"{self._within(node, _SUM)} != 0.0", _COMPARE
+        return text if binding >= least else f"({text})"
+
+    def _truth(self, node: Node) -> tuple[str, int]:
+        """A comparison or a logical operation as a C condition."""
+        op, a, b = self._op[node], self._a[node], self._b[node]
+        if op == Op.NOT:
+            return f"!{self._condition(a, _UNARY)}", _UNARY
+        if op == Op.AND:
+            return f"{self._condition(a, _COMPARE)} && {self._condition(b, _COMPARE)}", _AND
+        if op == Op.OR:
+            return f"{self._condition(a, _COMPARE)} || {self._condition(b, _COMPARE)}", _OR
+        sign = {Op.LT: "<", Op.LE: "<=", Op.EQ: "=="}[Op(op)]
+        return f"{self._within(a, _SUM)} {sign} {self._within(b, _SUM)}", _COMPARE

@@ -1,0 +1,142 @@
+"""The order of elimination and the fill of `W = c M - J`, from its pattern alone.
+
+Pivots are fixed at compile time. Where M has a diagonal entry the pivot is on the diagonal; a
+row without one (an algebraic equation) gets an entry of its own by a matching of rows to
+columns. Among these pivots the next is always one that fills in least (Markowitz 1957: fewest
+entries in its row times entries in its column), found with a heap that is allowed to be stale.
+The factors are kept up-looking: row k from rows above it, each entry one sum of products.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from heapq import heapify, heappop, heappush
+
+from bgc.emission.lowered import Jacobian, LuPlan
+from bgc.program import Program
+
+
+def plan_lu(program: Program, jacobian: Jacobian) -> LuPlan:
+    """Pivots and fill for the iteration matrix of a program."""
+    size = len(program.states)
+    sure = (
+        {(i, i) for i in range(size)}
+        if program.mass is None
+        else {(m.row, m.column) for m in program.mass}
+    )
+    return plan_pattern(size, sure, zip(jacobian.rows, jacobian.columns, strict=True))
+
+
+def plan_pattern(
+    size: int, sure: Iterable[tuple[int, int]], others: Iterable[tuple[int, int]]
+) -> LuPlan:
+    """Pivots and fill of a pattern; pivots are taken among `sure` positions where possible."""
+    first: list[set[int]] = [set() for _ in range(size)]
+    pattern: list[set[int]] = [set() for _ in range(size)]
+    for row, column in sure:
+        first[row].add(column)
+        pattern[row].add(column)
+    for row, column in others:
+        pattern[row].add(column)
+    column_of = _match(first, pattern)
+    return _eliminate(pattern, column_of)
+
+
+def _match(first: Sequence[set[int]], pattern: Sequence[set[int]]) -> list[int]:
+    """A column for every row, its own where possible: a perfect matching of the pattern.
+
+    Diagonal entries of `first` are taken, then diagonal entries of the pattern, then
+    augmenting paths, over `first` before the rest, complete the matching.
+    """
+    size = len(pattern)
+    row_of = [-1] * size
+    free = []
+    for k in range(size):
+        if k in first[k]:
+            row_of[k] = k
+    for k in range(size):
+        if row_of[k] < 0 and k in pattern[k]:
+            row_of[k] = k
+        elif row_of[k] != k:
+            free.append(k)
+    for row in free:
+        if not _augment(row, first, row_of) and not _augment(row, pattern, row_of):
+            raise AssertionError(f"no pivot for row {row}: the equations are singular")
+    column_of = [-1] * size
+    for column, row in enumerate(row_of):
+        column_of[row] = column
+    return column_of
+
+
+def _augment(start: int, pattern: Sequence[set[int]], row_of: list[int]) -> bool:
+    """Adds row `start` to the matching along an alternating path, found breadth first."""
+    came_from: dict[int, int] = {}  # column -> row that reached it
+    queue = [start]
+    for row in queue:
+        for column in sorted(pattern[row]):
+            if column in came_from:
+                continue
+            came_from[column] = row
+            if row_of[column] >= 0:
+                queue.append(row_of[column])
+                continue
+            while True:  # hand every column on the path to the row that reached it
+                row = came_from[column]
+                if row == start:
+                    row_of[column] = row
+                    return True
+                previous = row_of.index(row)
+                row_of[column], column = row, previous
+    return False
+
+
+def _eliminate(pattern: Sequence[set[int]], column_of: Sequence[int]) -> LuPlan:
+    """Eliminates symbolically. Columns are renamed after the row whose pivot they hold."""
+    size = len(pattern)
+    named = [0] * size
+    for row, column in enumerate(column_of):
+        named[column] = row
+    rows = [{named[column] for column in entries} for entries in pattern]
+    columns: list[set[int]] = [set() for _ in range(size)]
+    for row, entries in enumerate(rows):
+        for column in entries:
+            columns[column].add(row)
+    queue = [((len(rows[k]) - 1) * (len(columns[k]) - 1), k) for k in range(size)]
+    heapify(queue)
+    order: list[int] = []
+    place = [-1] * size
+    right: list[set[int]] = []  # of each pivot: the columns right of it
+    lower: list[list[int]] = [[] for _ in range(size)]
+    operations = 0
+    while queue:
+        cost, pivot = heappop(queue)
+        if place[pivot] >= 0:
+            continue
+        across, down = rows[pivot], columns[pivot]
+        if cost != (len(across) - 1) * (len(down) - 1):
+            heappush(queue, ((len(across) - 1) * (len(down) - 1), pivot))
+            continue
+        across.discard(pivot)
+        down.discard(pivot)
+        place[pivot] = len(order)
+        for column in across:
+            columns[column].discard(pivot)
+        for row in down:
+            entries = rows[row]
+            entries.discard(pivot)
+            lower[row].append(place[pivot])
+            for column in across - entries:
+                entries.add(column)
+                columns[column].add(row)
+        for k in across | down:
+            heappush(queue, ((len(rows[k]) - 1) * (len(columns[k]) - 1), k))
+        operations += 1 + len(down) * (1 + 2 * len(across))
+        order.append(pivot)
+        right.append(across)
+    return LuPlan(
+        rows=tuple(order),
+        columns=tuple(column_of[row] for row in order),
+        lower=tuple(tuple(lower[row]) for row in order),
+        upper=tuple(tuple(sorted(place[k] for k in across)) for across in right),
+        operations=operations,
+    )

@@ -1,0 +1,157 @@
+"""The constant tables of an emitted model, as C text: names, units, bounds, patterns, devices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from bgc.algebra.dag import Kind, Symbol
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.emission.lowered import Lowered
+from bgc.graph import DeviceUse
+from bgc.program import Program
+
+_CHANNELS = {
+    "position": "BGC_POSITION",
+    "orientation": "BGC_ORIENTATION",
+    "velocity": "BGC_VELOCITY",
+    "angular_velocity": "BGC_ANGULAR_VELOCITY",
+    "gripper": "BGC_GRIPPER",
+    "buttons": "BGC_BUTTONS",
+    "force": "BGC_FORCE",
+    "torque": "BGC_TORQUE",
+    "gripper_force": "BGC_GRIPPER_FORCE",
+}
+_PER_LINE = 16
+
+Field = tuple[str, str]  # a member of bgc_model and its value
+
+
+def model_tables(lowered: Lowered, source_hash: str) -> tuple[list[str], list[Field]]:
+    """Definitions of the tables, and the members of `bgc_model` that name and size them."""
+    program, jacobian = lowered.program, lowered.jacobian
+    scene = program.scene
+    commands = [(d, use) for d, device in enumerate(program.devices) for use in device.commands]
+    tables: list[str] = []
+    fields: list[Field] = [
+        ("abi", "BGC_ABI"),
+        ("name", quoted(scene.name)),
+        ("hash", quoted(source_hash)),
+        ("n_param", str(len(program.parameters))),
+        ("n_hoist", str(len(lowered.hoisted))),
+        ("n_state", str(len(program.states))),
+        ("n_input", str(program.inputs)),
+        ("n_output", str(len(program.observations))),
+        ("n_command", str(len(commands))),
+        ("n_assert", str(len(program.guards))),
+        ("n_device", str(len(program.devices))),
+        ("n_jac", str(len(jacobian.entries))),
+        ("n_mass", str(len(program.mass or ()))),
+        ("n_check", str(len(program.positive))),
+    ]
+
+    def table(field: str, type_: str, rows: Sequence[str]) -> None:
+        if rows:
+            body = "".join(f"    {row},\n" for row in rows)
+            tables.append(f"static const {type_}model_{field}[] = {{\n{body}}};\n")
+        fields.append((field, f"model_{field}" if rows else "NULL"))
+
+    def indices(field: str, values: Sequence[int]) -> None:
+        chunks = [values[k : k + _PER_LINE] for k in range(0, len(values), _PER_LINE)]
+        table(field, "int ", [", ".join(map(str, chunk)) for chunk in chunks])
+
+    table("param", "bgc_param_info ", _parameters(program))
+    table("state", "bgc_var_info ", _variables((s.name, s.unit) for s in program.states))
+    table("output", "bgc_var_info ", _variables((o.name, o.unit) for o in program.observations))
+    table("input", "bgc_channel_use ", _inputs(program))
+    table("command", "bgc_channel_use ", [_channel(d, use) for d, use in commands])
+    table("device", "bgc_device_info ", [_device(device) for device in program.devices])
+    table("assertion", "char *const ", [quoted(guard.message) for guard in program.guards])
+    table("param_check", "char *const ", [quoted(check.message) for check in program.positive])
+    indices("jac_row", jacobian.rows)
+    indices("jac_col", jacobian.columns)
+    indices("mass_row", [entry.row for entry in program.mass or ()])
+    indices("mass_col", [entry.column for entry in program.mass or ()])
+    fields += [
+        ("step", number(scene.step or 0.0)),
+        ("duration", number(scene.duration or 0.0)),
+        ("every", number(scene.every or 0.0)),
+    ]
+    return tables, fields
+
+
+def number(value: float) -> str:
+    """A double as C text."""
+    if value in (float("inf"), float("-inf")):
+        return "INFINITY" if value > 0 else "-INFINITY"
+    return repr(float(value))
+
+
+def quoted(text: str) -> str:
+    """A C string literal, in ASCII whatever the text."""
+    out = []
+    for byte in text.encode("utf-8"):
+        char = chr(byte)
+        if char in '"\\?':  # a ? could begin a trigraph
+            out.append(f"\\{char}")
+        elif char == "\n":
+            out.append("\\n")
+        elif 32 <= byte < 127:
+            out.append(char)
+        else:
+            out.append(f"\\{byte:03o}")
+    return f'"{"".join(out)}"'
+
+
+def default_values(program: Program) -> list[float]:
+    """The default of every parameter, those computed from others among them."""
+    dag = program.dag
+    values: dict[Symbol, float] = {}
+    waiting = list(program.parameters)
+    while waiting:
+        later = []
+        for parameter in waiting:
+            needed = (dag.symbol_of(n) for n in dag.reachable([parameter.value]))
+            if all(symbol is None or symbol in values for symbol in needed):
+                value = evaluate_nodes(dag, [parameter.value], values)[0]
+                values[Symbol(Kind.PARAM, parameter.index)] = value
+            else:
+                later.append(parameter)
+        assert len(later) < len(waiting), "defaults of parameters depend on each other"
+        waiting = later
+    return [values[Symbol(Kind.PARAM, p.index)] for p in program.parameters]
+
+
+def _parameters(program: Program) -> list[str]:
+    infinity = float("inf")
+    rows = []
+    for parameter, value in zip(program.parameters, default_values(program), strict=True):
+        low = -infinity if parameter.low is None else parameter.low
+        high = infinity if parameter.high is None else parameter.high
+        numbers = ", ".join(map(number, (value, low, high)))
+        rows.append(f"{{{quoted(parameter.name)}, {quoted(parameter.unit)}, {numbers}}}")
+    return rows
+
+
+def _variables(variables: Iterable[tuple[str, str]]) -> list[str]:
+    return [
+        f"/* {k} */ {{{quoted(name)}, {quoted(unit)}}}" for k, (name, unit) in enumerate(variables)
+    ]
+
+
+def _inputs(program: Program) -> list[str]:
+    """Where each input comes from; device -1 for one that the caller sets."""
+    rows = ["{-1, 0, 0}"] * program.inputs
+    for d, device in enumerate(program.devices):
+        for k, use in enumerate(device.inputs, device.first_input):
+            rows[k] = _channel(d, use)
+    return rows
+
+
+def _channel(device: int, use: tuple[str, int]) -> str:
+    channel, component = use
+    return f"{{{device}, {_CHANNELS[channel]}, {component - 1}}}"  # C counts from 0
+
+
+def _device(device: DeviceUse) -> str:
+    options = "\n".join(f"{key}={value}" for key, value in device.options)
+    return f"{{{quoted(device.name)}, {quoted(device.driver)}, {quoted(options)}}}"

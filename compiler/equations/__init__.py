@@ -1,0 +1,1 @@
+"""From independent flows to assigned state equations."""

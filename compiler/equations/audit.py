@@ -1,0 +1,54 @@
+"""What is asserted of every program: the power balance at a random state.
+
+The rate of the stored energy along the derived equations has to equal what sources supply less
+what resistors dissipate. A slip of a sign anywhere between the graph and the equations breaks it.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+
+from bgc.algebra.dag import Kind, Symbol
+from bgc.algebra.derivatives import gradient
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.causality.certificates import default_values
+from bgc.program import Program
+
+_TOLERANCE = 1e-6  # of all powers; far above rounding, far below a slip
+
+
+def power_defect(program: Program) -> float | None:
+    """The defect of the power balance relative to the powers; None where it says nothing.
+
+    It says nothing without the accounts, with algebraic states (whose values cannot be
+    chosen), and where a function is not defined at the random state.
+    """
+    if not program.scene.accounts or program.mass is not None:
+        return None
+    dag, energy = program.dag, program.energy
+    moving = [dag.symbol(Kind.STATE, k) for k in range(len(program.states))]
+    rates = [state.derivative for state in program.states]
+    moving.append(dag.symbol(Kind.TIME))
+    rates.append(dag.one)
+    slopes = gradient(dag, energy.stored, moving)
+    rng = random.Random(1)
+    values: dict[Symbol, float] = dict(default_values(dag, program.parameters))
+    values[Symbol(Kind.TIME, 0)] = rng.uniform(0.1, 1)
+    for k in range(program.inputs):
+        values[Symbol(Kind.INPUT, k)] = rng.uniform(-1, 1)
+    for k in range(len(program.states)):
+        values[Symbol(Kind.STATE, k)] = rng.uniform(-1, 1)
+    shares = [dag.mul(slope, rate) for slope, rate in zip(slopes, rates, strict=True)]
+    shares += [dag.neg(energy.supplied), energy.dissipated]
+    powers = evaluate_nodes(dag, shares, values)
+    size = sum(map(abs, powers))
+    if not math.isfinite(size):
+        return None
+    return abs(sum(powers)) / size if size else 0.0
+
+
+def assert_power_balance(program: Program) -> None:
+    """Fail, as a bug of the compiler's, where the balance is broken."""
+    defect = power_defect(program)
+    assert defect is None or defect < _TOLERANCE, f"power balance broken by {defect:.1e}"

@@ -1,0 +1,244 @@
+"""Derive the state equations: from the causal graph to a program.
+
+Variables are defined one by one (`variables`, `storage`, `merging`) and put together on demand
+(`resolving`, `loops`), so that only what the states, outputs and guards need is ever made.
+States come in the order storage (by element), declared, algebraic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from bgc.algebra.dag import Kind
+from bgc.causality.causal import CausalGraph, Role
+from bgc.equations.accounts import energy_accounts
+from bgc.equations.audit import assert_power_balance
+from bgc.equations.implicit import ImplicitRows, implicit_rows, pair_equations
+from bgc.equations.initial import closed_initials
+from bgc.equations.integrating import integrate_alone
+from bgc.equations.laws import positive_values
+from bgc.equations.loops import AlgebraicState
+from bgc.equations.merging import merge_compliances, merge_inertias
+from bgc.equations.resolving import Resolver
+from bgc.equations.scales import port_scales
+from bgc.equations.storage import (
+    IntegratedState,
+    StorageElement,
+    columns_of,
+    is_independent,
+    storage_elements,
+)
+from bgc.equations.variables import Variables
+from bgc.graph import FlatGraph, Node
+from bgc.program import Energy, MassEntry, PositiveParameter, Program, ProgramState
+
+
+def derive_equations(causal: CausalGraph) -> Program:
+    """The program `M y' = f` of a causal graph.
+
+    Guarantees that every node is in states, time, inputs and parameters only, that nothing was
+    divided by that is always zero, and that algebraic loops have a regular Jacobian. Does not
+    drop what the scene does not need (`slice`).
+
+    Raises
+    ------
+    BgError
+        A law, a loop, an initial value or an equation cannot be used; it names the elements.
+    """
+    graph, dag = causal.graph, causal.graph.dag
+    variables = Variables(causal)
+    elements = storage_elements(causal, variables)
+    stored = _storage_states(causal, variables, elements)
+    variables.set_balances()
+    accounts = energy_accounts(variables, elements) if graph.scene.accounts else None
+    if accounts is not None:
+        stored += accounts.states
+    resolver = Resolver(
+        variables,
+        _state_numbers(graph, stored),
+        _raw_rates(graph, stored),
+        pair_equations(variables),
+    )
+    rows = implicit_rows(graph, resolver, len(stored))
+    declared = _declared_states(graph, resolver, len(stored), rows)
+    states = _integrated_states(causal, resolver, stored, elements) + declared
+    energy = (dag.zero,) * 3 if accounts is None else resolver.resolve_all(accounts.nodes)
+    outputs = _with_outputs(graph, resolver)
+    states += _loop_states(variables, resolver.algebraic)
+    program = Program(
+        dag=dag,
+        scene=graph.scene,
+        parameters=graph.parameters,
+        states=_with_closed_initials(graph, states),
+        mass=_mass(graph, len(stored), len(states), rows),
+        inputs=sum(len(device.inputs) for device in graph.devices),
+        observations=outputs.observations,
+        requirements=outputs.requirements,
+        devices=outputs.devices,
+        guards=outputs.guards,
+        energy=Energy(*energy),
+        positive=_positive(causal, variables, elements),
+        dropped=(),
+        kept=graph.kept,
+    )
+    assert_power_balance(program)
+    return program
+
+
+# --- states -----------------------------------------------------------------------------------
+
+
+def _storage_states(
+    causal: CausalGraph, variables: Variables, elements: Sequence[StorageElement]
+) -> list[IntegratedState]:
+    columns = columns_of(elements, Role.INERTIA)
+    states: list[IntegratedState] = []
+    merged: list[StorageElement] = []
+    for element in elements:
+        if is_independent(causal, element, columns):
+            states.extend(integrate_alone(variables, element))
+        else:
+            merged.append(element)
+    states += merge_compliances(variables, merged)
+    return states + merge_inertias(variables, merged)
+
+
+def _state_numbers(graph: FlatGraph, stored: Sequence[IntegratedState]) -> dict[Node, int]:
+    """Raw symbols that are states -> their numbers in the program."""
+    dag = graph.dag
+    symbols = [state.symbol for state in stored]
+    symbols += [dag.symbol(Kind.STATE, state.index) for state in graph.states]
+    symbols += [dag.symbol(Kind.UNKNOWN, unknown.index) for unknown in graph.unknowns]
+    return {symbol: number for number, symbol in enumerate(symbols)}
+
+
+def _raw_rates(graph: FlatGraph, stored: Sequence[IntegratedState]) -> dict[int, Node]:
+    """State number -> its raw derivative, where it is an assignment."""
+    rates = {number: state.derivative for number, state in enumerate(stored)}
+    for state in graph.states:
+        if state.derivative is not None:
+            rates[len(stored) + state.index] = state.derivative
+    return rates
+
+
+def _integrated_states(
+    causal: CausalGraph,
+    resolver: Resolver,
+    stored: Sequence[IntegratedState],
+    elements: Sequence[StorageElement],
+) -> list[ProgramState]:
+    scales = port_scales(causal, elements)
+    one = causal.graph.dag.one
+    return [
+        ProgramState(
+            name=state.name,
+            unit=state.unit,
+            kind=state.kind,
+            initial=resolver.resolve(state.initial),
+            derivative=resolver.resolve(state.derivative),
+            projection=None,
+            scale=one if state.port is None else scales[state.port],
+        )
+        for state in stored
+    ]
+
+
+def _declared_states(
+    graph: FlatGraph, resolver: Resolver, first: int, rows: ImplicitRows
+) -> list[ProgramState]:
+    """Declared states, then declared unknowns."""
+    one = graph.dag.one
+    states = []
+    for state in graph.states:
+        derivative = (
+            rows[first + state.index][0]
+            if state.derivative is None
+            else resolver.resolve(state.derivative)
+        )
+        projection = None if state.projection is None else resolver.resolve(state.projection)
+        initial = resolver.resolve(state.initial)
+        states.append(
+            ProgramState(state.name, state.unit, "declared", initial, derivative, projection, one)
+        )
+    first += len(graph.states)
+    for unknown in graph.unknowns:
+        right, entries = rows[first + unknown.index]
+        kind = "declared" if entries else "algebraic"
+        initial = resolver.resolve(unknown.start)
+        states.append(ProgramState(unknown.name, unknown.unit, kind, initial, right, None, one))
+    return states
+
+
+def _loop_states(variables: Variables, algebraic: Sequence[AlgebraicState]) -> list[ProgramState]:
+    """The unknowns of nonlinear algebraic loops."""
+    dag = variables.dag
+    return [
+        ProgramState(
+            variables.places.name_of(state.symbol),
+            variables.places.unit_of(state.symbol),
+            "algebraic",
+            dag.zero,
+            state.residual,
+            None,
+            dag.one,
+        )
+        for state in algebraic
+    ]
+
+
+def _with_closed_initials(
+    graph: FlatGraph, states: Sequence[ProgramState]
+) -> tuple[ProgramState, ...]:
+    spans = {state.name: state.span for state in graph.states}
+    places = [(state.name, spans.get(state.name)) for state in states]
+    closed = closed_initials(graph.dag, [state.initial for state in states], places)
+    return tuple(
+        replace(state, initial=initial) for state, initial in zip(states, closed, strict=True)
+    )
+
+
+def _mass(
+    graph: FlatGraph, first: int, size: int, rows: ImplicitRows
+) -> tuple[MassEntry, ...] | None:
+    """The mass matrix; None where it is the identity.
+
+    Rows of equations are the user's, rows of loops (the last states) are zero.
+    """
+    one = graph.dag.one
+    loops = first + len(graph.states) + len(graph.unknowns)
+    entries: list[MassEntry] = []
+    for row in range(size):
+        if row in rows:
+            columns = sorted(rows[row][1].items())
+            entries.extend(MassEntry(row, column, value) for column, value in columns)
+        elif row < loops:
+            entries.append(MassEntry(row, row, one))
+    identity = [MassEntry(row, row, one) for row in range(size)]
+    return None if entries == identity else tuple(entries)
+
+
+def _positive(
+    causal: CausalGraph, variables: Variables, elements: Sequence[StorageElement]
+) -> tuple[PositiveParameter, ...]:
+    """All parameters that something was divided by, each with its strictest demand."""
+    found = {p.node: p for p in (*causal.positive, *variables.watched)}
+    for element in elements:
+        for p in positive_values(causal.graph.dag, element.storage):
+            found[p.node] = p
+    return tuple(found.values())
+
+
+# --- what is read -----------------------------------------------------------------------------
+
+
+def _with_outputs(graph: FlatGraph, resolver: Resolver) -> FlatGraph:
+    """The graph with everything that the scene reads resolved."""
+    resolve = resolver.resolve
+    return replace(
+        graph,
+        observations=tuple(replace(o, node=resolve(o.node)) for o in graph.observations),
+        requirements=tuple(replace(r, node=resolve(r.node)) for r in graph.requirements),
+        devices=tuple(replace(d, values=resolver.resolve_all(d.values)) for d in graph.devices),
+        guards=tuple(replace(g, condition=resolve(g.condition)) for g in graph.guards),
+    )

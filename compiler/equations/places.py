@@ -1,0 +1,91 @@
+"""What to call a raw symbol in messages and tables, and the errors that name symbols."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bgc.algebra.dag import Kind, Symbol
+from bgc.causality.causal import CausalGraph, Role
+from bgc.grammar.catalogue import causality as catalogue
+from bgc.grammar.diagnostics import BgError
+from bgc.grammar.source import Span
+from bgc.graph import Gyrator, Node
+
+
+class Places:
+    """Names, units and places of raw symbols."""
+
+    def __init__(self, causal: CausalGraph) -> None:
+        self._causal = causal
+        self._elements: dict[Node, int] = {}  # symbols that are not of bonds -> element
+
+    def note(self, symbol: Node, element: int) -> None:
+        """Say which element a symbol that is not a bond's belongs to."""
+        self._elements[symbol] = element
+
+    def name_of(self, symbol: Node) -> str:
+        """The name of a variable that becomes an algebraic state: `diode.e`."""
+        leaf = self._leaf(symbol)
+        letter = {Kind.EFFORT: "e", Kind.FLOW: "f", Kind.DISPLACEMENT: "q"}.get(leaf.kind, "p")
+        if leaf.kind not in {Kind.EFFORT, Kind.FLOW}:
+            return f"{self._place(symbol)[0]}.{letter}"
+        bonds: tuple[int, ...] = (leaf.index,)
+        if (leaf.kind is Kind.EFFORT) == self._causal.dual[leaf.index]:
+            bonds = self._causal.classes[self._causal.class_of[leaf.index]].bonds
+        for port in self._causal.ports:
+            if port.bond in bonds and port.role is Role.RESISTANCE:
+                suffix = f"[{port.position + 1}]" if port.position else ""
+                return f"{self._causal.graph.elements[port.element].name}.{letter}{suffix}"
+        return f"({self._place(symbol)[0]}).{letter}"
+
+    def unit_of(self, symbol: Node) -> str:
+        """The unit of an effort or flow that becomes an algebraic state."""
+        leaf = self._leaf(symbol)
+        if leaf.kind not in {Kind.EFFORT, Kind.FLOW}:
+            return ""
+        bond = self._causal.graph.bonds[leaf.index]
+        return bond.effort_unit if leaf.kind is Kind.EFFORT else bond.flow_unit
+
+    def _leaf(self, symbol: Node) -> Symbol:
+        leaf = self._causal.graph.dag.symbol_of(symbol)
+        assert leaf is not None
+        return leaf
+
+    def _place(self, symbol: Node) -> tuple[str, Span]:
+        graph = self._causal.graph
+        leaf = self._leaf(symbol)
+        if leaf.kind in {Kind.EFFORT, Kind.FLOW}:
+            return graph.bonds[leaf.index].name, graph.bonds[leaf.index].span
+        element = graph.elements[self._elements[symbol]]
+        return element.name, element.span
+
+    # --- errors -----------------------------------------------------------------------------
+
+    def unsolvable(self, symbols: Sequence[Node]) -> BgError:
+        """Equations have no single solution for these unknowns."""
+        places = [self._place(symbol) for symbol in symbols]
+        names = list(dict.fromkeys(name for name, _ in places))
+        elements = self._causal.graph.elements
+        ports = {port.element for port in self._causal.ports}
+        gyrators = [elements[k] for k in sorted(ports) if isinstance(elements[k], Gyrator)]
+        if gyrators:
+            listed = [gyrator.name for gyrator in gyrators]
+            return BgError([catalogue.gyrator_loop(gyrators[0].span, listed, names)])
+        return BgError([catalogue.singular_loop(places[0][1], names)])
+
+    def rate_in_loop(self, symbols: Sequence[Node]) -> BgError:
+        """A loop runs through the rate of a merged variable."""
+        places = [self._place(symbol) for symbol in symbols]
+        names = list(dict.fromkeys(name for name, _ in places))
+        return BgError([catalogue.derivative_loop(places[0][1], names)])
+
+    def no_rate(self, symbol: Node) -> BgError:
+        """A rate would need the rate of an input or of a loop's unknown."""
+        name, span = self._place(symbol)
+        return BgError([catalogue.rate_unknown(span, name)])
+
+    def undetermined(self, bond: int, *, through: bool) -> BgError:
+        """Nothing determines a bond's through or across variable."""
+        what = "flow" if through != self._causal.dual[bond] else "effort"
+        facts = self._causal.graph.bonds[bond]
+        return BgError([catalogue.nothing_determines(facts.span, facts.name, what)])

@@ -1,0 +1,179 @@
+"""Put definitions together: raw nodes become nodes in states, time, inputs and parameters.
+
+A depth-first search over nodes and definitions (Tarjan 1972) finds the order, and the sets of
+variables that depend on each other in a circle. Those are algebraic loops; `loops` solves them.
+Only what is asked for is visited, every node once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from bgc.algebra.dag import Dag, Kind, Symbol
+from bgc.algebra.derivatives import directional_derivative
+from bgc.equations.loops import AlgebraicState, solve_loop
+from bgc.equations.variables import Explicit, Rate, Unknown, Variables
+from bgc.grammar.diagnostics import BgError
+from bgc.graph import Node
+
+_FREE = frozenset({Kind.PARAM, Kind.TIME, Kind.INPUT})
+
+
+class Resolver:
+    """Resolves raw nodes to final ones.
+
+    `states` maps the raw symbols that are states to their numbers, `rates` these numbers to
+    the raw derivative where there is one; `equation_of` maps an unknown to the residual that
+    it is solved from.
+    """
+
+    def __init__(
+        self,
+        variables: Variables,
+        states: Mapping[Node, int],
+        rates: Mapping[int, Node],
+        equation_of: Mapping[Node, Node],
+    ) -> None:
+        self._variables = variables
+        self._dag: Dag = variables.dag
+        self._states = states
+        self._rates = rates
+        self._equation_of = equation_of
+        self.final: dict[Node, Node] = {}
+        self.algebraic: list[AlgebraicState] = []
+        self._first_algebraic = len(states)
+        self._declared = len(variables.causal.graph.states)
+
+    def resolve(self, node: Node) -> Node:
+        """The final node of a raw one."""
+        if node not in self.final:
+            self._search(node)
+        return self.final[node]
+
+    def resolve_all(self, nodes: Iterable[Node]) -> tuple[Node, ...]:
+        """The final nodes of several raw ones."""
+        return tuple(self.resolve(node) for node in nodes)
+
+    # --- the search -------------------------------------------------------------------------
+
+    def _search(self, root: Node) -> None:
+        final = self.final
+        order: dict[Node, int] = {root: 0}
+        lowest: dict[Node, int] = {root: 0}
+        open_nodes: list[Node] = [root]
+        is_open = {root}
+        stack: list[tuple[Node, Iterator[Node]]] = [(root, self._needs(root))]
+        loops_on_itself = set()
+        while stack:
+            node, needs = stack[-1]
+            for needed in needs:
+                if needed in final:
+                    continue
+                if needed not in order:
+                    order[needed] = lowest[needed] = len(order)
+                    open_nodes.append(needed)
+                    is_open.add(needed)
+                    stack.append((needed, self._needs(needed)))
+                    break
+                if needed in is_open:
+                    lowest[node] = min(lowest[node], order[needed])
+                    if needed == node:
+                        loops_on_itself.add(node)
+            else:
+                stack.pop()
+                if stack:
+                    above = stack[-1][0]
+                    lowest[above] = min(lowest[above], lowest[node])
+                if lowest[node] == order[node]:
+                    members = []
+                    while True:
+                        member = open_nodes.pop()
+                        is_open.remove(member)
+                        members.append(member)
+                        if member == node:
+                            break
+                    if len(members) == 1 and node not in loops_on_itself:
+                        final[node] = self._finish(node)
+                    else:
+                        self._close(members)
+
+    def _needs(self, node: Node) -> Iterator[Node]:
+        """The raw nodes that a node is made of, each asked for when those before are known."""
+        symbol = self._dag.symbol_of(node)
+        if symbol is None:
+            yield from self._dag.operands(node)
+            return
+        if self._is_free(symbol) or node in self._states:
+            return
+        match self._variables.define(node):
+            case Explicit(inner):
+                yield inner
+            case Unknown():
+                yield self._equation_of[node]
+            case Rate(of):
+                yield of
+                if of in self.final:
+                    yield from self._rates_behind(node, self.final[of])
+
+    def _is_free(self, symbol: Symbol) -> bool:
+        """Whether a symbol stays: also the rate of a declared state, which equations hold."""
+        declared = symbol.kind is Kind.RATE and symbol.index < self._declared
+        return symbol.kind in _FREE or declared
+
+    def _rates_behind(self, node: Node, of: Node) -> Iterator[Node]:
+        """The derivatives of the states that a final node depends on."""
+        for inner in self._dag.reachable([of]):
+            symbol = self._dag.symbol_of(inner)
+            if symbol is None:
+                continue
+            if symbol.kind is Kind.INPUT:
+                raise self._no_rate(node)
+            if symbol.kind is Kind.STATE:
+                rate = self._rates.get(symbol.index)
+                if rate is None:
+                    raise self._no_rate(node)
+                yield rate
+
+    def _no_rate(self, node: Node) -> BgError:
+        return self._variables.places.no_rate(node)
+
+    def _finish(self, node: Node) -> Node:
+        """The final node of one whose needs are all final."""
+        dag = self._dag
+        symbol = dag.symbol_of(node)
+        if symbol is None:
+            operands = dag.operands(node)
+            new = tuple(self.final[x] for x in operands)
+            return node if new == operands else dag.rebuild(node, new)
+        if self._is_free(symbol):
+            return node
+        if node in self._states:
+            return dag.symbol(Kind.STATE, self._states[node])
+        match self._variables.define(node):
+            case Explicit(inner):
+                return self.final[inner]
+            case Rate(of):
+                return self._rate(self.final[of])
+            case Unknown():
+                raise self._variables.places.unsolvable([node])
+
+    def _rate(self, of: Node) -> Node:
+        dag = self._dag
+        direction = {dag.symbol(Kind.TIME): dag.one}
+        for inner in dag.reachable([of]):
+            symbol = dag.symbol_of(inner)
+            if symbol is not None and symbol.kind is Kind.STATE:
+                direction[inner] = self.final[self._rates[symbol.index]]
+        return directional_derivative(dag, of, direction)
+
+    def _close(self, members: list[Node]) -> None:
+        """Solve an algebraic loop; what is not linear becomes algebraic states."""
+        solved = solve_loop(
+            self._variables,
+            self._equation_of,
+            members,
+            self.final,
+            self._first_algebraic + len(self.algebraic),
+        )
+        self.final.update(solved.final)
+        self.algebraic.extend(solved.states)

@@ -1,0 +1,69 @@
+"""The unit in which each state's absolute tolerance counts.
+
+A momentum counts in that of its inertia at unit flow. A charge counts in that which gives the
+compliance as much energy as the inertias beside it have at unit flow, `sqrt(m / k)`: an
+oscillation of a stiff spring is then resolved as finely as the momentum it belongs to, neither
+finer (which would cost small steps) nor coarser. A compliance without an inertia beside it
+counts in its charge at unit effort. Everything else counts in its own unit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bgc.algebra.dag import Dag, Level, Op
+from bgc.causality.causal import CausalGraph, Role
+from bgc.equations.storage import StorageElement, StoragePort
+from bgc.graph import Node
+
+
+def port_scales(causal: CausalGraph, elements: Sequence[StorageElement]) -> dict[int, Node]:
+    """Element port -> the scale of its charge or momentum, of PARAM level."""
+    dag = causal.graph.dag
+    inertia: dict[int, Node] = {}  # independent flow -> the largest certain inertia on it
+    scales: dict[int, Node] = {}
+    for element in elements:
+        for position, port in enumerate(element.ports):
+            if port.port.role is Role.INERTIA:
+                size = _diagonal(dag, element, position, capacity=True)
+                scales[port.index] = size or dag.one
+                for k in port.flow:
+                    if size is not None:
+                        inertia[k] = dag.call(Op.MAX, inertia[k], size) if k in inertia else size
+    for element in elements:
+        for position, port in enumerate(element.ports):
+            if port.port.role is Role.COMPLIANCE:
+                scales[port.index] = _of_compliance(dag, element, position, port, inertia)
+    return scales
+
+
+def _diagonal(dag: Dag, element: StorageElement, position: int, *, capacity: bool) -> Node | None:
+    """An entry on the diagonal of the law's matrix; None if it is zero, varies, or is missing."""
+    matrix = element.law.capacity if capacity else element.law.response
+    if matrix is None:
+        return None
+    entry = matrix[position][position]
+    return None if entry == dag.zero or dag.level[entry] > Level.PARAM else entry
+
+
+def _of_compliance(
+    dag: Dag,
+    element: StorageElement,
+    position: int,
+    port: StoragePort,
+    inertia: dict[int, Node],
+) -> Node:
+    stiffness = _diagonal(dag, element, position, capacity=False)
+    if stiffness is None:
+        return dag.one
+    beside = [inertia[k] for k in port.flow if k in inertia]
+    if not beside:
+        scale = dag.div(dag.one, stiffness)
+    else:
+        smallest = beside[0]
+        for other in beside[1:]:
+            smallest = dag.call(Op.MIN, smallest, other)
+        scale = dag.call(Op.SQRT, dag.div(smallest, stiffness))
+    if dag.level[stiffness] == Level.CONST:
+        return scale
+    return dag.select(dag.call(Op.LT, dag.zero, stiffness), scale, dag.one)

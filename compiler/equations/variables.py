@@ -1,0 +1,267 @@
+"""Every variable of a causal graph defined in terms of others, one step at a time.
+
+All nodes here are *raw*: in the symbols of the flat graph (EFFORT, FLOW, DISPLACEMENT, MOMENTUM,
+STATE, ...). A raw symbol is given a meaning only when somebody needs it: an expression in other
+raw symbols, an unknown of an equation to be solved, the rate of another node, or a state.
+`resolving` puts the definitions together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from bgc.algebra.dag import Kind
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.causality.causal import BasisKind, CausalGraph, Role
+from bgc.causality.certificates import Certifier
+from bgc.equations.balances import Balances, CausalIndex
+from bgc.equations.laws import gyrator_law, gyristor_law, resistor_law
+from bgc.equations.places import Places
+from bgc.equations.symbols import Symbols
+from bgc.graph import Form, Gyrator, Gyristor, Node, Resistor, Source, Storage
+from bgc.program import PositiveParameter
+
+
+@dataclass(frozen=True, slots=True)
+class Explicit:
+    """The variable is this node."""
+
+    node: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """The variable is found from an equation (see `Variables.equations`)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rate:
+    """The variable is the rate of change of this node."""
+
+    of: Node
+
+
+Definition: TypeAlias = Explicit | Unknown | Rate
+
+
+class Variables:
+    """The definitions of a causal graph's bond variables.
+
+    Sources and resistors are known from the start. Storage is for `storage` to fill in:
+    `set_answer` for every port of a compliance, `set_flow` for every independent through
+    variable that storage determines, `set_rate_of` for every port of a merged inertia. Only
+    then may `set_balances` and `define` be called.
+    """
+
+    def __init__(self, causal: CausalGraph) -> None:
+        self.causal = causal
+        self.dag = causal.graph.dag
+        self.definitions: dict[Node, Definition] = {}
+        self.equations: list[tuple[Node, Node]] = []  # residual, the unknown it is meant for
+        self._answers: dict[int, Node] = {}  # port -> its across variable, bond's sense
+        self._conductances: dict[int, Node] = {}  # port -> its through variable by its law
+        self._rates = 0
+        self._storage_ports = sum(
+            len(e.ports) for e in causal.graph.elements if isinstance(e, Storage)
+        )
+        self._certifier = Certifier(self.dag, causal.fingerprints, causal.graph.parameters)
+        self.watched: list[PositiveParameter] = []
+        self.index = CausalIndex(causal)
+        self.symbols = Symbols(causal)
+        self.places = Places(causal)
+        self.balances = Balances(causal, self.index, self.symbols, self.places, self._answers)
+        self._answer_of_elements()
+
+    def _answer_of_elements(self) -> None:
+        """Sources answer with their value, resistors by their law or by an equation."""
+        for index, members in self.index.ports_of_element.items():
+            element = self.causal.graph.elements[index]
+            match element:
+                case Source():
+                    (k,) = members
+                    if self.causal.ports[k].role is Role.EFFORT_SOURCE:
+                        self._answers[k] = element.value
+                case Resistor():
+                    self._resist(members, *resistor_law(self.dag, element))
+                case Gyristor():
+                    self._resist(members, Form.EFFORT, gyristor_law(self.dag, element))
+                case Gyrator():
+                    law = gyrator_law(self.dag, element)
+                    positions = [self.causal.ports[k].position for k in members]
+                    self._resist(members, Form.EFFORT, tuple(law[p] for p in positions))
+                case _:
+                    pass
+
+    def _resist(self, members: list[int], form: Form, law: tuple[Node, ...]) -> None:
+        """A law that gives the across variables answers; one that gives the other is solved."""
+        for k, node in zip(members, law, strict=True):
+            port = self.causal.ports[k]
+            if (form is Form.EFFORT) != port.dual:
+                self.set_answer(k, node)
+            else:
+                symbol = self.symbols.across(port.bond)
+                self._answers[k] = symbol
+                self.definitions[symbol] = Unknown()
+                self._conductances[k] = node
+
+    def rate_of(self, node: Node, element: int) -> Node:
+        """A symbol for the rate of change of a node, which belongs to an element."""
+        index = len(self.causal.graph.states) + self._rates
+        self._rates += 1
+        symbol = self.dag.symbol(Kind.RATE, index)
+        self.set_definition(symbol, Rate(node), element)
+        return symbol
+
+    def set_definition(self, symbol: Node, definition: Definition, element: int) -> None:
+        """Say what a symbol other than a bond's is; messages name the element."""
+        self.definitions[symbol] = definition
+        self.places.note(symbol, element)
+
+    def set_answer(self, port_index: int, answer: Node) -> None:
+        """Say what a port's across variable is, in the element's sense."""
+        port = self.causal.ports[port_index]
+        self._answers[port_index] = self.symbols.turned(answer, port.turn_across)
+
+    def set_flow(self, number: int, definition: Definition) -> None:
+        """Say what an independent through variable is."""
+        self.definitions[self.symbols.of_class(number)] = definition
+
+    def set_rate_of(self, port_index: int, state: Node, bias: Node) -> None:
+        """Say that a merged inertia's across variable is the rate of its state, and a bias."""
+        port = self.causal.ports[port_index]
+        if self.balances.answer_at(port.bond) is None:
+            answer = self.dag.add(self.rate_of(state, port.element), bias)
+            turned = self.symbols.turned(answer, port.turn_across)
+            self.definitions[self.symbols.across(port.bond)] = Explicit(turned)
+
+    def add_equation(self, residual: Node, unknown: Node) -> None:
+        """Add an equation `residual = 0`, meant for an unknown."""
+        self.equations.append((residual, unknown))
+
+    def new_state(self, kind: Kind) -> Node:
+        """A symbol for a state that is no element's own."""
+        self._storage_ports += 1
+        return self.dag.symbol(kind, self._storage_ports - 1)
+
+    def may_divide(self, node: Node, message: str) -> bool:
+        """Whether a node never vanishes; the parameters that this takes are noted."""
+        certificate = self._certifier.certify(node)
+        if certificate is None:
+            return False
+        for watched in certificate.watched:
+            self.watch(watched, message)
+        return True
+
+    def watch(self, node: Node, message: str) -> None:
+        """Note a node of PARAM level that must not be zero."""
+        self.watched.append(PositiveParameter(node, message, strictly_positive=False))
+
+    def default(self, node: Node) -> float:
+        """The value of a node of at most PARAM level at the parameters' defaults."""
+        return self._certifier.default(node)
+
+    def at_start(self, nodes: Sequence[Node]) -> list[float] | None:
+        """Values of raw nodes at the start: parameters at their defaults, inputs at zero.
+
+        A charge or momentum counts as zero unless it is given. None where an effort, a flow or
+        an unknown takes part.
+        """
+        graph, dag = self.causal.graph, self.dag
+        start = {dag.symbol(Kind.STATE, state.index): state.initial for state in graph.states}
+        for element in graph.elements:
+            if isinstance(element, Storage):
+                for initial in element.initial:
+                    kind = {"q": Kind.DISPLACEMENT, "p": Kind.MOMENTUM}.get(initial.variable)
+                    if kind is not None:
+                        symbol = dag.symbol(kind, element.first_state + initial.port)
+                        start[symbol] = initial.value
+        nodes = list(nodes)
+        for _ in start:
+            held = set(dag.reachable(nodes)) & set(start)
+            if not held:
+                break
+            nodes = dag.substitute(nodes, {symbol: start[symbol] for symbol in held})
+        values = dict(self._certifier.defaults)
+        for leaf in map(dag.symbol_of, dag.reachable(nodes)):
+            if leaf is not None and leaf not in values:
+                if leaf.kind in {Kind.EFFORT, Kind.FLOW, Kind.UNKNOWN, Kind.RATE}:
+                    return None
+                values[leaf] = 0.0
+        return evaluate_nodes(dag, nodes, values)
+
+    def set_balances(self) -> None:
+        """Write the equations of what resistors determine.
+
+        An independent through variable is found from the balance on it; or it is given by the
+        law of a resistor on it, whose across variable then is found from the balance.
+        """
+        laws = dict(self._conductances)
+        for independent in self.causal.basis:
+            if independent.kind is BasisKind.RESISTANCE:
+                number = independent.bond_class
+                unknown = self.symbols.of_class(number)
+                self.definitions[unknown] = Unknown()
+                for k in self.causal.classes[number].ports:
+                    if k in laws:
+                        port = self.causal.ports[k]
+                        given = self.symbols.turned(laws.pop(k), port.turn_through)
+                        self.definitions[unknown] = Explicit(given)
+                        unknown = self.symbols.across(port.bond)
+                        break
+                self.add_equation(self.balances.balance(number), unknown)
+        for k, node in laws.items():
+            port = self.causal.ports[k]
+            residual = self.dag.sub(self.symbols.port_through(port), node)
+            self.add_equation(residual, self.symbols.across(port.bond))
+
+    # --- definitions ----------------------------------------------------------------------
+
+    def define(self, symbol: Node) -> Definition:
+        """What a raw symbol is; of one that has not been told, a bond's variable."""
+        known = self.definitions.get(symbol)
+        if known is None:
+            leaf = self.dag.symbol_of(symbol)
+            assert leaf is not None, symbol
+            assert leaf.kind in {Kind.EFFORT, Kind.FLOW}, leaf
+            if symbol == self.symbols.through(leaf.index):
+                known = Explicit(self._through_of(leaf.index))
+            else:
+                known = Explicit(self.balances.across_of(leaf.index))
+            self.definitions[symbol] = known
+        return known
+
+    def _through_of(self, bond: int) -> Node:
+        causal, dag = self.causal, self.dag
+        number = causal.class_of[bond]
+        first = causal.classes[number].bonds[0]
+        if bond != first:
+            return self.symbols.through(first)
+        if number in self.index.step_of:
+            step = causal.steps[self.index.step_of[number]]
+            pivot = dict(step.working)[number]
+            return dag.sum(
+                dag.neg(dag.mul(dag.div(entry, pivot), self.symbols.of_class(other)))
+                for other, entry in step.working
+                if other != number
+            )
+        if self.index.kind_of[number] is BasisKind.FLOW_SOURCE:
+            return self.source_of(number).value
+        raise self.places.undetermined(bond, through=True)
+
+    def independent(self, k: int) -> Node:
+        """The through variable of a basis flow: its symbol, or the value that a source sets."""
+        basis = self.causal.basis[k]
+        if basis.kind is BasisKind.FLOW_SOURCE:
+            return self.source_of(basis.bond_class).value
+        return self.symbols.of_class(basis.bond_class)
+
+    def source_of(self, number: int) -> Source:
+        """The source that sets the through variable of a class."""
+        for k in self.causal.classes[number].ports:
+            port = self.causal.ports[k]
+            source = self.causal.graph.elements[port.element]
+            if port.role is Role.FLOW_SOURCE and isinstance(source, Source):
+                return source
+        raise AssertionError(f"class {number} has no source of its through variable")

@@ -1,0 +1,1 @@
+"""Expressions of the language: units, shapes, operators and functions, down to nodes."""

@@ -1,0 +1,50 @@
+"""Components of values: `v[2]`, `v[2..4]`, `A[1, 2]`, `A[1..3, 2]`, `v.x`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bgc.grammar.catalogue import values as catalogue
+from bgc.grammar.source import Span
+from bgc.values.arithmetic import failure
+from bgc.values.value import Value, describe_shape
+
+_AXES = ("x", "y", "z")
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """One evaluated index: `first..last`, both inclusive from 1, or a single place."""
+
+    first: int
+    last: int
+    single: bool
+    span: Span
+
+
+def member(value: Value, name: str, span: Span) -> Value:
+    """Component `.x`, `.y` or `.z` of a vector."""
+    if name in _AXES and len(value.shape) == 1 and len(value.nodes) > _AXES.index(name):
+        return value.components[_AXES.index(name)]
+    raise failure(catalogue.no_component(span, name, describe_shape(value.shape)))
+
+
+def select(value: Value, selections: tuple[Selection, ...], span: Span) -> Value:
+    """The components of a vector or matrix; a single index drops its direction."""
+    if len(selections) != len(value.shape):
+        shape = describe_shape(value.shape)
+        raise failure(catalogue.wrong_index_count(span, shape, len(value.shape), len(selections)))
+    for selection, size in zip(selections, value.shape, strict=True):
+        for place in (selection.first, selection.last):
+            if not 1 <= place <= size:
+                shape = describe_shape(value.shape)
+                raise failure(catalogue.index_out_of_range(selection.span, place, size, shape))
+    places = [0]
+    for selection, size in zip(selections, value.shape, strict=True):
+        chosen = range(selection.first - 1, selection.last)
+        places = [place * size + k for place in places for k in chosen]
+    return Value(
+        tuple(s.last - s.first + 1 for s in selections if not s.single),
+        tuple(value.nodes[place] for place in places),
+        tuple(value.units[place] for place in places),
+    )

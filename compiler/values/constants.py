@@ -1,0 +1,56 @@
+"""Values that must be known at compile time, and the checks of constants."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+from bgc.algebra.dag import Dag, Level, Op
+from bgc.algebra.evaluate import evaluate_nodes, to_double
+from bgc.grammar.catalogue import values as catalogue
+from bgc.grammar.source import Span
+from bgc.values.arithmetic import Operand, failure, require_plain, require_scalar
+
+
+def constant_number(dag: Dag, node: int) -> Fraction | float | None:
+    """The number of a constant node, exact where it is rational; None if it is no constant."""
+    exact = dag.value(node)
+    if exact is not None:
+        return exact
+    return evaluate_nodes(dag, [node], {})[0] if dag.level[node] == Level.CONST else None
+
+
+def constant_scalar(dag: Dag, operand: Operand, what: str) -> Fraction:
+    """The exact number of a constant scalar, in SI units; `what` it is stands in messages."""
+    number = constant_number(dag, require_scalar(operand, what))
+    if number is None:
+        raise failure(catalogue.not_constant(operand.span, what))
+    return Fraction(number)
+
+
+def whole_number(dag: Dag, operand: Operand, what: str, least: int, most: int) -> int:
+    """The integer, from `least` to `most`, of a constant plain scalar."""
+    require_plain(operand, what)
+    number = constant_scalar(dag, operand, what)
+    if number.denominator != 1 or not least <= number <= most:
+        found = f"{to_double(number):.15g}"
+        raise failure(catalogue.not_whole(operand.span, what, least, most, found))
+    return int(number)
+
+
+def check_finite(dag: Dag, operand: Operand) -> None:
+    """No constant component may be infinite or not a number. Exact ones never are."""
+    for node in operand.value.nodes:
+        if dag.level[node] == Level.CONST and dag.op[node] != Op.CONST:
+            (number,) = evaluate_nodes(dag, [node], {})
+            if math.isnan(number):
+                raise failure(catalogue.not_a_number(operand.span))
+            if math.isinf(number):
+                raise failure(catalogue.out_of_range(operand.span))
+
+
+def check_literal(number: Fraction, span: Span) -> None:
+    """A literal must be zero or a number that a double holds."""
+    double = to_double(number)
+    if math.isinf(double) or (double == 0 and number != 0):
+        raise failure(catalogue.out_of_range(span))

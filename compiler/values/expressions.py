@@ -1,0 +1,362 @@
+"""Expressions to values: the syntax tree of one expression, in a scope, to DAG nodes.
+
+One expression raises at its first error; whoever evaluates many collects over them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import TypeAlias, assert_never
+
+from bgc.algebra.dag import Dag, Kind, Op
+from bgc.grammar import syntax
+from bgc.grammar.catalogue import names
+from bgc.grammar.catalogue import values as catalogue
+from bgc.grammar.catalogue.syntax import empty_vector
+from bgc.grammar.source import Span
+from bgc.values import arithmetic, components, functions
+from bgc.values.arithmetic import Operand, failure
+from bgc.values.blocks import join_blocks
+from bgc.values.constants import (
+    check_finite,
+    check_literal,
+    constant_number,
+    constant_scalar,
+    whole_number,
+)
+from bgc.values.scope import FunctionUse, Namespace, Scope
+from bgc.values.units import DIMENSIONLESS, divide, parse_unit, suggest_unit, unit_words
+from bgc.values.value import Value, describe_shape
+
+__all__ = ["FunctionUse", "Namespace", "Scope", "evaluate", "evaluate_condition"]
+__all__ += ["evaluate_constant", "evaluate_whole", "resolve_path"]
+
+_SECOND = (0, 0, 1, 0, 0, 0, 0)
+_PI = Fraction(math.pi)  # the double
+_SPECIAL = ("block", "der")
+_FAR = 10**9  # beyond any index that may be in range
+_MAX_CALLS = 64  # of functions within functions
+
+_Calls: TypeAlias = dict[tuple[int, tuple[Value, ...]], Value]
+
+
+def evaluate(expr: syntax.Expr, scope: Scope, dag: Dag) -> Value:
+    """The value of an expression.
+
+    Raises
+    ------
+    BgError
+        With one diagnostic of what is wrong (BG3xx, or what the scope raises).
+    """
+    found = resolve_path(expr, scope, dag)
+    if not isinstance(found, Value):
+        raise failure(catalogue.not_a_value(expr.span, found.description))
+    return found
+
+
+def evaluate_constant(expr: syntax.Expr, scope: Scope, dag: Dag, what: str) -> Fraction:
+    """The exact number, in SI units, of a scalar that must be known at compile time."""
+    return constant_scalar(dag, Operand(evaluate(expr, scope, dag), expr.span), what)
+
+
+def evaluate_whole(
+    expr: syntax.Expr, scope: Scope, dag: Dag, what: str, least: int, most: int
+) -> int:
+    """A dimension, an index, an end of a `for`: whole, known at compile time, in its limits."""
+    operand = Operand(evaluate(expr, scope, dag), expr.span)
+    return whole_number(dag, operand, what, least, most)
+
+
+def evaluate_condition(expr: syntax.Expr, scope: Scope, dag: Dag, what: str) -> bool:
+    """A condition known at compile time, of an `if` with braces."""
+    operand = Operand(evaluate(expr, scope, dag), expr.span)
+    number = constant_number(dag, arithmetic.truth(operand, what))
+    if number is None:
+        raise failure(catalogue.not_constant(expr.span, what))
+    return number != 0
+
+
+def resolve_path(expr: syntax.Expr, scope: Scope, dag: Dag) -> Value | Namespace:
+    """A path as `crane.boom` or `mass[3]`, which may end at a namespace; else a value."""
+    try:
+        return _Evaluator(scope, dag).path(expr)
+    except RecursionError:
+        raise failure(catalogue.too_deep(expr.span)) from None
+
+
+@dataclass(frozen=True, slots=True)
+class _FunctionScope:
+    """What the body of a user's function sees: its arguments, then its file's names."""
+
+    arguments: Mapping[str, Value]
+    outer: Scope
+    allows_rates: bool = False
+
+    def lookup(self, name: str, span: Span) -> Value | Namespace | None:
+        return self.arguments.get(name) or self.outer.lookup(name, span)
+
+    def names(self) -> Collection[str]:
+        return {*self.arguments, *self.outer.names()}
+
+    def function(self, name: str) -> FunctionUse | None:
+        return self.outer.function(name)
+
+    def function_names(self) -> Collection[str]:
+        return self.outer.function_names()
+
+
+@dataclass(frozen=True, slots=True)
+class _Evaluator:
+    """The evaluation of one expression. `active` are the user's functions being evaluated.
+
+    `calls` keeps the results of these by their arguments, so that functions of functions
+    cost as much as the nodes they make.
+    """
+
+    scope: Scope
+    dag: Dag
+    active: tuple[str, ...] = ()
+    calls: _Calls = field(default_factory=dict)
+
+    def value(self, expr: syntax.Expr) -> Value:
+        found = self.path(expr)
+        if not isinstance(found, Value):
+            raise failure(catalogue.not_a_value(expr.span, found.description))
+        return found
+
+    def operand(self, expr: syntax.Expr) -> Operand:
+        return Operand(self.value(expr), expr.span)
+
+    def path(self, expr: syntax.Expr) -> Value | Namespace:
+        match expr:
+            case syntax.Number():
+                return self.number(expr)
+            case syntax.Name():
+                return self.name(expr)
+            case syntax.Member(base, name, span):
+                found = self.path(base)
+                if isinstance(found, Value):
+                    end = Span(span.source, span.end - len(name), span.end)
+                    return components.member(found, name, end)
+                return found.member(name, span)
+            case syntax.Index(base, indices, span):
+                return self.index(self.path(base), indices, span)
+            case syntax.Call():
+                return self.call(expr)
+            case syntax.Unary():
+                return self.unary(expr)
+            case syntax.Binary():
+                return self.binary(expr)
+            case syntax.Conditional():
+                return self.conditional(expr)
+            case syntax.Vector():
+                return self.vector(expr)
+            case syntax.Text():
+                raise failure(catalogue.not_a_value(expr.span, "a text"))
+            case syntax.TypeUse():
+                raise failure(catalogue.not_a_value(expr.span, f"the type `{expr.name}`"))
+        assert_never(expr)
+
+    # --- leaves and paths -----------------------------------------------------------
+
+    def number(self, expr: syntax.Number) -> Value:
+        check_literal(expr.value, expr.span)
+        if expr.unit is None:
+            return Value.scalar(self.dag.const(expr.value))
+        unit = parse_unit(expr.unit)
+        if unit is None:
+            raise failure(catalogue.unknown_unit(expr.span, expr.unit, suggest_unit(expr.unit)))
+        visible = self.scope.names()
+        for word in unit_words(expr.unit):
+            if word in visible:
+                raise failure(catalogue.unit_is_a_name(expr.span, word))
+        si = expr.value * unit.factor
+        check_literal(si, expr.span)
+        return Value.scalar(self.dag.const(si), unit.dimension)
+
+    def name(self, expr: syntax.Name) -> Value | Namespace:
+        """A name's value. `time` counts seconds but fits any unit, as in `sin(time)`."""
+        if expr.name == "time":
+            return Value.scalar(self.dag.symbol(Kind.TIME))
+        found = self.scope.lookup(expr.name, expr.span)
+        if found is not None:
+            return found
+        if expr.name == "pi":
+            return Value.scalar(self.dag.const(_PI), DIMENSIONLESS)
+        raise failure(names.unknown_name(expr.span, expr.name, self.scope.names()))
+
+    def index(
+        self,
+        base: Value | Namespace,
+        indices: Sequence[syntax.Expr | syntax.Range],
+        span: Span,
+    ) -> Value | Namespace:
+        selections = tuple(self.selection(index) for index in indices)
+        if isinstance(base, Value):
+            return components.select(base, selections, span)
+        for selection in selections:
+            if not selection.single:
+                raise failure(catalogue.no_range_of_parts(selection.span, base.description))
+        return base.index(tuple(selection.first for selection in selections), span)
+
+    def selection(self, index: syntax.Expr | syntax.Range) -> components.Selection:
+        if not isinstance(index, syntax.Range):
+            place = self.place(index)
+            return components.Selection(place, place, True, index.span)
+        first, last = self.place(index.first), self.place(index.last)
+        if first > last:
+            raise failure(catalogue.empty_range(index.span, first, last))
+        return components.Selection(first, last, False, index.span)
+
+    def place(self, index: syntax.Expr) -> int:
+        return whole_number(self.dag, self.operand(index), "an index", -_FAR, _FAR)
+
+    # --- operators ------------------------------------------------------------------
+
+    def unary(self, expr: syntax.Unary) -> Value:
+        operand = self.operand(expr.operand)
+        match expr.operator:
+            case "-":
+                return arithmetic.negate(self.dag, operand)
+            case "+":
+                return operand.value
+            case "not":
+                truth = arithmetic.truth(operand, "what `not` negates")
+                return Value.scalar(self.dag.call(Op.NOT, truth), DIMENSIONLESS)
+            case _:
+                raise AssertionError(expr.operator)
+
+    def binary(self, expr: syntax.Binary) -> Value:
+        """One operation. A chain of a thousand terms nests left: it is walked in a loop."""
+        chain = [expr]
+        while isinstance(chain[-1].left, syntax.Binary):
+            chain.append(chain[-1].left)
+        left = self.operand(chain[-1].left)
+        for link in reversed(chain):
+            left = Operand(self.operation(link, left), link.span)
+            check_finite(self.dag, left)
+        return left.value
+
+    def operation(self, expr: syntax.Binary, left: Operand) -> Value:
+        dag, right = self.dag, self.operand(expr.right)
+        match expr.operator:
+            case "+":
+                return arithmetic.combine("+", dag.add, left, right)
+            case "-":
+                return arithmetic.combine("-", dag.sub, left, right)
+            case "*":
+                return arithmetic.multiply(dag, left, right)
+            case "/":
+                return arithmetic.quotient(dag, left, right)
+            case "^":
+                return arithmetic.raise_to(dag, left, right)
+            case "and" | "or":
+                op = Op.AND if expr.operator == "and" else Op.OR
+                what = f"each side of `{expr.operator}`"
+                sides = (arithmetic.truth(left, what), arithmetic.truth(right, what))
+                return Value.scalar(dag.call(op, *sides), DIMENSIONLESS)
+            case _:
+                return arithmetic.compare(dag, expr.operator, left, right)
+
+    def conditional(self, expr: syntax.Conditional) -> Value:
+        """`if`: with a constant condition, only the branch taken is looked at."""
+        condition = arithmetic.truth(self.operand(expr.condition), "a condition")
+        constant = constant_number(self.dag, condition)
+        if constant is not None:
+            return self.value(expr.yes if constant != 0 else expr.no)
+        yes, no = self.operand(expr.yes), self.operand(expr.no)
+        return arithmetic.select(self.dag, condition, yes, no)
+
+    def vector(self, expr: syntax.Vector) -> Value:
+        if not expr.elements:
+            raise failure(empty_vector(expr.span))
+        elements = [self.operand(element) for element in expr.elements]
+        shape = elements[0].shape
+        for element in elements:
+            if element.shape != shape or len(shape) > 1:
+                expected = describe_shape(shape if len(shape) < 2 else ())
+                found = describe_shape(element.shape)
+                raise failure(catalogue.ragged(element.span, expected, found))
+        return Value(
+            (len(elements), *shape),
+            tuple(node for element in elements for node in element.value.nodes),
+            tuple(unit for element in elements for unit in element.value.units),
+        )
+
+    # --- functions ------------------------------------------------------------------
+
+    def call(self, expr: syntax.Call) -> Value:
+        use = self.scope.function(expr.function)
+        if use is not None:
+            return self.user_call(use, expr)
+        match expr.function:
+            case "der":
+                return self.rate(expr)
+            case "block":
+                return self.block(expr)
+            case name if name in functions.BUILTINS:
+                arguments = [self.operand(argument) for argument in expr.arguments]
+                value = functions.call(self.dag, name, arguments, expr.span)
+                check_finite(self.dag, Operand(value, expr.span))
+                return value
+            case name if name in self.scope.names() or name in ("pi", "time"):
+                raise failure(catalogue.called_value(expr.span, name))
+            case name:
+                known = (*functions.BUILTINS, *_SPECIAL, *self.scope.function_names())
+                raise failure(catalogue.unknown_function(expr.span, name, known))
+
+    def user_call(self, use: FunctionUse, expr: syntax.Call) -> Value:
+        function = use.function
+        if function.name in self.active:
+            calls = self.active[self.active.index(function.name) :]
+            raise failure(catalogue.recursive_function(expr.span, function.name, calls))
+        if len(self.active) == _MAX_CALLS:
+            raise failure(catalogue.too_deep(expr.span))
+        expected, found = len(function.formals), len(expr.arguments)
+        if expected != found:
+            takes = functions.count(expected)
+            raise failure(catalogue.wrong_argument_count(expr.span, function.name, takes, found))
+        arguments = tuple(self.value(argument) for argument in expr.arguments)
+        key = (id(function), arguments)
+        if key not in self.calls:
+            names = (formal.name for formal in function.formals)
+            inner = _FunctionScope(dict(zip(names, arguments, strict=True)), use.scope)
+            active = (*self.active, function.name)
+            body = _Evaluator(inner, self.dag, active, self.calls)
+            self.calls[key] = body.value(function.body)
+        return self.calls[key]
+
+    def rate(self, expr: syntax.Call) -> Value:
+        """`der(x)` of a declared state, inside an `equation`."""
+        if not self.scope.allows_rates:
+            raise failure(catalogue.misplaced_derivative(expr.span))
+        if len(expr.arguments) != 1:
+            takes, found = functions.count(1), len(expr.arguments)
+            raise failure(catalogue.wrong_argument_count(expr.span, "der", takes, found))
+        state = self.operand(expr.arguments[0])
+        nodes = []
+        for node in state.value.nodes:
+            symbol = self.dag.symbol_of(node)
+            if symbol is None or symbol.kind is not Kind.STATE:
+                raise failure(catalogue.derivative_of_expression(state.span))
+            nodes.append(self.dag.symbol(Kind.RATE, symbol.index))
+        units = tuple(unit and divide(unit, _SECOND) for unit in state.value.units)
+        return Value(state.shape, tuple(nodes), units)
+
+    def block(self, expr: syntax.Call) -> Value:
+        """`block([[A, B], [C, D]])`, whose argument is a matrix of matrices."""
+        if len(expr.arguments) != 1:
+            takes, found = functions.count(1), len(expr.arguments)
+            raise failure(catalogue.wrong_argument_count(expr.span, "block", takes, found))
+        rows = expr.arguments[0]
+        if not isinstance(rows, syntax.Vector):
+            raise failure(catalogue.blocks_differ(rows.span, "`block` takes a matrix of matrices"))
+        blocks = []
+        for row in rows.elements:
+            if not isinstance(row, syntax.Vector):
+                raise failure(catalogue.blocks_differ(row.span, "this is no row of matrices"))
+            blocks.append([self.operand(element) for element in row.elements])
+        return join_blocks(self.dag, blocks, expr.span)
