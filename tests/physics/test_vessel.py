@@ -49,3 +49,12 @@ def test_a_steady_load_trims_and_heels_it(load):
     stiffness = [[12018034.8, 0, 6009017.4], [0, 100856879.185, 0], [6009017.4, 0, 5874549987.19]]
     expected = np.linalg.solve(stiffness, [-1e5, 2e5, 3e6])
     np.testing.assert_allclose(result["displacement"][-1], expected, rtol=2e-3)
+
+
+def test_quaternion_and_euler_angles_roll_alike(load):
+    quaternion, euler = (load("vessel_at_rest", s).simulate() for s in ("rolling", "rolling_euler"))
+    assert np.ptp(quaternion["displacement"][:, 1]) > 0.2
+    for name in ("displacement", "deck"):
+        np.testing.assert_allclose(quaternion[name], euler[name], atol=1e-8)
+    # The restoring field's roll and pitch are the Euler angles themselves.
+    np.testing.assert_allclose(euler["displacement"][:, 1:], euler["angles"][:, :2], atol=1e-12)
