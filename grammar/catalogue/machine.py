@@ -322,7 +322,9 @@ def bad_option(name: str, value: object, wanted: str) -> Diagnostic:
 
     Way out: a positive number, in seconds where it is a time.
     """
-    return error("BG066", f"`{name}` is {value}, which is not {wanted}")
+    return error(
+        "BG066", f"`{name}` is {value}, which is not {wanted}", help=f"give {wanted}, as `1e-3`"
+    )
 
 
 def no_duration(scene: str) -> Diagnostic:
@@ -336,9 +338,10 @@ def no_duration(scene: str) -> Diagnostic:
 
     Way out: `run 10 s;` in the scene, `--time "10 s"`, or `duration=10`.
     """
+    whose = f"scene `{scene}` does not say" if scene else "the file has no scene that says"
     return error(
         "BG067",
-        f"scene `{scene}` does not say how long to run",
+        f"{whose} how long to run",
         help="write `run 10 s;` in the scene, or give `--time 10`",
     )
 
@@ -461,7 +464,11 @@ def device_not_opened(device: str, driver: str, reason: str) -> Diagnostic:
 
     Way out: see the reason given; a trace file is looked for beside the `.bg` file.
     """
-    return error("BG074", f"device `{device}` ({driver}) could not be opened: {reason}")
+    return error(
+        "BG074",
+        f"device `{device}` ({driver}) could not be opened: {reason}",
+        help="correct what the scene gives the device; files are looked for beside the `.bg`",
+    )
 
 
 def nothing_to_draw(reason: str) -> Diagnostic:

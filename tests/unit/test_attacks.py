@@ -61,3 +61,10 @@ def test_a_given_charge_holds_beside_the_source_that_drives_the_compliances(simu
         "scene run_it of M { observe a.q, b.q; run 1 s; }"
     )
     np.testing.assert_allclose([result["a.q"][-1], result["b.q"][-1]], [1, 8])
+
+
+def test_a_file_without_a_scene_is_said_to_have_none(simulate):
+    with pytest.raises(BgError) as error:
+        simulate("model M { state x = 1; der(x) = -x; }")
+    (diagnostic,) = error.value.diagnostics
+    assert (diagnostic.code, "``" in diagnostic.message) == ("BG067", False)
