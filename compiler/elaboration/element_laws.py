@@ -13,7 +13,7 @@ from bgc.elaboration.tree import Element
 from bgc.elaboration.two_ports import read_gyrators, read_gyristor, read_transformers
 from bgc.elaboration.wiring import Wiring
 from bgc.elaboration.world import World
-from bgc.grammar.catalogue import graph as messages
+from bgc.grammar.catalogue import laws as law_messages
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import Element as FlatElement
 from bgc.graph import Junction
@@ -72,4 +72,4 @@ def _require_bare(element: Element) -> None:
     """Junctions and Muxes have neither arguments nor laws."""
     arguments_of(element, ())
     if element.law is not None:
-        raise BgError([messages.law_of_junction(element.span, element.path, element.kind)])
+        raise BgError([law_messages.law_of_junction(element.span, element.path, element.kind)])

@@ -24,7 +24,7 @@ from bgc.elaboration.tree import (
 )
 from bgc.elaboration.world import World
 from bgc.grammar import syntax
-from bgc.grammar.catalogue import graph, names
+from bgc.grammar.catalogue import graph, laws, names
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.source import Span
 from bgc.values.value import Value
@@ -378,7 +378,7 @@ class Builder:
 
     def _check_law(self, part: syntax.Part) -> None:
         if part.law is not None:
-            raise BgError([graph.law_of_model(part.name_span, part.type.name)])
+            raise BgError([laws.law_of_model(part.name_span, part.type.name)])
 
     def _build_slot(self, pending: Pending, interface: Declared[syntax.Model]) -> Instance:
         part, env = pending.part, pending.env

@@ -13,7 +13,7 @@ from bgc.elaboration.shape_probe import names_in
 from bgc.elaboration.tree import Element, Quantity
 from bgc.elaboration.world import World
 from bgc.grammar import syntax
-from bgc.grammar.catalogue import graph as messages
+from bgc.grammar.catalogue import laws as law_messages
 from bgc.grammar.catalogue import names
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.source import Span
@@ -64,13 +64,15 @@ class Laws:
         if value.is_scalar and (spread or value.nodes == (self.world.dag.zero,)):
             return value.nodes * width
         expected = f"a vector of {width}" if width > 1 else "a scalar"
-        raise BgError([messages.wrong_matrix(span, what, expected, describe_shape(value.shape))])
+        raise BgError(
+            [law_messages.wrong_matrix(span, what, expected, describe_shape(value.shape))]
+        )
 
     def matrix(self, value: Value, rows: int, columns: int, span: Span, what: str) -> Matrix:
         """A matrix of a given size."""
         if value.shape != (rows, columns):
             expected, found = f"a {rows} x {columns} matrix", describe_shape(value.shape)
-            raise BgError([messages.wrong_matrix(span, what, expected, found)])
+            raise BgError([law_messages.wrong_matrix(span, what, expected, found)])
         return value.rows
 
     def square(self, value: Value, width: int, span: Span, what: str) -> Matrix:
@@ -108,10 +110,10 @@ class Laws:
             if name not in right:
                 text = " ".join(equation.left.span.text.split())
                 raise BgError(
-                    [messages.law_not_of_this(equation.left.span, element.kind, text, have)]
+                    [law_messages.law_not_of_this(equation.left.span, element.kind, text, have)]
                 )
             if name != left:
-                raise BgError([messages.law_too_many(equation.span, element.path, "keep one")])
+                raise BgError([law_messages.law_too_many(equation.span, element.path, "keep one")])
         own = self.variable(element, left)
         width = len(own.nodes)
         found: dict[int, Node] = {}
@@ -119,7 +121,11 @@ class Laws:
             for at, component in self._components(element, equation, left, right[left], width):
                 if at in found:
                     raise BgError(
-                        [messages.law_incomplete(equation.span, element.path, left, width, at + 1)]
+                        [
+                            law_messages.law_incomplete(
+                                equation.span, element.path, left, width, at + 1
+                            )
+                        ]
                     )
                 self.world.quantities.check_units(
                     component, own.units[at], equation.right.span, f"`{left}`"
@@ -128,7 +134,7 @@ class Laws:
         for at in range(width):
             if at not in found:
                 raise BgError(
-                    [messages.law_incomplete(law[0].span, element.path, left, width, at + 1)]
+                    [law_messages.law_incomplete(law[0].span, element.path, left, width, at + 1)]
                 )
         return left, tuple(found[at] for at in range(width))
 
@@ -152,7 +158,9 @@ class Laws:
         (index, *more) = equation.left.indices
         if more or isinstance(index, syntax.Range):
             at, text = equation.left.span, equation.left.span.text
-            raise BgError([messages.law_not_of_this(at, element.kind, text, [f"{left}[1] = .."])])
+            raise BgError(
+                [law_messages.law_not_of_this(at, element.kind, text, [f"{left}[1] = .."])]
+            )
         place = self.world.whole(index, element.env, "an index", 1, width)
         self.world.quantities.check(value, (), None, span, f"`{left}`")
         return [(place - 1, value)]
@@ -174,11 +182,11 @@ class Laws:
             if name not in bare:
                 continue
             if isinstance(find_member(element.env, name), Quantity):
-                raise BgError([messages.law_variable_is_a_name(span, name)])
+                raise BgError([law_messages.law_variable_is_a_name(span, name)])
             if name not in allowed:
                 raise BgError(
                     [
-                        messages.law_variable_misplaced(
+                        law_messages.law_variable_misplaced(
                             span, f"a {element.kind}", left, name, allowed[0]
                         )
                     ]
@@ -206,7 +214,7 @@ def left_name(equation: syntax.LawEquation) -> str:
 def missing_law(element: Element) -> BgError:
     """An element with neither argument nor law."""
     way = _WAYS[element.basic]
-    return BgError([messages.law_missing(element.span, element.path, element.kind, way)])
+    return BgError([law_messages.law_missing(element.span, element.path, element.kind, way)])
 
 
 def arguments_of(element: Element, allowed: tuple[str, ...]) -> dict[str, syntax.Argument]:
@@ -222,7 +230,7 @@ def arguments_of(element: Element, allowed: tuple[str, ...]) -> dict[str, syntax
             problems.append(names.positional_argument(argument.span, what, allowed))
         elif name in {"q0", "p0", "e0", "f0"} and name not in allowed:
             have = INITIAL_ARGUMENTS.get(element.basic, ())
-            problems.append(messages.initial_not_of_this(argument.span, name, what, have))
+            problems.append(law_messages.initial_not_of_this(argument.span, name, what, have))
         elif name not in allowed:
             problems.append(names.unknown_argument(argument.span, name, what, allowed))
         elif name in found:

@@ -19,7 +19,7 @@ from bgc.elaboration.law_checks import LawChecks, depends_on_others
 from bgc.elaboration.quantities import component_name
 from bgc.elaboration.tree import Element
 from bgc.grammar import syntax
-from bgc.grammar.catalogue import graph as messages
+from bgc.grammar.catalogue import laws as law_messages
 from bgc.grammar.catalogue import names
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import (
@@ -55,7 +55,7 @@ def read_sources(laws: Laws, element: Element) -> list[Source]:
     variable = VALUE_ARGUMENT[element.basic]
     given = arguments_of(element, (variable,))
     if variable in given and element.law is not None:
-        raise BgError([messages.law_and_argument(given[variable].span, element.path, variable)])
+        raise BgError([law_messages.law_and_argument(given[variable].span, element.path, variable)])
     if element.law:
         value = _source_law(laws, element, element.law, variable)
     elif variable in given:
@@ -85,9 +85,9 @@ def _source_law(
     if not isinstance(first.left, syntax.Name) or first.left.name != variable:
         text = " ".join(first.left.span.text.split())
         have = [f"{variable} = .."]
-        raise BgError([messages.law_not_of_this(first.left.span, element.kind, text, have)])
+        raise BgError([law_messages.law_not_of_this(first.left.span, element.kind, text, have)])
     if len(law) > 1:
-        raise BgError([messages.law_too_many(law[1].span, element.path, "keep one")])
+        raise BgError([law_messages.law_too_many(law[1].span, element.path, "keep one")])
     return laws.world.evaluate(first.right, element.env)
 
 
@@ -97,11 +97,13 @@ def read_storage(laws: Laws, checks: LawChecks, element: Element) -> Storage:
     given = arguments_of(element, (*LAW_ARGUMENTS.get(kind, {}), *INITIAL_ARGUMENTS[kind]))
     law = _read_law(laws, element, given)
     if depends_on_others(laws, law, element, _OWN[kind]):
-        raise BgError([messages.storage_varies(element.use.span, element.path, kind)])
+        raise BgError([law_messages.storage_varies(element.use.span, element.path, kind)])
     defect = checks.symmetry_defect(law.matrix) if isinstance(law, LinearLaw) else None
     if defect is not None:
         row, column = (place + 1 for place in defect)
-        laws.world.report.add(messages.not_symmetric(element.use.span, element.path, row, column))
+        laws.world.report.add(
+            law_messages.not_symmetric(element.use.span, element.path, row, column)
+        )
     initial = [
         start
         for name in INITIAL_ARGUMENTS[kind]
@@ -137,7 +139,7 @@ def read_resistor(laws: Laws, element: Element) -> Resistor:
     assert not isinstance(law, EnergyLaw)
     own = {Kind.EFFORT, Kind.FLOW}
     if element.kind == "R" and depends_on_others(laws, law, element, own):
-        raise BgError([messages.modulated(element.use.span, element.path, "R")])
+        raise BgError([law_messages.modulated(element.use.span, element.path, "R")])
     return Resistor(element.path, laws.ports(element, "all"), law, element.span)
 
 
@@ -145,7 +147,7 @@ def _read_law(laws: Laws, element: Element, given: dict[str, syntax.Argument]) -
     forms = LAW_ARGUMENTS.get(element.basic, {})
     named = [name for name in forms if name in given]
     if element.law is not None and named:
-        raise BgError([messages.law_and_argument(given[named[0]].span, element.path, named[0])])
+        raise BgError([law_messages.law_and_argument(given[named[0]].span, element.path, named[0])])
     if len(named) > 1:
         first, second = given[named[0]], given[named[1]]
         raise BgError([names.given_twice(second.span, element.path, first.span)])
@@ -164,11 +166,11 @@ def _read_law(laws: Laws, element: Element, given: dict[str, syntax.Argument]) -
 
 def _read_energy(laws: Laws, element: Element, law: Sequence[syntax.LawEquation]) -> EnergyLaw:
     if len(law) > 1:
-        raise BgError([messages.law_too_many(law[1].span, element.path, "keep one")])
+        raise BgError([law_messages.law_too_many(law[1].span, element.path, "keep one")])
     value = laws.right_side(element, law[0], "H", _ENERGY_VARIABLES[element.basic])
     if len(value.nodes) != 1:
         found = describe_shape(value.shape)
-        raise BgError([messages.wrong_matrix(law[0].right.span, "`H`", "a scalar", found)])
+        raise BgError([law_messages.wrong_matrix(law[0].right.span, "`H`", "a scalar", found)])
     return EnergyLaw(value.node)
 
 
@@ -184,5 +186,5 @@ def _read_equation(laws: Laws, element: Element, law: Sequence[syntax.LawEquatio
     if matrix is not None:
         return LinearLaw(form, matrix)
     if form in {Form.DISPLACEMENT, Form.MOMENTUM}:
-        raise BgError([messages.law_not_linear(law[0].span, element.path, variable)])
+        raise BgError([law_messages.law_not_linear(law[0].span, element.path, variable)])
     return ExplicitLaw(form, nodes)

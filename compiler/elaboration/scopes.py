@@ -19,7 +19,7 @@ from bgc.elaboration.tree import (
     Quantity,
 )
 from bgc.grammar import syntax
-from bgc.grammar.catalogue import graph, names
+from bgc.grammar.catalogue import laws, names
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.source import Span
 from bgc.values.scope import FunctionUse, Namespace
@@ -48,7 +48,7 @@ class Names:
         extra = self.extra.get(name)
         if extra is not None:
             if isinstance(find_member(self.env, name), Quantity):
-                raise BgError([graph.law_variable_is_a_name(span, name)])
+                raise BgError([laws.law_variable_is_a_name(span, name)])
             return extra
         local = self.env.locals.get(name)
         if local is not None:

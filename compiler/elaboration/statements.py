@@ -15,7 +15,7 @@ from bgc.elaboration.tree import Environment, Instance, PortEntry, Quantity
 from bgc.elaboration.wiring import Wiring
 from bgc.elaboration.world import World
 from bgc.grammar import syntax
-from bgc.grammar.catalogue import graph, names, values
+from bgc.grammar.catalogue import graph, laws, names, values
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.source import Span
 from bgc.graph import Equation, Guard, Node, State, Unknown
@@ -143,7 +143,7 @@ def _read_target(
     assert env.instance is not None
     state = env.instance.members.get(base.name) if isinstance(base, syntax.Name) else None
     if not isinstance(state, Quantity) or state.kind != "state":
-        raise BgError([graph.not_a_state(target.span, path_of(target))])
+        raise BgError([laws.not_a_state(target.span, path_of(target))])
     symbols = world.quantities.value(state, target.span)
     value = world.evaluate(statement.value, env)
     span = statement.value.span
@@ -257,8 +257,8 @@ def _check_counts(
     implicit = [state for state in states if state.derivative is None]
     for state in implicit:
         if state.index not in rates:
-            world.report.add(graph.state_without_equation(state.span, state.name))
+            world.report.add(laws.state_without_equation(state.span, state.name))
     held = [*(u.span for u in unknowns), *(state.span for state in implicit)]
     if not world.report.errors and len(equations) != len(held):
         surplus = [e.span for e in equations] if len(equations) > len(held) else held
-        world.report.add(graph.equations_and_unknowns(surplus[-1], len(equations), len(held)))
+        world.report.add(laws.equations_and_unknowns(surplus[-1], len(equations), len(held)))

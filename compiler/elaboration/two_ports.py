@@ -11,6 +11,7 @@ from bgc.elaboration.quantities import component_name
 from bgc.elaboration.tree import Element
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import graph as messages
+from bgc.grammar.catalogue import laws as law_messages
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import Gyrator, Gyristor, Matrix, Node, Port, Transformer
 
@@ -40,9 +41,11 @@ def read_transformers(laws: Laws, checks: LawChecks, element: Element) -> list[T
     if len(found) > 1:
         other, inverse = found[1]
         if other != _BACKWARDS[left]:
-            raise BgError([messages.law_too_many(element.law[1].span, element.path, "keep one")])
+            raise BgError(
+                [law_messages.law_too_many(element.law[1].span, element.path, "keep one")]
+            )
         if not checks.inverts(inverse, matrix):
-            raise BgError([messages.inverse_differs(element.law[1].span, element.path)])
+            raise BgError([law_messages.inverse_differs(element.law[1].span, element.path)])
     if left in {"e1", "e2"}:  # e1 = m' e2, e2 = w' e1
         matrix = _transposed(matrix)
         inverse = _transposed(inverse) if inverse is not None else None
@@ -62,7 +65,9 @@ def read_gyrators(laws: Laws, element: Element) -> list[Gyrator]:
         assert element.law
         found = _read_equations(laws, element, element.law)
         if len(found) > 1:
-            raise BgError([messages.law_too_many(element.law[1].span, element.path, "keep one")])
+            raise BgError(
+                [law_messages.law_too_many(element.law[1].span, element.path, "keep one")]
+            )
         left, matrix = found[0]
         if left in {"f1", "f2"}:
             ratio = _turned_round(laws, element, element.law[0], matrix)
@@ -74,18 +79,18 @@ def read_gyrators(laws: Laws, element: Element) -> list[Gyrator]:
 def read_gyristor(laws: Laws, checks: LawChecks, element: Element) -> Gyristor:
     """An MGY with bonds on one side only: `e = S f` with a skew S (eq. 13)."""
     if element.use.arguments or not element.law:
-        side = messages.one_sided(element.span, element.path, element.kind, "out of")
+        side = law_messages.one_sided(element.span, element.path, element.kind, "out of")
         raise BgError([side])
     _, nodes = laws.equations(element, element.law, {"e": "f"}, ["e = .."])
     symbols = laws.variable(element, "f").nodes
     matrix = linear_coefficients(laws.world.dag, nodes, symbols)
     if matrix is None:
-        raise BgError([messages.law_not_linear(element.law[0].span, element.path, "f")])
+        raise BgError([law_messages.law_not_linear(element.law[0].span, element.path, "f")])
     _require_modulated(laws, element, matrix)
     defect = checks.skew_defect(matrix)
     if defect is not None:
         row, column = (place + 1 for place in defect)
-        raise BgError([messages.not_skew(element.law[0].span, element.path, row, column)])
+        raise BgError([law_messages.not_skew(element.law[0].span, element.path, row, column)])
     return Gyristor(element.path, laws.ports(element, "in"), matrix, element.span)
 
 
@@ -98,7 +103,7 @@ def _read_ratio(laws: Laws, element: Element) -> Matrix | list[Node] | None:
         return None
     argument = given["ratio"]
     if element.law is not None:
-        raise BgError([messages.law_and_argument(argument.span, element.path, "ratio")])
+        raise BgError([law_messages.law_and_argument(argument.span, element.path, "ratio")])
     value = laws.world.evaluate(argument.value, element.env)
     _require_modulated(laws, element, (value.nodes,))
     columns, rows = len(laws.ports(element, "in")), len(laws.ports(element, "out"))
@@ -124,11 +129,11 @@ def _read_equations(
         matrix = linear_coefficients(laws.world.dag, nodes, symbols)
         if matrix is None:
             at = equations[0].span
-            raise BgError([messages.law_not_linear(at, element.path, table[left])])
+            raise BgError([law_messages.law_not_linear(at, element.path, table[left])])
         _require_modulated(laws, element, matrix)
         found.append((left, matrix))
     if len(found) > 2:
-        raise BgError([messages.law_too_many(law[2].span, element.path, "keep one")])
+        raise BgError([law_messages.law_too_many(law[2].span, element.path, "keep one")])
     return found
 
 
@@ -140,7 +145,7 @@ def _turned_round(
         have = ["e2 = ..", "e1 = .."]
         text = " ".join(equation.left.span.text.split())
         what = f"a wide {element.kind}"
-        raise BgError([messages.law_not_of_this(equation.left.span, what, text, have)])
+        raise BgError([law_messages.law_not_of_this(equation.left.span, what, text, have)])
     dag = laws.world.dag
     return ((dag.div(dag.one, matrix[0][0]),),)
 
@@ -148,7 +153,7 @@ def _turned_round(
 def _require_modulated(laws: Laws, element: Element, matrix: Matrix) -> None:
     """BgError when an element varies that does not say so by its M."""
     if element.kind in {"TF", "GY"} and varies(laws.world.dag, matrix):
-        raise BgError([messages.modulated(element.use.span, element.path, element.kind)])
+        raise BgError([law_messages.modulated(element.use.span, element.path, element.kind)])
 
 
 def _pairs(

@@ -20,7 +20,7 @@ from bgc.elaboration.tree import (
 )
 from bgc.elaboration.world import World
 from bgc.grammar import syntax
-from bgc.grammar.catalogue import graph, names
+from bgc.grammar.catalogue import graph, laws, names
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.source import Span
 
@@ -259,7 +259,7 @@ def _check_bonded(world: World, root: Instance, wiring: Wiring) -> None:
             missing = "into" if one_sided == ["in"] else "out of"
             _report(
                 world,
-                graph.one_sided(element.span, element.path, element.kind, missing),
+                laws.one_sided(element.span, element.path, element.kind, missing),
                 element.env,
             )
     for port in wiring.ports:

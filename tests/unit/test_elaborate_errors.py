@@ -7,7 +7,7 @@ import pytest
 
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.resolve import load, load_text
-from bgc.grammar.catalogue import graph, imports, names, scenes
+from bgc.grammar.catalogue import graph, imports, laws, names, scenes
 from bgc.grammar.diagnostics import BgError, Severity
 
 # A model that is in order, for what follows to break.
@@ -221,7 +221,7 @@ def test_mistake_gives_its_code_and_no_other(code: str, text: str):
 
 def test_every_code_of_the_catalogue_has_a_test():
     documented: set[str] = set()
-    for module in (graph, names, scenes, imports):
+    for module in (graph, laws, names, scenes, imports):
         documented |= set(re.findall(r'"""(BG\d{3}):', Path(module.__file__).read_text()))
     here = Path(__file__).parent
     tested = {
