@@ -91,7 +91,8 @@ class _Work:
         self._steps: list[Step] = []
         self._watched: list[tuple[Node, int]] = []
         self._blocks = structure.blocks
-        self._refused: set[int] = set()  # rows of blocks that were tried since they changed
+        # Rows of blocks that were tried since they changed, by what they may be solved for.
+        self._refused: dict[int, set[int]] = {_SPARED: set(), _NEVER: set()}
         self._queue: list[tuple[tuple[int, int, int], int]] = []
         for row in structure.rows:
             terms = [(self._unit_form(end.bond), end.coefficient) for end in row.ends]
@@ -105,13 +106,13 @@ class _Work:
         """Take the best pivot until there is none; spare inertias by turning blocks round."""
         while True:
             pivot = self._next_pivot()
-            if (pivot is None or self._levels[pivot[0]] >= _SPARED) and self._turn_block():
-                if pivot is not None:
-                    self._enqueue(pivot[0])
-            elif pivot is not None:
-                self._solve(*pivot)
+            if pivot is None:
+                if not (self._turn_block(_SPARED) or self._turn_block(_NEVER)):
+                    return
+            elif self._levels[pivot[0]] >= _SPARED and self._turn_block(_SPARED):
+                self._enqueue(pivot[0])
             else:
-                return
+                self._solve(*pivot)
 
     def result(self) -> Elimination:
         origins: list[frozenset[int]] = [frozenset()] * len(self._rows)
@@ -174,7 +175,8 @@ class _Work:
             target = self._forms[other_row]
             before = set(target.entries)
             self._subtract(target, number, row, form, pivot)
-            self._refused.discard(other_row)
+            for refused in self._refused.values():
+                refused.discard(other_row)
             for changed in before - set(target.entries):
                 self._where[changed].discard(other_row)
             for changed in set(target.entries) - before:
@@ -236,12 +238,13 @@ class _Work:
         for number in form.entries:
             self._where[number].add(row)
 
-    def _turn_block(self) -> bool:
-        """Turn the first block round that can then be solved without an inertia."""
+    def _turn_block(self, below: int) -> bool:
+        """Turn the first block round that can then be solved for classes below a level."""
+        refused = self._refused[below]
         for block in self._blocks:
-            if self._refused.issuperset(block.rows):
+            if refused.issuperset(block.rows):
                 continue
-            self._refused.update(block.rows)
+            refused.update(block.rows)
             rows = [row for row in block.rows if row in self._open]
             weights = self._turning(block, rows)
             if weights is None:
@@ -250,7 +253,7 @@ class _Work:
                 self._combined((self._forms[row], w) for row, w in zip(rows, line, strict=True))
                 for line in weights
             ]
-            if self._has_pivots(turned):
+            if self._has_pivots(turned, below):
                 raw = [self._combined_row([self._rows[row] for row in rows], w) for w in weights]
                 for row, line, form in zip(rows, raw, turned, strict=True):
                     self._rows[row] = line
@@ -290,13 +293,13 @@ class _Work:
         kept = tuple(end for end in ends if end.coefficient != dag.zero)
         return Row(rows[0].element, kept)
 
-    def _has_pivots(self, forms: Sequence[_Form]) -> bool:
-        """Whether each form has a certified pivot of its own below the inertias."""
+    def _has_pivots(self, forms: Sequence[_Form], below: int) -> bool:
+        """Whether each form has a certified pivot of its own below a level."""
         held = Counter(number for form in forms for number in form.entries)
         return all(
             any(
                 held[number] == 1
-                and self._levels[number] < _SPARED
+                and self._levels[number] < below
                 and self._certifier.certify(entry) is not None
                 for number, entry in form.entries.items()
             )
