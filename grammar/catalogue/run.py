@@ -143,7 +143,7 @@ def no_memory() -> Diagnostic:
 def interrupted(time: float) -> Diagnostic:
     """BG709: the run was interrupted
 
-    What: Ctrl-C, or a call to `stop`, ended the run.
+    What: Ctrl-C, SIGTERM, or a call to `stop`, ended the run.
 
     Why: somebody asked for it.
 

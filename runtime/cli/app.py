@@ -13,7 +13,7 @@ import click
 
 from bgc.grammar.diagnostics import BgError, Diagnostic
 
-DONE, AT_FAULT, USAGE, BUG, INTERRUPTED = 0, 1, 2, 70, 130
+DONE, AT_FAULT, USAGE, BUG, INTERRUPTED, TERMINATED = 0, 1, 2, 70, 130, 143
 
 # Each command is a module of this package; none is imported before it is needed.
 _COMMANDS = {

@@ -59,7 +59,7 @@ def run(
 ) -> None:
     """Simulate a scene of FILE, and write and draw what it observes.
 
-    A run that fails, or that Ctrl-C ends, still writes the rows up to there.
+    A run that fails, or that Ctrl-C or SIGTERM ends, still writes the rows up to there.
     """
     from bgc.runtime.failures import RunInterrupted, SimulationError
     from bgc.runtime.model import compile_model

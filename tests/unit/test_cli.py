@@ -186,15 +186,16 @@ def script(built: Built, tmp_path: Path) -> list[str]:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
-def test_ctrl_c_is_status_130_and_keeps_the_rows(oscillator, tmp_path):
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupted_run_has_its_status_and_keeps_the_rows(oscillator, tmp_path, number, status):
     out = tmp_path / "r.csv"
     command = [*script(oscillator, tmp_path), "run", "x.bg", "--rtol", "1e-12", "--out", str(out)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout is not None
     assert process.stdout.readline() == "ready\n"
-    threading.Timer(0.6, process.send_signal, (signal.SIGINT,)).start()
+    threading.Timer(0.6, process.send_signal, (number,)).start()
     stdout, stderr = process.communicate(timeout=30)
-    assert process.returncode == 130, stderr
+    assert process.returncode == status, stderr
     assert "interrupted at t =" in stderr
     assert "(interrupted)" in stdout
     assert out.read_text().startswith("time,q\n0.0,1.0\n")
