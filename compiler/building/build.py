@@ -31,6 +31,10 @@ _LINES_SHOWN = 20
 _GCC_ONLY = frozenset(
     ("-fexpensive-optimizations", "-fno-expensive-optimizations", "-fno-tree-dse", "-fno-dse")
 )
+_DISK_FULL = {
+    errno.ENOSPC: "No space left on device",
+    errno.EDQUOT: "Disk quota exceeded",
+}
 _NO_HEADERS: Mapping[str, str] = MappingProxyType({})
 
 
@@ -67,9 +71,26 @@ def build_shared_object(
     `headers` maps the names of emitted headers to their texts. Units of one compilation have
     distinct names, which may not be those of the runtime's.
 
+    Where the disk of the cache is full, a temporary directory takes its place, with a warning.
+
     Raises BgError: BG052 where the compiler does not work at all, BG053 where it fails on these
-    units, BG055 where the disk is full.
+    units, BG055 where nothing can be written.
     """
+    try:
+        try:
+            return _build(units, toolchain, cache, headers)
+        except OSError as problem:
+            if problem.errno not in _DISK_FULL or cache.warnings:
+                raise
+            cache.move_away(_reason(problem))
+            return _build(units, toolchain, cache, headers)
+    except OSError as problem:
+        raise BgError([cannot_write(str(cache.root), _reason(problem))]) from problem
+
+
+def _build(
+    units: Sequence[Unit], toolchain: Toolchain, cache: Cache, headers: Mapping[str, str]
+) -> Path:
     everything = (*runtime_units(), *units)
     assert len({unit.name for unit in everything}) == len(everything), "units share a name"
     shared = _shared_key(toolchain, headers)
@@ -78,21 +99,18 @@ def build_shared_object(
     library = f"{digest_of((shared, *link_flags, *keys))}.so"
     if (found := cache.blob("models", library)) is not None:
         return found
-    try:
-        with cache.workplace() as place:
-            work = Path(place)
-            for name, text in headers.items():
-                (work / name).write_text(text, encoding="utf-8")
-            objects = _compile_all(everything, keys, toolchain, cache, work)
-            made = work / library
-            arguments = (*link_flags, "-o", made.name, *map(str, objects), "-lm")
-            linking = toolchain.run(arguments, work)
-            if linking.returncode != 0:
-                raise BgError([_failure(toolchain, linking.stdout, cache, work)])
-            path = cache.publish("models", library, made)
-        cache.prune()
-    except OSError as problem:
-        raise _write_error(cache.root, problem) from problem
+    with cache.workplace() as place:
+        work = Path(place)
+        for name, text in headers.items():
+            (work / name).write_text(text, encoding="utf-8")
+        objects = _compile_all(everything, keys, toolchain, cache, work)
+        made = work / library
+        arguments = (*link_flags, "-o", made.name, *map(str, objects), "-lm")
+        linking = toolchain.run(arguments, work)
+        if linking.returncode != 0:
+            raise BgError([_failure(toolchain, linking.stdout, cache, work)])
+        path = cache.publish("models", library, made)
+    cache.prune()
     return path
 
 
@@ -150,10 +168,11 @@ def _compile_all(
 
 
 def _failure(toolchain: Toolchain, output: str, cache: Cache, work: Path) -> Diagnostic:
-    """Say why the compiler failed: the disk, the compiler itself, or the emitted code."""
+    """Say why the compiler failed: itself, or the emitted code; OSError where the disk is full."""
     shown = _first_lines(output)
-    if "No space left on device" in output:
-        return cannot_write(str(cache.root), os.strerror(errno.ENOSPC))
+    for number, words in _DISK_FULL.items():
+        if words in output:
+            raise OSError(number, words)
     if complaint := try_compiler(toolchain):
         return compiler_does_not_work(toolchain.name, _first_lines(complaint))
     kept = cache.root / "failed" / digest_of([output])
@@ -168,5 +187,5 @@ def _first_lines(output: str) -> str:
     return "\n".join([*lines[:_LINES_SHOWN], *more])
 
 
-def _write_error(root: Path, problem: OSError) -> BgError:
-    return BgError([cannot_write(str(root), problem.strerror or str(problem))])
+def _reason(problem: OSError) -> str:
+    return problem.strerror or str(problem)

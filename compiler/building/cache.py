@@ -32,7 +32,7 @@ _KEEP_SECONDS = 60 * 24 * 3600.0  # what is unused for longer is removed
 _KEEP_MAKING_SECONDS = 24 * 3600.0  # a killed run's half-made files
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Cache:
     """An opened cache directory, and what there is to say about it."""
 
@@ -58,6 +58,12 @@ class Cache:
         made.replace(path)
         _write_aside(_checksum(path), digest)
         return path
+
+    def move_away(self, reason: str) -> None:
+        """Go on in a temporary directory, with a warning that says why."""
+        wanted = str(self.root)
+        self.root = _temporary_directory()
+        self.warnings = (*self.warnings, cache_not_writable(wanted, reason))
 
     def workplace(self) -> tempfile.TemporaryDirectory[str]:
         """A private directory on the cache's file system, removed when left."""
@@ -95,9 +101,14 @@ def open_cache() -> Cache:
 
 
 def _temporary_cache(wanted: str, reason: str) -> Cache:
+    return Cache(_temporary_directory(), (cache_not_writable(wanted, reason),))
+
+
+def _temporary_directory() -> Path:
+    """A directory that is removed when the process ends."""
     root = Path(tempfile.mkdtemp(prefix="bgc-"))
     atexit.register(shutil.rmtree, root, ignore_errors=True)
-    return Cache(root, (cache_not_writable(wanted, reason),))
+    return root
 
 
 def digest_of(parts: Iterable[str]) -> str:

@@ -1,3 +1,4 @@
+import errno
 import shutil
 import subprocess
 import sys
@@ -131,6 +132,42 @@ def test_a_full_disk_is_named_as_such(cache, tmp_path):
     with pytest.raises(BgError) as error:
         build_shared_object(UNITS, Toolchain((str(script),), "cc", "1"), cache)
     assert error.value.diagnostics[0].code == "BG055"
+
+
+def test_a_full_disk_under_the_cache_moves_the_build_elsewhere(tmp_path):
+    script = tmp_path / "cc"
+    script.write_text(
+        "#!/bin/sh\n"
+        'case "$PWD" in */small/*) echo "x.o: No space left on device"; exit 1;; esac\n'
+        'while [ "$1" != -o ]; do shift; done; : > "$2"\n'
+    )
+    script.chmod(0o755)
+    (tmp_path / "small").mkdir()
+    cache = Cache(tmp_path / "small")
+    path = build_shared_object(UNITS, Toolchain((str(script),), "cc", "1"), cache)
+    assert path.is_file() and path.is_relative_to(cache.root)
+    assert cache.root != tmp_path / "small"
+    (warning,) = cache.warnings
+    assert warning.code == "BG054"
+    assert str(tmp_path / "small") in warning.message and "No space left" in warning.message
+
+
+def test_an_exceeded_quota_under_the_cache_moves_the_build_elsewhere(tmp_path, monkeypatch):
+    script = tmp_path / "cc"
+    script.write_text('#!/bin/sh\nwhile [ "$1" != -o ]; do shift; done; : > "$2"\n')
+    script.chmod(0o755)
+    (tmp_path / "small").mkdir()
+    cache = Cache(tmp_path / "small")
+    publish = Cache.publish
+
+    def refuse(self: Cache, kind: str, name: str, made: Path) -> Path:
+        if self.root == tmp_path / "small":
+            raise OSError(errno.EDQUOT, "Disk quota exceeded")
+        return publish(self, kind, name, made)
+
+    monkeypatch.setattr(Cache, "publish", refuse)
+    assert build_shared_object(UNITS, Toolchain((str(script),), "cc", "1"), cache).is_file()
+    assert [warning.code for warning in cache.warnings] == ["BG054"]
 
 
 def test_a_cache_that_vanishes_is_a_diagnostic(tmp_path, toolchain):
