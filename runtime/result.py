@@ -15,7 +15,8 @@ import numpy as np
 
 from bgc.building.built import Panel
 from bgc.grammar.catalogue.machine import package_missing, unknown_column
-from bgc.grammar.diagnostics import BgError
+from bgc.grammar.catalogue.run import value_not_finite
+from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.runtime.binding import Array
 from bgc.runtime.files import written_whole
 
@@ -55,6 +56,8 @@ class Result(Mapping[str, Array]):
         What the scene wants plotted.
     accounts
         Columns of the energy accounts: `{"residual": "energy.residual"}`.
+    warnings
+        What is odd about the rows, as `diagnostics` of errors: a value that is not finite.
     """
 
     scene: str
@@ -67,6 +70,20 @@ class Result(Mapping[str, Array]):
     message: str = ""
     panels: Sequence[Panel] = ()
     accounts: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """What is odd about the rows: BG712 for the first value that is not finite."""
+        worst: tuple[int, str, bool] | None = None
+        for name, column in self.columns.items():
+            finite = np.isfinite(column)
+            row = int(np.argmin(finite)) if len(finite) else 0  # the first that is not
+            if not finite.all() and (worst is None or row < worst[0]):
+                worst = row, name, not finite[row:].any()
+        if worst is None:
+            return ()
+        row, name, to_the_end = worst
+        return (value_not_finite(name, float(self.time[row]), to_the_end),)
 
     def ended(self, status: str, message: str) -> Result:
         """The same rows, of a run that ended early."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bgc.grammar.catalogue import error
+from bgc.grammar.catalogue import error, warning
 from bgc.grammar.diagnostics import Diagnostic
 
 _FASTEST = "see which state is at fault, and whether its parameters and initial value make sense"
@@ -187,4 +187,25 @@ def inconsistent(time: float, state: str | None) -> Diagnostic:
         "BG711",
         f"at t = {time:.9g} s no values near the given ones satisfy the equations{_state(state)}",
         help="give `unknown NAME = VALUE;` a better starting value, or mend its equation",
+    )
+
+
+def value_not_finite(name: str, time: float, to_the_end: bool) -> Diagnostic:
+    """BG712: a value in the rows is not finite
+
+    What: an observed value is infinite or not a number in some rows; the run went on.
+
+    Why: nothing that the states depend on uses the value, so the method did not meet it: mostly
+    a division by zero, or a function outside its domain.
+
+    Example: `observe y;` where `let y = 1 / (time - 1 s);`, at 1 s.
+
+    Way out: check the division or the function; an `assert` in the model ends the run there.
+    """
+    when = f"from {time:.9g} s on" if to_the_end else f"at {time:.9g} s"
+    return warning(
+        "BG712",
+        f"`{name}` is not finite {when}",
+        help="check its divisions and the domains of its functions; an `assert` in the model "
+        "ends the run there",
     )

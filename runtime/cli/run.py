@@ -93,6 +93,7 @@ def run(
     except RunInterrupted as problem:
         print_diagnostics([problem.diagnostic])
         result, status = problem.result, INTERRUPTED
+    print_diagnostics(result.warnings)
     _write(result, out)
     if plot is not None and (status == 0 or len(result.time) > 1):
         result.plot(plot, panels=panels or None)

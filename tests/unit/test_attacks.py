@@ -63,8 +63,38 @@ def test_a_given_charge_holds_beside_the_source_that_drives_the_compliances(simu
     np.testing.assert_allclose([result["a.q"][-1], result["b.q"][-1]], [1, 8])
 
 
+@pytest.mark.parametrize("solver", ["ros34prw; step 250 ms", "lie; step 10 ms", "rodas5p"])
+def test_an_equation_that_loses_its_solution_ends_the_run(simulate, solver):
+    with pytest.raises(BgError) as error:
+        simulate(
+            "model M { state x = 1; der(x) = -1; unknown z = 0.1; equation z^2 = x; }"
+            f"scene s1 of M {{ observe x, z; solver {solver}; run 2 s; }}"
+        )
+    assert codes(error)[0] in {"BG701", "BG711"}
+
+
 def test_a_file_without_a_scene_is_said_to_have_none(simulate):
     with pytest.raises(BgError) as error:
         simulate("model M { state x = 1; der(x) = -x; }")
     (diagnostic,) = error.value.diagnostics
     assert (diagnostic.code, "``" in diagnostic.message) == ("BG067", False)
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        ("sqrt(0.5 - time)", "`y` is not finite from 0.75 s on"),
+        ("1 / (time - 0.5)", "`y` is not finite at 0.5 s"),
+        ("1 / (time - 0.3)", None),
+    ],
+)
+def test_a_value_that_is_not_finite_is_a_warning(simulate, law, message):
+    result = simulate(
+        f"model M {{ state x = 1; der(x) = -x; let y = {law}; let z = y; }}"
+        "scene run_it of M { observe x, y, z; run 1 s; }",
+        every=0.25,
+    )
+    assert len(result.time) == 5
+    assert [(w.code, w.message) for w in result.warnings] == (
+        [("BG712", message)] if message else []
+    )

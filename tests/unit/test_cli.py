@@ -154,6 +154,21 @@ def test_a_failed_run_writes_its_rows(oscillator, tmp_path):
     assert (tmp_path / "r.png").is_file()
 
 
+def test_a_value_that_is_not_finite_is_a_warning(oscillator, monkeypatch):
+    simulate = runtime_model.Model.simulate
+
+    def spoil(*arguments, **options):
+        result = simulate(*arguments, **options)
+        result["q"][1:] = np.nan
+        return result
+
+    monkeypatch.setattr(runtime_model.Model, "simulate", spoil)
+    result = bgc("run", "x.bg", "--every", "0.5", "--out", "-")
+    assert result.exit_code == 0
+    assert "warning[BG712]: `q` is not finite from 0.5 s on" in result.stderr
+    assert len(result.stdout.splitlines()) == 6
+
+
 def test_a_parameter_that_the_library_does_not_have_is_compiled_in(oscillator, monkeypatch):
     asked = []
 
