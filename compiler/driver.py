@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +18,7 @@ from bgc.causality.assign import assign_causality
 from bgc.causality.causal import CausalGraph
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.resolve import Package, load
+from bgc.elaboration.scene import stands_alone
 from bgc.emission.emit import EmittedModel, amalgamate, emit_model
 from bgc.emission.optimise import optimise
 from bgc.equations.derive import derive_equations
@@ -121,10 +122,22 @@ def amalgamate_source(path: Path, options: Options) -> str:
 
 
 def check_source(path: Path, scene: str | None = None) -> list[Diagnostic]:
-    """All that is wrong with a file's scenes (or one of them), up to their equations."""
-    package = load(path)
-    found: list[Diagnostic] = list(package.warnings)
-    for name in [scene] if scene is not None else package.scene_names or [None]:
+    """All that is wrong with a file's scenes (or one of them), up to their equations.
+
+    Of a file of parts, which has no scene and no model that runs alone, only the syntax, names
+    and interfaces are checked.
+    """
+    try:
+        package = load(path)
+    except BgError as err:
+        return list(err.diagnostics)
+    found = list(package.warnings)
+    names: Sequence[str | None] = package.scene_names
+    if scene is not None:
+        names = [scene]
+    elif not names and stands_alone(package):
+        names = [None]
+    for name in names:
         try:
             graph = elaborate(package, name)
             causal = assign_causality(graph)

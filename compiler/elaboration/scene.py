@@ -49,6 +49,34 @@ class Scene:
         return (item for item in self.items if isinstance(item, kind))
 
 
+def stands_alone(package: Package) -> bool:
+    """Whether a file can be compiled as it is: it has a scene, or a model that lacks nothing.
+
+    A file of library parts does not: its models have ports to bond and values to be given.
+    """
+    root = package.root
+    if root.scenes or not root.file.declarations:  # an empty file is no library either
+        return True
+    return bool(root.own_models) and not _lacks(root.own_models[-1], frozenset())
+
+
+def _lacks(model: Declared[syntax.Model], given: frozenset[str]) -> bool:
+    """Whether a model has ports, dimensions or values that someone else has to fill."""
+    if any(formal.default is None for formal in model.syntax.formals):
+        return True
+    for item in model.syntax.items:
+        match item:
+            case syntax.Port():
+                return True
+            case syntax.Value(kind="param" | "input", value=None) if item.name not in given:
+                return True
+    base = model.syntax.base
+    above = model.module.models.get(base.name) if base else None
+    if base is None or above is None or above.syntax.interface:
+        return False
+    return _lacks(above, given | {a.name for a in base.arguments if a.name is not None})
+
+
 def choose_scene(package: Package, name: str | None) -> Scene:
     """The scene of that name, the file's first, or an implicit one of its last model."""
     module = package.root

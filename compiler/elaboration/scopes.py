@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
-from bgc.elaboration.modules import Module
+from bgc.elaboration.modules import Declared, Module
 from bgc.elaboration.tree import (
     Element,
     Environment,
@@ -62,10 +62,16 @@ class Names:
         return self.world.quantities.constant(declared, span) if declared else None
 
     def names(self) -> Collection[str]:
-        """All names of values visible here."""
+        """All names visible here."""
         members = self.env.instance.members if self.env.instance else {}
         tables = (self.extra, self.env.locals, members, self.env.module.constants)
         return ChainMap(*(cast(dict[str, object], table) for table in tables))
+
+    def is_value(self, name: str) -> bool:
+        """Whether a name stands for a law's variable, a local, a quantity or a constant."""
+        if name in self.extra or name in self.env.locals:
+            return True
+        return isinstance(find_member(self.env, name), Quantity | Declared)
 
     def function(self, name: str) -> FunctionUse | None:
         """A function that the file sees; its body sees the constants of its own file."""

@@ -101,6 +101,9 @@ class _FunctionScope:
     def names(self) -> Collection[str]:
         return {*self.arguments, *self.outer.names()}
 
+    def is_value(self, name: str) -> bool:
+        return name in self.arguments or self.outer.is_value(name)
+
     def function(self, name: str) -> FunctionUse | None:
         return self.outer.function(name)
 
@@ -169,9 +172,8 @@ class _Evaluator:
         unit = parse_unit(expr.unit)
         if unit is None:
             raise failure(catalogue.unknown_unit(expr.span, expr.unit, suggest_unit(expr.unit)))
-        visible = self.scope.names()
         for word in unit_words(expr.unit):
-            if word in visible:
+            if self.scope.is_value(word):  # `3 m` could be meant as a product
                 raise failure(catalogue.unit_is_a_name(expr.span, word))
         si = expr.value * unit.factor
         check_literal(si, expr.span)

@@ -52,7 +52,11 @@ class Scope(Protocol):
         ...
 
     def names(self) -> Collection[str]:
-        """All visible names of values, for suggestions; `in` is asked of it often."""
+        """All visible names, of parts too, for suggestions."""
+        ...
+
+    def is_value(self, name: str) -> bool:
+        """Whether the name stands for a value, not for a part or port, or for nothing."""
         ...
 
     def function(self, name: str) -> FunctionUse | None:

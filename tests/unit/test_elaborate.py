@@ -531,3 +531,9 @@ def test_equations_may_hold_derivatives():
 def test_outputs_may_be_given_by_component():
     graph = flat("model M { output y[2]; y[2] = 5; y[1] = 4; }")
     assert observed(graph) == {"y[1]": 4, "y[2]": 5}
+
+
+@pytest.mark.parametrize("part", ["m : I(2 kg)", "N : I(2 kg)"])
+def test_a_part_may_have_the_name_of_a_unit(part):
+    text = f"model M {{ {part}; s : Se(e = 3 N); s -> {part[0]}; let x = 4 m; }}"
+    assert elaborate(load_text(text + " scene a of M { observe x; run 1 s; }")).observations

@@ -68,6 +68,9 @@ class FakeScope:
     def names(self) -> Collection[str]:
         return self.values
 
+    def is_value(self, name: str) -> bool:
+        return isinstance(self.values.get(name), Value)
+
     def function(self, name: str) -> FunctionUse | None:
         found = self.functions.get(name)
         return FunctionUse(found, FakeScope({}, self.functions)) if found else None
