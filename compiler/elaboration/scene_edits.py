@@ -15,7 +15,7 @@ from bgc.elaboration.world import Edits, World
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import names, scenes
 from bgc.grammar.diagnostics import BgError
-from bgc.grammar.parse import parse
+from bgc.grammar.parse import parse_setting
 from bgc.grammar.source import Source, Span
 from bgc.values.expressions import resolve_path
 
@@ -37,12 +37,12 @@ def collect_edits(world: World, scene: Scene, overrides: Sequence[tuple[str, str
                     _note(edits.drives, path, Given(item.value, scene.env, item.span))
                 case _:
                     pass
-    for target, value in overrides:
+    for override in overrides:
         with world.report.collecting():
-            left, right = _parse_override(target), _parse_override(value)
-            path = canonical_path(world, left, scene.env)
+            setting = _read_override(override)
+            path = canonical_path(world, setting.target, scene.env)
             edits.sets.pop(path, None)  # the command line has the last word
-            _note_set(world, scene, edits, left, right, right.span)
+            _note_set(world, scene, edits, setting.target, setting.value, setting.value.span)
 
 
 def _note_set(
@@ -71,16 +71,9 @@ def _note(table: dict[str, Given], path: str, given: Given) -> None:
         raise BgError([names.given_twice(given.span, path, table[path].span)])
 
 
-def _parse_override(text: str) -> syntax.Expr:
-    """The expression of one side of `--set name=value`."""
-    source = Source("--set", f"const value = {text};")
-    file, problems = parse(source)
-    if problems:
-        raise BgError(problems)
-    (declaration,) = file.declarations
-    assert isinstance(declaration, syntax.Value)
-    assert declaration.value is not None
-    return declaration.value
+def _read_override(override: tuple[str, str]) -> syntax.Set:
+    """The two sides of `--set name=value`, with places in what the user typed."""
+    return parse_setting(Source("--set", "=".join(override)))
 
 
 def canonical_path(world: World, expr: syntax.Expr, env: Environment) -> str:
@@ -140,9 +133,9 @@ def check_edits(world: World, scene: Scene) -> None:
 
 def check_overrides(world: World, scene: Scene, overrides: Sequence[tuple[str, str]]) -> None:
     """The same for the command line."""
-    for target, _ in overrides:
+    for override in overrides:
         with world.report.collecting():
-            expr = _parse_override(target)
+            expr = _read_override(override).target
             base = expr.base if isinstance(expr, syntax.Index) else expr
             path = canonical_path(world, base, scene.env)
             kind = "parts" if isinstance(expr, syntax.Index) else "sets"
