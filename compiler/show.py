@@ -110,7 +110,8 @@ def show_causality(causal: CausalGraph) -> str:
     for bond, stroke in zip(graph.bonds, causal.strokes, strict=True):
         tail, head = ends[bond.index]
         arrow = "->|" if stroke.at_head else "|->"
-        lines.append(f"{tail} {arrow} {head}: {stroke.rule.value}, {stroke.reason}")
+        component = f" [{bond.component}]" if bond.width > 1 else ""
+        lines.append(f"{tail} {arrow} {head}{component}: {stroke.rule.value}, {stroke.reason}")
     return _sections((("strokes", lines),))
 
 
