@@ -65,6 +65,7 @@ typedef struct {
     int64_t ticks, sample;
 
     int f_valid, jac_valid; /* at the present t, x, u */
+    int f_ahead;            /* f at the end of a fixed step is in d->error */
     int algebraic;          /* states without a derivative */
 
     /* The last step, for rows inside it. */
@@ -142,6 +143,7 @@ bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const do
 
 /* --- consistent.c */
 bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d);
+bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, double t);
 
 /* --- dense.c */
 void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_tableau *method);

@@ -44,8 +44,10 @@ bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const do
     return BGC_OK;
 }
 
-/* Completes a step in d->next: quaternions normalised, all finite, assertions kept. */
-static bgc_status complete(const bgc_model *m, bgc_data *d, double t_new) {
+/* Completes a step in d->next: quaternions normalised, all finite, assertions kept; and where no
+ * error estimate watches over them, algebraic equations satisfied. */
+static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_tableau *method,
+                           double t_new) {
     const int bad = bgc_first_bad(m->n_state, d->next);
 
     if (bad >= 0) {
@@ -54,6 +56,12 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, double t_new) {
     }
     if (m->project != NULL) {
         m->project(d->h, t_new, d->next, d->work);
+    }
+    if (method != NULL && method->embedded == 0) {
+        const bgc_status status = bgc_keep_consistent(m, d, t_new);
+        if (status != BGC_OK) {
+            return status;
+        }
     }
     return bgc_check_asserts(m, d, t_new, d->next);
 }
@@ -88,6 +96,7 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_table
     const double t_new = core->origin + (double)(core->ticks + 1) * h;
     bgc_status status = BGC_OK;
 
+    core->f_ahead = 0;
     bgc_evaluate_f(m, d);
     if (method == NULL) {
         status = bgc_runge_kutta(m, d, h);
@@ -102,13 +111,17 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_table
         }
     }
     if (status == BGC_OK) {
-        status = complete(m, d, t_new);
+        status = complete(m, d, method, t_new);
     }
     if (status != BGC_OK) {
         core->held = 0;
         return status;
     }
     accept(m, d, method, t_new);
+    if (core->f_ahead) {
+        memcpy(d->f, d->error, (size_t)m->n_state * sizeof *d->f);
+        core->f_valid = 1;
+    }
     core->ticks++;
     core->held -= core->held > 0;
     return BGC_OK;
@@ -236,7 +249,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_ta
         return reject(d, BGC_STEP_TOO_SMALL,
                       h * fmax(least_factor, safety * pow(error, -1.0 / q)));
     }
-    status = complete(m, d, t_new);
+    status = complete(m, d, method, t_new);
     if (status != BGC_OK) {
         return reject(d, status, 0.1 * h);
     }

@@ -160,6 +160,17 @@ def test_fixed_step_solves_algebraic_equations(c_model: Any) -> None:
     np.testing.assert_allclose(amplifier.finish([0.2])[0], TRANSISTOR_END, rtol=1e-3, atol=1e-4)
 
 
+@pytest.mark.parametrize("method", IMPLICIT)
+def test_order_with_an_algebraic_equation(c_model: Any, method: str) -> None:
+    steps = [0.1, 0.05, 0.025]
+    errors = []
+    for step in steps:
+        fold = c_model("fold")
+        fold.start(method, step=step)
+        errors.append(np.abs(fold.finish([1.0])[0] - [0.25, 0.5]).max())
+    assert observed_order(steps, errors) > ORDER[method] - 0.3
+
+
 def test_explicit_method_refuses_algebraic_equations(c_model: Any) -> None:
     robertson = c_model("robertson")
     robertson.start("rk4", step=1e-4)

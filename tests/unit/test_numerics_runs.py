@@ -177,6 +177,47 @@ def test_start_without_solution_is_reported(c_model: Any) -> None:
         assert instance.run([1.0])[0] == "BAD_ARGUMENT"
 
 
+@pytest.mark.parametrize("method", ["ros34prw", "rodas23w", "ros23", "lie"])
+@pytest.mark.parametrize("step", [0.25, 0.1, 0.01, 0.0037])
+@pytest.mark.parametrize("keep", [1, 3])
+def test_fixed_steps_end_where_the_algebraic_equations_lose_their_solution(
+    c_model: Any, method: str, step: float, keep: int
+) -> None:
+    fold = c_model("fold")
+    fold.set(p0=1.0)
+    fold.start(method, step=step, keep=keep)
+    status, rows = fold.run(step * np.arange(round(2.0 / step)))
+    assert status in ("INCONSISTENT", "SINGULAR")
+    assert 1.0 - 1.01 * step < fold.time < 1.0 + 1e-9
+    assert len(rows) == fold.counts.steps + 1
+    np.testing.assert_array_equal(rows[-1], fold.state)
+    np.testing.assert_allclose(rows[:, 1] ** 2, rows[:, 0], atol=5e-3)
+    assert (rows[:, 1] >= 0.0).all()
+    assert fold.library.bgc_failed_state(fold.data) == 1
+    assert fold.run([2.0])[0] == status
+
+
+@pytest.mark.parametrize("step", [0.2, 0.01])  # with and without corrections
+def test_corrected_run_has_the_same_bits_in_chunks_and_restored(c_model: Any, step: float) -> None:
+    whole, chunked, other = (c_model("fold") for _ in range(3))
+    grid = np.linspace(0.0, 1.0, 23)
+    whole.start("lie", step=step, keep=3)
+    chunked.start("lie", step=step, keep=3)
+    rows = whole.finish(grid)
+    np.testing.assert_array_equal(chunked.finish(grid[:9]), rows[:9])
+    assert other.restore(chunked.save()) == "OK"
+    np.testing.assert_array_equal(other.finish(grid[9:]), rows[9:])
+
+
+def test_check_of_algebraic_equations_costs_one_solution_a_step(c_model: Any) -> None:
+    fold = c_model("fold")
+    fold.start("lie", step=0.01)
+    fold.finish([1.0])
+    assert fold.counts.solves == 2 * fold.counts.steps
+    assert fold.counts.rhs == fold.counts.steps + 1
+    assert fold.counts.factorisations == fold.counts.jacobians == fold.counts.steps
+
+
 def test_failed_assertion_stops_where_it_fails(c_model: Any) -> None:
     oscillator = c_model("oscillator")
     oscillator.start("rodas5p", rtol=1e-9)
