@@ -7,6 +7,7 @@ The only module that knows the layout of C structures. A `Library` is a loaded m
 from __future__ import annotations
 
 import ctypes
+import os
 from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_long, c_size_t, c_uint32, c_void_p
 from enum import IntEnum
 from pathlib import Path
@@ -345,9 +346,9 @@ class Instance:
         """Open a device with `key=value` lines as options; returns the driver's message too."""
         message = ctypes.create_string_buffer(512)
         size = len(message)
-        lines = options.encode()
+        lines = os.fsencode(options)
         status = self._call("bgc_open_device", index, driver, lines, message, size)
-        return Status(status), text(message.value)
+        return Status(status), message.value.decode("utf-8", "backslashreplace")
 
     def close_devices(self) -> None:
         """Close all devices, their forces zero first."""

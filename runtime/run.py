@@ -24,6 +24,7 @@ from bgc.runtime.progress import ProgressBar
 ADAPTIVE_DEFAULT = "rodas5p"
 FIXED_DEFAULT = "ros34prw"
 
+_MESSAGE_LENGTH = 300  # characters of what a driver says
 _WATCH_SECONDS = 0.05  # how often a run is looked at: bounds the wait after Ctrl-C
 
 
@@ -113,10 +114,16 @@ def open_devices(instance: Instance, folder: Path) -> Iterator[None]:
                 index, driver, _located(text(info.options), folder)
             )
             if status is not Status.OK:
-                raise BgError([device_not_opened(name, driver_name, message)])
+                raise BgError([device_not_opened(name, driver_name, _quotable(message))])
         yield
     finally:
         instance.close_devices()
+
+
+def _quotable(message: str) -> str:
+    """A driver's words, and what of its file it quotes, fit for a terminal."""
+    shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message)
+    return shown if len(shown) <= _MESSAGE_LENGTH else f"{shown[:_MESSAGE_LENGTH]}..."
 
 
 def _located(options: str, folder: Path) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 import traceback
 from collections.abc import Iterable
@@ -14,6 +15,8 @@ import click
 from bgc.grammar.diagnostics import BgError, Diagnostic
 
 DONE, AT_FAULT, USAGE, BUG, INTERRUPTED, TERMINATED = 0, 1, 2, 70, 130, 143
+
+_NOT_UTF8 = re.compile("[\udc80-\udcff]")  # as Python has them in names
 
 # Each command is a module of this package; none is imported before it is needed.
 _COMMANDS = {
@@ -77,7 +80,12 @@ def print_diagnostics(diagnostics: Iterable[Diagnostic]) -> None:
     from bgc.grammar.render import render
 
     if text := render(diagnostics, colour=_colour_wanted()):
-        click.echo(text, err=True, nl=False)
+        click.echo(printable(text), err=True, nl=False)
+
+
+def printable(text: str) -> str:
+    r"""Show the bytes of a file's name that are not UTF-8 as `\xff`."""
+    return _NOT_UTF8.sub(lambda found: f"\\x{ord(found[0]) - 0xDC00:02x}", text)
 
 
 def _colour_wanted() -> bool:
@@ -91,7 +99,7 @@ def _confess(problem: Exception) -> int:
         traceback.print_exc()
     else:
         kind = type(problem).__name__
-        click.echo(f"this is a bug of bgc: {kind}: {problem}", err=True)
+        click.echo(printable(f"this is a bug of bgc: {kind}: {problem}"), err=True)
         click.echo(
             "please report it with the model that shows it, and with what is printed when the "
             "variable BGC_DEBUG is set to 1",

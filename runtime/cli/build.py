@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -32,11 +33,10 @@ if TYPE_CHECKING:
 @click.option(
     "-o",
     "--out",
-    "folder",
+    "out",
     metavar="DIR",
-    type=click.Path(path_type=Path),
-    default=Path(),
-    help="Where to write it; here by default.",
+    default=".",
+    help="Where to write it; here by default. With --target c, - for standard output.",
 )
 @click.option("--timings", is_flag=True, help="Tell what each stage took.")
 def build(
@@ -44,27 +44,32 @@ def build(
     scene: str | None,
     assignments: tuple[str, ...],
     target: str,
-    folder: Path,
+    out: str,
     timings: bool,
 ) -> None:
     """Compile a scene of FILE to C or to a shared object, and print its path."""
     from bgc.options import Options
     from bgc.runtime.files import written_whole
 
+    if out == "-" and target != "c":
+        raise click.UsageError("only --target c can be written to standard output")
     options = Options(scene, read_assignments(assignments))
     seconds: dict[str, float] = {}
-    name = file.stem if scene is None else f"{file.stem}.{scene}"
-    goal = folder / f"{name}.{target}"
     if target == "c":
         content = _c_file(file, options, seconds)
     else:
         content = _shared_object(file, options, seconds)
-    _make(folder)
-    with written_whole(goal) as aside:
-        aside.write_bytes(content)
     if timings:
         click.echo(_table(seconds), err=True)
-    click.echo(goal)
+    if out == "-":
+        click.echo(content, nl=False)
+        return
+    name = file.stem if scene is None else f"{file.stem}.{scene}"
+    goal = Path(out) / f"{name}.{target}"
+    _make(goal.parent)
+    with written_whole(goal) as aside:
+        aside.write_bytes(content)
+    click.echo(os.fsencode(goal))
 
 
 def _c_file(file: Path, options: Options, seconds: dict[str, float]) -> bytes:

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from bgc.grammar.diagnostics import BgError, Diagnostic
-from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
+from bgc.runtime.cli.app import AT_FAULT, print_diagnostics, printable
 from bgc.runtime.cli.options import MODEL_FILE
 
 
@@ -33,7 +33,8 @@ def fmt(context: click.Context, files: tuple[Path, ...], check: bool) -> None:
             if not check:
                 with written_whole(file) as aside:
                     aside.write_text(canonical, encoding="utf-8", newline="\n")
-            click.echo(f"{'would reformat' if check else 'reformatted'} {file}", err=True)
+            done = "would reformat" if check else "reformatted"
+            click.echo(printable(f"{done} {file}"), err=True)
         except BgError as problem:
             problems.extend(problem.diagnostics)
     print_diagnostics(problems)

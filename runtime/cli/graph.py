@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import click
@@ -36,4 +37,4 @@ def graph(file: Path, scene: str | None, assignments: tuple[str, ...], out: str 
     picture = text.encode() if kind == ".dot" else lay_out(text, kind[1:])
     with written_whole(target) as aside:
         aside.write_bytes(picture)
-    click.echo(target)
+    click.echo(os.fsencode(target))

@@ -1,7 +1,9 @@
 """The commands on real models, through the whole compiler."""
 
+import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +40,17 @@ scene charge of RC {
 scene fixed of RC {
   observe capacitor.e;
   solver rk4(step = 1 ms);
+  run 1 s;
+}
+"""
+
+
+TRACED = """\
+model M { input x[3]; state y = 0; der(y) = x[1]; }
+scene s of M {
+  device hand = trace(file = "motion.csv");
+  drive x = hand.position;
+  observe y;
   run 1 s;
 }
 """
@@ -173,6 +186,40 @@ def test_an_unwritable_cache_is_a_warning(rc, monkeypatch):
     result = bgc("run", rc)
     assert result.exit_code == 0
     assert "warning[BG054]" in result.stderr
+
+
+def test_c_goes_to_standard_output_and_a_shared_object_does_not(rc):
+    result = bgc("build", rc, "--target", "c", "-o", "-")
+    assert result.exit_code == 0
+    assert result.stdout.startswith("/*") and result.stdout.endswith("\n")
+    assert "bgc_get_model" in result.stdout
+    assert bgc("build", rc, "-o", "-").exit_code == 2
+    assert not Path("-").exists()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems refuse such names")
+def test_a_name_that_is_not_utf8_is_shown_with_its_bytes(rc):
+    name = os.fsdecode(b"r\xff.bg")
+    result = bgc("run", name)
+    assert result.exit_code == 1
+    assert "r\\xff.bg" in result.stderr
+    Path(name).write_text(RC)
+    assert bgc("run", name).exit_code == 0
+    result = bgc("build", name)
+    assert result.exit_code == 0
+    assert result.stdout_bytes == b"r\xff.so\n"
+
+
+def test_a_binary_file_of_a_device_leaves_the_terminal_alone(rc):
+    Path("motion.csv").write_bytes(b"time,x,y,z\n\x1b[31m\xff\x07" + b"\x01" * 400 + b",0,0,0\n")
+    rc.write_text(TRACED)
+    result = bgc("run", rc)
+    assert result.exit_code == 1
+    (line, *_) = result.stderr.splitlines()
+    assert (
+        "error[BG074]" in line and "motion.csv:2: this is not a number: \\x1b[31m\\xff\\x07" in line
+    )
+    assert line.isprintable() and len(line) < 400
 
 
 def test_no_compiler_is_a_diagnostic(rc, monkeypatch, tmp_path):
