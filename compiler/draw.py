@@ -19,15 +19,7 @@ from bgc.causality.regions import ports_of
 from bgc.grammar.catalogue.machine import dot_failed, dot_missing
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import (
-    Element,
     FlatGraph,
-    Gyrator,
-    Gyristor,
-    Junction,
-    Resistor,
-    Source,
-    Storage,
-    Transformer,
 )
 
 _COMPONENT = re.compile(r"\[\d+\]$")
@@ -103,7 +95,7 @@ def _merge_components(graph: FlatGraph) -> list[int]:
         if graph.bonds[bond].width == 1:
             continue
         part = graph.elements[element]
-        key = (graph.bonds[bond].wide, sign, _kind(part), _COMPONENT.sub("", part.name))
+        key = (graph.bonds[bond].wide, sign, part.kind, _COMPONENT.sub("", part.name))
         one, other = root(first.setdefault(key, element)), root(element)
         parent[max(one, other)] = min(one, other)
     return [root(element) for element in range(len(graph.elements))]
@@ -129,18 +121,6 @@ def _edges(graph: FlatGraph, drawn: Sequence[int]) -> list[_Edge]:
 def _name(graph: FlatGraph, parts: Sequence[int]) -> str:
     name = graph.elements[parts[0]].name
     return _COMPONENT.sub("", name) if len(parts) > 1 else name
-
-
-def _kind(element: Element) -> str:
-    match element:
-        case Junction() | Source() | Storage():
-            return element.kind
-        case Resistor():
-            return "R"
-        case Transformer():
-            return "TF"
-        case Gyrator() | Gyristor():
-            return "GY"
 
 
 def _clusters(nodes: Iterable[tuple[int, str]], graph: FlatGraph) -> list[str]:
@@ -170,7 +150,7 @@ def _print_tree(tree: dict[str, object], path: tuple[str, ...], graph: FlatGraph
         else:
             assert isinstance(inner, tuple)
             node, name = inner
-            kind = _kind(graph.elements[node])
+            kind = graph.elements[node].kind
             label = (
                 f"<b>{_SHORT.get(kind, kind)}</b><br/>"
                 f'<font point-size="9" color="#555555">{escape(name)}</font>'

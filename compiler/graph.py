@@ -161,6 +161,11 @@ class Resistor:
     law: LinearLaw | ExplicitLaw
     span: Span
 
+    @property
+    def kind(self) -> str:
+        """Its name in a drawing: R."""
+        return "R"
+
 
 @dataclass(frozen=True, slots=True)
 class Transformer:
@@ -180,6 +185,11 @@ class Transformer:
     inverse: Matrix | None
     span: Span
 
+    @property
+    def kind(self) -> str:
+        """Its name in a drawing: TF, also of an MTF."""
+        return "TF"
+
 
 @dataclass(frozen=True, slots=True)
 class Gyrator:
@@ -191,6 +201,11 @@ class Gyrator:
     matrix: Matrix
     span: Span
 
+    @property
+    def kind(self) -> str:
+        """Its name in a drawing: GY, also of an MGY."""
+        return "GY"
+
 
 @dataclass(frozen=True, slots=True)
 class Gyristor:
@@ -200,6 +215,11 @@ class Gyristor:
     ports: tuple[Port, ...]
     matrix: Matrix
     span: Span
+
+    @property
+    def kind(self) -> str:
+        """Its name in a drawing: GY: an MGY on one side."""
+        return "GY"
 
 
 Element: TypeAlias = Junction | Source | Storage | Resistor | Transformer | Gyrator | Gyristor

@@ -199,16 +199,29 @@ def _ends(graph: FlatGraph) -> list[tuple[str, str]]:
 
 
 def _element(graph: FlatGraph, element: Element) -> str:
-    bonds = ", ".join(graph.bonds[port.bond].name for port in ports_of(element))
-    kind = getattr(element, "kind", type(element).__name__)
-    return f"{element.name} : {kind} on {bonds}"
+    """One line; neighbouring components of a wide bond together."""
+    on: dict[str, list[int]] = {}
+    for port in ports_of(element):
+        bond = graph.bonds[port.bond]
+        on.setdefault(bond.wide, []).extend([bond.component] if bond.width > 1 else [])
+    bonds = ", ".join(wide + _components(found) for wide, found in on.items())
+    return f"{element.name} : {element.kind} on {bonds}"
+
+
+def _components(found: list[int]) -> str:
+    if not found:
+        return ""
+    if found == list(range(found[0], found[-1] + 1)) and len(found) > 1:
+        return f" [{found[0]}..{found[-1]}]"
+    return f" [{', '.join(map(str, found))}]"
 
 
 def _bonds(graph: FlatGraph) -> list[str]:
-    return [
-        f"{tail} -> {head} ({bond.effort_unit}, {bond.flow_unit})"
-        for bond, (tail, head) in zip(graph.bonds, _ends(graph), strict=True)
-    ]
+    lines = []
+    for bond, (tail, head) in zip(graph.bonds, _ends(graph), strict=True):
+        units = (bond.effort_unit, bond.flow_unit)
+        lines.append(f"{tail} -> {head}" + (f" ({', '.join(units)})" if all(units) else ""))
+    return lines
 
 
 def _parameters(graph: FlatGraph) -> list[str]:

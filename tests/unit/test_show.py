@@ -1,0 +1,66 @@
+"""What `bgc show` prints after each pass."""
+
+from pathlib import Path
+
+import pytest
+
+from bgc.options import Options
+from bgc.show import PASSES, show_pass
+
+MODELS = Path(__file__).parents[1] / "models"
+
+WIDE = """
+model Wide {
+  push : Se[3](e = [1, 2, 3]);
+  hub  : J1;
+  body : I[3](2 kg);
+  drag : R[2](4);
+  push -> hub -> body;
+  hub[2..3] -> drag;
+}
+scene s of Wide {
+  observe body.f;
+  run 1 s;
+}
+"""
+
+
+@pytest.fixture
+def wide(tmp_path) -> Path:
+    path = tmp_path / "wide.bg"
+    path.write_text(WIDE)
+    return path
+
+
+@pytest.mark.parametrize("name", PASSES)
+def test_every_pass_prints_the_same_twice(name):
+    path = MODELS / "dc_motor.bg"
+    text = show_pass(name, path, Options())
+    assert text.endswith("\n") and text == show_pass(name, path, Options())
+
+
+def test_the_flat_graph_names_neighbouring_components_together(wide):
+    lines = show_pass("elaborate", wide, Options()).splitlines()
+    assert "  body : I on hub -> body [1..3]" in lines
+    assert "  drag : R on hub -> drag [1..2]" in lines
+    assert any(line.startswith("  push[2] -> hub[2]") for line in lines)
+
+
+def test_strokes_of_a_wide_bond_name_their_component(wide):
+    text = show_pass("causality", wide, Options())
+    assert "hub[3] ->| body [3]: preferred, `body` integrates the effort" in text
+
+
+def test_accounts_are_shown_where_the_scene_observes_one():
+    assert "energy\n" in show_pass("equations", MODELS / "series_rlc.bg", Options())
+    assert "energy\n" not in show_pass("equations", MODELS / "dc_motor.bg", Options())
+
+
+def test_a_mass_matrix_is_shown_on_the_left(tmp_path):
+    path = tmp_path / "dae.bg"
+    path.write_text(
+        "model Dae { state x = 1; unknown z = 1; equation 2*der(x) + z = 0; equation z^3 = x; }"
+    )
+    text = show_pass("equations", path, Options())
+    assert "  (2) * x' = -z\n" in text or "  (-2) * x' = z\n" in text
+    assert "  0 = " in text
