@@ -177,7 +177,8 @@ def inconsistent(time: float, state: str | None) -> Diagnostic:
 
     What: the algebraic equations have no solution near the values given.
 
-    Why: starting values that are far off, or equations that contradict each other.
+    Why: starting values that are far off, equations that contradict each other, or a solution
+    that has ceased to exist during the run.
 
     Example: `unknown z = 0; equation z^2 = -1;`.
 
