@@ -185,7 +185,7 @@ def largest_misfit(graph: FlatGraph, point: Point) -> float:
                         case ExplicitLaw(nodes=nodes):
                             zero(number(nodes[k]), -(e if element.kind == "C" else f))
                         case EnergyLaw():
-                            raise NotImplementedError
+                            raise AssertionError("the random graphs hold no energy laws")
             case Resistor():
                 e_own = [value[f"e{p.bond}"] for p in element.ports]
                 f_own = [p.sign * value[f"f{p.bond}"] for p in element.ports]
@@ -303,7 +303,7 @@ def pencil_degree(graph: FlatGraph) -> int | None:
                     a[e(p.bond)] = -1
                     rows.append((a, {}))
             case _:
-                raise NotImplementedError
+                raise AssertionError(f"the pencil has no rows for {element}")
     assert len(rows) == size, (len(rows), size)
     values = [_determinant(rows, size, s) for s in range(1, size + 2)]
     return _degree(values)
