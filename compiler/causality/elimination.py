@@ -6,8 +6,8 @@ modulus that depends on the state is never divided by. Classes without an elemen
 those with sources of effort, compliances, resistances, inertias; flow sources never. Of equals
 the one in fewest rows goes first, rows solved before included: few others then follow from it,
 and N stays sparse. Before an inertia is made dependent, rows of a transformer whose inverse is
-known are turned round where that spares it; one joint drawn the other way round would
-otherwise look like a closed chain.
+known are turned round where that spares it, or lets the joint's far side follow from its near
+side; one joint drawn the other way round would otherwise look like a closed chain.
 """
 
 from __future__ import annotations
@@ -109,7 +109,9 @@ class _Work:
             if pivot is None:
                 if not (self._turn_block(_SPARED) or self._turn_block(_NEVER)):
                     return
-            elif self._levels[pivot[0]] >= _SPARED and self._turn_block(_SPARED):
+            elif self._levels[pivot[0]] >= _SPARED and (
+                self._turn_block(_SPARED) or self._turn_block(_NEVER)
+            ):
                 self._enqueue(pivot[0])
             else:
                 self._solve(*pivot)

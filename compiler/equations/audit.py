@@ -16,6 +16,7 @@ from bgc.causality.certificates import default_values
 from bgc.program import Program
 
 _TOLERANCE = 1e-6  # of all powers; far above rounding, far below a slip
+_REST = 1e-9  # of the stored energy in a second: less power than that is rounding
 
 
 def power_defect(program: Program) -> float | None:
@@ -41,8 +42,8 @@ def power_defect(program: Program) -> float | None:
         values[Symbol(Kind.STATE, k)] = rng.uniform(-1, 1)
     shares = [dag.mul(slope, rate) for slope, rate in zip(slopes, rates, strict=True)]
     shares += [dag.neg(energy.supplied), energy.dissipated]
-    powers = evaluate_nodes(dag, shares, values)
-    size = sum(map(abs, powers))
+    *powers, stored = evaluate_nodes(dag, [*shares, energy.stored], values)
+    size = sum(map(abs, powers)) + _REST * abs(stored)
     if not math.isfinite(size):
         return None
     return abs(sum(powers)) / size if size else 0.0
