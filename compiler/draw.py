@@ -41,11 +41,6 @@ class _Edge:
     bonds: tuple[int, ...]
 
 
-def to_svg(causal: CausalGraph) -> bytes:
-    """Lay a causal graph out as SVG; raises BgError where Graphviz is missing or fails."""
-    return lay_out(to_dot(causal), "svg")
-
-
 def lay_out(text: str, kind: str) -> bytes:
     """Turn dot text into a picture of a kind that Graphviz knows: svg, pdf, png."""
     program = shutil.which("dot")

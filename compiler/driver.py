@@ -9,7 +9,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import ParamSpec, TypeVar
 
-from bgc.building.build import build_shared_object, runtime_directory
+from bgc.building.build import build_shared_object
 from bgc.building.built import Built, run_facts
 from bgc.building.cache import digest_of, open_cache
 from bgc.building.recall import remember
@@ -19,7 +19,7 @@ from bgc.causality.causal import CausalGraph
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.resolve import Package, load
 from bgc.elaboration.scene import stands_alone
-from bgc.emission.emit import EmittedModel, amalgamate, emit_model
+from bgc.emission.emit import EmittedModel, emit_model
 from bgc.emission.optimise import optimise
 from bgc.equations.derive import derive_equations
 from bgc.equations.slice import slice_program
@@ -114,11 +114,6 @@ class Compilation:
 def compile_source(path: Path, options: Options) -> Built:
     """The shared object of a scene."""
     return Compilation(path, options).built
-
-
-def amalgamate_source(path: Path, options: Options) -> str:
-    """One self-contained C11 file: the runtime and the scene's model."""
-    return amalgamate(Compilation(path, options).emitted, runtime_directory())
 
 
 def check_source(path: Path, scene: str | None = None) -> list[Diagnostic]:

@@ -16,8 +16,10 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import bgc
+from bgc.building.build import runtime_directory
 from bgc.building.toolchain import find_toolchain
-from bgc.driver import Compilation, amalgamate_source
+from bgc.driver import Compilation
+from bgc.emission.emit import amalgamate
 from bgc.options import Options
 from bgc.show import show_pass
 
@@ -95,7 +97,8 @@ def test_model_of_the_golden_files_is_right(model):
 
 @pytest.mark.parametrize("model", ANSWERS)
 def test_self_contained_c_compiles_with_warnings_as_errors(model, tmp_path):
-    (tmp_path / "model.c").write_text(amalgamate_source(MODELS / f"{model}.bg", Options()))
+    emitted = Compilation(MODELS / f"{model}.bg", Options()).emitted
+    (tmp_path / "model.c").write_text(amalgamate(emitted, runtime_directory()))
     command = [*find_toolchain().command, *STRICT, "-O0", "-c", "model.c"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

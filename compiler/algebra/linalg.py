@@ -53,11 +53,6 @@ def apply(dag: Dag, matrix: Matrix, vector: Sequence[Node]) -> tuple[Node, ...]:
     return tuple(dag.dot(row, vector) for row in matrix)
 
 
-def is_symmetric(matrix: Matrix) -> bool:
-    """Whether a matrix equals its transpose, node for node."""
-    return matrix == transpose(matrix) and len(matrix) == len(matrix[0])
-
-
 def inverse(dag: Dag, matrix: Matrix) -> Matrix:
     """The inverse of a square matrix.
 

@@ -22,7 +22,6 @@ from bgc.elaboration.world import World
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import graph, laws, names
 from bgc.grammar.diagnostics import BgError, Diagnostic
-from bgc.grammar.source import Span
 
 Target: TypeAlias = Instance | Element | PartArray | tuple[PortEntry, bool]  # bool: inside
 
@@ -289,8 +288,3 @@ def check_single(world: World, wiring: Wiring, claimed: set[Face]) -> None:
 
 def _report(world: World, diagnostic: Diagnostic, env: Environment) -> None:
     world.report.add(diagnostic, note=note(env))
-
-
-def span_of(owner: Element | PortEntry) -> Span:
-    """Where an element or port is declared."""
-    return owner.span if isinstance(owner, Element) else owner.declaration.name_span

@@ -487,20 +487,6 @@ def nothing_to_draw(reason: str) -> Diagnostic:
     )
 
 
-def cannot_read(path: str, reason: str) -> Diagnostic:
-    """BG076: a file that the runtime needs cannot be read
-
-    What: the operating system refused to read a file.
-
-    Why: it does not exist, or there is no permission.
-
-    Example: `bgc run missing.bg`.
-
-    Way out: check the path as it is printed.
-    """
-    return error("BG076", f"cannot read {path}: {reason}")
-
-
 def wrong_shape(name: str, given: Sequence[int], components: int) -> Diagnostic:
     """BG077: a vector or matrix of another shape than the parameter's
 

@@ -95,7 +95,11 @@ def assertion_failed(time: float, message: str) -> Diagnostic:
 
     Way out: as the message says.
     """
-    return error("BG705", f"{message} (at t = {time:.9g} s)")
+    return error(
+        "BG705",
+        f"{message} (at t = {time:.9g} s)",
+        help="the model ends the run by an `assert`: change what leads there, or the model",
+    )
 
 
 def device_failed(time: float) -> Diagnostic:
@@ -109,7 +113,11 @@ def device_failed(time: float) -> Diagnostic:
 
     Way out: check the device, then run again.
     """
-    return error("BG706", f"a device reported a fault at t = {time:.9g} s; its forces are zero")
+    return error(
+        "BG706",
+        f"a device reported a fault at t = {time:.9g} s; its forces are zero",
+        help="check the device, then run again",
+    )
 
 
 def parameters_refused(message: str) -> Diagnostic:
@@ -137,7 +145,11 @@ def no_memory() -> Diagnostic:
 
     Way out: free some memory.
     """
-    return error("BG708", "there is no memory left for an instance of the model")
+    return error(
+        "BG708",
+        "there is no memory left for an instance of the model",
+        help="free some memory, or keep fewer models at once",
+    )
 
 
 def interrupted(time: float) -> Diagnostic:

@@ -98,3 +98,31 @@ def test_a_value_that_is_not_finite_is_a_warning(simulate, law, message):
     assert [(w.code, w.message) for w in result.warnings] == (
         [("BG712", message)] if message else []
     )
+
+
+@pytest.mark.parametrize(
+    ("scene", "code"),
+    [
+        ("device h = omega; drive x = h.position[1]; run 1 s;", "BG073"),
+        ("run 1 s every 1 s; solver rodas5p(max_steps = 2);", "BG702"),
+        ("step 1 ms; run 1 s; solver rk4;", "BG710"),
+    ],
+)
+def test_a_run_that_cannot_be_made_says_which_kind_it_is(simulate, scene, code):
+    with pytest.raises(BgError) as error:
+        simulate(
+            "model M { input x : m = 0; unknown z = 1; equation z^2 = 2 + x/(1 m) + sin(50*time); }"
+            f"scene run_it of M {{ observe z; {scene} }}"
+        )
+    assert codes(error) == [code]
+
+
+def test_a_transient_that_dies_within_a_fixed_step_does_not_upset_the_energy(simulate):
+    # The damper takes 1e-6 m/s at once, in 1 ns; a cubic through the first slope would not.
+    result = simulate(
+        "model M { push : Se(e = 1); j : J1; mass : I(1e-3); damper : R(1e6);"
+        "push -> j -> mass, damper; } scene run_it of M { observe energy.residual, "
+        "energy.dissipated; solver ros34prw; step 1 ms; run 10 ms; }"
+    )
+    assert result["energy.dissipated"][-1] == pytest.approx(1e-8, rel=0.1)
+    assert np.abs(result["energy.residual"]).max() < 1e-9

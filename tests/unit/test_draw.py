@@ -6,7 +6,7 @@ import pytest
 from graphs import GraphBuilder, rlc
 
 from bgc.causality.assign import assign_causality
-from bgc.draw import lay_out, to_dot, to_svg
+from bgc.draw import lay_out, to_dot
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import FlatGraph
 
@@ -74,7 +74,7 @@ def test_parts_of_parts_stand_in_their_boxes():
 
 @needs_dot
 def test_graphviz_takes_it():
-    assert b"</svg>" in to_svg(assign_causality(rlc().build()))
+    assert b"</svg>" in lay_out(to_dot(assign_causality(rlc().build())), "svg")
 
 
 @needs_dot
@@ -87,6 +87,6 @@ def test_what_graphviz_refuses_is_a_diagnostic():
 def test_without_graphviz_it_says_what_to_install(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(BgError) as error:
-        to_svg(assign_causality(rlc().build()))
+        lay_out(to_dot(assign_causality(rlc().build())), "svg")
     assert error.value.diagnostics[0].code == "BG056"
     assert "graphviz" in error.value.diagnostics[0].help

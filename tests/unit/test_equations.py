@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 from dense import evaluate_at_random, largest_misfit, observe_everything, pencil_degree
@@ -396,6 +397,9 @@ def test_initial_values_may_depend_on_each_other_but_not_in_a_circle() -> None:
     )
     g.derivative(x, g.dag.one)
     assert initials(program_of(g)) == {"x": 2, "y": 6}
+    y = g.dag.symbol(Kind.STATE, index)
+    g.states[0] = replace(g.states[0], initial=g.dag.add(y, g.dag.one))
+    assert refusal(g) == ["BG532"]
 
 
 # --- energy -----------------------------------------------------------------------------------

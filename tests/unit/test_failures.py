@@ -1,0 +1,57 @@
+"""Statuses of the C runtime in the user's words."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from bgc.runtime.binding import Status
+from bgc.runtime.failures import explain
+
+MODEL = SimpleNamespace(
+    state=[SimpleNamespace(name=b"coil.p")],
+    assertion=[b"too far"],
+    n_param=0,
+    param_check=[b"the inertia of `coil` must be positive"],
+)
+CODES = {
+    Status.STEP_TOO_SMALL: "BG701",
+    Status.TOO_MANY_STEPS: "BG702",
+    Status.NOT_FINITE: "BG703",
+    Status.SINGULAR: "BG704",
+    Status.ASSERTION: "BG705",
+    Status.DEVICE: "BG706",
+    Status.BAD_PARAMETER: "BG707",
+    Status.NO_MEMORY: "BG708",
+    Status.INTERRUPTED: "BG709",
+    Status.NOT_EXPLICIT: "BG710",
+    Status.INCONSISTENT: "BG711",
+}
+
+
+def instance(failed_state=0):
+    return SimpleNamespace(
+        library=SimpleNamespace(model=MODEL),
+        time=1.5,
+        failed_state=failed_state,
+        failed_assertion=0,
+        failed_parameter=0,
+    )
+
+
+@pytest.mark.parametrize("status", CODES, ids=lambda status: status.name)
+def test_each_status_has_its_diagnostic_and_a_way_out(status):
+    diagnostic = explain(instance(), status)
+    assert diagnostic.code == CODES[status]
+    assert diagnostic.help or status is Status.INTERRUPTED
+
+
+def test_every_status_that_a_user_can_meet_is_covered():
+    assert set(Status) - set(CODES) == {Status.OK, Status.BAD_ARGUMENT}
+
+
+def test_the_time_the_state_and_the_models_own_words_are_named():
+    assert "1.5 s" in explain(instance(), Status.NOT_FINITE).message
+    assert "coil.p" in explain(instance(), Status.NOT_FINITE).message
+    assert "state" not in explain(instance(failed_state=-1), Status.NOT_FINITE).message
+    assert "too far" in explain(instance(), Status.ASSERTION).message
+    assert "inertia of `coil`" in explain(instance(), Status.BAD_PARAMETER).message
