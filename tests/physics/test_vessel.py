@@ -58,3 +58,9 @@ def test_quaternion_and_euler_angles_roll_alike(load):
         np.testing.assert_allclose(quaternion[name], euler[name], atol=1e-8)
     # The restoring field's roll and pitch are the Euler angles themselves.
     np.testing.assert_allclose(euler["displacement"][:, 1:], euler["angles"][:, :2], atol=1e-12)
+
+
+def test_at_rest_in_the_water_it_goes_with_the_current_however_it_is_turned(load):
+    result = load("vessel_at_rest", "adrift").simulate()
+    expected = np.outer(result.time, [1, 0.5, 0])
+    np.testing.assert_allclose(result["place"], expected, atol=1e-6)
