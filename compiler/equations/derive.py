@@ -19,7 +19,8 @@ from bgc.equations.initial import closed_initials
 from bgc.equations.integrating import integrate_alone
 from bgc.equations.laws import positive_values
 from bgc.equations.loops import AlgebraicState
-from bgc.equations.merging import merge_compliances, merge_inertias
+from bgc.equations.merged_compliances import merge_compliances
+from bgc.equations.merged_inertias import merge_inertias
 from bgc.equations.resolving import Resolver
 from bgc.equations.scales import port_scales
 from bgc.equations.storage import (
