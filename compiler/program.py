@@ -6,8 +6,10 @@ All nodes are in PARAM, TIME, INPUT and STATE symbols only.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 
 from bgc.algebra.dag import Dag
+from bgc.grammar.source import Span
 from bgc.graph import DeviceUse, Guard, Node, Observation, Parameter, Requirement, SceneFacts
 
 
@@ -56,6 +58,38 @@ class PositiveParameter:
     strictly_positive: bool
 
 
+class LoopKind(Enum):
+    """How the variables of an algebraic loop enter its equations."""
+
+    CONSTANT = "linear, its matrix from parameters alone"
+    VARYING = "linear, its matrix from states or time"
+    NONLINEAR = "nonlinear"
+
+
+class LoopSolution(Enum):
+    """How an algebraic loop is closed."""
+
+    ELIMINATION = "by unrolled elimination"
+    CLOSED_FORM = "in closed form"
+    NEWTON = "by Newton's method, as rows without a rate"
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """Variables that depend on each other at one instant.
+
+    `bonds` are those it runs through, `elements` those whose laws are in it, and `torn` the
+    variables that are solved for together; all others follow from them one by one.
+    """
+
+    bonds: tuple[str, ...]
+    elements: tuple[str, ...]
+    torn: tuple[str, ...]
+    kind: LoopKind
+    solution: LoopSolution
+    span: Span
+
+
 @dataclass(frozen=True, slots=True)
 class Program:
     """`M y' = f(t, y, u, p)` with everything the scene reads.
@@ -78,3 +112,4 @@ class Program:
     positive: tuple[PositiveParameter, ...]
     dropped: tuple[str, ...]  # what slicing left out, in words
     kept: tuple[str, ...] = ()  # names of what slicing must not leave out
+    loops: tuple[Loop, ...] = ()  # algebraic loops, in the order in which they are solved

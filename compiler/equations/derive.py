@@ -82,6 +82,7 @@ def derive_equations(causal: CausalGraph) -> Program:
         positive=_positive(causal, variables, elements),
         dropped=(),
         kept=graph.kept,
+        loops=tuple(resolver.loops),
     )
     assert_power_balance(program)
     return program

@@ -18,6 +18,7 @@ from bgc.algebra.inversion import solve_for
 from bgc.algebra.solving import SingularSystemError, solve_general
 from bgc.equations.variables import Explicit, Rate, Variables
 from bgc.graph import Node
+from bgc.program import Loop, LoopKind, LoopSolution
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,10 +31,11 @@ class AlgebraicState:
 
 @dataclass(frozen=True, slots=True)
 class Solved:
-    """Final nodes of all members of a loop, and the states it left."""
+    """Final nodes of all members of a loop, the states it left, and what to say of it."""
 
     final: dict[Node, Node]
     states: list[AlgebraicState]
+    loop: Loop
 
 
 def solve_loop(
@@ -57,25 +59,25 @@ def solve_loop(
     residuals = [loop.target(symbol) for symbol in torn]
     order = loop.order_without(torn, residuals)
     forms = loop.linear_forms(torn, order)
-    solution = loop.solve_linear(torn, residuals, forms) if forms is not None else None
+    if forms is not None:
+        solution, kind = loop.solve_linear(torn, residuals, forms)
+        report = loop.report(torn, kind, LoopSolution.ELIMINATION)
+        return Solved(loop.evaluate(order, solution), [], report)
     dag = variables.dag
-    states: list[AlgebraicState] = []
-    if solution is None:
-        solution = {
-            symbol: dag.symbol(Kind.STATE, first_state + k) for k, symbol in enumerate(torn)
-        }
+    solution = {symbol: dag.symbol(Kind.STATE, first_state + k) for k, symbol in enumerate(torn)}
     final = loop.evaluate(order, solution)
-    if forms is None and len(torn) == 1:
+    if len(torn) == 1:
         inverted = loop.invert(torn[0], residuals[0], final, solution[torn[0]])
         if inverted is not None:
-            return Solved(loop.evaluate(order, {torn[0]: inverted}), [])
-    if forms is None:
-        for symbol, target in zip(torn, residuals, strict=True):
-            value = final[target] if target in final else outside[target]
-            residual = value if symbol in equation_of else dag.sub(value, solution[symbol])
-            states.append(AlgebraicState(symbol, residual))
-        loop.require_regular(states, [solution[symbol] for symbol in torn])
-    return Solved(final, states)
+            report = loop.report(torn, LoopKind.NONLINEAR, LoopSolution.CLOSED_FORM)
+            return Solved(loop.evaluate(order, {torn[0]: inverted}), [], report)
+    states = []
+    for symbol, target in zip(torn, residuals, strict=True):
+        value = final[target] if target in final else outside[target]
+        residual = value if symbol in equation_of else dag.sub(value, solution[symbol])
+        states.append(AlgebraicState(symbol, residual))
+    loop.require_regular(states, [solution[symbol] for symbol in torn])
+    return Solved(final, states, loop.report(torn, LoopKind.NONLINEAR, LoopSolution.NEWTON))
 
 
 _Form = tuple[dict[Node, Node], Node]  # coefficients of torn variables, and the rest
@@ -222,8 +224,8 @@ class _Loop:
 
     def solve_linear(
         self, torn: Sequence[Node], residuals: Sequence[Node], forms: Mapping[Node, _Form]
-    ) -> dict[Node, Node]:
-        """The torn variables as final nodes."""
+    ) -> tuple[dict[Node, Node], LoopKind]:
+        """The torn variables as final nodes, and what their matrix is made of."""
         dag = self._dag
         column = {symbol: k for k, symbol in enumerate(torn)}
         matrix, right = [], []
@@ -241,7 +243,22 @@ class _Loop:
             )
         except SingularSystemError:
             raise self._variables.places.unsolvable(torn) from None
-        return dict(zip(torn, values, strict=True))
+        highest = max(dag.level[node] for row in matrix for node in row.values())
+        kind = LoopKind.CONSTANT if highest <= Level.PARAM else LoopKind.VARYING
+        return dict(zip(torn, values, strict=True)), kind
+
+    def report(self, torn: Sequence[Node], kind: LoopKind, solution: LoopSolution) -> Loop:
+        """What the user is told of the loop."""
+        places = self._variables.places
+        ports = self._variables.ports_among(self._members)
+        return Loop(
+            bonds=places.bonds_of(self._symbols, ports),
+            elements=places.elements_of(ports),
+            torn=tuple(places.name_of(symbol) for symbol in torn),
+            kind=kind,
+            solution=solution,
+            span=places.span_of(torn[0]),
+        )
 
     def _watch(self, symbol: Node) -> Callable[[Node], None]:
         """Have the runtime check parameters that the solution divides by."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.causality.causal import CausalGraph, Role
@@ -45,6 +45,22 @@ class Places:
             return ""
         bond = self._causal.graph.bonds[leaf.index]
         return bond.effort_unit if leaf.kind is Kind.EFFORT else bond.flow_unit
+
+    def span_of(self, symbol: Node) -> Span:
+        """Where a symbol's bond or element stands in the source."""
+        return self._place(symbol)[1]
+
+    def bonds_of(self, symbols: Iterable[Node], ports: Iterable[int]) -> tuple[str, ...]:
+        """The bonds of effort and flow symbols and of ports, in the order of the graph."""
+        leaves = (self._leaf(symbol) for symbol in symbols)
+        found = {leaf.index for leaf in leaves if leaf.kind in {Kind.EFFORT, Kind.FLOW}}
+        found |= {self._causal.ports[k].bond for k in ports}
+        return tuple(self._causal.graph.bonds[bond].name for bond in sorted(found))
+
+    def elements_of(self, ports: Iterable[int]) -> tuple[str, ...]:
+        """The elements of ports, in the order of the graph."""
+        found = sorted({self._causal.ports[k].element for k in ports})
+        return tuple(self._causal.graph.elements[k].name for k in found)
 
     def _leaf(self, symbol: Node) -> Symbol:
         leaf = self._causal.graph.dag.symbol_of(symbol)

@@ -15,6 +15,7 @@ from bgc.equations.loops import AlgebraicState, solve_loop
 from bgc.equations.variables import Explicit, Rate, Unknown, Variables
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import Node
+from bgc.program import Loop
 
 _FREE = frozenset({Kind.PARAM, Kind.TIME, Kind.INPUT})
 
@@ -41,6 +42,7 @@ class Resolver:
         self._equation_of = equation_of
         self.final: dict[Node, Node] = {}
         self.algebraic: list[AlgebraicState] = []
+        self.loops: list[Loop] = []
         self._first_algebraic = len(states)
         self._declared = len(variables.causal.graph.states)
 
@@ -177,3 +179,4 @@ class Resolver:
         )
         self.final.update(solved.final)
         self.algebraic.extend(solved.states)
+        self.loops.append(solved.loop)

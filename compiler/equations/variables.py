@@ -8,7 +8,7 @@ raw symbols, an unknown of an equation to be solved, the rate of another node, o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -144,6 +144,15 @@ class Variables:
         """A symbol for a state that is no element's own."""
         self._storage_ports += 1
         return self.dag.symbol(kind, self._storage_ports - 1)
+
+    def ports_among(self, members: Collection[Node]) -> list[int]:
+        """The ports of resistors (and gyrators) whose laws are among some raw nodes."""
+        laws = {**self._answers, **self._conductances}
+        return [
+            k
+            for k, port in enumerate(self.causal.ports)
+            if port.role is Role.RESISTANCE and laws.get(k) in members
+        ]
 
     def may_divide(self, node: Node, message: str) -> bool:
         """Whether a node never vanishes; the parameters that this takes are noted."""
