@@ -26,6 +26,7 @@ from bgc.causality.causal import (
 from bgc.causality.certificates import Certifier
 from bgc.causality.elimination import Elimination, eliminate
 from bgc.causality.regions import Structure, junction_structure, ports_of
+from bgc.causality.sequence import sequence_rows
 from bgc.causality.strokes import place_strokes
 from bgc.grammar.catalogue import causality as catalogue
 from bgc.grammar.diagnostics import BgError, Diagnostic
@@ -53,7 +54,15 @@ def assign_causality(graph: FlatGraph) -> CausalGraph:
     _refuse_shared_flows(graph, structure)
     elimination = eliminate(graph.dag, fingerprints, certifier, structure)
     warnings = _judge_remaining(graph, structure, certifier, elimination)
-    independent, flows = _back_substitute(graph.dag, structure, elimination.steps)
+    steps, watched = sequence_rows(
+        graph.dag,
+        fingerprints,
+        certifier,
+        structure.class_of,
+        elimination.rows,
+        elimination.steps,
+    )
+    independent, flows = _back_substitute(graph.dag, structure, steps)
     _verify(fingerprints, graph.dag, structure, elimination.rows, flows)
     basis = _basis(graph, structure, independent, flows)
     warnings += _warn(graph, structure, basis)
@@ -65,7 +74,7 @@ def assign_causality(graph: FlatGraph) -> CausalGraph:
         classes=structure.classes,
         class_of=structure.class_of,
         rows=elimination.rows,
-        steps=elimination.steps,
+        steps=steps,
         redundant=frozenset(
             origin
             for row, left in elimination.remaining
@@ -84,7 +93,7 @@ def assign_causality(graph: FlatGraph) -> CausalGraph:
             elimination.steps,
             basis,
         ),
-        positive=_positive(graph, elimination),
+        positive=_positive(graph, elimination, watched),
         warnings=tuple(warnings),
     )
 
@@ -302,10 +311,12 @@ def _warn(graph: FlatGraph, structure: Structure, basis: Sequence[Basis]) -> lis
     return warnings
 
 
-def _positive(graph: FlatGraph, elimination: Elimination) -> tuple[PositiveParameter, ...]:
+def _positive(
+    graph: FlatGraph, elimination: Elimination, watched: Sequence[tuple[Node, int]]
+) -> tuple[PositiveParameter, ...]:
     """The parameters that were divided by, each once."""
     found: dict[Node, PositiveParameter] = {}
-    for node, row in elimination.watched:
+    for node, row in (*elimination.watched, *watched):
         name = graph.elements[elimination.rows[row].element].name
         message = f"the modulus of `{name}` must not be zero"
         found.setdefault(node, PositiveParameter(node, message, strictly_positive=False))

@@ -1,0 +1,168 @@
+"""The eliminated rows put back into a sequence in which hardly any had to be combined.
+
+Elimination picks the independent flows, and on its way substitutes rows into each other: along a
+chain of transformers the working rows grow. Once it is known which classes depend, the raw rows
+can mostly be read one after the other instead, each giving one class from those before it: the
+matrix of the dependent classes is permuted to triangular form by taking off rows, then columns,
+with a single open class. So every modulus stays as the model wrote it, and flows, efforts and
+their rates take a number of operations proportional to the number of rows. Only what is left,
+true loops of transformers, is eliminated again.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+
+from bgc.algebra.dag import Dag
+from bgc.algebra.fingerprint import Fingerprints
+from bgc.causality.causal import Row, Step
+from bgc.causality.certificates import Certifier
+from bgc.graph import Node
+
+_Form = dict[int, Node]  # class -> coefficient, zeros left out
+
+
+def sequence_rows(
+    dag: Dag,
+    fingerprints: Fingerprints,
+    certifier: Certifier,
+    class_of: Sequence[int],
+    rows: Sequence[Row],
+    steps: Sequence[Step],
+) -> tuple[tuple[Step, ...], list[tuple[Node, int]]]:
+    """Steps for the same rows and dependent classes, with raw rows wherever these can serve.
+
+    As after an elimination, a dependent class is in working rows up to its own only. Also gives
+    the parameters divided by, each with its row. Where a loop cannot be solved with certified
+    pivots in the order taken here, the steps given are returned.
+    """
+    sequence = _Sequence(dag, fingerprints, certifier, class_of, rows, steps)
+    last = sequence.take_rows()
+    first = sequence.take_columns()
+    core = sequence.eliminate_rest()
+    if core is None:
+        return tuple(steps), []
+    return (*first, *core, *reversed(last)), sequence.watched
+
+
+class _Sequence:
+    def __init__(
+        self,
+        dag: Dag,
+        fingerprints: Fingerprints,
+        certifier: Certifier,
+        class_of: Sequence[int],
+        rows: Sequence[Row],
+        steps: Sequence[Step],
+    ) -> None:
+        self._dag = dag
+        self._fingerprints = fingerprints
+        self._certifier = certifier
+        self._forms: dict[int, _Form] = {}
+        self._factors: dict[int, _Form] = {}  # row -> rows taken from it, with their factors
+        self._left: dict[int, set[int]] = {}  # open row -> its open classes
+        self._where: dict[int, set[int]] = {step.dependent: set() for step in steps}
+        self.watched: list[tuple[Node, int]] = []
+        for step in steps:
+            form: _Form = {}
+            for end in rows[step.row].ends:
+                number = class_of[end.bond]
+                form[number] = dag.add(form.get(number, dag.zero), end.coefficient)
+            self._forms[step.row] = {
+                number: entry
+                for number, node in form.items()
+                if (entry := self._simplified(node)) != dag.zero
+            }
+            self._factors[step.row] = {}
+            self._left[step.row] = set(self._forms[step.row]) & set(self._where)
+            for number in self._left[step.row]:
+                self._where[number].add(step.row)
+
+    def take_rows(self) -> list[Step]:
+        """Rows with one open class, in the order in which they can be read."""
+        found = []
+        queue = deque(row for row, left in self._left.items() if len(left) == 1)
+        while queue:
+            row = queue.popleft()
+            if len(self._left.get(row, ())) != 1:
+                continue
+            (number,) = self._left[row]
+            if self._may_divide(row, number):
+                found.append(self._close(row, number))
+                queue.extend(sorted(r for r in self._where[number] if len(self._left[r]) == 1))
+                del self._where[number]
+        return found
+
+    def take_columns(self) -> list[Step]:
+        """Open classes in one open row, such that no class follows from one taken before."""
+        found = []
+        queue = deque(number for number, rows in self._where.items() if len(rows) == 1)
+        while queue:
+            number = queue.popleft()
+            if len(self._where.get(number, ())) != 1:
+                continue
+            (row,) = self._where[number]
+            if self._may_divide(row, number):
+                others = sorted(self._left[row] - {number})
+                found.append(self._close(row, number))
+                del self._where[number]
+                queue.extend(n for n in others if len(self._where[n]) == 1)
+        return found
+
+    def eliminate_rest(self) -> list[Step] | None:
+        """Solve the open rows for the open classes; None where no pivot is certified."""
+        found = []
+        while self._left:
+            candidates = [
+                ((len(self._left[row]) - 1) * (len(rows) - 1), row, number)
+                for number, rows in self._where.items()
+                for row in rows
+                if self._certifier.certify(self._forms[row][number]) is not None
+            ]
+            if not candidates:
+                return None
+            _, row, number = min(candidates)
+            self._may_divide(row, number)
+            found.append(self._close(row, number))
+            for other in sorted(self._where.pop(number)):
+                self._subtract(other, row, number)
+        return found
+
+    def _may_divide(self, row: int, number: int) -> bool:
+        certificate = self._certifier.certify(self._forms[row][number])
+        if certificate is None:
+            return False
+        self.watched.extend((node, row) for node in certificate.watched)
+        return True
+
+    def _close(self, row: int, number: int) -> Step:
+        """The step that solves an open row for a class."""
+        for other in self._left.pop(row):
+            self._where[other].discard(row)
+        for other_row in self._where[number]:
+            self._left[other_row].discard(number)
+        form, factors = self._forms[row], self._factors[row]
+        return Step(row, number, tuple(form.items()), tuple(factors.items()))
+
+    def _subtract(self, row: int, source: int, number: int) -> None:
+        """Take a solved row from one that holds its class."""
+        dag, form, taken = self._dag, self._forms[row], self._forms[source]
+        factor = dag.div(form.pop(number), taken[number])
+        self._factors[row][source] = factor
+        for other, entry in taken.items():
+            if other == number:
+                continue
+            changed = dag.sub(form.get(other, dag.zero), dag.mul(factor, entry))
+            form[other] = self._simplified(changed)
+            if form[other] == dag.zero:
+                del form[other]
+            if other in self._where:
+                held = other in form
+                (self._left[row].add if held else self._left[row].discard)(other)
+                (self._where[other].add if held else self._where[other].discard)(row)
+
+    def _simplified(self, node: Node) -> Node:
+        """The constant that a node always equals, if there is one."""
+        value = self._fingerprints.constant(node)
+        return node if value is None else self._dag.const(value)
