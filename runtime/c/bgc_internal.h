@@ -66,7 +66,7 @@ typedef struct {
 
     int f_valid, jac_valid; /* at the present t, x, u */
     int f_ahead;            /* f at the end of a fixed step is in d->error */
-    int algebraic;          /* states without a derivative */
+    int algebraic;          /* empty rows of M: equations without a rate */
 
     /* The last step, for rows inside it. */
     double t_old;
@@ -101,7 +101,7 @@ struct bgc_data {
     size_t n_saved;
     double *p, *h, *x, *u, *u_seen, *scale, *mass;
     double *inverse_mass;  /* 1 / m_ii where row i of M has that entry only, else 0 */
-    double *algebraic;     /* 1 where state i has neither row nor column in M, else 0 */
+    double *algebraic;     /* 1 where row i of M is empty, else 0 */
     double *jac, *dfdt, *lu, *f;
     double *y0, *y1, *k;   /* dense output; k is BGC_MAX_DENSE vectors */
 
@@ -111,6 +111,14 @@ struct bgc_data {
     double *output, *command, *check, *work;
     double *dense_lu;      /* n by n: the fallback */
     int *pivot;
+
+    /* The states that algebraic equations are solved for (consistent.c), and scratch for that. */
+    int n_block;
+    int *block;            /* their numbers */
+    int *place;            /* of each state: where it is in the block, or -1 */
+    int *block_pivot;
+    double *block_lu, *block_jac;
+    double *first, *start, *largest, *trial, *deformed, *change, *next_change;
 
     bgc_device *device;
     atomic_int stop;
@@ -123,6 +131,8 @@ size_t bgc_saved_count(const bgc_model *m);
 bgc_status bgc_factorise(const bgc_model *m, bgc_data *d, double c);
 bgc_status bgc_refactorise_dense(const bgc_model *m, bgc_data *d);
 bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b);
+int bgc_factorise_dense(int n, double *a, int *pivot, double *weight);
+void bgc_solve_dense(int n, const double *lu, const int *pivot, double *b);
 void bgc_multiply_mass(const bgc_model *m, const bgc_data *d, const double *v, double *out);
 
 /* --- vectors.c */
@@ -142,6 +152,8 @@ void bgc_evaluate_jacobian(const bgc_model *m, bgc_data *d);
 bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const double *x);
 
 /* --- consistent.c */
+void bgc_classify_states(const bgc_model *m, bgc_data *d);
+bgc_status bgc_satisfy(const bgc_model *m, bgc_data *d, double t, double *x);
 bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d);
 bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, double t);
 

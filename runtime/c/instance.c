@@ -55,6 +55,14 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->output = place(&l, (size_t)m->n_output);
     d->command = place(&l, (size_t)m->n_command);
     d->check = place(&l, checks);
+    d->first = place(&l, n);
+    d->start = place(&l, n);
+    d->largest = place(&l, n);
+    d->trial = place(&l, n);
+    d->deformed = place(&l, n);
+    d->change = place(&l, n);
+    d->next_change = place(&l, n);
+    d->block_jac = place(&l, (size_t)m->n_jac);
     d->work = place(&l, (size_t)m->n_work);
     return l.used;
 }
@@ -83,16 +91,21 @@ bgc_data *bgc_new(const bgc_model *m) {
     d->memory = aligned_alloc(64, (size + 63) & ~(size_t)63);
     d->is_set = calloc((size_t)m->n_param + 1, 1);
     d->device = calloc((size_t)m->n_device + 1, sizeof *d->device);
-    /* The system maps these pages only when a factorisation falls back to them. */
+    /* The system maps these pages only when a factorisation falls back to them, or as far as there
+     * are algebraic equations. */
     d->dense_lu = calloc(n * n + 1, sizeof *d->dense_lu);
+    d->block_lu = calloc(n * n + 1, sizeof *d->block_lu);
     d->pivot = calloc(n + 1, sizeof *d->pivot);
+    d->block = calloc(3 * n + 1, sizeof *d->block);
     if (d->memory == NULL || d->is_set == NULL || d->device == NULL || d->dense_lu == NULL ||
-        d->pivot == NULL) {
+        d->block_lu == NULL || d->pivot == NULL || d->block == NULL) {
         bgc_free(m, d);
         return NULL;
     }
     memset(d->memory, 0, size);
     place_all(m, d, d->memory);
+    d->place = d->block + n;
+    d->block_pivot = d->place + n;
     atomic_init(&d->stop, 0);
 
     d->core.failed_parameter = d->core.failed_assertion = d->core.failed_state = -1;
@@ -113,7 +126,9 @@ void bgc_free(const bgc_model *m, bgc_data *d) {
     free(d->is_set);
     free(d->device);
     free(d->dense_lu);
+    free(d->block_lu);
     free(d->pivot);
+    free(d->block);
     free(d);
 }
 
@@ -165,27 +180,6 @@ static bgc_status check_parameters(const bgc_model *m, bgc_data *d) {
 
 /* --- reset ------------------------------------------------------------------------------- */
 
-/* Which states have a derivative of their own, and which have none at all. */
-static void classify_states(const bgc_model *m, bgc_data *d) {
-    d->core.algebraic = 0;
-    for (int i = 0; i < m->n_state; i++) {
-        double diagonal = m->n_mass == 0 ? 1.0 : 0.0;
-        int others = 0, column = 0;
-        for (int k = 0; k < m->n_mass; k++) {
-            const int nonzero = d->mass[k] != 0.0;
-            if (m->mass_row[k] == i && m->mass_col[k] == i) {
-                diagonal += d->mass[k];
-            } else {
-                others += nonzero && m->mass_row[k] == i;
-                column += nonzero && m->mass_col[k] == i;
-            }
-        }
-        d->inverse_mass[i] = diagonal != 0.0 && others == 0 ? 1.0 / diagonal : 0.0;
-        d->algebraic[i] = diagonal == 0.0 && others == 0 && column == 0 ? 1.0 : 0.0;
-        d->core.algebraic += d->algebraic[i] != 0.0;
-    }
-}
-
 /* Clears everything that belongs to a run, except options and parameters. */
 static void start_afresh(bgc_core *core, double t) {
     core->counts = (bgc_counts){0};
@@ -230,7 +224,7 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
     if (core->failed_state >= 0) {
         return BGC_NOT_FINITE;
     }
-    classify_states(m, d);
+    bgc_classify_states(m, d);
     if (m->project != NULL) {
         m->project(d->h, t, d->x, d->work);
     }

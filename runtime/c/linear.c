@@ -61,20 +61,13 @@ static void assemble_dense(const bgc_model *m, bgc_data *d) {
     }
 }
 
-/* Factorises the present W densely; rows keep their scale, so units do not pick the pivots. */
-bgc_status bgc_refactorise_dense(const bgc_model *m, bgc_data *d) {
-    const int n = m->n_state;
-    double *a = d->dense_lu;
-    double *weight = d->magnitude;
-
-    assemble_dense(m, d);
+/* Factorises the dense n by n matrix a, row after row, in place by Gaussian elimination with partial
+ * pivoting; rows keep their scale, so units do not pick the pivots. -1, or the first state that the
+ * rows do not determine. a has to be finite; weight is scratch. */
+int bgc_factorise_dense(int n, double *a, int *pivot, double *weight) {
     for (int i = 0; i < n; i++) {
         const double *row = a + (size_t)i * (size_t)n;
         double largest = 0.0;
-        if (bgc_first_bad(n, row) >= 0) {
-            d->core.failed_state = i;
-            return BGC_NOT_FINITE;
-        }
         for (int j = 0; j < n; j++) {
             largest = fmax(largest, fabs(row[j]));
         }
@@ -92,10 +85,9 @@ bgc_status bgc_refactorise_dense(const bgc_model *m, bgc_data *d) {
             }
         }
         if (!(size > 0.0) || !isfinite(size)) {
-            d->core.failed_state = k;
-            return BGC_SINGULAR;
+            return k;
         }
-        d->pivot[k] = best;
+        pivot[k] = best;
         if (best != k) {
             double *other = a + (size_t)best * (size_t)n;
             for (int j = 0; j < n; j++) {
@@ -115,10 +107,11 @@ bgc_status bgc_refactorise_dense(const bgc_model *m, bgc_data *d) {
             }
         }
     }
-    return BGC_OK;
+    return -1;
 }
 
-static void solve_dense(int n, const double *lu, const int *pivot, double *b) {
+/* b := a^-1 b, with a as bgc_factorise_dense left it. */
+void bgc_solve_dense(int n, const double *lu, const int *pivot, double *b) {
     for (int k = 0; k < n; k++) {
         const double swap = b[k];
         b[k] = b[pivot[k]];
@@ -137,6 +130,26 @@ static void solve_dense(int n, const double *lu, const int *pivot, double *b) {
         }
         b[i] /= row[i];
     }
+}
+
+/* Factorises the present W densely. */
+bgc_status bgc_refactorise_dense(const bgc_model *m, bgc_data *d) {
+    const int n = m->n_state;
+    int bad;
+
+    assemble_dense(m, d);
+    for (int i = 0; i < n; i++) {
+        if (bgc_first_bad(n, d->dense_lu + (size_t)i * (size_t)n) >= 0) {
+            d->core.failed_state = i;
+            return BGC_NOT_FINITE;
+        }
+    }
+    bad = bgc_factorise_dense(n, d->dense_lu, d->pivot, d->magnitude);
+    if (bad >= 0) {
+        d->core.failed_state = bad;
+        return BGC_SINGULAR;
+    }
+    return BGC_OK;
 }
 
 static bgc_status fall_back(const bgc_model *m, bgc_data *d) {
@@ -236,6 +249,6 @@ bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b) {
             return status;
         }
     }
-    solve_dense(m->n_state, d->dense_lu, d->pivot, b);
+    bgc_solve_dense(m->n_state, d->dense_lu, d->pivot, b);
     return BGC_OK;
 }

@@ -53,6 +53,7 @@ bgc_status bgc_restore(const bgc_model *m, bgc_data *d, const void *memory) {
     from += d->n_saved * sizeof(double);
     memcpy(d->is_set, from, (size_t)m->n_param);
 
+    bgc_classify_states(m, d);
     /* The dense factors are not saved: the same matrix gives the same ones. */
     if (d->core.held > 0 && d->core.pivoting == BGC_DENSE) {
         return bgc_refactorise_dense(m, d);
