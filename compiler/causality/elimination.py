@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import heapq
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag
@@ -191,13 +191,17 @@ class _Work:
                 self._enqueue(other)
 
     def _subtract(self, target: _Form, number: int, row: int, source: _Form, pivot: Node) -> None:
-        dag = self._dag
-        factor = dag.div(target.entries.pop(number), pivot)
+        factor = self._dag.div(target.entries.pop(number), pivot)
         target.factors[row] = factor
-        for other, entry in source.entries.items():
-            if other != number:
-                taken = dag.sub(target.entries.get(other, dag.zero), dag.mul(factor, entry))
-                self._set(target.entries, other, taken)
+        rest = {other: entry for other, entry in source.entries.items() if other != number}
+        self._take(target.entries, rest, factor)
+
+    def _take(self, target: dict[int, Node], source: Mapping[int, Node], factor: Node) -> None:
+        """Subtract a multiple of one row's entries from another's."""
+        dag = self._dag
+        for number, entry in source.items():
+            taken = dag.sub(target.get(number, dag.zero), dag.mul(factor, entry))
+            self._set(target, number, taken)
 
     def _set(self, entries: dict[int, Node], number: int, node: Node) -> None:
         """Set an entry, or remove it where it is always zero."""
@@ -296,14 +300,29 @@ class _Work:
         return Row(rows[0].element, kept)
 
     def _has_pivots(self, forms: Sequence[_Form], below: int) -> bool:
-        """Whether each form has a certified pivot of its own below a level."""
-        held = Counter(number for form in forms for number in form.entries)
-        return all(
-            any(
-                held[number] == 1
-                and self._levels[number] < below
-                and self._certifier.certify(entry) is not None
-                for number, entry in form.entries.items()
-            )
-            for form in forms
+        """Whether the forms can be solved, one after the other, for classes below a level."""
+        left = [dict(form.entries) for form in forms]
+        while left:
+            found = self._pivot_among(left, below)
+            if found is None:
+                return False
+            index, number = found
+            source = left.pop(index)
+            pivot = source.pop(number)
+            for target in left:
+                if number in target:
+                    factor = self._dag.div(target.pop(number), pivot)
+                    self._take(target, source, factor)
+        return True
+
+    def _pivot_among(self, forms: Sequence[dict[int, Node]], below: int) -> tuple[int, int] | None:
+        """A form and a class it can be solved for, one that few others have."""
+        held = Counter(number for form in forms for number in form)
+        candidates = (
+            (held[number], index, number)
+            for index, form in enumerate(forms)
+            for number, entry in form.items()
+            if self._levels[number] < below and self._certifier.certify(entry) is not None
         )
+        best = min(candidates, default=None)
+        return best and best[1:]
