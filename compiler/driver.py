@@ -23,9 +23,10 @@ from bgc.emission.emit import EmittedModel, emit_model
 from bgc.emission.optimise import optimise
 from bgc.equations.derive import derive_equations
 from bgc.equations.slice import slice_program
-from bgc.grammar.diagnostics import BgError, Diagnostic
+from bgc.grammar.diagnostics import BgError, Diagnostic, as_error
 from bgc.graph import FlatGraph
 from bgc.options import Options
+from bgc.physics.checks import check_physics
 from bgc.program import Program
 
 _Result = TypeVar("_Result")
@@ -56,6 +57,11 @@ class Compilation:
         return self._timed("elaborate", elaborate, self.package, scene, overrides)
 
     @cached_property
+    def oddities(self) -> tuple[Diagnostic, ...]:
+        """Warnings of laws that no passive part has."""
+        return self._timed("physics", check_physics, self.graph)
+
+    @cached_property
     def causal(self) -> CausalGraph:
         """Strokes, and the independent flows."""
         return self._timed("causality", assign_causality, self.graph)
@@ -77,7 +83,9 @@ class Compilation:
 
     @cached_property
     def emitted(self) -> EmittedModel:
-        """Its C."""
+        """Its C. Under `strict`, BgError with all warnings there are."""
+        if self.options.strict and self.warnings:
+            raise BgError([as_error(warning) for warning in self.warnings])
         digest = digest_of([source.text for source in self.package.sources])
         return self._timed("emit", emit_model, self.optimised, digest)
 
@@ -96,7 +104,7 @@ class Compilation:
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
         """What the passes warn of."""
-        return (*self.package.warnings, *self.graph.warnings, *self.causal.warnings)
+        return (*self.graph.warnings, *self.oddities, *self.causal.warnings)
 
     def _timed(
         self,
@@ -137,7 +145,7 @@ def check_source(path: Path, scene: str | None = None) -> list[Diagnostic]:
             graph = elaborate(package, name)
             causal = assign_causality(graph)
             derive_equations(causal)
-            found += (*graph.warnings, *causal.warnings)
+            found += (*graph.warnings, *check_physics(graph), *causal.warnings)
         except BgError as err:
             found += err.diagnostics
     return found

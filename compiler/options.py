@@ -10,8 +10,10 @@ class Options:
     """Options of one compilation.
 
     `scene` is the scene's name, None for the file's first. `overrides` are the
-    `--set name=value` texts that decide structure; the others are set at run time.
+    `--set name=value` texts that decide structure; the others are set at run time. `strict`
+    makes every warning about the model an error.
     """
 
     scene: str | None = None
     overrides: tuple[tuple[str, str], ...] = ()
+    strict: bool = False

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from bgc.grammar.source import Span
@@ -41,6 +41,15 @@ class Diagnostic:
     note: str = ""
     labels: tuple[Label, ...] = ()
     help: str = ""
+
+
+def as_error(diagnostic: Diagnostic) -> Diagnostic:
+    """Make an error of a warning, as `--strict` asks, and say so; an error stays what it is."""
+    if diagnostic.severity is not Severity.WARNING:
+        return diagnostic
+    reason = "a warning, which `strict` makes an error"
+    note = f"{diagnostic.note}\n{reason}" if diagnostic.note else reason
+    return replace(diagnostic, severity=Severity.ERROR, note=note)
 
 
 class BgError(Exception):

@@ -25,6 +25,8 @@ def compile_model(
     path: str | Path,
     scene: str | None = None,
     parameters: Mapping[str, Quantity] | None = None,
+    *,
+    strict: bool = False,
 ) -> Model:
     """Compile a scene of a `.bg` file, or load it from the cache, and return the model.
 
@@ -38,6 +40,8 @@ def compile_model(
         Values by name, SI numbers or texts with a unit. Those that decide the model's structure
         (a `const`, a parameter of a part that the scene replaces) are compiled in, all others
         are set in the model's `parameters`.
+    strict
+        Whether every warning about the model is an error.
 
     Raises
     ------
@@ -46,7 +50,7 @@ def compile_model(
     """
     given = dict(parameters or {})
     try:
-        model = _load(Path(path), Options(scene))
+        model = _load(Path(path), Options(scene, strict=strict))
         known = model.parameters
         structural = {n: value for n, value in given.items() if not known.can_set(n, value)}
     except BgError:
@@ -56,7 +60,7 @@ def compile_model(
         structural = given
     if structural:
         overrides = tuple((name, _as_source(value)) for name, value in structural.items())
-        model = _load(Path(path), Options(scene, overrides))
+        model = _load(Path(path), Options(scene, overrides, strict=strict))
     for name, value in given.items():
         if name not in structural:
             model.parameters[name] = value

@@ -39,7 +39,7 @@ def _read(laws: Laws, checks: LawChecks, element: Element) -> list[FlatElement]:
         case "Se" | "Sf":
             return [*read_sources(laws, element)]
         case "C" | "I" | "IC":
-            return [read_storage(laws, checks, element)]
+            return [read_storage(laws, element)]
         case "R":
             return [read_resistor(laws, element)]
         case "TF":

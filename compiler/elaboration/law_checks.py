@@ -1,4 +1,4 @@
-"""What the law of an element must fulfil: symmetric, skew, inverse, varying or not."""
+"""What the law of an element must fulfil: skew, inverse, varying or not."""
 
 from __future__ import annotations
 
@@ -31,13 +31,6 @@ class LawChecks:
         size = len(matrix)
         places = [(i, j) for i in range(size) for j in range(i, size)]
         return self._first(places, [add(matrix[i][j], matrix[j][i]) for i, j in places], matrix)
-
-    def symmetry_defect(self, matrix: Matrix) -> tuple[int, int] | None:
-        """Row and column (from 0) of an entry that differs from its mirror image."""
-        sub = self._world.dag.sub
-        size = len(matrix)
-        places = [(i, j) for i in range(size) for j in range(i + 1, size)]
-        return self._first(places, [sub(matrix[i][j], matrix[j][i]) for i, j in places], matrix)
 
     def inverts(self, inverse: Matrix, matrix: Matrix) -> bool:
         """Whether the product of the two is the identity."""

@@ -15,7 +15,7 @@ from bgc.elaboration.law_blocks import (
     left_name,
     missing_law,
 )
-from bgc.elaboration.law_checks import LawChecks, depends_on_others
+from bgc.elaboration.law_checks import depends_on_others
 from bgc.elaboration.quantities import component_name
 from bgc.elaboration.tree import Element
 from bgc.grammar import syntax
@@ -91,19 +91,13 @@ def _source_law(
     return laws.world.evaluate(first.right, element.env)
 
 
-def read_storage(laws: Laws, checks: LawChecks, element: Element) -> Storage:
+def read_storage(laws: Laws, element: Element) -> Storage:
     """A C, I or IC of any width is one element."""
     kind = element.basic
     given = arguments_of(element, (*LAW_ARGUMENTS.get(kind, {}), *INITIAL_ARGUMENTS[kind]))
     law = _read_law(laws, element, given)
     if depends_on_others(laws, law, element, _OWN[kind]):
         raise BgError([law_messages.storage_varies(element.use.span, element.path, kind)])
-    defect = checks.symmetry_defect(law.matrix) if isinstance(law, LinearLaw) else None
-    if defect is not None:
-        row, column = (place + 1 for place in defect)
-        laws.world.report.add(
-            law_messages.not_symmetric(element.use.span, element.path, row, column)
-        )
     initial = [
         start
         for name in INITIAL_ARGUMENTS[kind]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.grammar.catalogue import error, warning
+from bgc.grammar.catalogue import error
 from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.source import Span
 
@@ -286,26 +286,6 @@ def inverse_differs(span: Span, name: str) -> Diagnostic:
         f"the two equations of `{name}` are not each other's inverse",
         span,
         help="correct one, or leave it out",
-    )
-
-
-def not_symmetric(span: Span, name: str, row: int, column: int) -> Diagnostic:
-    """BG445: a storage matrix that is not symmetric
-
-    What: the matrix of a C or I is not symmetric at the parameters' defaults.
-
-    Why: then there is no energy that it stores: it could make power out of nothing.
-
-    Example: `field : C[2](stiffness = [[1, 2], [0, 1]]);`
-
-    Way out: correct the matrix.
-    """
-    return warning(
-        "BG445",
-        f"the matrix of `{name}` is not symmetric: entry [{row}, {column}] differs from "
-        f"[{column}, {row}]",
-        span,
-        help="a storage element needs a symmetric matrix",
     )
 
 

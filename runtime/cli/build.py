@@ -13,7 +13,13 @@ import click
 from bgc.grammar.catalogue.machine import cannot_write
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.cli.app import print_diagnostics
-from bgc.runtime.cli.options import model_file, read_assignments, scene_option, set_option
+from bgc.runtime.cli.options import (
+    model_file,
+    read_assignments,
+    scene_option,
+    set_option,
+    strict_option,
+)
 
 if TYPE_CHECKING:
     from bgc.options import Options
@@ -23,6 +29,7 @@ if TYPE_CHECKING:
 @model_file
 @scene_option
 @set_option
+@strict_option
 @click.option(
     "--target",
     type=click.Choice(["so", "c"]),
@@ -43,6 +50,7 @@ def build(
     file: Path,
     scene: str | None,
     assignments: tuple[str, ...],
+    strict: bool,
     target: str,
     out: str,
     timings: bool,
@@ -53,7 +61,7 @@ def build(
 
     if out == "-" and target != "c":
         raise click.UsageError("only --target c can be written to standard output")
-    options = Options(scene, read_assignments(assignments))
+    options = Options(scene, read_assignments(assignments), strict=strict)
     seconds: dict[str, float] = {}
     if target == "c":
         content = _c_file(file, options, seconds)

@@ -6,16 +6,17 @@ from pathlib import Path
 
 import click
 
-from bgc.grammar.diagnostics import BgError, Diagnostic, Severity
+from bgc.grammar.diagnostics import BgError, Diagnostic, Severity, as_error
 from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
-from bgc.runtime.cli.options import MODEL_FILE, scene_option
+from bgc.runtime.cli.options import MODEL_FILE, scene_option, strict_option
 
 
 @click.command()
 @click.argument("files", type=MODEL_FILE, nargs=-1, required=True)
 @scene_option
+@strict_option
 @click.pass_context
-def check(context: click.Context, files: tuple[Path, ...], scene: str | None) -> None:
+def check(context: click.Context, files: tuple[Path, ...], scene: str | None, strict: bool) -> None:
     """Say what is wrong with FILES, up to their equations, in all scenes or one."""
     from bgc.driver import check_source
 
@@ -25,7 +26,7 @@ def check(context: click.Context, files: tuple[Path, ...], scene: str | None) ->
             found.extend(check_source(file, scene))
         except BgError as problem:
             found.extend(problem.diagnostics)
-    found = _each_once(found)
+    found = _each_once([as_error(d) for d in found] if strict else found)
     print_diagnostics(found)
     errors = sum(diagnostic.severity is Severity.ERROR for diagnostic in found)
     warnings = sum(diagnostic.severity is Severity.WARNING for diagnostic in found)

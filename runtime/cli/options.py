@@ -35,6 +35,12 @@ def set_option(command: _Command) -> _Command:
     )
 
 
+def strict_option(command: _Command) -> _Command:
+    """Add `--strict`."""
+    text = "Make every warning an error, with status 1."
+    return click.option("--strict", is_flag=True, help=text)(command)
+
+
 def read_assignments(texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     """Read the values of `--set`; BG064 where one has no name or no value."""
     pairs = []

@@ -9,9 +9,15 @@ from typing import TYPE_CHECKING
 import click
 
 from bgc.grammar.catalogue.machine import cannot_write, unknown_file_kind
-from bgc.grammar.diagnostics import BgError
+from bgc.grammar.diagnostics import BgError, as_error
 from bgc.runtime.cli.app import AT_FAULT, INTERRUPTED, print_diagnostics
-from bgc.runtime.cli.options import model_file, read_assignments, scene_option, set_option
+from bgc.runtime.cli.options import (
+    model_file,
+    read_assignments,
+    scene_option,
+    set_option,
+    strict_option,
+)
 
 if TYPE_CHECKING:
     from bgc.runtime.result import Result
@@ -24,6 +30,7 @@ _PICTURES = (".png", ".svg", ".pdf")
 @model_file
 @scene_option
 @set_option
+@strict_option
 @click.option("--out", metavar="FILE", help="Write the rows: .csv, .npz, or - for CSV here.")
 @click.option("--plot", metavar="FILE", help="Draw them: .png, .svg or .pdf.")
 @click.option(
@@ -46,6 +53,7 @@ def run(
     file: Path,
     scene: str | None,
     assignments: tuple[str, ...],
+    strict: bool,
     out: str | None,
     plot: str | None,
     panels: tuple[str, ...],
@@ -74,7 +82,7 @@ def run(
         name: None if text is None else read_quantity(text, f"--{name}", "s")
         for name, text in (("step", step), ("every", every), ("time", duration))
     }
-    model = compile_model(file, scene, dict(read_assignments(assignments)))
+    model = compile_model(file, scene, dict(read_assignments(assignments)), strict=strict)
     print_diagnostics(model.warnings)
     status = 0
     try:
@@ -93,7 +101,11 @@ def run(
     except RunInterrupted as problem:
         print_diagnostics([problem.diagnostic])
         result, status = problem.result, INTERRUPTED
-    print_diagnostics(result.warnings)
+    if strict and result.warnings:
+        print_diagnostics([as_error(warning) for warning in result.warnings])
+        status = status or AT_FAULT
+    else:
+        print_diagnostics(result.warnings)
     _write(result, out)
     if plot is not None and (status == 0 or len(result.time) > 1):
         result.plot(plot, panels=panels or None)

@@ -246,14 +246,6 @@ def test_file_without_a_model():
     assert caught.value.diagnostics[0].code == "BG601"
 
 
-def test_asymmetric_storage_is_a_warning():
-    text = chain(
-        "x : C[2](stiffness = [[2, 1], [0, 2]]); y : Se[2](e = 0); y -> x; z : R(1); s -> j -> z;"
-    )
-    (warning,) = elaborate(load_text(text)).warnings
-    assert warning.code == "BG445"
-
-
 def test_long_lines_of_definitions_are_followed():
     lets = " ".join(f"let a{k} = a{k + 1} + 1;" for k in range(1000))
     flat = elaborate(load_text(f"model M {{ {lets} let a1000 = 1; output y = a0; }}"))
