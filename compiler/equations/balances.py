@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping
+from enum import Enum
 
 from bgc.causality.causal import CausalGraph, Role
 from bgc.equations.places import Places
@@ -42,6 +43,14 @@ class CausalIndex:
                 self.steps_with[number].append((k, entry))
 
 
+class _Share(Enum):
+    """What a balance is taken of."""
+
+    REST = "all but inertias and flow sources"
+    TURNING = "the same, and the forces of moduli that turn momenta"
+    REACTIONS = "all"
+
+
 class Balances:
     """The across variables of a causal graph.
 
@@ -63,7 +72,8 @@ class Balances:
         self._symbols = symbols
         self._places = places
         self._answers = answers
-        self._forces: dict[bool, list[Node]] = {}
+        self._forces: dict[_Share, list[Node]] = {}
+        self.turning: Mapping[int, Node] = {}  # class -> force of moduli that turn momenta
         self._multipliers: dict[int, Node] | None = None
         self._branches: dict[int, dict[int, int]] = {}  # class -> bond -> junction behind it
 
@@ -121,7 +131,7 @@ class Balances:
         """The multipliers of the raw rows: those of the working rows, elimination undone."""
         if self._multipliers is None:
             causal, dag = self._causal, self._dag
-            forces = self._step_forces(reactions=True)
+            forces = self._step_forces(_Share.REACTIONS)
             found: dict[int, Node] = {}
             taken: dict[int, list[tuple[int, Node]]] = {}  # row -> later rows it was taken from
             for step in causal.steps:
@@ -141,42 +151,48 @@ class Balances:
         It is the sum of the signed across variables, power into the elements positive, the
         shares of transformers and junctions included.
         """
-        return self._balance(number, sign, reactions=False, without=None)
+        return self._balance(number, sign, _Share.REST, without=None)
+
+    def merged_balance(self, number: int) -> Node:
+        """The rate of a merged momentum: minus the balance, the turning of moduli included."""
+        return self._balance(number, -1, _Share.TURNING, without=None)
 
     def reaction(self, port_index: int) -> Node:
         """The across variable that a flow source, or an inertia alone on its flow, has to bear."""
         port = self._causal.ports[port_index]
         number = self._causal.class_of[port.bond]
-        alone = port.role is Role.INERTIA
-        return self._balance(number, -port.sign, reactions=not alone, without=port_index)
+        share = _Share.REST if port.role is Role.INERTIA else _Share.REACTIONS
+        return self._balance(number, -port.sign, share, without=port_index)
 
-    def _balance(self, number: int, sign: int, *, reactions: bool, without: int | None) -> Node:
-        """A sign times the sum on a class; reactions of inertias and flow sources or not."""
+    def _balance(self, number: int, sign: int, share: _Share, without: int | None) -> Node:
+        """A sign times the sum on a class."""
         dag = self._dag
-        forces = self._step_forces(reactions)
-        total = self._own_forces(number, sign, reactions, without)
+        forces = self._step_forces(share)
+        total = self._own_forces(number, sign, share, without)
         for k, entry in self._index.steps_with[number]:
             total = dag.add(total, self._symbols.turned(dag.mul(entry, forces[k]), sign))
         return total
 
-    def _own_forces(self, number: int, sign: int, reactions: bool, without: int | None) -> Node:
+    def _own_forces(self, number: int, sign: int, share: _Share, without: int | None) -> Node:
         total = self._dag.zero
+        if share is _Share.TURNING and number in self.turning:
+            total = self._symbols.turned(self.turning[number], sign)
         for k in self._causal.classes[number].ports:
             port = self._causal.ports[k]
             reacts = port.role in {Role.INERTIA, Role.FLOW_SOURCE}
-            if k == without or (reacts and not reactions):
+            if k == without or (reacts and share is not _Share.REACTIONS):
                 continue
             force = self._symbols.across(port.bond) if reacts else self._answers[k]
             total = self._dag.add(total, self._symbols.turned(force, sign * port.sign))
         return total
 
-    def _step_forces(self, reactions: bool) -> list[Node]:
+    def _step_forces(self, share: _Share) -> list[Node]:
         """The multipliers of the steps' working rows, in order of elimination."""
-        if reactions not in self._forces:
+        if share not in self._forces:
             dag = self._dag
             forces: list[Node] = []
             for k, step in enumerate(self._causal.steps):
-                total = self._own_forces(step.dependent, -1, reactions, None)
+                total = self._own_forces(step.dependent, -1, share, None)
                 pivot = dag.one
                 for other, entry in self._index.steps_with[step.dependent]:
                     if other == k:
@@ -184,8 +200,8 @@ class Balances:
                     else:
                         total = dag.sub(total, dag.mul(entry, forces[other]))
                 forces.append(dag.div(total, pivot))
-            self._forces[reactions] = forces
-        return self._forces[reactions]
+            self._forces[share] = forces
+        return self._forces[share]
 
     def _between_junctions(self, bond: int) -> Node:
         """The across variable of a bond between two junctions of common through variable."""

@@ -13,10 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.algebra.dag import Kind, Level
-from bgc.algebra.solving import SingularSystemError, solve_definite
+from bgc.algebra.dag import Kind
+from bgc.algebra.quadratic import SingularFormError
 from bgc.causality.causal import BasisKind, Role
 from bgc.equations.integrating import charge_state
+from bgc.equations.merged_flows import reduced_flows, turning_forces
 from bgc.equations.merged_groups import Group, cannot_merge, find_groups, shortened
 from bgc.equations.merged_initial import initial_momenta
 from bgc.equations.storage import IntegratedState, StorageElement, state_unit
@@ -29,13 +30,16 @@ def merge_inertias(
 ) -> list[IntegratedState]:
     """Define momenta and independent flows of dependent inertias; their states."""
     groups = find_groups(variables, elements, Role.INERTIA, BasisKind.INERTIA)
+    for group in groups:
+        if any(port.port.role is not Role.INERTIA for port in group.ports):
+            raise cannot_merge(group, "its energy mixes charges and momenta")
+    together = [element for group in groups for element in group.elements]
+    variables.balances.turning = turning_forces(variables, together)
     return [state for group in groups for state in _merge_inertia_group(variables, group)]
 
 
 def _merge_inertia_group(variables: Variables, group: Group) -> list[IntegratedState]:
     dag, causal = variables.dag, variables.causal
-    if any(port.port.role is not Role.INERTIA for port in group.ports):
-        raise cannot_merge(group, "its energy mixes charges and momenta")
     merged = {k: variables.new_state(Kind.MOMENTUM) for k in group.flows}
     linear = all(element.law.capacity is not None for element in group.elements)
     for element in group.elements:
@@ -55,7 +59,8 @@ def _merge_inertia_group(variables: Variables, group: Group) -> list[IntegratedS
         for position, port in enumerate(element.ports)
         if port.charge is not None
     ]
-    names = _merged_names(group, merged, "p")
+    held = {k: _held(group, k) for k in merged}
+    names = _merged_names(held, "p")
     start = initial_momenta(variables, group.elements, list(merged))
     for k, state in merged.items():
         first = next(p for p in group.ports if k in p.flow)
@@ -65,7 +70,7 @@ def _merge_inertia_group(variables: Variables, group: Group) -> list[IntegratedS
                 names[k],
                 state_unit(variables, first.port, momentum=not first.port.dual),
                 "displacement" if first.port.dual else "momentum",
-                _momentum_rate(variables, group, k),
+                variables.balances.merged_balance(causal.basis[k].bond_class),
                 start[k],
                 None,
             )
@@ -88,61 +93,22 @@ def _define_momenta(variables: Variables, element: StorageElement) -> None:
 
 
 def _reduced_flows(variables: Variables, group: Group, merged: dict[int, Node]) -> dict[int, Node]:
-    """`u = (N' M N)^-1 (pi - N' M N_s s)` over the independent flows of a group."""
-    dag = variables.dag
-    order = {k: i for i, k in enumerate(merged)}
-    matrix: list[dict[int, Node]] = [{} for _ in order]
-    right = list(merged.values())
-    for element in group.elements:
-        capacity = element.law.capacity
-        assert capacity is not None
-        for port, line in zip(element.ports, capacity, strict=True):
-            momentum: dict[int, Node] = {}  # of this port, over the basis
-            for other, entry in zip(element.ports, line, strict=True):
-                if entry != dag.zero:
-                    for k, node in other.flow.items():
-                        term = dag.mul(entry, node)
-                        momentum[k] = dag.add(momentum.get(k, dag.zero), term)
-            for k, node in port.flow.items():
-                if k not in order:
-                    continue
-                row = matrix[order[k]]
-                for other_k, held in momentum.items():
-                    term = dag.mul(node, held)
-                    if other_k in order:
-                        column = order[other_k]
-                        row[column] = dag.add(row.get(column, dag.zero), term)
-                    else:
-                        source = variables.independent(other_k)
-                        right[order[k]] = dag.sub(right[order[k]], dag.mul(term, source))
     try:
-        (solution,) = solve_definite(dag, variables.causal.fingerprints, matrix, [right])
-    except SingularSystemError:
+        return reduced_flows(variables, group, merged)
+    except SingularFormError:
         raise cannot_merge(group, "their common inertia is singular") from None
-    return {k: solution[i] for k, i in order.items()}
 
 
-def _momentum_rate(variables: Variables, group: Group, k: int) -> Node:
-    """`pi' = -(efforts of the rest) - N' bias + (dN/dt)' p`."""
-    dag = variables.dag
-    rate = variables.balances.balance(variables.causal.basis[k].bond_class, -1)
-    for port in group.ports:
-        entry = port.flow.get(k)
-        if entry is None:
-            continue
-        rate = dag.sub(rate, dag.mul(entry, port.bias))
-        if dag.level[entry] > Level.PARAM:
-            turning = variables.rate_of(entry, port.port.element)
-            rate = dag.add(rate, dag.mul(turning, port.state))
-    return rate
+def _held(group: Group, k: int) -> tuple[str, ...]:
+    """The elements that a merged momentum belongs to."""
+    return tuple(e.storage.name for e in group.elements if any(k in p.flow for p in e.ports))
 
 
-def _merged_names(group: Group, merged: dict[int, Node], letter: str) -> dict[int, str]:
+def _merged_names(held: dict[int, tuple[str, ...]], letter: str) -> dict[int, str]:
     """A name for each merged momentum: the elements on its flow."""
     names: dict[int, str] = {}
-    for k in merged:
-        on_flow = [e.storage.name for e in group.elements if any(k in p.flow for p in e.ports)]
-        name = f"merged({shortened(on_flow)}).{letter}"
+    for k, elements in held.items():
+        name = f"merged({shortened(list(elements))}).{letter}"
         again = sum(1 for other in names.values() if other.split("#")[0] == name)
         names[k] = f"{name}#{again + 1}" if again else name
     return names

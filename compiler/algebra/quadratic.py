@@ -1,0 +1,243 @@
+"""Least value of a quadratic form over variables some of which are defined by others.
+
+    minimise  1/2 f' Q f - b' f   where   f_d = sum_j c_dj f_j  for every definition d.
+
+A definition is *substituted* (its variable leaves the form, those in its row take its place), a
+free variable is *minimised over* once no definition holds it any more. Both keep the form
+symmetric and positive semidefinite, and a pivot is the curvature of the form along a motion that
+all definitions allow: it vanishes nowhere unless the whole form is singular there. So the two
+may be mixed in any order, and the order decides what it costs:
+
+- all substitutions first, which leaves the reduced matrix `N' Q N`, then L D L' in
+  minimum-degree order: few operations where the rows share most variables;
+- each variable as soon as it is free to go: along a chain the form never grows, and the number
+  of operations is proportional to its length (of rigid bodies on joints this is the
+  articulated-body algorithm, Featherstone 1983, here for any graph).
+
+The cheaper one is taken, by counting.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
+
+from bgc.algebra.dag import Dag, Level, Op
+from bgc.algebra.fingerprint import Fingerprints
+from bgc.graph import Node
+
+Row = dict[int, Node]  # variable -> coefficient
+
+
+class SingularFormError(Exception):
+    """The form does not rise along a free variable; `variable` is the one."""
+
+    def __init__(self, variable: int) -> None:
+        super().__init__("singular form")
+        self.variable = variable
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """`1/2 f' Q f - b' f`; `matrix` holds both halves of the symmetric Q."""
+
+    matrix: dict[int, Row]
+    vector: dict[int, Node]
+
+
+@dataclass(frozen=True, slots=True)
+class Definition:
+    """`variable = sum coefficient * other`; `variable` is in no later definition's row."""
+
+    variable: int
+    row: Row
+
+
+@dataclass(frozen=True, slots=True)
+class Minimum:
+    """`pivot * variable = offset - sum coefficient * other`, the others being known by then."""
+
+    variable: int
+    pivot: Node
+    offset: Node
+    row: Row
+
+
+def minimise(
+    dag: Dag,
+    fingerprints: Fingerprints,
+    form: Form,
+    definitions: Sequence[Definition],
+    free: Sequence[int],
+) -> list[Minimum]:
+    """The free variables where the form is least, in terms of those that stay undetermined.
+
+    A minimum holds variables, dependent ones among them, that follow from minima after it and
+    from variables that are neither defined nor free. The two orders give the same to rounding.
+
+    Raises
+    ------
+    SingularFormError
+        The form is singular for all values of the symbols.
+    """
+    early = _minimise(dag, fingerprints, form, definitions, free, early=True, budget=None)
+    assert early is not None
+    cost = _operations(dag, early)
+    late = _minimise(dag, fingerprints, form, definitions, free, early=False, budget=2 * cost)
+    return early if late is None or _operations(dag, late) >= cost else late
+
+
+def minimise_in_order(
+    dag: Dag,
+    fingerprints: Fingerprints,
+    form: Form,
+    definitions: Sequence[Definition],
+    free: Sequence[int],
+    *,
+    early: bool,
+) -> list[Minimum]:
+    """As `minimise`, with the order chosen by the caller."""
+    found = _minimise(dag, fingerprints, form, definitions, free, early=early, budget=None)
+    assert found is not None
+    return found
+
+
+def _operations(dag: Dag, minima: Iterable[Minimum]) -> int:
+    """The operations at run time."""
+    roots = [n for m in minima for n in (m.pivot, m.offset, *m.row.values())]
+    used = dag.reachable(roots)
+    return sum(dag.op[n] > Op.SYMBOL and dag.level[n] > Level.PARAM for n in used)
+
+
+def _minimise(
+    dag: Dag,
+    fingerprints: Fingerprints,
+    form: Form,
+    definitions: Sequence[Definition],
+    free: Sequence[int],
+    *,
+    early: bool,
+    budget: int | None,
+) -> list[Minimum] | None:
+    """One order; None as soon as it made more nodes than the budget."""
+    work = _Work(dag, fingerprints, form, definitions, free)
+    first = len(dag)
+    minima: list[Minimum] = []
+    for definition in definitions:
+        released = work.substitute(definition)
+        if early:
+            minima += work.minimise_all(released)
+        if budget is not None and len(dag) - first > budget:
+            return None
+    minima += work.minimise_all([k for k in free if work.is_open(k)])
+    return minima
+
+
+class _Work:
+    def __init__(
+        self,
+        dag: Dag,
+        fingerprints: Fingerprints,
+        form: Form,
+        definitions: Sequence[Definition],
+        free: Sequence[int],
+    ) -> None:
+        self._dag = dag
+        self._fingerprints = fingerprints
+        self._matrix = {k: dict(row) for k, row in form.matrix.items()}
+        self._vector = dict(form.vector)
+        self._open = set(free)
+        self._held = dict.fromkeys(free, 0)  # definitions that hold a free variable
+        self._moving = {*free, *(d.variable for d in definitions)}
+        for definition in definitions:
+            for k in definition.row:
+                if k in self._held:
+                    self._held[k] += 1
+
+    def is_open(self, variable: int) -> bool:
+        """Whether a free variable has not been minimised over."""
+        return variable in self._open
+
+    def substitute(self, definition: Definition) -> list[int]:
+        """Put a definition in; gives the free variables that no definition holds any more."""
+        dag, d = self._dag, definition.variable
+        coupled = self._remove(d)
+        own = coupled.pop(d, dag.zero)
+        pull = self._vector.pop(d, dag.zero)
+        row = definition.row
+        whole = {j: dag.add(coupled.get(j, dag.zero), dag.mul(c, own)) for j, c in row.items()}
+        variables = list(row)
+        for place, i in enumerate(variables):
+            c = row[i]
+            self._pull(i, dag.mul(c, pull))
+            half = coupled.get(i, dag.zero)
+            self._add(i, i, dag.mul(c, dag.add(whole[i], half)))
+            for j in variables[place + 1 :]:
+                self._add(i, j, dag.add(dag.mul(c, whole[j]), dag.mul(row[j], half)))
+            for j, entry in coupled.items():
+                if j not in row:
+                    self._add(i, j, dag.mul(c, entry))
+        released = []
+        for k in row:
+            if k in self._held:
+                self._held[k] -= 1
+                if self._held[k] == 0:
+                    released.append(k)
+        return released
+
+    def minimise_all(self, variables: Iterable[int]) -> list[Minimum]:
+        """Minimise over free variables, the one with fewest others first."""
+        queue = [(len(self._matrix.get(k, ())), k) for k in variables]
+        heapify(queue)
+        minima = []
+        while queue:
+            degree, k = heappop(queue)
+            now = len(self._matrix.get(k, ()))
+            if degree != now:
+                heappush(queue, (now, k))
+                continue
+            minima.append(self._minimise(k))
+        return minima
+
+    def _minimise(self, k: int) -> Minimum:
+        dag = self._dag
+        row = self._remove(k)
+        pivot = row.pop(k, dag.zero)
+        offset = self._vector.pop(k, dag.zero)
+        if pivot == dag.zero:
+            raise SingularFormError(k)
+        self._open.discard(k)
+        others = sorted(row)
+        for place, i in enumerate(others):
+            factor = dag.div(row[i], pivot)
+            self._pull(i, dag.neg(dag.mul(factor, offset)))
+            for j in others[place:]:
+                self._add(i, j, dag.neg(dag.mul(factor, row[j])))
+        return Minimum(k, pivot, offset, row)
+
+    def _remove(self, variable: int) -> Row:
+        row = self._matrix.pop(variable, {})
+        for other in row:
+            if other != variable:
+                del self._matrix[other][variable]
+        return row
+
+    def _pull(self, i: int, node: Node) -> None:
+        if i in self._moving and node != self._dag.zero:
+            self._vector[i] = self._dag.add(self._vector.get(i, self._dag.zero), node)
+
+    def _add(self, i: int, j: int, node: Node) -> None:
+        """Add to an entry of Q, unless both variables are given from outside."""
+        dag = self._dag
+        if node == dag.zero or not (i in self._moving or j in self._moving):
+            return
+        total = dag.add(self._matrix.get(i, {}).get(j, dag.zero), node)
+        value = self._fingerprints.constant(total)
+        if value is not None:
+            total = dag.const(value)
+        for row, column in ((i, j), (j, i)):
+            if total == dag.zero:
+                self._matrix.get(row, {}).pop(column, None)
+            else:
+                self._matrix.setdefault(row, {})[column] = total
