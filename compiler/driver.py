@@ -22,12 +22,13 @@ from bgc.elaboration.scene import stands_alone
 from bgc.emission.emit import EmittedModel, emit_model
 from bgc.emission.optimise import optimise
 from bgc.equations.derive import derive_equations
-from bgc.equations.slice import slice_program
 from bgc.grammar.diagnostics import BgError, Diagnostic, as_error
 from bgc.graph import FlatGraph
 from bgc.options import Options
 from bgc.physics.checks import check_physics
 from bgc.program import Program
+from bgc.slicing.fold import Folding, fold_parameters
+from bgc.slicing.slice import slice_program
 
 _Result = TypeVar("_Result")
 _Arguments = ParamSpec("_Arguments")
@@ -62,9 +63,16 @@ class Compilation:
         return self._timed("physics", check_physics, self.graph)
 
     @cached_property
+    def folding(self) -> Folding:
+        """The graph with the zeros and ones that the scene fixes put in."""
+        if self.options.whole:
+            return Folding(self.graph, ())
+        return fold_parameters(self.graph)
+
+    @cached_property
     def causal(self) -> CausalGraph:
         """Strokes, and the independent flows."""
-        return self._timed("causality", assign_causality, self.graph)
+        return self._timed("causality", assign_causality, self.folding.graph)
 
     @cached_property
     def equations(self) -> Program:
@@ -74,6 +82,8 @@ class Compilation:
     @cached_property
     def sliced(self) -> Program:
         """What the scene needs of them."""
+        if self.options.whole:
+            return self.equations
         return self._timed("slice", slice_program, self.equations)
 
     @cached_property
@@ -96,7 +106,7 @@ class Compilation:
         library = self._timed(
             "C compiler", build_shared_object, self.emitted.units, find_toolchain(), cache
         )
-        facts = run_facts(self.graph.scene)
+        facts = run_facts(self.graph.scene, self.folding.parameters)
         built = Built(library, facts, (*self.warnings, *cache.warnings))
         remember(cache, self.path, self.options, self.package.sources, built)
         return built
@@ -143,7 +153,7 @@ def check_source(path: Path, scene: str | None = None) -> list[Diagnostic]:
     for name in names:
         try:
             graph = elaborate(package, name)
-            causal = assign_causality(graph)
+            causal = assign_causality(fold_parameters(graph).graph)
             derive_equations(causal)
             found += (*graph.warnings, *check_physics(graph), *causal.warnings)
         except BgError as err:

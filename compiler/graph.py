@@ -230,7 +230,9 @@ class Parameter:
     """A run-time parameter, SI value. `index` is that of its PARAM symbol.
 
     `value` is its default, a node in constants and other parameters (recomputed when those
-    change unless it was set itself). `low`, `high` bound it, None where open.
+    change unless it was set itself). `low`, `high` bound it, None where open. `is_own` tells
+    parameters of the scene's own model from those of its parts, `is_set` those which the scene
+    or the command line gives a value.
     """
 
     index: int
@@ -240,6 +242,8 @@ class Parameter:
     low: float | None
     high: float | None
     span: Span
+    is_own: bool = True
+    is_set: bool = False
 
 
 @dataclass(frozen=True, slots=True)

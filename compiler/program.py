@@ -19,7 +19,8 @@ class ProgramState:
 
     `scale` weighs its absolute tolerance: 1 in the unit of the state (the momentum of the
     smallest certain inertia at 1 m/s, a displacement of 1 unit, ...), a node of PARAM level.
-    The row of an `algebraic` state in the mass matrix is zero.
+    The row of an `algebraic` state in the mass matrix is zero. `stores` names the elements whose
+    momenta or charges it holds: one, of a merged state several, of any other state none.
     """
 
     name: str
@@ -29,6 +30,7 @@ class ProgramState:
     derivative: Node  # right-hand side f_i of M y' = f
     projection: Node | None
     scale: Node
+    stores: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +92,22 @@ class Loop:
     span: Span
 
 
+class Reason(Enum):
+    """Why a state is not in the program."""
+
+    UNREAD = "nothing that the scene reads depends on it"
+    ZERO = "starts at zero and stays there"
+    CONSTANT = "never changes"
+
+
+@dataclass(frozen=True, slots=True)
+class Dropped:
+    """A state that slicing left out."""
+
+    name: str
+    reason: Reason
+
+
 @dataclass(frozen=True, slots=True)
 class Program:
     """`M y' = f(t, y, u, p)` with everything the scene reads.
@@ -110,6 +128,6 @@ class Program:
     guards: tuple[Guard, ...]
     energy: Energy
     positive: tuple[PositiveParameter, ...]
-    dropped: tuple[str, ...]  # what slicing left out, in words
+    dropped: tuple[Dropped, ...]  # states that slicing left out
     kept: tuple[str, ...] = ()  # names of what slicing must not leave out
     loops: tuple[Loop, ...] = ()  # algebraic loops, in the order in which they are solved

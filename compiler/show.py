@@ -19,6 +19,7 @@ from bgc.grammar.syntax import File
 from bgc.graph import Element, FlatGraph
 from bgc.options import Options
 from bgc.program import Program
+from bgc.slicing.report import dropped_lines
 
 PASSES = ("parse", "elaborate", "causality", "equations", "slice", "optimise", "emit")
 
@@ -132,9 +133,13 @@ def show_equations(program: Program) -> str:
             ),
             ("observed", lines([(o.name, o.node) for o in program.observations])),
             ("energy", lines(_accounts(program))),
-            ("dropped", list(program.dropped)),
+            ("dropped", _dropped(program)),
         )
     )
+
+
+def _dropped(program: Program) -> list[str]:
+    return list(dropped_lines(program.dropped, [state.name for state in program.states]))
 
 
 def _accounts(program: Program) -> list[tuple[str, int]]:

@@ -27,6 +27,7 @@ def compile_model(
     parameters: Mapping[str, Quantity] | None = None,
     *,
     strict: bool = False,
+    whole: bool = False,
 ) -> Model:
     """Compile a scene of a `.bg` file, or load it from the cache, and return the model.
 
@@ -42,6 +43,9 @@ def compile_model(
         are set in the model's `parameters`.
     strict
         Whether every warning about the model is an error.
+    whole
+        Whether to compile all that is written, and not only what the scene requires: then no
+        state is left out and no parameter folded.
 
     Raises
     ------
@@ -50,7 +54,7 @@ def compile_model(
     """
     given = dict(parameters or {})
     try:
-        model = _load(Path(path), Options(scene, strict=strict))
+        model = _load(Path(path), Options(scene, strict=strict, whole=whole))
         known = model.parameters
         structural = {n: value for n, value in given.items() if not known.can_set(n, value)}
     except BgError:
@@ -60,7 +64,7 @@ def compile_model(
         structural = given
     if structural:
         overrides = tuple((name, _as_source(value)) for name, value in structural.items())
-        model = _load(Path(path), Options(scene, overrides, strict=strict))
+        model = _load(Path(path), Options(scene, overrides, strict=strict, whole=whole))
     for name, value in given.items():
         if name not in structural:
             model.parameters[name] = value
@@ -123,7 +127,7 @@ class Model:
         self.facts: RunFacts = built.facts
         self.warnings: tuple[Diagnostic, ...] = built.warnings
         self.warm = built.warm
-        self.parameters = Parameters(self._library)
+        self.parameters = Parameters(self._library, built.facts.folded)
         model = self._library.model
         self.states = tuple(_variable(model.state[k]) for k in range(model.n_state))
         self._observed = tuple(_variable(model.output[k]) for k in range(model.n_output))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bgc.grammar.catalogue.machine import (
+    parameter_folded,
     parameter_out_of_range,
     unknown_parameter,
     wrong_shape,
@@ -39,11 +40,14 @@ class Parameters(Mapping[str, Parameter]):
 
     `parameters["boom.mass"] = 7e3` or `= "7 t"` sets one for all later runs, and what follows
     from it follows; `del parameters["boom.mass"]` puts it back to its default. A vector is its
-    components `axis[1]`, `axis[2]`, ..; `parameters["axis"] = [0, 0, 1]` sets them all.
+    components `axis[1]`, `axis[2]`, ..; `parameters["axis"] = [0, 0, 1]` sets them all. Those
+    that were compiled in, and cannot be set any more, are in `folded` with their values.
     """
 
-    def __init__(self, library: Library) -> None:
+    def __init__(self, library: Library, folded: Iterable[tuple[str, float]] = ()) -> None:
+        """Read the parameters of a library; `folded` are those that were compiled in."""
         self._library = library
+        self.folded = dict(folded)
         model = library.model
         self._index = {text(model.param[k].name): k for k in range(model.n_param)}
         self._given: dict[str, float] = {}
@@ -76,26 +80,42 @@ class Parameters(Mapping[str, Parameter]):
 
     def can_set(self, name: str, value: Quantity) -> bool:
         """Whether there is a parameter of that name, or a vector for a vector's values."""
-        return name in self._index or (not isinstance(value, str) and bool(self._components(name)))
+        if name in self._index:
+            return True
+        return (
+            bool(self._components(name))
+            and not self._folded_components(name)
+            and not isinstance(value, str)
+        )
 
     def instance(self, changes: Mapping[str, Quantity]) -> Instance:
         """Make an instance with these parameters, and `changes` to them, not yet reset."""
-        given = dict(self._given)
-        for name, value in changes.items():
-            given.update(self._checked(name, value))
         instance = Instance(self._library)
-        for name, number in given.items():
+        for name, number in self.given(changes).items():
             instance.set_parameter(self._index[name], number)
         return instance
 
+    def given(self, changes: Mapping[str, Quantity]) -> dict[str, float]:
+        """The values that were set, and some more, SI, by the names of scalar parameters."""
+        values = dict(self._given)
+        for name, value in changes.items():
+            values.update(self._checked(name, value))
+        return values
+
     def _find(self, name: str) -> int:
-        if (index := self._index.get(name)) is None:
-            raise BgError([unknown_parameter(name, self._index)])
-        return index
+        if (index := self._index.get(name)) is not None:
+            return index
+        for known, value in self.folded.items():
+            if known == name or known.startswith(f"{name}["):
+                raise BgError([parameter_folded(known, value)])
+        raise BgError([unknown_parameter(name, self._index)])
 
     def _components(self, name: str) -> list[str]:
         """Names of a vector's or matrix's components, in order; none of a scalar."""
         return [known for known in self._index if known.startswith(f"{name}[")]
+
+    def _folded_components(self, name: str) -> list[str]:
+        return [known for known in self.folded if known.startswith(f"{name}[")]
 
     def _describe(self, index: int, instance: Instance) -> Parameter:
         info = self._library.model.param[index]
@@ -106,14 +126,20 @@ class Parameters(Mapping[str, Parameter]):
         """SI values by the names of parameters, components one by one."""
         if isinstance(value, (int, float, str)) or np.ndim(value) == 0:
             return {name: self._number(name, value)}
-        components = self._components(name) or [name]
-        self._find(components[0])
+        known = {*self._components(name), *self._folded_components(name)}
+        if not known:
+            self._find(name)
         array = np.asarray(value, dtype=object)
         keys = [",".join(str(k + 1) for k in place) for place in np.ndindex(array.shape)]
-        if components != [f"{name}[{key}]" for key in keys]:
-            raise BgError([wrong_shape(name, array.shape, len(components))])
+        components = [f"{name}[{key}]" for key in keys]
+        if known != set(components):
+            raise BgError([wrong_shape(name, array.shape, len(known))])
         pairs = zip(components, array.flat, strict=True)
-        return {component: self._number(component, item) for component, item in pairs}
+        return {
+            component: self._number(component, item)
+            for component, item in pairs
+            if component not in self.folded or item != self.folded[component]
+        }
 
     def _number(self, name: str, value: Any) -> float:
         info = self._library.model.param[self._find(name)]

@@ -29,6 +29,7 @@ class RunFacts:
     `columns` are the observed names in the scene's order; those that are no outputs of the
     model are its energy accounts, `stored`, `supplied`, `dissipated` or `residual`, which
     `accounts` lists in the same order. Times are in seconds, `solver_options` are SI numbers.
+    `folded` are the parameters that were compiled in, zeros and ones.
     """
 
     scene: str
@@ -42,6 +43,7 @@ class RunFacts:
     every: float | None = None
     deadline: float | None = None
     panels: tuple[Panel, ...] = ()
+    folded: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +56,8 @@ class Built:
     warm: bool = False
 
 
-def run_facts(scene: SceneFacts) -> RunFacts:
-    """Take from a scene what its run needs."""
+def run_facts(scene: SceneFacts, folded: tuple[tuple[str, float], ...] = ()) -> RunFacts:
+    """Take from a scene what its run needs, and note what was folded for it."""
     solver = scene.solver
     return RunFacts(
         scene=scene.name,
@@ -69,4 +71,5 @@ def run_facts(scene: SceneFacts) -> RunFacts:
         every=scene.every,
         deadline=scene.deadline,
         panels=tuple(Panel(plot.columns, plot.against or "time") for plot in scene.plots),
+        folded=folded,
     )

@@ -217,6 +217,8 @@ class Quantities:
         low, high = self._range(quantity)
         unit = parse_unit(declaration.unit) if declaration.unit else None
         first = len(self.parameters)
+        is_own = quantity.env.instance is None or quantity.env.instance.parent is None
+        is_set = ("sets", quantity.path) in self.world.edits.used
         nodes = []
         for k, index in enumerate(indices(default.shape)):
             dimension = default.units[k]
@@ -231,7 +233,15 @@ class Quantities:
                     )
             self.parameters.append(
                 Parameter(
-                    first + k, name, symbol, default.nodes[k], low, high, declaration.name_span
+                    first + k,
+                    name,
+                    symbol,
+                    default.nodes[k],
+                    low,
+                    high,
+                    declaration.name_span,
+                    is_own,
+                    is_set or index in quantity.parts,
                 )
             )
             nodes.append(self.world.dag.symbol(Kind.PARAM, first + k))

@@ -216,6 +216,29 @@ def unknown_parameter(name: str, known: Iterable[str]) -> Diagnostic:
     )
 
 
+def parameter_folded(name: str, value: float) -> Diagnostic:
+    """BG078: a parameter that was compiled into the model
+
+    What: the parameter is fixed at zero or one by the scene, and was folded into the equations:
+    what it multiplies is not in the model any more.
+
+    Why: a friction of zero needs no resistor. Zeros of parts, and zeros and ones that a scene
+    sets, are folded; parameters of the scene's own model are not.
+
+    Example: `model.parameters["crane.elbow.friction"] = 50` where the friction is zero.
+
+    Way out: compile with the value (`bgc.compile(path, parameters={..})`, `--set` on the
+    command line), or write `keep crane.elbow.friction;` in the scene: it then stays a run-time
+    parameter.
+    """
+    return error(
+        "BG078",
+        f"`{name}` is {value:g} in this scene and was compiled in",
+        help=f"compile with its value (`parameters=`, `--set`), or write `keep {name};` in the "
+        "scene",
+    )
+
+
 def parameter_out_of_range(
     name: str, value: float, unit: str, low: float, high: float
 ) -> Diagnostic:

@@ -7,8 +7,8 @@ from graphs import GraphBuilder, rlc
 from bgc.algebra.dag import Kind
 from bgc.causality.assign import assign_causality
 from bgc.equations.derive import derive_equations
-from bgc.equations.slice import slice_program
-from bgc.program import Program
+from bgc.program import Dropped, Program, Reason
+from bgc.slicing.slice import slice_program
 
 
 def program_of(g: GraphBuilder) -> Program:
@@ -37,7 +37,7 @@ def test_a_state_that_reaches_no_output_is_dropped() -> None:
     g.observe("first", g.q("c1"))
     program = slice_program(program_of(g))
     assert names(program) == ["c1.q"]
-    assert program.dropped == ("`c2.q`: nothing that the scene reads depends on it",)
+    assert program.dropped == (Dropped("c2.q", Reason.UNREAD),)
     assert [p.message for p in program.positive] == ["the compliance of `c1` must be positive"]
 
 

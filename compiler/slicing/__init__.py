@@ -1,0 +1,1 @@
+"""Only what the scene requires: folded parameters, cone of influence, invariant states."""

@@ -1,0 +1,171 @@
+"""Invariant states: those that start at a value and provably stay there.
+
+Assume that a set of states keeps its initial values; substitute them everywhere and fold. A
+state whose derivative is then not identically zero leaves the set, which makes others leave,
+until none does: the greatest set that confirms itself. Uniqueness of solutions makes it exact.
+In this way a crane that luffs in its own plane becomes planar: nothing pushes it out of it.
+
+Zero is told by folding, and where that does not reach by fingerprints at two random points
+(`algebra.fingerprint`): identities as `sin^2 + cos^2 = 1` are seen, and a "zero" can be relied
+on. Device inputs, the time and run-time parameters count as arbitrary.
+
+A round looks again only at states that depend on one that left in the round before, so a chain
+that is pulled at one end costs time in proportion to its length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from bgc.algebra.dag import Dag, Kind, Level, Op
+from bgc.algebra.fingerprint import Fingerprints
+from bgc.graph import Node
+from bgc.program import Program
+from bgc.slicing.names import is_kept
+from bgc.slicing.signs import Signs
+
+
+def invariant_states(program: Program) -> dict[int, Node]:
+    """The states that never change, each with its value, a node of CONST or PARAM level.
+
+    States that `keep` names are left. Mass rows count: a state is only invariant if its row has
+    no rate of a state that moves, so what is left over stays regular where the whole was.
+    """
+    search = _Search(program)
+    suspects: Iterable[int] = tuple(search.values)
+    while suspects:
+        suspects = search.release(search.moving(suspects))
+    return search.values
+
+
+class _Search:
+    """The rounds over one program; what they fold goes to a graph of their own.
+
+    `values` are the states that are still assumed to stay, each with its initial value.
+    """
+
+    def __init__(self, program: Program) -> None:
+        dag = program.dag
+        self.values = {
+            index: state.initial
+            for index, state in enumerate(program.states)
+            if dag.level[state.initial] <= Level.PARAM and not is_kept(state.name, program.kept)
+        }
+        self._program = program
+        self._dag = dag.copy()
+        self._fingerprints = Fingerprints(self._dag)
+        self._signs = Signs(self._dag, program.parameters)
+        self._columns: dict[int, list[int]] = {}
+        for entry in program.mass or ():
+            self._columns.setdefault(entry.row, []).append(entry.column)
+        self._reads = _states_read(program)
+        self._staying = _bits(self.values)
+        self._readers: list[list[int]] = [[] for _ in program.states]
+        for index, state in enumerate(program.states):
+            bits = self._reads[state.derivative] | _bits(self._columns.get(index, ()))
+            if state.projection is not None:
+                bits |= self._reads[state.projection]
+            for read in _places(bits):
+                self._readers[read].append(index)
+
+    def release(self, moving: Iterable[int]) -> list[int]:
+        """Let states go; what is left that depends on one of them is to be looked at again."""
+        affected: set[int] = set()
+        for index in moving:
+            del self.values[index]
+            self._staying ^= 1 << index
+            affected.update(self._readers[index])
+        return sorted(affected & self.values.keys())
+
+    def moving(self, suspects: Iterable[int]) -> list[int]:
+        """Which of the suspects do not stay where they are if all states with values do."""
+        states = [(index, self._program.states[index]) for index in suspects]
+        roots = [state.derivative for _, state in states]
+        roots += [state.projection for _, state in states if state.projection is not None]
+        new = self._folded(roots)
+
+        def stays(index: int, derivative: Node, projection: Node | None) -> bool:
+            if not self._fingerprints.is_zero(new.get(derivative, derivative)):
+                return False
+            if any(column not in self.values for column in self._columns.get(index, ())):
+                return False
+            return projection is None or self._fingerprints.equal(
+                new.get(projection, projection), self.values[index]
+            )
+
+        return [k for k, state in states if not stays(k, state.derivative, state.projection)]
+
+    def _folded(self, roots: Iterable[Node]) -> dict[Node, Node]:
+        """New nodes of those that change when the values are put in for their states."""
+        dag = self._dag
+        new: dict[Node, Node] = {}
+        for node in self._affected(roots):
+            symbol = dag.symbol_of(node)
+            if symbol is not None:
+                new[node] = self.values[symbol.index]
+                continue
+            operands = tuple(new.get(x, x) for x in dag.operands(node))
+            new[node] = self._signs.clamped(dag.rebuild(node, operands))
+        return new
+
+    def _affected(self, roots: Iterable[Node]) -> list[Node]:
+        """The nodes under the roots that depend on a state with a value, operands first."""
+        reads, staying, operands = self._reads, self._staying, self._dag.operands
+        seen = {root for root in roots if reads[root] & staying}
+        stack = list(seen)
+        while stack:
+            for operand in operands(stack.pop()):
+                if operand not in seen and reads[operand] & staying:
+                    seen.add(operand)
+                    stack.append(operand)
+        return sorted(seen)
+
+
+def put_in(
+    program: Program, roots: Sequence[Node], values: Mapping[int, Node]
+) -> dict[Node, Node]:
+    """New nodes for the roots, in the program's own graph, with the values put in.
+
+    Clamps whose outcome is sure are folded too, values or not.
+    """
+    dag = program.dag
+    signs = Signs(dag, program.parameters)
+    new = {dag.symbol(Kind.STATE, index): value for index, value in values.items()}
+    for node in dag.reachable(roots):
+        if node not in new:
+            operands = dag.operands(node)
+            folded = tuple(new[x] for x in operands)
+            new[node] = signs.clamped(node if folded == operands else dag.rebuild(node, folded))
+    return new
+
+
+def _states_read(program: Program) -> dict[Node, int]:
+    """Of every node that derivatives and projections need: the states it depends on, as bits."""
+    dag = program.dag
+    roots = [state.derivative for state in program.states]
+    roots += [state.projection for state in program.states if state.projection is not None]
+    reads: dict[Node, int] = {}
+    for node in dag.reachable(roots):
+        bits = 0
+        if dag.op[node] == Op.SYMBOL:
+            symbol = dag.symbols[dag.a[node]]
+            bits = 1 << symbol.index if symbol.kind is Kind.STATE else 0
+        else:
+            for operand in dag.operands(node):
+                bits |= reads[operand]
+        reads[node] = bits
+    return reads
+
+
+def _bits(indices: Iterable[int]) -> int:
+    bits = 0
+    for index in indices:
+        bits |= 1 << index
+    return bits
+
+
+def _places(bits: int) -> Iterator[int]:
+    while bits:
+        lowest = bits & -bits
+        yield lowest.bit_length() - 1
+        bits ^= lowest

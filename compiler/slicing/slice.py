@@ -1,0 +1,140 @@
+"""Model only what the scene requires: states that nothing reads, and states that never change."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+
+from bgc.algebra.dag import Kind
+from bgc.emission.rewrite import map_program, program_roots
+from bgc.graph import Guard, Node
+from bgc.program import Dropped, Energy, MassEntry, Program, Reason
+from bgc.slicing.invariants import invariant_states, put_in
+from bgc.slicing.names import is_kept
+
+
+def slice_program(program: Program) -> Program:
+    """The program without the states that reach no output, and without those that never move.
+
+    What is read: observations, requirements, commands to devices, guards, what `keep` names,
+    and the energy accounts if the scene observes one. A scene that reads nothing keeps
+    everything, and a model without a scene is not sliced. What is left out is said in
+    `dropped`; outputs are the same functions of the time as before.
+    """
+    if not program.scene.name or not _roots(program):
+        return program
+    if not program.scene.accounts:
+        zero = program.dag.zero
+        program = replace(program, energy=Energy(zero, zero, zero))
+    program = without_unread(program)
+    values = invariant_states(program)
+    if values:
+        program = without_unread(_without_invariants(program, values))
+    return _without_useless_checks(program)
+
+
+# --- cone of influence ------------------------------------------------------------------------
+
+
+def without_unread(program: Program) -> Program:
+    """The program without the states that reach nothing that is read."""
+    reached = _reached(program, _roots(program))
+    unread = [k for k in range(len(program.states)) if k not in reached]
+    return _without(program, dict.fromkeys(unread, Reason.UNREAD), {})
+
+
+def _roots(program: Program) -> list[Node]:
+    roots = [o.node for o in program.observations]
+    roots += [r.node for r in program.requirements]
+    roots += [value for device in program.devices for value in device.values]
+    roots += [guard.condition for guard in program.guards]
+    if program.scene.accounts:
+        roots += [program.energy.stored, program.energy.supplied, program.energy.dissipated]
+    roots += [
+        program.dag.symbol(Kind.STATE, index)
+        for index, state in enumerate(program.states)
+        if is_kept(state.name, program.kept)
+    ]
+    return roots
+
+
+def _reached(program: Program, roots: Sequence[Node]) -> Collection[int]:
+    """The states that the roots depend on, by way of the equations."""
+    dag = program.dag
+    columns: dict[int, list[int]] = {}
+    for entry in program.mass or ():
+        columns.setdefault(entry.row, []).append(entry.column)
+    seen: set[Node] = set()
+    reached: set[int] = set()
+    stack = list(roots)
+    while stack:
+        node = stack.pop()
+        if node in seen:
+            continue
+        seen.add(node)
+        stack.extend(dag.operands(node))
+        symbol = dag.symbol_of(node)
+        if symbol is not None and symbol.kind is Kind.STATE:
+            reached.add(symbol.index)
+            state = program.states[symbol.index]
+            stack.append(state.derivative)
+            stack.extend([] if state.projection is None else [state.projection])
+            stack.extend(dag.symbol(Kind.STATE, k) for k in columns.get(symbol.index, ()))
+    return reached
+
+
+# --- invariants -------------------------------------------------------------------------------
+
+
+def _without_invariants(program: Program, values: Mapping[int, Node]) -> Program:
+    """The program with the values put in for the states that never change."""
+    zero = program.dag.zero
+    reasons = {k: Reason.ZERO if v == zero else Reason.CONSTANT for k, v in values.items()}
+    smaller = _without(program, reasons, values)
+    return replace(smaller, guards=tuple(g for g in smaller.guards if not _holds(smaller, g)))
+
+
+def _holds(program: Program, guard: Guard) -> bool:
+    """Whether a condition has become one that always holds."""
+    return bool(program.dag.value(guard.condition))
+
+
+# --- what both do -----------------------------------------------------------------------------
+
+
+def _without(
+    program: Program, reasons: Mapping[int, Reason], values: Mapping[int, Node]
+) -> Program:
+    """The program on its other states only, numbered anew."""
+    left = [k for k in range(len(program.states)) if k not in reasons]
+    number = {old: new for new, old in enumerate(left)}
+    dropped = (Dropped(program.states[k].name, reason) for k, reason in reasons.items())
+    smaller = replace(
+        program,
+        states=tuple(program.states[old] for old in left),
+        mass=_mass(program.mass, number),
+        dropped=(*program.dropped, *dropped),
+    )
+    dag = program.dag
+    moved = {k: dag.symbol(Kind.STATE, new) for k, new in number.items()}
+    new = put_in(smaller, program_roots(smaller), {**values, **moved})
+    return map_program(smaller, dag, new.__getitem__)
+
+
+def _mass(
+    mass: tuple[MassEntry, ...] | None, number: Mapping[int, int]
+) -> tuple[MassEntry, ...] | None:
+    if mass is None:
+        return None
+    return tuple(
+        MassEntry(number[entry.row], number[entry.column], entry.value)
+        for entry in mass
+        if entry.row in number and entry.column in number
+    )
+
+
+def _without_useless_checks(program: Program) -> Program:
+    """Without checks of parameters that nothing is divided by any more."""
+    bare = replace(program, positive=(), parameters=())
+    used = set(program.dag.reachable(program_roots(bare)))
+    return replace(program, positive=tuple(p for p in program.positive if p.node in used))
