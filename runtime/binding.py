@@ -42,6 +42,7 @@ class Status(IntEnum):
     NO_MEMORY = 10
     NOT_EXPLICIT = 11
     INCONSISTENT = 12
+    NOT_CONVERGED = 13
 
 
 class ParamInfo(ctypes.Structure):
@@ -72,6 +73,17 @@ class DeviceInfo(ctypes.Structure):
     """`bgc_device_info`."""
 
     _fields_: ClassVar[_Fields] = [("name", c_char_p), ("driver", c_char_p), ("options", c_char_p)]
+
+
+_FACTOR_TABLES = (
+    "pivot_row",
+    "pivot_col",
+    "lu_row",
+    "lu_pivot",
+    "lu_col",
+    "lu_jac",
+    "lu_mass",
+)
 
 
 class ModelStruct(ctypes.Structure):
@@ -106,6 +118,7 @@ class ModelStruct(ctypes.Structure):
         ("jac_col", POINTER(c_int)),
         ("mass_row", POINTER(c_int)),
         ("mass_col", POINTER(c_int)),
+        *((name, POINTER(c_int)) for name in _FACTOR_TABLES),
         ("step", c_double),
         ("duration", c_double),
         ("every", c_double),

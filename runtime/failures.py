@@ -60,6 +60,8 @@ def explain(instance: Instance, status: Status) -> Diagnostic:
             return run.not_explicit()
         case Status.INCONSISTENT:
             return run.inconsistent(time, _state_at_fault(instance))
+        case Status.NOT_CONVERGED:
+            return run.not_converged(time)
         case Status.OK | Status.BAD_ARGUMENT:
             raise AssertionError(f"the runtime returned {status.name}")
         case _:

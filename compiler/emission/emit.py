@@ -78,11 +78,11 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
     texts = _print_kernels(lowered, shared)
     matrix = _print_matrix(lowered, apart)
     work = max(matrix.work, *(text.work for text in texts.values()))
-    tables, fields = model_tables(lowered, source_hash)
-    fields += [("n_lu", str(matrix.factors)), ("n_work", str(work))]
+    tables, fields = model_tables(lowered, matrix.tables, source_hash)
+    fields.append(("n_work", str(work)))
     fields += [
         (name, f"bgc_model_{name}" if name in shared else f"model_{name}")
-        for name in (*texts, "factor", "solve")
+        for name in (*texts, *(("factor", "solve") if matrix.text else ()))
     ]
     if "project" not in texts:
         fields.append(("project", "NULL"))
@@ -98,8 +98,10 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
         units = [
             frame.unit("model", _about(lowered), main, tables=tables, fields=fields),
             frame.unit("model_jacobian", ["The Jacobian."], jacobian),
-            frame.unit("model_matrix", ["The iteration matrix."], [], matrix.text),
         ]
+        if matrix.text:
+            about = ["The iteration matrix."]
+            units.append(frame.unit("model_matrix", about, [], matrix.text))
     else:
         units = [frame.unit("model", _about(lowered), main, matrix.text, tables, fields)]
     return EmittedModel(

@@ -1,10 +1,11 @@
-"""`factor` and `solve` as C: straight-line code on the pattern, or loops over index tables.
+"""The factors of `W = c M - J`: their pattern as tables, `factor` and `solve` as C.
 
 The factors are stored row after row in `lu`: the entries left of the pivot (of L, whose
 diagonal is one), the reciprocal of the pivot, the entries right of it (of U). Each is one
 expression, with the assembly of `W = c M - J` folded in, which compiles and runs faster than
 an elimination in place (1.05 us and 0.45 s of gcc against 2.35 us and 4.6 s on a crane of 70
-states). Beyond `UNROLLED` operations, tables: slower to run by 3.5, nothing to compile.
+states). Beyond `UNROLLED` operations the runtime works by the tables: slower to run by 3.5, nothing
+to compile.
 """
 
 from __future__ import annotations
@@ -39,68 +40,13 @@ _PURPOSE = (
 )
 
 
-_TABLE_FACTOR = """\
-    double *const row = lu + {row};
-    double g = 0.0;
-    for (int k = 0; k < {size}; k++)
-        row[k] = 0.0;
-    for (int k = 0; k < {size}; k++) {{
-        double size = 0.0;
-        /* row k of W, spread out */
-{assemble}\
-        for (int e = row_jac[k]; e < row_jac[k + 1]; e++) {{
-            const double entry = jac[row_jac_place[e]];
-            row[row_jac_at[e]] -= entry;
-            if (row_jac_at[e] == k)
-                size += fabs(entry);
-        }}
-        /* less multiples of the rows above */
-        for (int e = lu_row[k]; e < lu_pivot[k]; e++) {{
-            const int j = lu_at[e];
-            const double factor_j = row[j] * lu[lu_pivot[j]];
-            row[j] = 0.0;
-            lu[e] = factor_j;
-            for (int i = lu_pivot[j] + 1; i < lu_row[j + 1]; i++)
-                row[lu_at[i]] -= factor_j * lu[i];
-        }}
-        lu[lu_pivot[k]] = 1.0 / row[k];
-        g += (size > 0.0 ? size : fabs(row[k])) * fabs(lu[lu_pivot[k]]);
-        row[k] = 0.0;
-        for (int e = lu_pivot[k] + 1; e < lu_row[k + 1]; e++) {{
-            lu[e] = row[lu_at[e]];
-            row[lu_at[e]] = 0.0;
-        }}
-    }}
-    *growth = g;
-    return g < INFINITY ? 0 : 1;
-}}
-"""
-
-_TABLE_SOLVE = """\
-    for (int k = 0; k < {size}; k++) {{
-        double y = b[pivot_row[k]];
-        for (int e = lu_row[k]; e < lu_pivot[k]; e++)
-            y -= lu[e] * w[lu_at[e]];
-        w[k] = y;
-    }}
-    for (int k = {size} - 1; k >= 0; k--) {{
-        double y = w[k];
-        for (int e = lu_pivot[k] + 1; e < lu_row[k + 1]; e++)
-            y -= lu[e] * w[lu_at[e]];
-        w[k] = y * lu[lu_pivot[k]];
-        b[pivot_column[k]] = w[k];
-    }}
-}}
-"""
-
-
 @dataclass(frozen=True, slots=True)
 class MatrixText:
-    """C functions `factor` and `solve`, and the doubles they need."""
+    """C functions `factor` and `solve` (none where the tables serve), and what they need."""
 
     text: str
-    factors: int  # n_lu
-    work: int
+    tables: dict[str, Sequence[int]]  # the pattern of the factors, see `bgc.h`
+    work: int  # doubles of scratch
     operations: int  # of factor
     solve_operations: int
 
@@ -122,22 +68,20 @@ def print_lu(
     jacobian: dict[Position, int],
     shared: bool = False,
 ) -> MatrixText:
-    """The C text for a plan; `mass` and `jacobian` give the places of entries in m and jac.
+    """The tables and the C text for a plan.
 
-    Functions `shared` with other units are `bgc_model_NAME`, else they are static.
+    `mass` and `jacobian` give the places of entries in m and jac. No text beyond `UNROLLED`
+    operations. Functions `shared` with other units are `bgc_model_NAME`, else they are static.
     """
-    slots = _Slots(plan, _starts(plan))
-    if plan.operations <= UNROLLED:
-        text = f"{_unrolled_factor(slots, mass, jacobian)}\n{_unrolled_solve(slots)}"
-        factors = plan.entries
-        work = 0 if plan.rows == plan.columns else len(plan.rows)
-    else:
-        text = _table_text(slots, mass, jacobian)
-        factors = plan.entries + len(plan.rows)  # the row under way comes last
-        work = len(plan.rows)
-    text = text.replace(_FACTOR, _head(_FACTOR, shared)).replace(_SOLVE, _head(_SOLVE, shared))
+    tables = _pattern(plan, mass, jacobian)
     solve = 2 * plan.entries - len(plan.rows)
-    return MatrixText(text, factors, work, plan.operations, solve)
+    if plan.operations > UNROLLED:
+        return MatrixText("", tables, 0, plan.operations, solve)
+    slots = _Slots(plan, _starts(plan))
+    text = f"{_unrolled_factor(slots, mass, jacobian)}\n{_unrolled_solve(slots)}"
+    text = text.replace(_FACTOR, _head(_FACTOR, shared)).replace(_SOLVE, _head(_SOLVE, shared))
+    work = 0 if plan.rows == plan.columns else len(plan.rows)
+    return MatrixText(text, tables, work, plan.operations, solve)
 
 
 def matrix_prototypes() -> str:
@@ -321,67 +265,22 @@ def _in_chunks(statements: Iterable[tuple[str, int]]) -> list[list[str]]:
 # --- tables ---------------------------------------------------------------------------
 
 
-def _table_text(
-    slots: _Slots, mass: dict[Position, int] | None, jacobian: dict[Position, int]
-) -> str:
-    """Loops over the pattern. Entry e of row k is at lu[lu_row[k] + e], its column lu_at[..]."""
-    plan = slots.plan
+def _pattern(
+    plan: LuPlan, mass: dict[Position, int] | None, jacobian: dict[Position, int]
+) -> dict[str, Sequence[int]]:
+    """Where the entries of the factors, of M and of the Jacobian are, by the name of the table."""
+    slots = _Slots(plan, _starts(plan))
     size = len(plan.rows)
-    pivot_of_column = {column: k for k, column in enumerate(plan.columns)}
-    by_row: dict[int, list[tuple[int, int]]] = {}
-    for (row, column), place in jacobian.items():
-        by_row.setdefault(row, []).append((pivot_of_column[column], place))
-    inertia: dict[int, list[tuple[int, int]]] = {}
-    for (row, column), place in (mass or {}).items():
-        inertia.setdefault(row, []).append((pivot_of_column[column], place))
-    entries = [j for k in range(size) for j in (*plan.lower[k], k, *plan.upper[k])]
-    ends = [*slots.first, plan.entries]
-    tables = [
-        _table("lu_row", ends),
-        _table("lu_pivot", [slots.pivot(k) for k in range(size)]),
-        _table("lu_at", entries),
-        _table("pivot_row", plan.rows),
-        _table("pivot_column", plan.columns),
-        *_ragged("row_jac", [by_row.get(row, []) for row in plan.rows]),
-    ]
-    if mass is not None:
-        tables += _ragged("row_mass", [inertia.get(row, []) for row in plan.rows])
-        assemble = (
-            "        for (int e = row_mass[k]; e < row_mass[k + 1]; e++) {\n"
-            "            const double entry = c * m[row_mass_place[e]];\n"
-            "            row[row_mass_at[e]] += entry;\n"
-            "            if (row_mass_at[e] == k)\n"
-            "                size += fabs(entry);\n"
-            "        }\n"
-        )
-    else:
-        assemble = "        row[k] += c;\n        size += c;\n"
-    return (
-        "\n".join(tables)
-        + "\n"
-        + _PURPOSE
-        + f"{_FACTOR}\n{{\n{_unused(mass, jacobian)}"
-        + _TABLE_FACTOR.format(size=size, row=plan.entries, assemble=assemble)
-        + "\n"
-        + _SOLVE_PURPOSE
-        + f"{_SOLVE}\n{{\n"
-        + _TABLE_SOLVE.format(size=size)
-    )
-
-
-def _ragged(name: str, rows: Sequence[list[tuple[int, int]]]) -> list[str]:
-    """Tables of where each row's entries begin, and of their pivots and places."""
-    starts = [0]
-    for row in rows:
-        starts.append(starts[-1] + len(row))
-    return [
-        _table(name, starts),
-        _table(f"{name}_at", [pivot for row in rows for pivot, _ in row]),
-        _table(f"{name}_place", [place for row in rows for _, place in row]),
-    ]
-
-
-def _table(name: str, values: Sequence[int]) -> str:
-    lines = [", ".join(map(str, values[k : k + 16])) for k in range(0, len(values), 16)]
-    body = ",\n    ".join(lines) or "0"
-    return f"static const int {name}[] = {{\n    {body}\n}};\n"
+    place: dict[Position, int] = {}
+    for k, row in enumerate(plan.rows):
+        for slot, j in enumerate((*plan.lower[k], k, *plan.upper[k]), slots.first[k]):
+            place[row, plan.columns[j]] = slot
+    return {
+        "pivot_row": plan.rows,
+        "pivot_col": plan.columns,
+        "lu_row": [*slots.first, plan.entries],
+        "lu_pivot": [slots.pivot(k) for k in range(size)],
+        "lu_col": [j for k in range(size) for j in (*plan.lower[k], k, *plan.upper[k])],
+        "lu_jac": [place[position] for position in jacobian],
+        "lu_mass": [place[position] for position in mass or ()],
+    }

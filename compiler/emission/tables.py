@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
@@ -26,8 +26,13 @@ _PER_LINE = 16
 Field = tuple[str, str]  # a member of bgc_model and its value
 
 
-def model_tables(lowered: Lowered, source_hash: str) -> tuple[list[str], list[Field]]:
-    """Definitions of the tables, and the members of `bgc_model` that name and size them."""
+def model_tables(
+    lowered: Lowered, factors: Mapping[str, Sequence[int]], source_hash: str
+) -> tuple[list[str], list[Field]]:
+    """Definitions of the tables, and the members of `bgc_model` that name and size them.
+
+    `factors` holds the tables of the factors of W.
+    """
     program, jacobian = lowered.program, lowered.jacobian
     scene = program.scene
     commands = [(d, use) for d, device in enumerate(program.devices) for use in device.commands]
@@ -46,6 +51,7 @@ def model_tables(lowered: Lowered, source_hash: str) -> tuple[list[str], list[Fi
         ("n_device", str(len(program.devices))),
         ("n_jac", str(len(jacobian.entries))),
         ("n_mass", str(len(program.mass or ()))),
+        ("n_lu", str(lowered.plan.entries)),
         ("n_check", str(len(program.positive))),
     ]
 
@@ -71,6 +77,8 @@ def model_tables(lowered: Lowered, source_hash: str) -> tuple[list[str], list[Fi
     indices("jac_col", jacobian.columns)
     indices("mass_row", [entry.row for entry in program.mass or ()])
     indices("mass_col", [entry.column for entry in program.mass or ()])
+    for name, values in factors.items():
+        indices(name, values)
     fields += [
         ("step", number(scene.step or 0.0)),
         ("duration", number(scene.duration or 0.0)),

@@ -222,3 +222,22 @@ def value_not_finite(name: str, time: float, to_the_end: bool) -> Diagnostic:
         help="check its divisions and the domains of its functions; an `assert` in the model "
         "ends the run there",
     )
+
+
+def not_converged(time: float) -> Diagnostic:
+    """BG714: the iteration of an implicit step found no solution
+
+    What: a step of `midpoint`, `gauss4` or `radau5` is a set of equations, which is solved by
+    Newton's method; it did not converge.
+
+    Why: the step is too long for how sharply the equations bend, as at a stop or an overflow.
+
+    Example: `solver midpoint; step 1 s;` of a stiff nonlinear spring.
+
+    Way out: a smaller step, or a linearly implicit method such as `rodas5p`, which iterates not.
+    """
+    return error(
+        "BG714",
+        f"at t = {time:.9g} s the iteration of an implicit step found no solution",
+        help="take a smaller step, or a method that does not iterate, such as `rodas5p`",
+    )

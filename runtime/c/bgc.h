@@ -29,7 +29,8 @@ typedef enum {
     BGC_INTERRUPTED,     /* bgc_stop was called from another thread or a signal */
     BGC_NO_MEMORY,
     BGC_NOT_EXPLICIT,    /* an explicit method on a model with algebraic equations */
-    BGC_INCONSISTENT     /* no values satisfy the algebraic equations near those at hand */
+    BGC_INCONSISTENT,    /* no values satisfy the algebraic equations near those at hand */
+    BGC_NOT_CONVERGED    /* the iteration for the stages of an implicit step found no solution */
 } bgc_status;
 
 typedef struct {
@@ -84,7 +85,7 @@ typedef struct bgc_model {
     int n_device;
     int n_jac;     /* stored entries of df/dx */
     int n_mass;    /* stored entries of M; 0 means the identity */
-    int n_lu;      /* doubles that factor() fills */
+    int n_lu;      /* entries of the factors of W: what factor() fills */
     int n_work;    /* doubles of scratch that any function may need */
 
     const bgc_param_info *param;
@@ -98,6 +99,13 @@ typedef struct bgc_model {
     int n_check;
     const int *jac_row, *jac_col;        /* of the entries that jacobian() fills */
     const int *mass_row, *mass_col;
+
+    /* The factors of W in the order of elimination: row k is row pivot_row[k] of W, column k is
+     * column pivot_col[k]. Entries lie row after row, row k from lu_row[k] (n_state + 1 of them):
+     * L, the reciprocal of the pivot at lu_pivot[k], U; lu_col has their columns. Entry e of the
+     * Jacobian goes to place lu_jac[e], of M to lu_mass[e]. */
+    const int *pivot_row, *pivot_col;
+    const int *lu_row, *lu_pivot, *lu_col, *lu_jac, *lu_mass;
 
     double step;       /* the scene's step (and device sample), s; 0 if it gives none */
     double duration;   /* the scene's run, s; 0 if it gives none */
@@ -117,8 +125,9 @@ typedef struct bgc_model {
     /* entries of df/dx in the order of jac_row, jac_col; and df/dt, dense. */
     void (*jacobian)(const double *h, double t, const double *x, const double *u, double *jac,
                      double *dfdt, double *w);
-    /* factorises W = c M - J with static pivots. growth: by how much pivots are smaller than what
-     * they were made of; beyond 1e5 solutions are checked. Nonzero: a pivot vanished. */
+    /* factorises W = c M - J with static pivots; NULL: the runtime does, by the tables above.
+     * growth: by how much pivots are smaller than what they were made of; beyond 1e5 solutions are
+     * checked. Nonzero: a pivot vanished. */
     int (*factor)(const double *m, const double *jac, double c, double *lu, double *growth);
     /* b := W^-1 b, in the model's own order of states. */
     void (*solve)(const double *lu, double *b, double *w);

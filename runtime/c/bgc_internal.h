@@ -10,7 +10,7 @@
 
 #include <stdatomic.h>
 
-enum { BGC_MAX_STAGES = 8, BGC_MAX_DENSE = 3, BGC_LANES = 8 };
+enum { BGC_MAX_STAGES = 8, BGC_MAX_IMPLICIT = 3, BGC_MAX_DENSE = 3, BGC_LANES = 8 };
 
 /* Vectors of states take whole cache lines; what is beyond n stays zero. */
 static inline size_t bgc_padded(int n) {
@@ -19,6 +19,9 @@ static inline size_t bgc_padded(int n) {
 
 /* A Rosenbrock method in the variables U = h Gamma k, which need no product with J:
  *   (M / (h gamma) - J) U_i = f(t + alpha_i h, y + sum a_ij U_j) + M sum c_ij U_j / h + g_i h df/dt
+ * or, with gamma = 0, an explicit Runge-Kutta method:
+ *   M U_i = h f(t + alpha_i h, y + sum a_ij U_j).
+ * Then
  *   y1 = y + sum m_i U_i,  error = sum e_i U_i
  * and with dense > 0, for s in [0, 1],
  *   y(s) = (1 - s) y + s (y1 + (1 - s) (k_1 + s (k_2 + s k_3))),  k_l = sum h_li U_i.  */
@@ -33,13 +36,36 @@ typedef struct {
     double h[BGC_MAX_DENSE][BGC_MAX_STAGES];
 } bgc_tableau;
 
+/* A collocation method, M Z_i = h sum A_ij f(t + c_j h, y + Z_j). A^-1 has the left and right
+ * eigenvectors given, to a real eigenvalue (where stages is odd) and to a complex one and its
+ * conjugate (where there is more than one stage); left times right is 1. Then
+ *   y1 = y + sum last_i Z_i,
+ *   error = (lambda / h M - J)^-1 (f(t, y) + M sum e_i Z_i / h). */
+typedef struct {
+    int stages, order;
+    int embedded; /* order of the embedded solution; 0: fixed steps only */
+    double node[BGC_MAX_IMPLICIT], last[BGC_MAX_IMPLICIT], e[BGC_MAX_IMPLICIT];
+    double lambda, left[BGC_MAX_IMPLICIT], right[BGC_MAX_IMPLICIT];
+    double lambda2[2], left2[2][BGC_MAX_IMPLICIT], right2[2][BGC_MAX_IMPLICIT]; /* re, im */
+} bgc_collocation;
+
 typedef struct {
     const char *name;
-    const bgc_tableau *tableau; /* NULL: classical Runge-Kutta */
+    const bgc_tableau *tableau;         /* one of these two */
+    const bgc_collocation *collocation;
 } bgc_method;
 
 extern const bgc_method bgc_methods[];
-enum { BGC_METHODS = 7 };
+enum { BGC_METHODS = 12 };
+
+/* The order of a method's error estimate; 0 where its steps are fixed. */
+static inline int bgc_embedded(const bgc_method *method) {
+    return method->tableau != NULL ? method->tableau->embedded : method->collocation->embedded;
+}
+
+typedef struct {
+    double re, im;
+} bgc_complex;
 
 /* Which factorisation of W is at hand: with static pivots, and whether its solutions are checked,
  * or the dense one. */
@@ -104,11 +130,15 @@ struct bgc_data {
     double *algebraic;     /* 1 where row i of M is empty, else 0 */
     double *jac, *dfdt, *lu, *f;
     double *y0, *y1, *k;   /* dense output; k is BGC_MAX_DENSE vectors */
+    bgc_complex *complex_lu;
 
     /* Scratch. */
-    double *stages;        /* BGC_MAX_STAGES vectors: the U_i */
+    double *stages;        /* BGC_MAX_STAGES vectors: the U_i, or Z_i */
+    double *implicit;      /* twice BGC_MAX_IMPLICIT vectors: f at the stages, corrections */
+    bgc_complex *complex_right, *complex_work;
     double *next, *error, *point, *right, *residual, *magnitude, *b;
     double *output, *command, *check, *work;
+    double *sparse_work;   /* 2 n_state: of elimination by tables */
     double *dense_lu;      /* n by n: the fallback */
     int *pivot;
 
@@ -135,15 +165,25 @@ int bgc_factorise_dense(int n, double *a, int *pivot, double *weight);
 void bgc_solve_dense(int n, const double *lu, const int *pivot, double *b);
 void bgc_multiply_mass(const bgc_model *m, const bgc_data *d, const double *v, double *out);
 
+/* --- sparse.c */
+int bgc_sparse_factor(const bgc_model *m, const double *mass, const double *jac, double c,
+                      double *lu, double *growth, double *scratch);
+void bgc_sparse_solve(const bgc_model *m, const double *lu, double *b, double *scratch);
+int bgc_complex_factor(const bgc_model *m, const double *mass, const double *jac, bgc_complex c,
+                       bgc_complex *lu, bgc_complex *scratch);
+void bgc_complex_solve(const bgc_model *m, const bgc_complex *lu, bgc_complex *b,
+                       bgc_complex *scratch);
+
 /* --- vectors.c */
 void bgc_combine(int n, int count, const double *weight, const double *vectors, double *out);
 double bgc_norm(const bgc_model *m, const bgc_data *d, const double *v, const double *a,
                 const double *b);
 int bgc_first_bad(int n, const double *v);
 
-/* --- rosenbrock.c, explicit.c: from d->x at d->core.t with d->f valid to d->next */
+/* --- rosenbrock.c, explicit.c, collocation.c: from d->x at d->core.t with d->f valid to d->next */
 bgc_status bgc_rosenbrock(const bgc_model *m, bgc_data *d, const bgc_tableau *method, double h);
-bgc_status bgc_runge_kutta(const bgc_model *m, bgc_data *d, double h);
+bgc_status bgc_runge_kutta(const bgc_model *m, bgc_data *d, const bgc_tableau *method, double h);
+bgc_status bgc_collocate(const bgc_model *m, bgc_data *d, const bgc_collocation *method, double h);
 
 /* --- step.c */
 bgc_status bgc_attempt(const bgc_model *m, bgc_data *d);
@@ -158,7 +198,7 @@ bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d);
 bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, double t);
 
 /* --- dense.c */
-void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_tableau *method);
+void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method);
 void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x);
 void bgc_integrate_energy(const bgc_model *m, bgc_data *d, double t, double power[2]);
 

@@ -8,19 +8,39 @@
 #include <math.h>
 #include <string.h>
 
+/* The polynomial of degree 3 through y and the three stages, the last of which is y1. */
+static void store_collocation(int n, bgc_data *d, const bgc_collocation *method) {
+    const size_t width = bgc_padded(n);
+    const double *z1 = d->stages, *z2 = z1 + width, *z3 = z2 + width;
+    const double c1 = method->node[0], c2 = method->node[1];
+
+    memset(d->k, 0, BGC_MAX_DENSE * width * sizeof *d->k);
+    for (int i = 0; i < n; i++) {
+        const double at1 = (z1[i] - c1 * z3[i]) / (c1 * (1.0 - c1));
+        const double at2 = (z2[i] - c2 * z3[i]) / (c2 * (1.0 - c2));
+        const double slope = (at2 - at1) / (c2 - c1);
+        d->k[i] = at1 - c1 * slope;
+        d->k[width + (size_t)i] = slope;
+    }
+}
+
 /* After a step and before it is made the present: keeps what interpolation needs. */
-void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_tableau *method) {
+void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method) {
+    const bgc_tableau *tableau = method->tableau;
     const int n = m->n_state;
     const size_t size = (size_t)n * sizeof(double);
 
     memcpy(d->y0, d->x, size);
     memcpy(d->y1, d->next, size);
-    if (method != NULL && method->dense > 0) {
+    if (tableau != NULL && tableau->dense > 0) {
         memset(d->k, 0, BGC_MAX_DENSE * bgc_padded(n) * sizeof *d->k);
-        for (int l = 0; l < method->dense; l++) {
+        for (int l = 0; l < tableau->dense; l++) {
             double *k = d->k + (size_t)l * bgc_padded(n);
-            bgc_combine(n, method->stages, method->h[l], d->stages, k);
+            bgc_combine(n, tableau->stages, tableau->h[l], d->stages, k);
         }
+        d->core.dense = BGC_DENSE_READY;
+    } else if (method->collocation != NULL && method->collocation->stages == 3) {
+        store_collocation(n, d, method->collocation);
         d->core.dense = BGC_DENSE_READY;
     } else {
         memcpy(d->k, d->f, size);

@@ -42,9 +42,13 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->y0 = place(&l, n);
     d->y1 = place(&l, n);
     d->k = place(&l, BGC_MAX_DENSE * bgc_padded(m->n_state));
+    d->complex_lu = (bgc_complex *)(void *)place(&l, 2 * (size_t)m->n_lu);
     d->n_saved = l.used;
 
     d->stages = place(&l, BGC_MAX_STAGES * bgc_padded(m->n_state));
+    d->implicit = place(&l, 2 * BGC_MAX_IMPLICIT * bgc_padded(m->n_state));
+    d->complex_right = (bgc_complex *)(void *)place(&l, 2 * n);
+    d->complex_work = (bgc_complex *)(void *)place(&l, 2 * n);
     d->next = place(&l, n);
     d->error = place(&l, n);
     d->point = place(&l, n);
@@ -64,6 +68,7 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->next_change = place(&l, n);
     d->block_jac = place(&l, (size_t)m->n_jac);
     d->work = place(&l, (size_t)m->n_work);
+    d->sparse_work = place(&l, 2 * n);
     return l.used;
 }
 
@@ -282,6 +287,8 @@ const char *bgc_status_text(bgc_status s) {
         return "an explicit method cannot solve a model with algebraic equations";
     case BGC_INCONSISTENT:
         return "no values near the given ones satisfy the algebraic equations";
+    case BGC_NOT_CONVERGED:
+        return "the iteration of an implicit step found no solution";
     }
     return "unknown status";
 }

@@ -1,10 +1,10 @@
 /* linear.c: systems with W = c M - J.
  *
- * The model factorises W by unrolled elimination with static pivots: fast, but blind. So solutions
- * are checked by their backward error: all of them where the model reports that its pivots lose
- * digits, or a check has failed a short while ago, otherwise the first one of every sixteenth
- * factorisation. A solution that fails is refined, and where that does not help, or a pivot
- * vanishes, W is factorised again densely with scaled partial pivoting.
+ * W is factorised by elimination with static pivots, unrolled by the model, or by tables where it
+ * is large: fast, but blind. So solutions are checked by their backward error: all of them where the
+ * pivots are seen to lose digits, or a check has failed a short while ago, otherwise the first one
+ * of every sixteenth factorisation. A solution that fails is refined, and where that does not help,
+ * or a pivot vanishes, W is factorised again densely with scaled partial pivoting.
  */
 #include "bgc_internal.h"
 
@@ -14,6 +14,15 @@
 static const double growth_limit = 1e5; /* static pivots that lose so many digits are watched */
 static const double acceptable = 1e-11; /* componentwise backward error of a solution */
 enum { MAX_REFINEMENTS = 5, CHECK_EVERY = 16, WATCH_FOR = 100 };
+
+/* b := W^-1 b by the static pivots. */
+static void solve_static(const bgc_model *m, bgc_data *d, double *b) {
+    if (m->solve != NULL) {
+        m->solve(d->lu, b, d->work);
+    } else {
+        bgc_sparse_solve(m, d->lu, b, d->sparse_work);
+    }
+}
 
 /* out = W v, and magnitude = |W| |v|. */
 static void multiply(const bgc_model *m, const bgc_data *d, const double *v, double *out,
@@ -161,7 +170,10 @@ static bgc_status fall_back(const bgc_model *m, bgc_data *d) {
 /* Factorises W = c M - J with the Jacobian at hand. */
 bgc_status bgc_factorise(const bgc_model *m, bgc_data *d, double c) {
     double growth = 0.0;
-    const int failed = m->factor(d->mass, d->jac, c, d->lu, &growth);
+    const int failed =
+        m->factor != NULL
+            ? m->factor(d->mass, d->jac, c, d->lu, &growth)
+            : bgc_sparse_factor(m, d->mass, d->jac, c, d->lu, &growth, d->sparse_work);
 
     d->core.counts.factorisations++;
     d->core.c = c;
@@ -201,7 +213,7 @@ static double backward_error(const bgc_model *m, bgc_data *d, const double *b, c
 static int solve_checked(const bgc_model *m, bgc_data *d, const double *b, double *x) {
     double error;
 
-    m->solve(d->lu, x, d->work);
+    solve_static(m, d, x);
     error = backward_error(m, d, b, x);
     if (!(error <= acceptable)) {
         d->core.watched = WATCH_FOR;
@@ -210,7 +222,7 @@ static int solve_checked(const bgc_model *m, bgc_data *d, const double *b, doubl
     for (int k = 0; k < MAX_REFINEMENTS && error > acceptable; k++) {
         const double before = error;
         d->core.counts.refinements++;
-        m->solve(d->lu, d->residual, d->work);
+        solve_static(m, d, d->residual);
         for (int i = 0; i < m->n_state; i++) {
             x[i] += d->residual[i];
         }
@@ -229,7 +241,7 @@ bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b) {
 
     d->core.counts.solves++;
     if (d->core.pivoting == BGC_STATIC) {
-        m->solve(d->lu, b, d->work);
+        solve_static(m, d, b);
         return BGC_OK;
     }
     if (d->core.pivoting != BGC_DENSE) {

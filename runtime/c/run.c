@@ -20,9 +20,7 @@ static int find_method(const char *name) {
 }
 
 static int is_fixed(int method) {
-    const bgc_tableau *tableau = bgc_methods[method].tableau;
-
-    return tableau == NULL || tableau->embedded == 0;
+    return bgc_embedded(&bgc_methods[method]) == 0;
 }
 
 int bgc_method_is_fixed(const char *name) {

@@ -46,7 +46,7 @@ bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const do
 
 /* Completes a step in d->next: quaternions normalised, all finite, assertions kept; and where no
  * error estimate watches over them, algebraic equations satisfied. */
-static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_tableau *method,
+static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *method,
                            double t_new) {
     const int bad = bgc_first_bad(m->n_state, d->next);
 
@@ -57,7 +57,7 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_tableau *m
     if (m->project != NULL) {
         m->project(d->h, t_new, d->next, d->work);
     }
-    if (method != NULL && method->embedded == 0) {
+    if (bgc_embedded(method) == 0) {
         const bgc_status status = bgc_keep_consistent(m, d, t_new);
         if (status != BGC_OK) {
             return status;
@@ -67,7 +67,7 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_tableau *m
 }
 
 /* Makes d->next the present state, and keeps what rows inside the step need. */
-static void accept(const bgc_model *m, bgc_data *d, const bgc_tableau *method, double t_new) {
+static void accept(const bgc_model *m, bgc_data *d, const bgc_method *method, double t_new) {
     bgc_core *core = &d->core;
 
     core->t_old = core->t;
@@ -88,27 +88,41 @@ static void accept(const bgc_model *m, bgc_data *d, const bgc_tableau *method, d
     }
 }
 
+/* A step of any method to d->next, from d->f; implicit ones keep a factorisation as long as it is
+ * held. */
+static bgc_status advance(const bgc_model *m, bgc_data *d, const bgc_method *method, double h) {
+    const bgc_tableau *tableau = method->tableau;
+
+    if (tableau == NULL) {
+        return bgc_collocate(m, d, method->collocation, h);
+    }
+    if (tableau->gamma == 0.0) {
+        return bgc_runge_kutta(m, d, tableau, h);
+    }
+    if (d->core.held == 0) {
+        bgc_status status;
+        bgc_evaluate_jacobian(m, d);
+        status = bgc_factorise(m, d, 1.0 / (h * tableau->gamma));
+        if (status != BGC_OK) {
+            return status;
+        }
+    }
+    return bgc_rosenbrock(m, d, tableau, h);
+}
+
 /* --- fixed steps ------------------------------------------------------------------------- */
 
-static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_tableau *method) {
+static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double h = core->step;
     const double t_new = core->origin + (double)(core->ticks + 1) * h;
-    bgc_status status = BGC_OK;
+    bgc_status status;
 
     core->f_ahead = 0;
     bgc_evaluate_f(m, d);
-    if (method == NULL) {
-        status = bgc_runge_kutta(m, d, h);
-    } else {
-        if (core->held == 0) {
-            bgc_evaluate_jacobian(m, d);
-            status = bgc_factorise(m, d, 1.0 / (h * method->gamma));
-            core->held = core->keep;
-        }
-        if (status == BGC_OK) {
-            status = bgc_rosenbrock(m, d, method, h);
-        }
+    status = advance(m, d, method, h);
+    if (core->held == 0) {
+        core->held = core->keep;
     }
     if (status == BGC_OK) {
         status = complete(m, d, method, t_new);
@@ -209,9 +223,9 @@ static int worst_state(const bgc_model *m, const bgc_data *d) {
     return k;
 }
 
-static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_tableau *method) {
+static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
-    const double q = method->embedded + 1;
+    const double q = bgc_embedded(method) + 1;
     double h, t_new, error, factor;
     bgc_status status;
     int bad;
@@ -222,9 +236,8 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_ta
         core->failed_state = bad;
         return BGC_NOT_FINITE;
     }
-    bgc_evaluate_jacobian(m, d);
     if (core->h_next <= 0.0) {
-        core->h_next = core->step > 0.0 ? core->step : first_step(m, d, method->embedded);
+        core->h_next = core->step > 0.0 ? core->step : first_step(m, d, bgc_embedded(method));
     }
     h = limit_step(core, &t_new);
     if (core->rejected && h < fmax(16.0 * DBL_EPSILON * fabs(core->t), 1e-30)) {
@@ -232,10 +245,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_ta
     }
 
     /* The step, and its error where it has one. */
-    status = bgc_factorise(m, d, 1.0 / (h * method->gamma));
-    if (status == BGC_OK) {
-        status = bgc_rosenbrock(m, d, method, h);
-    }
+    status = advance(m, d, method, h);
     if (status != BGC_OK) {
         return reject(d, status, 0.25 * h);
     }
@@ -270,10 +280,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_ta
 /* One attempt at a step. BGC_OK: the state has advanced, or the next attempt will be shorter.
  * Otherwise the state is as it was. */
 bgc_status bgc_attempt(const bgc_model *m, bgc_data *d) {
-    const bgc_tableau *method = bgc_methods[d->core.method].tableau;
+    const bgc_method *method = &bgc_methods[d->core.method];
 
-    if (method != NULL && method->embedded > 0) {
-        return attempt_adaptive(m, d, method);
-    }
-    return attempt_fixed(m, d, method);
+    return bgc_embedded(method) > 0 ? attempt_adaptive(m, d, method) : attempt_fixed(m, d, method);
 }

@@ -1,7 +1,8 @@
-/* tableaus.c: the coefficients of the Rosenbrock methods, in the variables of bgc_internal.h.
+/* tableaus.c: the coefficients of all methods, in the variables of bgc_internal.h.
  *
- * Where a publication gives (alpha, Gamma, b), a = alpha Gamma^-1, c = diag(1/gamma) - Gamma^-1,
- * m = b Gamma^-1. tests/unit/test_numerics_tableaus.py checks every order condition.
+ * Where the publication of a Rosenbrock method gives (alpha, Gamma, b), a = alpha Gamma^-1,
+ * c = diag(1/gamma) - Gamma^-1, m = b Gamma^-1. tests/unit/test_numerics_tableaus.py checks every
+ * order condition.
  */
 #include "bgc_internal.h"
 
@@ -188,8 +189,114 @@ static const bgc_tableau lie = {
     .g = {1.0},
 };
 
+/* Order 4: W. Kutta, Beitrag zur naeherungsweisen Integration totaler Differentialgleichungen,
+ * Z. Math. Phys. 46 (1901). */
+static const bgc_tableau rk4 = {
+    .stages = 4,
+    .order = 4,
+    .a = {
+        {0.0},
+        {0.5},
+        {0.0, 0.5},
+        {0.0, 0.0, 1.0}
+    },
+    .m = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0},
+    .alpha = {0.0, 0.5, 0.5, 1.0},
+};
+
+/* Order 2: K. Heun, Neue Methoden zur approximativen Integration der Differentialgleichungen einer
+ * unabhaengigen Veraenderlichen, Z. Math. Phys. 45 (1900). */
+static const bgc_tableau heun = {
+    .stages = 2,
+    .order = 2,
+    .a = {
+        {0.0},
+        {1.0}
+    },
+    .m = {0.5, 0.5},
+    .alpha = {0.0, 1.0},
+};
+
+/* Order 5(4), dense output of order 4. J. R. Dormand, P. J. Prince, A family of embedded
+ * Runge-Kutta formulae, J. Comp. Appl. Math. 6 (1980); dense output: E. Hairer, S. P. Norsett,
+ * G. Wanner, Solving Ordinary Differential Equations I, II.6, whose d_i are D1 to D7. */
+#define D1 (-12715105075.0 / 11282082432.0)
+#define D3 (87487479700.0 / 32700410799.0)
+#define D4 (-10690763975.0 / 1880347072.0)
+#define D5 (701980252875.0 / 199316789632.0)
+#define D6 (-1453857185.0 / 822651844.0)
+#define D7 (69997945.0 / 29380423.0)
+static const bgc_tableau dopri5 = {
+    .stages = 7,
+    .order = 5,
+    .embedded = 4,
+    .dense = 3,
+    .a = {
+        {0.0},
+        {1.0 / 5.0},
+        {3.0 / 40.0, 9.0 / 40.0},
+        {44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0},
+        {19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0},
+        {9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0},
+        {35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0}
+    },
+    .m = {35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0},
+    .alpha = {0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0},
+    .e = {71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0,
+          -1.0 / 40.0},
+    .h = {
+        {1.0 - 35.0 / 384.0, 0.0, -500.0 / 1113.0, -125.0 / 192.0, 2187.0 / 6784.0, -11.0 / 84.0},
+        {2.0 * 35.0 / 384.0 - 1.0 + D1, 0.0, 2.0 * 500.0 / 1113.0 + D3, 2.0 * 125.0 / 192.0 + D4,
+         -2.0 * 2187.0 / 6784.0 + D5, 2.0 * 11.0 / 84.0 + D6, D7 - 1.0},
+        {-D1, 0.0, -D3, -D4, -D5, -D6, -D7}
+    },
+};
+
+/* Order 2, symmetric, symplectic: keeps quadratic invariants, so the energy of linear elements.
+ * E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, II.1 and IV.2. */
+static const bgc_collocation midpoint = {
+    .stages = 1,
+    .order = 2,
+    .node = {0.5},
+    .last = {2.0},
+    .lambda = 2.0,
+    .left = {1.0},
+    .right = {1.0},
+};
+
+/* Order 4, symmetric, symplectic. The same book. */
+static const bgc_collocation gauss4 = {
+    .stages = 2,
+    .order = 4,
+    .node = {0.21132486540518712, 0.78867513459481288},
+    .last = {-1.7320508075688773, 1.7320508075688773},
+    .lambda2 = {3.0, 1.7320508075688773},
+    .left2 = {{0.0, 0.5}, {1.8660254037844386, 0.0}},
+    .right2 = {{0.0, 1.0}, {-0.26794919243112271, 0.0}},
+};
+
+/* Order 5(3), stiffly accurate, L-stable: Radau IIA. E. Hairer, G. Wanner, Solving Ordinary
+ * Differential Equations II, IV.5 and IV.8; the eigenvectors to 17 digits from A by mpmath. */
+static const bgc_collocation radau5 = {
+    .stages = 3,
+    .order = 5,
+    .embedded = 3,
+    .node = {0.15505102572168219, 0.64494897427831781, 1.0},
+    .last = {0.0, 0.0, 1.0},
+    .e = {-10.048809399827416, 1.3821427331607489, -0.33333333333333333},
+    .lambda = 3.6378342527444957,
+    .left = {4.1787185915519047, 0.32768282076106239, 0.52337644549944955},
+    .right = {0.094438762488975241, 0.25021312296533331, 1.0},
+    .lambda2 = {2.6810828736277521, 3.0504301992474106},
+    .left2 = {{-2.0893592957759524, -0.16384141038053119, 0.23831177725027523},
+              {-0.25143631747289344, 1.2859634749278027, -0.29801960241411246}},
+    .right2 = {{-0.14125529502095421, 0.20412935229379993, 1.0},
+               {0.030029194105147424, -0.38294211275726194, 0.0}},
+};
+
 const bgc_method bgc_methods[BGC_METHODS] = {
-    {"rodas5p", &rodas5p},   {"rodas4p2", &rodas4p2}, {"ros34prw", &ros34prw},
-    {"rodas23w", &rodas23w}, {"ros23", &ros23},       {"lie", &lie},
-    {"rk4", NULL},
+    {"rodas5p", &rodas5p, NULL},   {"rodas4p2", &rodas4p2, NULL}, {"radau5", NULL, &radau5},
+    {"ros34prw", &ros34prw, NULL}, {"rodas23w", &rodas23w, NULL}, {"ros23", &ros23, NULL},
+    {"lie", &lie, NULL},           {"midpoint", NULL, &midpoint}, {"gauss4", NULL, &gauss4},
+    {"rk4", &rk4, NULL},           {"heun", &heun, NULL},         {"dopri5", &dopri5, NULL},
 };

@@ -18,6 +18,7 @@ import numpy.typing as npt
 import pytest
 
 import bgc.runtime
+from bgc.runtime.binding import Status
 
 RUNTIME = Path(bgc.runtime.__file__).parent / "c"
 MODELS = Path(__file__).parent / "cmodels"
@@ -25,22 +26,6 @@ WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror")
 FLAGS = ("-std=c11", "-O2", "-fPIC", "-ffp-contract=off")
 
 Floats = npt.NDArray[np.float64]
-
-STATUS = (
-    "OK",
-    "STEP_TOO_SMALL",
-    "TOO_MANY_STEPS",
-    "NOT_FINITE",
-    "SINGULAR",
-    "ASSERTION",
-    "DEVICE",
-    "BAD_PARAMETER",
-    "BAD_ARGUMENT",
-    "INTERRUPTED",
-    "NO_MEMORY",
-    "NOT_EXPLICIT",
-    "INCONSISTENT",
-)
 
 
 class Options(ctypes.Structure):
@@ -92,7 +77,7 @@ class Instance:
 
     def call(self, function: str, *arguments: Any) -> str:
         """Name of the status that `function(model, data, ...)` returns."""
-        return STATUS[getattr(self.library, function)(self.model, self.data, *arguments)]
+        return Status(getattr(self.library, function)(self.model, self.data, *arguments)).name
 
     def set(self, **values: float) -> None:
         """Parameters by position in their names' order of the model: p0=..., p1=..."""

@@ -125,6 +125,10 @@ class _Channel(ctypes.Structure):
     _fields_ = [("device", ctypes.c_int), ("channel", ctypes.c_int), ("component", ctypes.c_int)]
 
 
+class _Complex(ctypes.Structure):
+    _fields_ = [("re", ctypes.c_double), ("im", ctypes.c_double)]
+
+
 class _Model(ctypes.Structure):
     """`struct bgc_model` of bgc.h."""
 
@@ -147,7 +151,10 @@ class _Model(ctypes.Structure):
         ("n_check", ctypes.c_int),
         *(
             (name, ctypes.POINTER(ctypes.c_int))
-            for name in ("jac_row", "jac_col", "mass_row", "mass_col")
+            for name in (
+                "jac_row jac_col mass_row mass_col "
+                "pivot_row pivot_col lu_row lu_pivot lu_col lu_jac lu_mass"
+            ).split()
         ),
         *((name, ctypes.c_double) for name in ("step", "duration", "every")),
         *(
@@ -170,6 +177,7 @@ class CompiledModel:
             path.write_text(unit.text, encoding="utf-8")
             sources.append(path.name)
         command = ["cc", *emitted.units[0].flags, *STRICT, f"-I{RUNTIME}", "-shared"]
+        sources.append(str(RUNTIME / "sparse.c"))
         subprocess.run([*command, *sources, "-o", "model.so", "-lm"], cwd=place, check=True)
         self._library = ctypes.CDLL(str(place / "model.so"))
         self._library.bgc_get_model.restype = ctypes.POINTER(_Model)
@@ -263,6 +271,34 @@ class CompiledModel:
         lu, growth = self._poisoned(self.model.n_lu), self._poisoned(1)
         status = self._call("factor", m, jac, c, lu, growth)
         return status, lu, float(growth[0])
+
+    def solve_by_tables(self, jac: np.ndarray, c: complex, b: np.ndarray) -> np.ndarray:
+        """(c M - J)^-1 b, c real or complex, by the runtime's loops over the model's tables."""
+        is_complex = isinstance(c, complex)
+        numbers = 2 if is_complex else 1
+        m = self._poisoned(self.model.n_mass)
+        self._call("mass", self.h, m, self.work)
+        lu = self._poisoned(numbers * self.model.n_lu)
+        work = self._poisoned(2 * self.model.n_state)
+        model = ctypes.addressof(self.model)
+        growth = self._poisoned(1)
+        at = [array.ctypes.data for array in (m, jac)]
+        if is_complex:
+            factor = self._library.bgc_complex_factor
+            factor.argtypes = [*[ctypes.c_void_p] * 3, _Complex, *[ctypes.c_void_p] * 2]
+            status = factor(model, *at, _Complex(c.real, c.imag), lu.ctypes.data, work.ctypes.data)
+        else:
+            factor = self._library.bgc_sparse_factor
+            factor.argtypes = [*[ctypes.c_void_p] * 3, ctypes.c_double, *[ctypes.c_void_p] * 3]
+            more = (lu.ctypes.data, growth.ctypes.data, work.ctypes.data)
+            status = factor(model, *at, c, *more)
+            assert growth[0] > 0
+        assert status == 0
+        x = b.astype(complex if is_complex else float)
+        solve = self._library.bgc_complex_solve if is_complex else self._library.bgc_sparse_solve
+        solve.argtypes = [ctypes.c_void_p] * 4
+        solve(model, lu.ctypes.data, x.ctypes.data, work.ctypes.data)
+        return x
 
     def solve(self, lu: np.ndarray, b: np.ndarray) -> np.ndarray:
         out = b.copy()

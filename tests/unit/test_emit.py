@@ -237,24 +237,23 @@ def test_a_chain_of_masses_is_lowered_in_linear_time(large: bool, tmp_path: Path
     assert emitted.lowered.plan.entries <= 10 * count
 
 
-def test_large_patterns_are_factorised_by_tables(tmp_path: Path, monkeypatch) -> None:
+@pytest.mark.parametrize("name", ["plain", "descriptor"])
+def test_tables_give_the_factors_where_nothing_is_unrolled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    program = {
+        "plain": random_program(seed=1, size=12, operations=300),
+        "descriptor": descriptor_program(),
+    }[name]
     monkeypatch.setattr("bgc.emission.print_lu.UNROLLED", 0)
-    for name, program in (
-        ("plain", random_program(seed=1, size=12, operations=300)),
-        ("descriptor", descriptor_program()),
-    ):
-        place = tmp_path / name
-        place.mkdir()
-        model = CompiledModel(emit_model(optimise(program), "0"), place, P)
-        n = model.model.n_state
-        x = np.linspace(0.1, 1.0, n)
-        jac, _ = model.entries(0.3, x, np.zeros(1))
-        status, lu, growth = model.factor(jac, 7.0)
-        assert status == 0
-        assert growth > 0
-        matrix = 7.0 * model.mass() - model.dense(jac)
-        b = np.cos(np.arange(n))
-        np.testing.assert_allclose(model.solve(lu, b), np.linalg.solve(matrix, b), rtol=1e-11)
+    model = CompiledModel(emit_model(optimise(program), "0"), tmp_path, P)
+    n = model.model.n_state
+    jac, _ = model.entries(0.3, np.linspace(0.1, 1.0, n), np.zeros(1))
+    b = np.cos(np.arange(n))
+    for c in (7.0, 7.0 - 2.0j):
+        matrix = c * model.mass() - model.dense(jac)
+        found = model.solve_by_tables(jac, c, b)
+        np.testing.assert_allclose(found, np.linalg.solve(matrix, b), rtol=1e-11)
 
 
 def test_initial_values_cannot_read_states() -> None:

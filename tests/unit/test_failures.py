@@ -25,6 +25,7 @@ CODES = {
     Status.INTERRUPTED: "BG709",
     Status.NOT_EXPLICIT: "BG710",
     Status.INCONSISTENT: "BG711",
+    Status.NOT_CONVERGED: "BG714",
 }
 
 

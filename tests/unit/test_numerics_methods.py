@@ -8,9 +8,23 @@ from typing import Any
 import numpy as np
 import pytest
 
-ORDER = {"rodas5p": 5, "rodas4p2": 4, "ros34prw": 3, "rodas23w": 2, "ros23": 2, "lie": 1, "rk4": 4}
+ORDER = {
+    "rodas5p": 5,
+    "rodas4p2": 4,
+    "radau5": 5,
+    "ros34prw": 3,
+    "rodas23w": 2,
+    "ros23": 2,
+    "lie": 1,
+    "midpoint": 2,
+    "gauss4": 4,
+    "rk4": 4,
+    "heun": 2,
+    "dopri5": 5,
+}
 IMPLICIT = ("ros34prw", "rodas23w", "ros23", "lie")
-ADAPTIVE = ("rodas5p", "rodas4p2")
+STIFF = ("rodas5p", "rodas4p2", "radau5")
+ADAPTIVE = (*STIFF, "dopri5")
 TRANSISTOR_END = (  # Test Set for IVP Solvers, at t = 0.2
     -0.5562145012262709e-2,
     3.006522471903042,
@@ -64,14 +78,14 @@ def test_order_on_smooth_problem(c_model: Any, method: str) -> None:
     assert observed_order(steps, errors) == pytest.approx(ORDER[method], abs=0.3)
 
 
-@pytest.mark.parametrize("method", [*IMPLICIT, *ADAPTIVE])
+@pytest.mark.parametrize("method", [*IMPLICIT, *STIFF])
 def test_order_on_kaps_problem_in_the_stiff_limit(c_model: Any, method: str) -> None:
     steps = [0.2, 0.1, 0.05]
     errors = [kaps_error(c_model, method, step, eps=1e-8) for step in steps]
     assert observed_order(steps, errors) > ORDER[method] - 0.2
 
 
-@pytest.mark.parametrize("method", [*IMPLICIT, *ADAPTIVE])
+@pytest.mark.parametrize("method", [*IMPLICIT, *STIFF])
 def test_order_on_prothero_robinson_in_the_stiff_limit(c_model: Any, method: str) -> None:
     steps = [0.2, 0.1, 0.05]
     errors = []
@@ -83,9 +97,9 @@ def test_order_on_prothero_robinson_in_the_stiff_limit(c_model: Any, method: str
     assert errors[-1] < 2e-3
 
 
-@pytest.mark.parametrize("method", [*IMPLICIT, *ADAPTIVE])
+@pytest.mark.parametrize("method", [*IMPLICIT, *STIFF])
 def test_order_on_a_near_rigid_pendulum_whatever_its_stiffness(c_model: Any, method: str) -> None:
-    steps = [1e-3, 5e-4, 2.5e-4]
+    steps = [0.1, 0.05, 0.025] if method == "radau5" else [1e-3, 5e-4, 2.5e-4]
     errors: dict[float, list[float]] = {}
     for stiffness in (1e10, 1e14):
         reference = c_model("pendulum")
@@ -98,7 +112,7 @@ def test_order_on_a_near_rigid_pendulum_whatever_its_stiffness(c_model: Any, met
             pendulum.set(p0=stiffness)
             start_equidistant(pendulum, method, step)
             errors[stiffness].append(abs(pendulum_angle(pendulum.finish([1.0])[0]) - angle))
-    order = {"lie": 1, "rodas5p": 3, "rodas4p2": 3}.get(method, 2)
+    order = {"lie": 1, "rodas5p": 3, "rodas4p2": 3, "radau5": 5}.get(method, 2)
     assert observed_order(steps, errors[1e14]) == pytest.approx(order, abs=0.4)
     assert errors[1e14][0] < 3.0 * errors[1e10][0]
 
@@ -117,7 +131,10 @@ def test_kept_factorisation_keeps_the_order_of_the_w_method(c_model: Any, keep: 
     assert observed_order(steps, errors) > 2.7
 
 
-@pytest.mark.parametrize(("method", "order"), [("rodas5p", 5), ("rodas4p2", 4), ("ros34prw", 4)])
+@pytest.mark.parametrize(
+    ("method", "order"),
+    [("rodas5p", 5), ("rodas4p2", 4), ("ros34prw", 4), ("radau5", 4), ("dopri5", 5)],
+)
 @pytest.mark.parametrize("part", [0.2, 0.5, 0.8])
 def test_order_of_rows_inside_a_step(c_model: Any, method: str, order: int, part: float) -> None:
     steps = [0.1, 0.05, 0.025]
@@ -136,7 +153,7 @@ def test_error_follows_the_tolerance(c_model: Any, method: str) -> None:
         assert np.abs(rows - reference).max() < 10.0 * rtol
 
 
-@pytest.mark.parametrize("method", ADAPTIVE)
+@pytest.mark.parametrize("method", STIFF)
 def test_robertson_with_an_algebraic_equation(c_model: Any, method: str) -> None:
     robertson = c_model("robertson")
     robertson.start(method, rtol=1e-8, atol=1e-14)
@@ -147,7 +164,7 @@ def test_robertson_with_an_algebraic_equation(c_model: Any, method: str) -> None
     assert robertson.counts.steps < 5000
 
 
-@pytest.mark.parametrize("method", ADAPTIVE)
+@pytest.mark.parametrize("method", STIFF)
 def test_transistor_amplifier_with_singular_full_mass(c_model: Any, method: str) -> None:
     amplifier = c_model("amplifier")
     amplifier.start(method, rtol=1e-5, atol=1e-7)

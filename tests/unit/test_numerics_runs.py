@@ -16,6 +16,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from bgc.runtime.binding import Status
+
 SETUPS: dict[str, dict[str, Any]] = {
     "adaptive": {"name": "rodas5p", "rtol": 1e-6, "accounts": True},
     "fixed": {"name": "ros34prw", "step": 0.013, "accounts": True},
@@ -324,10 +326,10 @@ def test_stop_from_another_thread_and_then_on(c_model: Any) -> None:
 
 def test_every_status_has_a_text(c_model: Any) -> None:
     library = c_model("kaps").library
-    texts = [library.bgc_status_text(k).decode() for k in range(13)]
-    assert len(set(texts)) == 13
+    texts = [library.bgc_status_text(status).decode() for status in Status]
+    assert len(set(texts)) == len(Status)
     assert "unknown status" not in texts
-    assert library.bgc_status_text(13).decode() == "unknown status"
+    assert library.bgc_status_text(len(Status)).decode() == "unknown status"
 
 
 # --- energy ----------------------------------------------------------------------------------

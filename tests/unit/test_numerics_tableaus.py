@@ -1,9 +1,10 @@
 """The committed coefficients: order conditions, stability, and index-1 conditions.
 
-In the usual form of a Rosenbrock method, with beta = alpha + Gamma, the condition of a rooted tree
-takes alpha at vertices with several branches and beta at those with one: E. Hairer, G. Wanner,
-Solving Ordinary Differential Equations II, IV.7 (order) and VI.4 (index 1). A W-method takes alpha
-or Gamma at the latter, in all combinations, and each with a Gamma sums to nothing.
+Explicit and collocation methods are read as Rosenbrock methods without Gamma. In their usual form,
+with beta = alpha + Gamma, the condition of a rooted tree takes alpha at vertices with several
+branches and beta at those with one: E. Hairer, G. Wanner, Solving Ordinary Differential Equations
+II, IV.7 (order) and VI.4 (index 1). A W-method takes alpha or Gamma at the latter, in all
+combinations, and each with a Gamma sums to nothing.
 """
 
 from __future__ import annotations
@@ -21,8 +22,12 @@ import pytest
 Floats = npt.NDArray[np.float64]
 Tree = tuple["Tree", ...]
 
-METHODS = ("rodas5p", "rodas4p2", "ros34prw", "rodas23w", "ros23", "lie")
-STIFFLY_ACCURATE = ("rodas5p", "rodas4p2", "ros34prw", "rodas23w", "lie")
+ROSENBROCK = ("rodas5p", "rodas4p2", "ros34prw", "rodas23w", "ros23", "lie")
+EXPLICIT = ("rk4", "heun", "dopri5")
+COLLOCATION = ("midpoint", "gauss4", "radau5")
+METHODS = (*ROSENBROCK, *EXPLICIT, *COLLOCATION)
+STIFFLY_ACCURATE = ("rodas5p", "rodas4p2", "ros34prw", "rodas23w", "lie", "radau5")
+L_STABLE = (*ROSENBROCK, "radau5")
 TOLERANCE = 5e-11
 
 
@@ -37,8 +42,25 @@ class CTableau(ctypes.Structure):
     )
 
 
+class CCollocation(ctypes.Structure):
+    _fields_ = (
+        *((name, ctypes.c_int) for name in ("stages", "order", "embedded")),
+        *((name, ctypes.c_double * 3) for name in ("node", "last", "e")),
+        ("value", ctypes.c_double),
+        ("left", ctypes.c_double * 3),
+        ("right", ctypes.c_double * 3),
+        ("value2", ctypes.c_double * 2),
+        ("left2", ctypes.c_double * 6),
+        ("right2", ctypes.c_double * 6),
+    )
+
+
 class CMethod(ctypes.Structure):
-    _fields_ = (("name", ctypes.c_char_p), ("tableau", ctypes.POINTER(CTableau)))
+    _fields_ = (
+        ("name", ctypes.c_char_p),
+        ("tableau", ctypes.POINTER(CTableau)),
+        ("collocation", ctypes.POINTER(CCollocation)),
+    )
 
 
 @dataclass(frozen=True)
@@ -72,8 +94,9 @@ class Tableau:
 def tableaus(c_library: Any) -> dict[str, Tableau]:
     library = c_library("kaps")
     found = {}
-    for method in (CMethod * 7).in_dll(library, "bgc_methods"):
-        if not method.tableau:
+    for method in (CMethod * len(METHODS)).in_dll(library, "bgc_methods"):
+        if method.collocation:
+            found[method.name.decode()] = collocation(method.collocation.contents)
             continue
         raw = method.tableau.contents
         n = raw.stages
@@ -81,7 +104,10 @@ def tableaus(c_library: Any) -> dict[str, Tableau]:
         def square(values: Any, n: int = n) -> Floats:
             return np.array(values).reshape(8, 8)[:n, :n]
 
-        gamma = np.linalg.inv(np.eye(n) / raw.gamma - square(raw.c))
+        gamma = np.zeros((n, n))
+        change = np.eye(n)  # from the committed variables to the usual ones
+        if raw.gamma:
+            gamma = change = np.linalg.inv(np.eye(n) / raw.gamma - square(raw.c))
         found[method.name.decode()] = Tableau(
             raw.order,
             raw.w_order,
@@ -89,13 +115,44 @@ def tableaus(c_library: Any) -> dict[str, Tableau]:
             raw.dense,
             nodes=np.array(raw.alpha)[:n],
             slopes=np.array(raw.g)[:n],
-            alpha=square(raw.a) @ gamma,
+            alpha=square(raw.a) @ change,
             gamma=gamma,
-            b=np.array(raw.m)[:n] @ gamma,
-            error=np.array(raw.e)[:n] @ gamma,
-            interpolant=np.array(raw.h).reshape(3, 8)[:, :n] @ gamma,
+            b=np.array(raw.m)[:n] @ change,
+            error=np.array(raw.e)[:n] @ change,
+            interpolant=np.array(raw.h).reshape(3, 8)[:, :n] @ change,
         )
     return found
+
+
+def collocation(raw: CCollocation) -> Tableau:
+    """The method behind the eigenvectors of its inverse matrix."""
+    n = raw.stages
+
+    def pair(values: Any) -> Any:
+        re, im = np.array(values).reshape(2, -1)
+        return (re + 1j * im)[:n]
+
+    inverse = np.zeros((n, n))
+    if n % 2:
+        inverse += raw.value * np.outer(np.array(raw.right)[:n], np.array(raw.left)[:n])
+    if n > 1:
+        value = complex(*raw.value2)
+        inverse += 2.0 * (value * np.outer(pair(raw.right2), pair(raw.left2))).real
+    matrix = np.linalg.inv(inverse)
+    none = np.zeros(n)
+    return Tableau(
+        raw.order,
+        0,
+        raw.embedded,
+        0,
+        nodes=np.array(raw.node)[:n],
+        slopes=none,
+        alpha=matrix,
+        gamma=np.zeros((n, n)),
+        b=np.array(raw.last)[:n] @ matrix,
+        error=none,
+        interpolant=np.zeros((3, n)),
+    )
 
 
 def trees(order: int) -> list[Tree]:
@@ -161,7 +218,7 @@ def test_order_is_not_higher_than_stated(tableaus: dict[str, Tableau], method: s
         assert_order(tableaus[method], tableaus[method].b, tableaus[method].order + 1)
 
 
-@pytest.mark.parametrize("method", ["rodas5p", "rodas4p2"])
+@pytest.mark.parametrize("method", ["rodas5p", "rodas4p2", "dopri5"])
 def test_embedded_solution_has_its_order_and_no_more(
     tableaus: dict[str, Tableau], method: str
 ) -> None:
@@ -171,7 +228,7 @@ def test_embedded_solution_has_its_order_and_no_more(
         assert_order(tableau, tableau.b - tableau.error, tableau.embedded + 1)
 
 
-@pytest.mark.parametrize(("method", "order"), [("rodas5p", 4), ("rodas4p2", 3)])
+@pytest.mark.parametrize(("method", "order"), [("rodas5p", 4), ("rodas4p2", 3), ("dopri5", 4)])
 @pytest.mark.parametrize("s", [0.1, 0.37, 0.5, 0.9])
 def test_dense_output_order_conditions(
     tableaus: dict[str, Tableau], method: str, order: int, s: float
@@ -199,7 +256,33 @@ def test_nodes_are_the_sums_of_their_rows(tableaus: dict[str, Tableau], method: 
     np.testing.assert_allclose(tableau.slopes, tableau.gamma.sum(axis=1), atol=1e-12)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", COLLOCATION)
+def test_eigenvectors_of_a_collocation_method(tableaus: dict[str, Tableau], method: str) -> None:
+    """The matrix behind them is that of collocation: exact for polynomials up to the stages."""
+    tableau = tableaus[method]
+    for power in range(1, len(tableau.b) + 1):
+        left = tableau.alpha @ tableau.nodes ** (power - 1)
+        np.testing.assert_allclose(left, tableau.nodes**power / power, atol=1e-14)
+
+
+@pytest.mark.parametrize("method", ["midpoint", "gauss4"])
+def test_symplectic(tableaus: dict[str, Tableau], method: str) -> None:
+    a, b = tableaus[method].alpha, tableaus[method].b
+    np.testing.assert_allclose(b[:, None] * a + (b[:, None] * a).T, np.outer(b, b), atol=1e-15)
+
+
+@pytest.mark.parametrize("y", [0.1, 3.0, 1e3])
+@pytest.mark.parametrize("method", ["midpoint", "gauss4"])
+def test_oscillations_keep_their_amplitude(
+    tableaus: dict[str, Tableau], method: str, y: float
+) -> None:
+    a, b = tableaus[method].alpha, tableaus[method].b
+    one = np.ones(len(b))
+    growth = 1.0 + 1j * y * (b @ np.linalg.solve(np.eye(len(b)) - 1j * y * a, one))
+    assert abs(growth) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("method", L_STABLE)
 def test_stability_function_on_the_imaginary_axis_and_at_infinity(
     tableaus: dict[str, Tableau], method: str
 ) -> None:
@@ -219,7 +302,7 @@ def test_stiffly_accurate(tableaus: dict[str, Tableau], method: str) -> None:
     np.testing.assert_allclose(tableau.b, tableau.beta[-1], atol=1e-12)
 
 
-@pytest.mark.parametrize("method", [m for m in STIFFLY_ACCURATE if m != "lie"])
+@pytest.mark.parametrize("method", [m for m in ROSENBROCK if m not in ("lie", "ros23")])
 def test_index_1_conditions(tableaus: dict[str, Tableau], method: str) -> None:
     tableau = tableaus[method]
     omega = np.linalg.inv(tableau.beta)

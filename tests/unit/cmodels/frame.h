@@ -66,6 +66,28 @@ static void solve(const double *lu, double *b, double *w) {
     }
 }
 
+/* The tables of full factors in the models' own order. */
+static int own_order[N + 1], lu_row[N + 1], lu_pivot[N + 1], lu_col[N * N + 1], lu_jac[J + 1],
+    lu_mass[MASS + 1];
+
+static inline void fill_tables(void) {
+    for (int i = 0; i < N; i++) {
+        own_order[i] = i;
+        lu_row[i] = N * i;
+        lu_pivot[i] = N * i + i;
+        for (int j = 0; j < N; j++) {
+            lu_col[N * i + j] = j;
+        }
+    }
+    lu_row[N] = N * N;
+    for (int e = 0; e < J; e++) {
+        lu_jac[e] = N * jac_row[e] + jac_col[e];
+    }
+    for (int e = 0; e < MASS; e++) {
+        lu_mass[e] = N * mass_row[e] + mass_col[e];
+    }
+}
+
 static void prepare(const double *p, double *h, double *w) {
     (void)w;
     memcpy(h, p, P * sizeof *h);
@@ -112,6 +134,13 @@ static inline void states(const double *h, double t, const double *x, const doub
                                         .jac_col = jac_col,                                    \
                                         .mass_row = mass_row,                                  \
                                         .mass_col = mass_col,                                  \
+                                        .pivot_row = own_order,                                \
+                                        .pivot_col = own_order,                                \
+                                        .lu_row = lu_row,                                      \
+                                        .lu_pivot = lu_pivot,                                  \
+                                        .lu_col = lu_col,                                      \
+                                        .lu_jac = lu_jac,                                      \
+                                        .lu_mass = lu_mass,                                    \
                                         .prepare = prepare,                                    \
                                         .initial = initial,                                    \
                                         .scale = unit_scale,                                   \
@@ -121,5 +150,6 @@ static inline void states(const double *h, double t, const double *x, const doub
                                         .solve = solve,                                        \
                                         .outputs = states,                                     \
                                         __VA_ARGS__};                                          \
+        fill_tables();                                                                         \
         return &model;                                                                         \
     }

@@ -1,0 +1,161 @@
+/* sparse.c: elimination over the pattern of W, by loops over the model's tables.
+ *
+ * Row k of the factors lies at lu_row[k] .. lu_row[k + 1]: what is left of the pivot (of L, whose
+ * diagonal is one), the reciprocal of the pivot at lu_pivot[k], what is right of it (of U);
+ * lu_col has the columns. Rows and columns count in the order of elimination: row k is row
+ * pivot_row[k] of W, column k is column pivot_col[k]. Entry e of the Jacobian goes to place
+ * lu_jac[e], of M to lu_mass[e]. The real form serves models that are too large for unrolled code,
+ * the complex one methods with complex stages.
+ */
+#include "bgc_internal.h"
+
+#include <math.h>
+#include <string.h>
+
+/* --- real -------------------------------------------------------------------------------- */
+
+/* lu := c M - J, and size[k] := the sizes, added up, of the parts of pivot k. */
+static void assemble(const bgc_model *m, const double *mass, const double *jac, double c,
+                     double *lu, double *size) {
+    memset(lu, 0, (size_t)m->n_lu * sizeof *lu);
+    for (int k = 0; k < m->n_state; k++) {
+        const double entry = m->n_mass == 0 ? c : 0.0;
+        lu[m->lu_pivot[k]] = entry;
+        size[k] = fabs(entry);
+    }
+    for (int e = 0; e < m->n_mass + m->n_jac; e++) {
+        const int of_mass = e < m->n_mass;
+        const int place = of_mass ? m->lu_mass[e] : m->lu_jac[e - m->n_mass];
+        const double entry = of_mass ? c * mass[e] : -jac[e - m->n_mass];
+        const int k = m->lu_col[place];
+        lu[place] += entry;
+        if (m->lu_pivot[k] == place) {
+            size[k] += fabs(entry);
+        }
+    }
+}
+
+/* Factorises W = c M - J as bgc_model.factor does; scratch is twice n_state doubles. */
+int bgc_sparse_factor(const bgc_model *m, const double *mass, const double *jac, double c,
+                      double *lu, double *growth, double *scratch) {
+    double *row = scratch, *size = scratch + m->n_state;
+    double sum = 0.0;
+
+    assemble(m, mass, jac, c, lu, size);
+    for (int k = 0; k < m->n_state; k++) {
+        const int begin = m->lu_row[k], pivot = m->lu_pivot[k], end = m->lu_row[k + 1];
+        for (int e = begin; e < end; e++) {
+            row[m->lu_col[e]] = lu[e];
+        }
+        /* Less multiples of the rows above. */
+        for (int e = begin; e < pivot; e++) {
+            const int j = m->lu_col[e];
+            const double factor = row[j] * lu[m->lu_pivot[j]];
+            lu[e] = factor;
+            for (int i = m->lu_pivot[j] + 1; i < m->lu_row[j + 1]; i++) {
+                row[m->lu_col[i]] -= factor * lu[i];
+            }
+        }
+        lu[pivot] = 1.0 / row[k];
+        sum += (size[k] > 0.0 ? size[k] : fabs(row[k])) * fabs(lu[pivot]);
+        for (int e = pivot + 1; e < end; e++) {
+            lu[e] = row[m->lu_col[e]];
+        }
+    }
+    *growth = sum;
+    return sum < INFINITY ? 0 : 1;
+}
+
+/* b := W^-1 b as bgc_model.solve does; scratch is n_state doubles. */
+void bgc_sparse_solve(const bgc_model *m, const double *lu, double *b, double *scratch) {
+    for (int k = 0; k < m->n_state; k++) {
+        double y = b[m->pivot_row[k]];
+        for (int e = m->lu_row[k]; e < m->lu_pivot[k]; e++) {
+            y -= lu[e] * scratch[m->lu_col[e]];
+        }
+        scratch[k] = y;
+    }
+    for (int k = m->n_state - 1; k >= 0; k--) {
+        double y = scratch[k];
+        for (int e = m->lu_pivot[k] + 1; e < m->lu_row[k + 1]; e++) {
+            y -= lu[e] * scratch[m->lu_col[e]];
+        }
+        scratch[k] = y * lu[m->lu_pivot[k]];
+        b[m->pivot_col[k]] = scratch[k];
+    }
+}
+
+/* --- complex: written out, since C's own product looks after infinities at four times the cost */
+
+static inline bgc_complex times(bgc_complex a, bgc_complex b) {
+    return (bgc_complex){a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
+}
+
+static inline bgc_complex minus(bgc_complex a, bgc_complex b) {
+    return (bgc_complex){a.re - b.re, a.im - b.im};
+}
+
+static inline bgc_complex reciprocal(bgc_complex a) {
+    const double size = hypot(a.re, a.im);
+    return (bgc_complex){a.re / size / size, -a.im / size / size};
+}
+
+/* Factorises c M - J for a complex c; scratch is n_state numbers. Nonzero where a pivot is zero or
+ * not finite. */
+int bgc_complex_factor(const bgc_model *m, const double *mass, const double *jac, bgc_complex c,
+                       bgc_complex *lu, bgc_complex *scratch) {
+    bgc_complex *row = scratch;
+    int failed = 0;
+
+    memset(lu, 0, (size_t)m->n_lu * sizeof *lu);
+    for (int k = 0; m->n_mass == 0 && k < m->n_state; k++) {
+        lu[m->lu_pivot[k]] = c;
+    }
+    for (int e = 0; e < m->n_mass; e++) {
+        lu[m->lu_mass[e]].re += c.re * mass[e];
+        lu[m->lu_mass[e]].im += c.im * mass[e];
+    }
+    for (int e = 0; e < m->n_jac; e++) {
+        lu[m->lu_jac[e]].re -= jac[e];
+    }
+    for (int k = 0; k < m->n_state; k++) {
+        const int begin = m->lu_row[k], pivot = m->lu_pivot[k], end = m->lu_row[k + 1];
+        for (int e = begin; e < end; e++) {
+            row[m->lu_col[e]] = lu[e];
+        }
+        for (int e = begin; e < pivot; e++) {
+            const int j = m->lu_col[e];
+            const bgc_complex factor = times(row[j], lu[m->lu_pivot[j]]);
+            lu[e] = factor;
+            for (int i = m->lu_pivot[j] + 1; i < m->lu_row[j + 1]; i++) {
+                row[m->lu_col[i]] = minus(row[m->lu_col[i]], times(factor, lu[i]));
+            }
+        }
+        lu[pivot] = reciprocal(row[k]);
+        failed |= !(isfinite(lu[pivot].re) && isfinite(lu[pivot].im));
+        for (int e = pivot + 1; e < end; e++) {
+            lu[e] = row[m->lu_col[e]];
+        }
+    }
+    return failed;
+}
+
+/* b := (c M - J)^-1 b with the factors of bgc_complex_factor. */
+void bgc_complex_solve(const bgc_model *m, const bgc_complex *lu, bgc_complex *b,
+                       bgc_complex *scratch) {
+    for (int k = 0; k < m->n_state; k++) {
+        bgc_complex y = b[m->pivot_row[k]];
+        for (int e = m->lu_row[k]; e < m->lu_pivot[k]; e++) {
+            y = minus(y, times(lu[e], scratch[m->lu_col[e]]));
+        }
+        scratch[k] = y;
+    }
+    for (int k = m->n_state - 1; k >= 0; k--) {
+        bgc_complex y = scratch[k];
+        for (int e = m->lu_pivot[k] + 1; e < m->lu_row[k + 1]; e++) {
+            y = minus(y, times(lu[e], scratch[m->lu_col[e]]));
+        }
+        scratch[k] = times(y, lu[m->lu_pivot[k]]);
+        b[m->pivot_col[k]] = scratch[k];
+    }
+}
