@@ -29,7 +29,9 @@ MODELS = Path(__file__).parents[1] / "models"
 
 
 def with_rates(program: Program) -> Program:
-    """The program that also observes `x'` for each observed x: its derivative along the flow."""
+    """The program that also observes `x'` for each observed x, its derivative along the flow,
+    and as `stored` the energy stored (where the scene observes that).
+    """
     assert program.mass is None, "states without rates of their own have no accelerations"
     dag = program.dag
     flow = {dag.symbol(Kind.STATE, k): state.derivative for k, state in enumerate(program.states)}
@@ -37,7 +39,8 @@ def with_rates(program: Program) -> Program:
         replace(o, name=f"{o.name}'", node=directional_derivative(dag, o.node, flow))
         for o in program.observations
     )
-    return optimise(replace(program, observations=(*program.observations, *rates)))
+    stored = replace(rates[0], name="stored", unit="J", node=program.energy.stored)
+    return optimise(replace(program, observations=(*program.observations, *rates, stored)))
 
 
 class Probe:
@@ -64,13 +67,33 @@ class Probe:
 
     def mobility(self, state: Array, parameters: Values | None = None) -> Array:
         """The matrix W of `v = W p`, velocities from momenta, at the state's configuration."""
-        columns = []
-        for k in self._momenta:
-            unit = state.copy()
-            unit[self._momenta] = 0
-            unit[k] = 1
-            columns.append(self.observed(unit, parameters))
-        return np.array(columns).T
+        units = self._with_momenta(state, np.eye(len(self._momenta)))
+        return np.array([self.observed(unit, parameters) for unit in units]).T
+
+    def mass_matrix(self, state: Array, parameters: Values | None = None) -> Array:
+        """M of the kinetic energy `v' M v / 2`, at the state's configuration.
+
+        Momenta are conjugate to flows that need not be the velocities. So the energy of unit
+        momenta and of their sums is taken: `p' H p / 2`, and `M = W^-T H W^-1`.
+        """
+        size = len(self._momenta)
+        pairs = np.eye(size)[:, None] + np.eye(size)
+        energies = np.array(
+            [
+                self.model.observe(at, parameters=parameters)["stored"]
+                for at in self._with_momenta(state, pairs.reshape(-1, size))
+            ]
+        ).reshape(size, size)
+        alone = np.diag(energies) / 4
+        hessian = energies - alone - alone[:, None]
+        inverse = np.linalg.inv(self.mobility(state, parameters))
+        return inverse.T @ hessian @ inverse
+
+    def _with_momenta(self, state: Array, momenta: Array) -> Array:
+        """The state with each row of momenta."""
+        states = np.tile(state, (len(momenta), 1))
+        states[:, self._momenta] = momenta
+        return states
 
     def at(self, declared: Values, velocities: Array, parameters: Values | None = None) -> Array:
         """The state with these values of declared states (else the initial ones) and velocities."""
@@ -84,6 +107,13 @@ class Probe:
         """The velocities."""
         values = self.model.observe(state, parameters=parameters)
         return np.array([values[name] for name in self.velocities])
+
+    def vector(self, state: Array, name: str) -> Array:
+        """An observed vector."""
+        values = self.model.observe(state)
+        return np.array(
+            [x for column, x in values.items() if column.rstrip("]0123456789") == f"{name}["]
+        )
 
     def accelerations(self, state: Array, parameters: Values | None = None) -> Array:
         """Their rates."""

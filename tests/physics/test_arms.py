@@ -1,0 +1,65 @@
+"""Mass matrix and bias forces of robot arms with rigid joints, as Pinocchio's."""
+
+import numpy as np
+import pytest
+from probe import probe
+from published_arms import PANDA, SKEWED, UR5, UR10, pinocchio_model
+
+pin = pytest.importorskip("pinocchio")
+
+GRAVITY = 9.81
+STATES = 100
+
+
+def rates(*widths):
+    return tuple(f"{name}[{k}]" for name, n in widths for k in range(1, n + 1))
+
+
+UR_JOINTS = tuple(
+    f"arm.{link}.joint.angle"
+    for link in ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
+)
+FINGERS = ("hand.left.slide.extension", "hand.right.slide.extension")
+ARMS = {
+    "ur5": (UR5, UR_JOINTS, rates(("rates", 6)), 0),
+    "ur10": (UR10, UR_JOINTS, rates(("rates", 6)), 0),
+    "panda": (
+        PANDA,
+        (*(f"arm.link_{k}.joint.angle" for k in range(1, 8)), *FINGERS),
+        rates(("rates", 7), ("slides", 2)),
+        np.repeat([0.003, 0.3], [7, 2]),  # friction
+    ),
+    "skewed": (
+        SKEWED,
+        ("slew.joint.angle", "luff.joint.angle", "telescope.extension"),
+        rates(("rates", 3)),
+        0,
+    ),
+}
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_mass_matrix_bias_forces_and_tip_are_pinocchios(arm):
+    table, joints, names, friction = ARMS[arm]
+    arm = probe("arms", arm, *names)
+    model = pinocchio_model(table, GRAVITY)
+    data = model.createData()
+    tip = model.getFrameId("tip")
+    rng = np.random.default_rng(len(joints))
+    for _ in range(STATES):
+        q = rng.uniform(-np.pi, np.pi, len(joints))
+        v = rng.normal(size=len(joints))
+        state = arm.at(dict(zip(joints, q, strict=True)), v)
+
+        mass = arm.mass_matrix(state)
+        exact = pin.crba(model, data, q)
+        exact = np.triu(exact) + np.triu(exact, 1).T
+        np.testing.assert_allclose(mass, exact, rtol=0, atol=1e-12 * np.abs(exact).max())
+
+        bias = -mass @ arm.accelerations(state)
+        forces = pin.nonLinearEffects(model, data, q, v) + friction * v
+        np.testing.assert_allclose(bias, forces, rtol=0, atol=1e-12 * np.abs(forces).max())
+
+        pin.framesForwardKinematics(model, data, q)
+        found = arm.vector(state, "tip")
+        np.testing.assert_allclose(found, data.oMf[tip].translation, rtol=0, atol=1e-12)
