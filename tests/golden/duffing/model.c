@@ -174,6 +174,30 @@ static const int model_jac_col[] = {
     1, 0,
 };
 
+static const int model_pivot_row[] = {
+    0, 1,
+};
+
+static const int model_pivot_col[] = {
+    0, 1,
+};
+
+static const int model_lu_row[] = {
+    0, 2, 4,
+};
+
+static const int model_lu_pivot[] = {
+    0, 3,
+};
+
+static const int model_lu_col[] = {
+    0, 1, 0, 1,
+};
+
+static const int model_lu_jac[] = {
+    1, 2,
+};
+
 static const bgc_model model_info = {
     .abi = BGC_ABI,
     .name = "release",
@@ -188,6 +212,7 @@ static const bgc_model model_info = {
     .n_device = 0,
     .n_jac = 2,
     .n_mass = 0,
+    .n_lu = 4,
     .n_check = 0,
     .param = NULL,
     .state = model_state,
@@ -201,10 +226,16 @@ static const bgc_model model_info = {
     .jac_col = model_jac_col,
     .mass_row = NULL,
     .mass_col = NULL,
+    .pivot_row = model_pivot_row,
+    .pivot_col = model_pivot_col,
+    .lu_row = model_lu_row,
+    .lu_pivot = model_lu_pivot,
+    .lu_col = model_lu_col,
+    .lu_jac = model_lu_jac,
+    .lu_mass = NULL,
     .step = 0.0,
     .duration = 10.0,
     .every = 0.5,
-    .n_lu = 4,
     .n_work = 0,
     .prepare = model_prepare,
     .rhs = model_rhs,
