@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from bgc.algebra.dag import Dag, Kind, Level, Op
+from bgc.algebra.dag import Kind, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.graph import Node
 from bgc.program import Program
@@ -121,9 +121,7 @@ class _Search:
         return sorted(seen)
 
 
-def put_in(
-    program: Program, roots: Sequence[Node], values: Mapping[int, Node]
-) -> dict[Node, Node]:
+def put_in(program: Program, roots: Sequence[Node], values: Mapping[int, Node]) -> dict[Node, Node]:
     """New nodes for the roots, in the program's own graph, with the values put in.
 
     Clamps whose outcome is sure are folded too, values or not.

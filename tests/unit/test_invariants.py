@@ -1,0 +1,192 @@
+"""States that provably never change are left out, and no others."""
+
+from __future__ import annotations
+
+import pytest
+
+from bgc.algebra.dag import Kind
+from bgc.causality.assign import assign_causality
+from bgc.elaboration.elaborate import elaborate
+from bgc.elaboration.resolve import load_text
+from bgc.equations.derive import derive_equations
+from bgc.program import Program, Reason
+from bgc.slicing.fold import fold_parameters
+from bgc.slicing.invariants import _Search, invariant_states
+from bgc.slicing.report import dropped_lines
+from bgc.slicing.slice import slice_program
+
+
+def program_of(text: str) -> Program:
+    graph = fold_parameters(elaborate(load_text(text, "model.bg"))).graph
+    return derive_equations(assign_causality(graph))
+
+
+def invariants(text: str) -> dict[str, str]:
+    """Names of the states that slicing finds to stay, with the reason."""
+    dropped = slice_program(program_of(text)).dropped
+    return {d.name: d.reason.name for d in dropped if d.reason is not Reason.UNREAD}
+
+
+def equations(*lines: str, observe: str, scene: str = "") -> str:
+    body = "\n".join(lines)
+    return f"model M {{ {body} }}\nscene s of M {{ observe {observe}; {scene} run 1 s; }}"
+
+
+OSCILLATORS = (
+    "state a = 1; state b = 0; der(a) = b; der(b) = -a;",
+    "state c = 0; state d = 0; der(c) = d; der(d) = -c + c*a;",
+)
+
+
+def test_what_nothing_pushes_stays_at_zero() -> None:
+    assert invariants(equations(*OSCILLATORS, observe="a, c")) == {"c": "ZERO", "d": "ZERO"}
+
+
+def test_what_is_observed_of_it_is_zero() -> None:
+    program = slice_program(program_of(equations(*OSCILLATORS, observe="a, c")))
+    assert [s.name for s in program.states] == ["a", "b"]
+    assert program.observations[1].node == program.dag.zero
+    assert program.observations[0].node == program.dag.symbol(Kind.STATE, 0)
+
+
+def test_keep_leaves_it() -> None:
+    assert invariants(equations(*OSCILLATORS, observe="a, c", scene="keep c;")) == {}
+
+
+def test_a_start_that_may_be_set_is_no_zero() -> None:
+    text = "param start = 0; state c = start; state d = 0; der(c) = d; der(d) = -c;"
+    assert invariants(equations(text, observe="c")) == {}
+    fixed = equations(text, observe="c", scene="set start = 0;")
+    assert invariants(fixed) == {"c": "ZERO", "d": "ZERO"}
+
+
+def test_a_device_may_push() -> None:
+    text = """
+    model M { input x = 0; state c; der(c) = x - c; }
+    scene s of M { device hand = trace(file = "a.csv"); drive x = hand.position[1];
+      observe c; run 1 s; }
+    """
+    assert invariants(text) == {}
+    assert invariants(text.replace("hand.position[1]", "0*hand.position[1]")) == {"c": "ZERO"}
+
+
+def test_the_time_may_push() -> None:
+    assert invariants(equations("state c; der(c) = sin(time);", observe="c")) == {}
+
+
+def test_what_never_changes_becomes_its_start() -> None:
+    text = "param h = 2; state c = h^2; state d; der(c) = 0; der(d) = c;"
+    program = slice_program(program_of(equations(text, observe="d")))
+    assert [(d.name, d.reason) for d in program.dropped] == [("c", Reason.CONSTANT)]
+    h = program.dag.symbol(Kind.PARAM, 0)
+    assert program.states[0].derivative == program.dag.mul(h, h)
+
+
+def test_an_equilibrium_for_all_parameters_is_one() -> None:
+    text = "param m = 2; param k = 3; state q = m*9.81/k; state v; der(q) = v; "
+    assert set(invariants(equations(text + "der(v) = 9.81 - k*q/m;", observe="q"))) == {"q", "v"}
+    assert invariants(equations(text + "der(v) = 9.8 - k*q/m;", observe="q")) == {}
+
+
+def test_zeros_that_only_an_identity_shows_are_seen() -> None:
+    """sin^2 + cos^2 - 1 does not fold."""
+    text = "state a = 1; der(a) = -a; state c; der(c) = sin(a)^2 + cos(a)^2 - 1 + c;"
+    assert invariants(equations(text, observe="a, c")) == {"c": "ZERO"}
+
+
+@pytest.mark.parametrize(
+    ("clamp", "stays"),
+    [
+        ("min(max(c, -limit), limit)", True),  # limit is never negative
+        ("max(c, low)", False),
+        ("max(c, -limit) - min(c, limit*2)", True),
+    ],
+)
+def test_clamps_are_told_by_the_ranges_of_parameters(clamp: str, stays: bool) -> None:
+    text = f"param limit = 2 in 0 .. 5; param low = -1; state c; der(c) = {clamp};"
+    assert bool(invariants(equations(text, observe="c"))) is stays
+
+
+def test_a_quaternion_that_turns_about_one_axis_keeps_two_components() -> None:
+    text = """
+    import mechanics.pose;
+    model M { param rate = 1; pose : Pose(twist = [0, 0, 0, 0, rate, 0]); }
+    scene s of M { observe pose.A; run 1 s; }
+    """
+    assert set(invariants(text)) == {"pose.attitude.h[2]", "pose.attitude.h[4]"}
+
+
+def test_a_projection_has_to_leave_it_too() -> None:
+    text = "state c; der(c) = 0; project c = 1; state d; der(d) = c;"
+    assert invariants(equations(text, observe="d")) == {}
+
+
+COUPLED = "state a = 1; state b; equation der(a) + {m}*der(b) = -a; equation der(b) = -b*a;"
+
+
+def test_rows_of_a_mass_matrix_count() -> None:
+    assert invariants(equations(COUPLED.format(m=2), observe="a")) == {"b": "ZERO"}
+    mixed = "state a = 1; state b; equation der(a) = -a; equation der(b) + 2*der(a) = -b;"
+    assert invariants(equations(mixed, observe="a, b")) == {}
+
+
+def test_algebraic_rows_that_hold_at_zero() -> None:
+    text = "state a = 1; der(a) = -a + z; unknown z = 0; equation z + z^3 = {right};"
+    assert "z" in invariants(equations(text.format(right="0*a"), observe="a"))
+    assert invariants(equations(text.format(right="a - 1/2"), observe="a")) == {}
+
+
+def test_a_model_without_a_scene_keeps_everything() -> None:
+    program = program_of("model M { state c; der(c) = -c; }")
+    assert len(slice_program(program).states) == 1
+
+
+def chain(count: int) -> Program:
+    """Masses and springs in a row, all at rest, the first one pulled."""
+    return program_of(
+        f"""
+        model M {{
+          pull : Se(e = 1);
+          for k in 1..{count} {{ mass[k] : I(1); hub[k] : J1; node[k] : J0; spring[k] : C(1); }}
+          pull -> hub[1];
+          for k in 1..{count} {{ hub[k] -> mass[k]; hub[k] -> node[k] -> spring[k]; }}
+          for k in 1..{count - 1} {{ node[k] -> hub[k + 1]; }}
+          node[{count}] -> last; last : J1; last -> tip; tip : I(1);
+        }}
+        scene s of M {{ observe tip.p; run 1 s; }}
+        """
+    )
+
+
+def test_a_chain_that_is_pulled_moves_and_costs_in_proportion() -> None:
+    sizes = []
+    for count in (40, 80):
+        program = chain(count)
+        assert invariant_states(program) == {}
+        search = _Search(program)
+        before, looked, suspects = len(search._dag), 0, list(search.values)
+        while suspects:
+            looked += len(suspects)
+            suspects = search.release(search.moving(suspects))
+        sizes.append((looked, len(search._dag) - before))
+    for small, large in zip(*sizes, strict=True):
+        assert large <= 2.2 * small + 10
+
+
+def test_what_is_dropped_is_told_by_parts() -> None:
+    text = """
+    model Spring { port p in; param k = 1; rod : C(k); loss : R(1); n : J1; p -> n -> rod, loss; }
+    model M {
+      push : Se(e = 1); body : I(1); hub : J1; spring : Spring; push -> hub -> body, spring;
+      still : J1; rest : I(2); other : Spring; none : Se(e = 0); none -> still -> rest, other;
+      alone : J1; odd : I(2); lone : Se(e = 1); lone -> alone -> odd;
+    }
+    scene s of M { observe body.p, other.rod.q; run 1 s; }
+    """
+    program = slice_program(program_of(text))
+    lines = dropped_lines(program.dropped, [s.name for s in program.states])
+    assert lines == (
+        "`odd` (1 state): nothing that the scene reads depends on it",
+        "`rest` (1 state): starts at zero and stays there",
+        "`other` (1 state): starts at zero and stays there",
+    )
