@@ -44,7 +44,8 @@ typedef struct {
 typedef struct {
     int stages, order;
     int embedded; /* order of the embedded solution; 0: fixed steps only */
-    double node[BGC_MAX_IMPLICIT], last[BGC_MAX_IMPLICIT], e[BGC_MAX_IMPLICIT];
+    double node[BGC_MAX_IMPLICIT], weight[BGC_MAX_IMPLICIT]; /* of the quadrature over a step */
+    double last[BGC_MAX_IMPLICIT], e[BGC_MAX_IMPLICIT];
     double lambda, left[BGC_MAX_IMPLICIT], right[BGC_MAX_IMPLICIT];
     double lambda2[2], left2[2][BGC_MAX_IMPLICIT], right2[2][BGC_MAX_IMPLICIT]; /* re, im */
 } bgc_collocation;
@@ -201,6 +202,8 @@ bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, double t);
 void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method);
 void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x);
 void bgc_integrate_energy(const bgc_model *m, bgc_data *d, double t, double power[2]);
+void bgc_sum_energy(const bgc_model *m, bgc_data *d, const bgc_collocation *method,
+                    double power[2]);
 
 /* --- devices.c */
 bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d);

@@ -1,10 +1,10 @@
 /* linear.c: systems with W = c M - J.
  *
  * W is factorised by elimination with static pivots, unrolled by the model, or by tables where it
- * is large: fast, but blind. So solutions are checked by their backward error: all of them where the
- * pivots are seen to lose digits, or a check has failed a short while ago, otherwise the first one
- * of every sixteenth factorisation. A solution that fails is refined, and where that does not help,
- * or a pivot vanishes, W is factorised again densely with scaled partial pivoting.
+ * is large: fast, but blind. So solutions are checked by their backward error: all of them where
+ * the pivots are seen to lose digits, or a check has failed a short while ago, otherwise the first
+ * one of every sixteenth factorisation. A solution that fails is refined, and where that does not
+ * help, or a pivot vanishes, W is factorised again densely with scaled partial pivoting.
  */
 #include "bgc_internal.h"
 

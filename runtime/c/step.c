@@ -82,7 +82,11 @@ static void accept(const bgc_model *m, bgc_data *d, const bgc_method *method, do
     core->dissipated_old = core->dissipated;
     if (core->accounts) {
         double power[2];
-        bgc_integrate_energy(m, d, t_new, power);
+        if (method->collocation != NULL) {
+            bgc_sum_energy(m, d, method->collocation, power);
+        } else {
+            bgc_integrate_energy(m, d, t_new, power);
+        }
         core->supplied += power[0];
         core->dissipated += power[1];
     }

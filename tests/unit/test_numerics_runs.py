@@ -365,6 +365,20 @@ def test_energy_residual_has_the_order_of_the_method(
     assert np.log2(residuals[0] / residuals[2]) / 2.0 > order - 0.3
 
 
+@pytest.mark.parametrize("damping", [0.0, 0.4])
+@pytest.mark.parametrize("step", [0.01, 0.3])
+@pytest.mark.parametrize("method", ["midpoint", "gauss4"])
+def test_symmetric_methods_balance_energy_to_rounding(
+    c_model: Any, method: str, step: float, damping: float
+) -> None:
+    oscillator = c_model("oscillator")
+    oscillator.set(p2=damping)
+    oscillator.start(method, accounts=True, step=step)
+    stored, supplied, dissipated, residual = oscillator.finish(step * np.arange(10000))[:, -4:].T
+    exchanged = max(np.abs(account).max() for account in (stored, supplied, dissipated))
+    assert np.abs(residual).max() < 1e-11 * exchanged
+
+
 def test_accounts_do_not_change_the_solution(c_model: Any) -> None:
     for setup in ("adaptive", "fixed"):
         with_accounts = started(c_model, setup).finish(GRID)

@@ -45,7 +45,7 @@ class CTableau(ctypes.Structure):
 class CCollocation(ctypes.Structure):
     _fields_ = (
         *((name, ctypes.c_int) for name in ("stages", "order", "embedded")),
-        *((name, ctypes.c_double * 3) for name in ("node", "last", "e")),
+        *((name, ctypes.c_double * 3) for name in ("node", "weight", "last", "e")),
         ("value", ctypes.c_double),
         ("left", ctypes.c_double * 3),
         ("right", ctypes.c_double * 3),
@@ -140,6 +140,8 @@ def collocation(raw: CCollocation) -> Tableau:
         inverse += 2.0 * (value * np.outer(pair(raw.right2), pair(raw.left2))).real
     matrix = np.linalg.inv(inverse)
     none = np.zeros(n)
+    weights = np.array(raw.last)[:n] @ matrix
+    np.testing.assert_allclose(np.array(raw.weight)[:n], weights, atol=1e-15)
     return Tableau(
         raw.order,
         0,
@@ -149,7 +151,7 @@ def collocation(raw: CCollocation) -> Tableau:
         slopes=none,
         alpha=matrix,
         gamma=np.zeros((n, n)),
-        b=np.array(raw.last)[:n] @ matrix,
+        b=weights,
         error=none,
         interpolant=np.zeros((3, n)),
     )
