@@ -35,6 +35,42 @@ def evaluate_nodes(
     return [done[root] for root in roots]
 
 
+class Evaluator:
+    """The values of a graph's nodes at one point, each node visited once however often asked.
+
+    `leaf` gives the value of a symbol; it is asked once for each.
+    """
+
+    def __init__(self, dag: Dag, leaf: Callable[[Symbol], float]) -> None:
+        self._dag = dag
+        self._leaf = leaf
+        self._known: dict[int, float] = {}
+
+    def value(self, node: int) -> float:
+        """The value of a node."""
+        known, dag = self._known, self._dag
+        stack = [node]
+        while stack:
+            top = stack[-1]
+            missing = [x for x in dag.operands(top) if x not in known] if top not in known else ()
+            if missing:
+                stack.extend(missing)
+                continue
+            stack.pop()
+            if top not in known:
+                known[top] = self._made(top)
+        return known[node]
+
+    def _made(self, node: int) -> float:
+        dag = self._dag
+        exact, symbol = dag.value(node), dag.symbol_of(node)
+        if exact is not None:
+            return to_double(exact)
+        if symbol is not None:
+            return self._leaf(symbol)
+        return apply(Op(dag.op[node]), *(self._known[x] for x in dag.operands(node)))
+
+
 def to_double(exact: Fraction) -> float:
     """The nearest double, infinite beyond the largest."""
     try:

@@ -89,11 +89,12 @@ def solve_general(
     matrix: Sequence[dict[int, Node]],
     right: Sequence[Node],
     preference: Callable[[Node], int],
-    note: Callable[[Node], None] = lambda pivot: None,
+    note: Callable[[Node, bool], None] = lambda pivot, alone: None,
 ) -> list[Node]:
     """Solve any regular sparse system; the entry of smallest preference and fill is the pivot.
 
-    `note` is told of every node that is divided by.
+    `note` is told of every node that is divided by, and whether it is alone in its row or column:
+    the system is then singular where that node vanishes, whatever the other pivots are.
 
     An entry that is zero for all values of its symbols is never a pivot, so a system that is
     always singular is found out.
@@ -139,7 +140,7 @@ def solve_general(
         open_rows.remove(i)
         steps.append((i, j))
         pivot = rows[i][j]
-        note(pivot)
+        note(pivot, len(rows[i]) == 1 or len(columns[j]) == 1)
         for other in rows[i]:
             columns[other].discard(i)
         for r in sorted(columns[j]):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.emission.differentiate import differentiate
@@ -198,13 +199,34 @@ def _kernels(program: Program, jacobian: Jacobian) -> tuple[Kernel, ...]:
     )
 
 
+_ROUNDING = Fraction(1, 2**48)  # of the terms of a sum: what is left of nothing
+
+
 def _checks(program: Program) -> list[Node]:
-    """Nodes that have to be positive; of one that must only not be zero, its size."""
+    """Nodes that have to be positive; of one that must only not be zero, how far it is from it."""
     dag = program.dag
     return [
-        check.node if check.strictly_positive else dag.call(Op.ABS, check.node)
+        check.node if check.strictly_positive else _size(dag, check.node)
         for check in program.positive
     ]
+
+
+def _size(dag: Dag, node: Node) -> Node:
+    """The size of a node, less what the rounding of its terms may leave of a zero."""
+    terms, stack, seen = [], [node], set()
+    while stack:
+        top = stack.pop()
+        if top in seen:
+            continue
+        seen.add(top)
+        if dag.op[top] in {Op.ADD, Op.SUB, Op.NEG}:
+            stack.extend(dag.operands(top))
+        else:
+            terms.append(dag.call(Op.ABS, top))
+    size = dag.call(Op.ABS, node)
+    if len(terms) == 1:
+        return size
+    return dag.sub(size, dag.mul(dag.const(_ROUNDING), dag.sum(terms)))
 
 
 def dependent_defaults(program: Program) -> list[tuple[int, Node]]:

@@ -66,6 +66,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     states = _integrated_states(causal, resolver, stored, elements) + declared
     energy = (dag.zero,) * 3 if accounts is None else resolver.resolve_all(accounts.nodes)
     outputs = _with_outputs(graph, resolver)
+    resolver.resolve_all(unknown for _, unknown in variables.equations)  # none is ill-posed
     states += _loop_states(variables, resolver.algebraic)
     program = Program(
         dag=dag,

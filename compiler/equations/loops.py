@@ -8,15 +8,18 @@ algebraic state with a zero row in the mass matrix, which the integrators solve.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.derivatives import gradient
-from bgc.algebra.fingerprint import PRIME, Fingerprints
+from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.inversion import solve_for
+from bgc.algebra.modular import Solutions, solutions_of
+from bgc.algebra.signs import Signs
 from bgc.algebra.solving import SingularSystemError, solve_general
 from bgc.equations.variables import Explicit, Rate, Variables
+from bgc.grammar.diagnostics import BgError
 from bgc.graph import Node
 from bgc.program import Loop, LoopKind, LoopSolution
 
@@ -60,13 +63,15 @@ def solve_loop(
     order = loop.order_without(torn, residuals)
     forms = loop.linear_forms(torn, order)
     if forms is not None:
-        solution, kind = loop.solve_linear(torn, residuals, forms)
-        report = loop.report(torn, kind, LoopSolution.ELIMINATION)
-        return Solved(loop.evaluate(order, solution), [], report)
+        system = loop.linear_system(torn, residuals, forms)
+        solution = loop.solve_linear(system)
+        if solution is not None:
+            report = loop.report(torn, system.kind, LoopSolution.ELIMINATION)
+            return Solved(loop.evaluate(order, solution), [], report)
     dag = variables.dag
     solution = {symbol: dag.symbol(Kind.STATE, first_state + k) for k, symbol in enumerate(torn)}
     final = loop.evaluate(order, solution)
-    if len(torn) == 1:
+    if forms is None and len(torn) == 1:
         inverted = loop.invert(torn[0], residuals[0], final, solution[torn[0]])
         if inverted is not None:
             report = loop.report(torn, LoopKind.NONLINEAR, LoopSolution.CLOSED_FORM)
@@ -77,10 +82,21 @@ def solve_loop(
         residual = value if symbol in equation_of else dag.sub(value, solution[symbol])
         states.append(AlgebraicState(symbol, residual))
     loop.require_regular(states, [solution[symbol] for symbol in torn])
-    return Solved(final, states, loop.report(torn, LoopKind.NONLINEAR, LoopSolution.NEWTON))
+    kind = LoopKind.NONLINEAR if forms is None else LoopKind.VARYING
+    return Solved(final, states, loop.report(torn, kind, LoopSolution.NEWTON))
 
 
 _Form = tuple[dict[Node, Node], Node]  # coefficients of torn variables, and the rest
+
+
+@dataclass(frozen=True, slots=True)
+class _System:
+    """`matrix * torn = right`, a sparse row for each."""
+
+    torn: Sequence[Node]
+    matrix: list[dict[int, Node]]
+    right: list[Node]
+    kind: LoopKind
 
 
 class _Loop:
@@ -101,6 +117,7 @@ class _Loop:
         if any(isinstance(variables.define(s), Rate) for s in symbols):
             raise variables.places.rate_in_loop(symbols)
         self._symbols = sorted(symbols)
+        self._signs = Signs(self._dag, variables.defaults)
 
     def target(self, symbol: Node) -> Node:
         """The raw node that a symbol is computed from, or that has to be zero."""
@@ -222,10 +239,10 @@ class _Loop:
             return forms[node]
         return {}, self._outside[node]
 
-    def solve_linear(
+    def linear_system(
         self, torn: Sequence[Node], residuals: Sequence[Node], forms: Mapping[Node, _Form]
-    ) -> tuple[dict[Node, Node], LoopKind]:
-        """The torn variables as final nodes, and what their matrix is made of."""
+    ) -> _System:
+        """The equations of the torn variables, in them alone; refused where always singular."""
         dag = self._dag
         column = {symbol: k for k, symbol in enumerate(torn)}
         matrix, right = [], []
@@ -237,15 +254,59 @@ class _Loop:
                 row[own] = dag.sub(row.get(own, dag.zero), dag.one)
             matrix.append(row)
             right.append(dag.neg(rest))
+        return _System(torn, matrix, right, self._kind_of(matrix))
+
+    def _kind_of(self, matrix: Sequence[Mapping[int, Node]]) -> LoopKind:
+        highest = max((self._dag.level[node] for row in matrix for node in row.values()), default=0)
+        return LoopKind.CONSTANT if highest <= Level.PARAM else LoopKind.VARYING
+
+    def solve_linear(self, system: _System) -> dict[Node, Node] | None:
+        """The torn variables as final nodes; None where a divisor may vanish on the way.
+
+        A divisor that states or time change is safe where the system is singular without it,
+        or if it keeps its sign at random points. Those of parameters alone are watched.
+        """
+        unsafe: list[Node] = []
+        places = self._variables.places
+        message = f"the algebraic loop at `{places.name_of(system.torn[0])}` is singular"
+
+        def note(pivot: Node, alone: bool) -> None:
+            if self._dag.level[pivot] == Level.PARAM:
+                self._variables.watch(pivot, message)
+            elif not alone and not self._signs.is_certain(pivot):
+                unsafe.append(pivot)
+
         try:
             values = solve_general(
-                dag, self._fingerprints, matrix, right, self._preference, self._watch(torn[0])
+                self._dag, self._fingerprints, system.matrix, system.right, self._preference, note
             )
         except SingularSystemError:
-            raise self._variables.places.unsolvable(torn) from None
-        highest = max(dag.level[node] for row in matrix for node in row.values())
-        kind = LoopKind.CONSTANT if highest <= Level.PARAM else LoopKind.VARYING
-        return dict(zip(torn, values, strict=True)), kind
+            size = range(len(system.torn))
+            rows = [[row.get(k, self._dag.zero) for k in size] for row in system.matrix]
+            raise self._unsolvable(system.torn, rows, system.right) from None
+        return None if unsafe else dict(zip(system.torn, values, strict=True))
+
+    def _preference(self, node: Node) -> int:
+        """Constants are the best pivots, then parameters, then what keeps its sign."""
+        level = self._dag.level[node]
+        if level == Level.CONST:
+            return 0
+        if not self._signs.is_certain(node):
+            return 3
+        return 1 if level == Level.PARAM else 2
+
+    def _unsolvable(
+        self, torn: Sequence[Node], rows: Sequence[Sequence[Node]], right: Sequence[Node]
+    ) -> BgError:
+        """No single solution: none where what is left of the equations is a contradiction."""
+        residue = self._fingerprints.value
+        found = solutions_of([[residue(n)[0] for n in row] for row in rows],
+                             [residue(n)[0] for n in right])  # fmt: skip
+        ports = self._variables.ports_among(self._members)
+        places = self._variables.places
+        return places.unsolvable(
+            torn, found.value, places.bonds_of(self._symbols, ports), places.elements_of(ports)
+        )
 
     def report(self, torn: Sequence[Node], kind: LoopKind, solution: LoopSolution) -> Loop:
         """What the user is told of the loop."""
@@ -259,20 +320,6 @@ class _Loop:
             solution=solution,
             span=places.span_of(torn[0]),
         )
-
-    def _watch(self, symbol: Node) -> Callable[[Node], None]:
-        """Have the runtime check parameters that the solution divides by."""
-        message = f"the algebraic loop at `{self._variables.places.name_of(symbol)}` is singular"
-
-        def note(pivot: Node) -> None:
-            if self._dag.level[pivot] == Level.PARAM:
-                self._variables.watch(pivot, message)
-
-        return note
-
-    def _preference(self, node: Node) -> int:
-        """Constants are the best pivots, then what only parameters change."""
-        return {Level.CONST: 0, Level.PARAM: 1}.get(Level(self._dag.level[node]), 2)
 
     # --- any loops --------------------------------------------------------------------------
 
@@ -302,15 +349,12 @@ class _Loop:
 
     def require_regular(self, states: Sequence[AlgebraicState], unknowns: Sequence[Node]) -> None:
         """Refuse residuals whose Jacobian is singular for all values."""
-        rows = [
-            [
-                self._fingerprints.value(node)[0]
-                for node in gradient(self._dag, s.residual, unknowns)
-            ]
-            for s in states
-        ]
-        if _is_singular(rows):
-            raise self._variables.places.unsolvable([state.symbol for state in states])
+        residue = self._fingerprints.value
+        rows = [gradient(self._dag, s.residual, unknowns) for s in states]
+        found = solutions_of([[residue(n)[0] for n in row] for row in rows], [0] * len(rows))
+        if found is not Solutions.ONE:
+            right = [state.residual for state in states]
+            raise self._unsolvable([state.symbol for state in states], rows, right)
 
 
 def _sum(dag: Dag, a: Mapping[Node, Node], b: Mapping[Node, Node]) -> dict[Node, Node]:
@@ -320,18 +364,3 @@ def _sum(dag: Dag, a: Mapping[Node, Node], b: Mapping[Node, Node]) -> dict[Node,
         if total[key] == dag.zero:
             del total[key]
     return total
-
-
-def _is_singular(rows: list[list[int]]) -> bool:
-    """Gaussian elimination modulo the prime."""
-    for k in range(len(rows)):
-        chosen = next((i for i in range(k, len(rows)) if rows[i][k]), None)
-        if chosen is None:
-            return True
-        rows[k], rows[chosen] = rows[chosen], rows[k]
-        inverse = pow(rows[k][k], -1, PRIME)
-        for i in range(k + 1, len(rows)):
-            if rows[i][k]:
-                factor = rows[i][k] * inverse % PRIME
-                rows[i] = [(x - factor * y) % PRIME for x, y in zip(rows[i], rows[k], strict=True)]
-    return False

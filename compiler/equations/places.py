@@ -18,10 +18,15 @@ class Places:
     def __init__(self, causal: CausalGraph) -> None:
         self._causal = causal
         self._elements: dict[Node, int] = {}  # symbols that are not of bonds -> element
+        self._called: dict[Node, Node] = {}  # parts of variables -> the variable
 
     def note(self, symbol: Node, element: int) -> None:
         """Say which element a symbol that is not a bond's belongs to."""
         self._elements[symbol] = element
+
+    def call(self, symbol: Node, variable: Node) -> None:
+        """Say that a symbol is to be called as a variable of which it is a part."""
+        self._called[symbol] = variable
 
     def name_of(self, symbol: Node) -> str:
         """The name of a variable that becomes an algebraic state: `diode.e`."""
@@ -63,7 +68,7 @@ class Places:
         return tuple(self._causal.graph.elements[k].name for k in found)
 
     def _leaf(self, symbol: Node) -> Symbol:
-        leaf = self._causal.graph.dag.symbol_of(symbol)
+        leaf = self._causal.graph.dag.symbol_of(self._called.get(symbol, symbol))
         assert leaf is not None
         return leaf
 
@@ -77,17 +82,29 @@ class Places:
 
     # --- errors -----------------------------------------------------------------------------
 
-    def unsolvable(self, symbols: Sequence[Node]) -> BgError:
-        """Equations have no single solution for these unknowns."""
+    def unsolvable(
+        self,
+        symbols: Sequence[Node],
+        solutions: str = "unclear",
+        bonds: Sequence[str] = (),
+        elements: Sequence[str] = (),
+    ) -> BgError:
+        """Equations have no single solution for these unknowns.
+
+        `solutions` is `none`, `many` or `unclear`; `bonds` and `elements` are those of the loop
+        where it is known.
+        """
         places = [self._place(symbol) for symbol in symbols]
         names = list(dict.fromkeys(name for name, _ in places))
-        elements = self._causal.graph.elements
+        graph = self._causal.graph
         ports = {port.element for port in self._causal.ports}
-        gyrators = [elements[k] for k in sorted(ports) if isinstance(elements[k], Gyrator)]
+        gyrators = [
+            graph.elements[k] for k in sorted(ports) if isinstance(graph.elements[k], Gyrator)
+        ]
         if gyrators:
             listed = [gyrator.name for gyrator in gyrators]
             return BgError([catalogue.gyrator_loop(gyrators[0].span, listed, names)])
-        return BgError([catalogue.singular_loop(places[0][1], names)])
+        return BgError([catalogue.singular_loop(places[0][1], bonds or names, elements, solutions)])
 
     def rate_in_loop(self, symbols: Sequence[Node]) -> BgError:
         """A loop runs through the rate of a merged variable."""

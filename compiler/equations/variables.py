@@ -8,11 +8,11 @@ raw symbols, an unknown of an equation to be solved, the rate of another node, o
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from bgc.algebra.dag import Kind
+from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.causality.causal import BasisKind, CausalGraph, Role
 from bgc.causality.certificates import Certifier
@@ -166,6 +166,11 @@ class Variables:
     def watch(self, node: Node, message: str) -> None:
         """Note a node of PARAM level that must not be zero."""
         self.watched.append(PositiveParameter(node, message, strictly_positive=False))
+
+    @property
+    def defaults(self) -> Mapping[Symbol, float]:
+        """The default of each parameter."""
+        return self._certifier.defaults
 
     def default(self, node: Node) -> float:
         """The value of a node of at most PARAM level at the parameters' defaults."""

@@ -257,19 +257,30 @@ def initial_conflict(span: Span, name: str, variable: str, others: Sequence[str]
     )
 
 
-def singular_loop(span: Span, bonds: Sequence[str]) -> Diagnostic:
-    """BG520: an algebraic loop without a solution
+def singular_loop(
+    span: Span, bonds: Sequence[str], elements: Sequence[str], solutions: str
+) -> Diagnostic:
+    """BG520: an algebraic loop without a single solution
 
     What: variables depend on each other in a circle, and the equations of the circle have no
-    solution or infinitely many.
-    Why: the loop adds up to nothing, for example a feedback of exactly one.
-    Example: `MSe(e = junction.f * R)` that cancels a resistance R.
+    solution, or infinitely many; the message says which where that can be told.
+    Why: the loop adds up to nothing, for example a feedback of exactly one. What is left of its
+    equations then is either a contradiction or says nothing.
+    Example: `MSe(e = junction.f * R)` that cancels a resistance R. With a capacitor on the same
+    junction no flow balances it; with nothing else there any flow does.
     Way out: break the loop with a storage element, or change the values in it.
     """
+    which = {
+        "none": "has no solution",
+        "many": "has infinitely many solutions",
+        "unclear": "has no solution or infinitely many",
+    }[solutions]
+    note = f"its laws are those of {_listed(elements)}" if elements else None
     return error(
         "BG520",
-        f"the algebraic loop through {_listed(bonds)} has no single solution",
+        f"the algebraic loop through {_listed(bonds)} {which}",
         span,
+        note=note,
         help="break it with a storage element, or remove what cancels in it",
     )
 
