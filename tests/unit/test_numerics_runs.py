@@ -376,7 +376,7 @@ def test_symmetric_methods_balance_energy_to_rounding(
     oscillator.start(method, accounts=True, step=step)
     stored, supplied, dissipated, residual = oscillator.finish(step * np.arange(10000))[:, -4:].T
     exchanged = max(np.abs(account).max() for account in (stored, supplied, dissipated))
-    assert np.abs(residual).max() < 1e-11 * exchanged
+    assert np.abs(residual).max() < 5e-15 * len(residual) * exchanged  # rounding of each step
 
 
 def test_accounts_do_not_change_the_solution(c_model: Any) -> None:
