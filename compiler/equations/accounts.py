@@ -60,7 +60,7 @@ def energy_accounts(variables: Variables, elements: Sequence[StorageElement]) ->
             energy = variables.new_state(Kind.DISPLACEMENT)
             power = dag.sum(_power(dag, port) for port in ports)
             name = f"{element.storage.name}.energy"
-            states.append(IntegratedState(energy, name, "J", "declared", power, dag.zero, None))
+            states.append(IntegratedState(energy, name, "J", "declared", power, dag.zero, None, ()))
         stored = dag.add(stored, energy)
     supplied, dissipated = _powers(causal)
     return Accounts(stored, supplied, dissipated, states)

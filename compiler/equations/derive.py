@@ -19,10 +19,11 @@ from bgc.equations.initial import closed_initials
 from bgc.equations.integrating import integrate_alone
 from bgc.equations.laws import positive_values
 from bgc.equations.loops import AlgebraicState
-from bgc.equations.merged_compliances import merge_compliances
+from bgc.equations.merged_compliances import merge_along_motions
 from bgc.equations.merged_inertias import merge_inertias
 from bgc.equations.resolving import Resolver
 from bgc.equations.scales import port_scales
+from bgc.equations.settling import settle_motions
 from bgc.equations.storage import (
     IntegratedState,
     StorageElement,
@@ -55,9 +56,10 @@ def derive_equations(causal: CausalGraph) -> Program:
     accounts = energy_accounts(variables, elements) if graph.scene.accounts else None
     if accounts is not None:
         stored += accounts.states
+    numbers = _state_numbers(graph, stored)
     resolver = Resolver(
         variables,
-        _state_numbers(graph, stored),
+        numbers,
         _raw_rates(graph, stored),
         pair_equations(variables),
     )
@@ -85,6 +87,7 @@ def derive_equations(causal: CausalGraph) -> Program:
         kept=graph.kept,
         loops=tuple(resolver.loops),
     )
+    program = settle_motions(program, variables, resolver, numbers)
     assert_power_balance(program)
     return program
 
@@ -103,8 +106,8 @@ def _storage_states(
             states.extend(integrate_alone(variables, element))
         else:
             merged.append(element)
-    states += merge_compliances(variables, merged)
-    return states + merge_inertias(variables, merged)
+    states += merge_inertias(variables, merged)
+    return merge_along_motions(variables, elements, states)
 
 
 def _state_numbers(graph: FlatGraph, stored: Sequence[IntegratedState]) -> dict[Node, int]:
@@ -142,6 +145,7 @@ def _integrated_states(
             derivative=resolver.resolve(state.derivative),
             projection=None,
             scale=one if state.port is None else scales[state.port],
+            stores=state.stores,
         )
         for state in stored
     ]

@@ -45,6 +45,7 @@ def _states_of_port(
             dag.sub(given, port.bias),
             initial,
             port.index,
+            (element.storage.name,),
         )
     ]
     if port.charge is not None:
@@ -71,4 +72,5 @@ def charge_state(variables: Variables, element: StorageElement, position: int) -
         flow,
         start.value if start is not None else variables.dag.zero,
         None,
+        (element.storage.name,),
     )

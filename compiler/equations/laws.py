@@ -190,6 +190,20 @@ def gyrator_law(dag: Dag, gyrator: Gyrator) -> tuple[Node, ...]:
     return (*back, *apply(dag, gyrator.matrix, flows1))
 
 
+def gyrator_matrix(dag: Dag, gyrator: Gyrator) -> Matrix:
+    """The skew matrix from a gyrator's own flows, of ports 1, then 2, to its efforts."""
+    ports = (*gyrator.ports1, *gyrator.ports2)
+    first = len(gyrator.ports1)
+
+    def entry(i: int, j: int) -> Node:
+        if (i < first) == (j < first):
+            return dag.zero
+        node = gyrator.matrix[j - first][i] if i < first else gyrator.matrix[i - first][j]
+        return node if ports[j].sign > 0 else dag.neg(node)
+
+    return tuple(tuple(entry(i, j) for j in range(len(ports))) for i in range(len(ports)))
+
+
 def _own(dag: Dag, kind: Kind, port: Port) -> Node:
     """An effort or flow in the sense of power into the element."""
     symbol = dag.symbol(kind, port.bond)

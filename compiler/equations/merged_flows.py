@@ -65,9 +65,9 @@ def _kinetic_energy(variables: Variables, elements: Sequence[StorageElement]) ->
                 row = matrix.setdefault(class_of[port.port.bond], {})
                 column = class_of[other.port.bond]
                 total = dag.add(row.get(column, dag.zero), entry)
-                if total != dag.zero:
-                    row[column] = total
-    return Form(matrix, {})
+                row[column] = total
+    kept = {k: {j: x for j, x in row.items() if x != dag.zero} for k, row in matrix.items()}
+    return Form(kept, {})
 
 
 def _definitions_of(variables: Variables, group: Group) -> list[Definition]:

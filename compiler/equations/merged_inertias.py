@@ -50,9 +50,9 @@ def _merge_inertia_group(variables: Variables, group: Group) -> list[IntegratedS
         if flows is not None:
             variables.set_flow(number, Explicit(flows[k]))
         else:
-            held = dag.sum(dag.mul(p.flow[k], p.state) for p in group.ports if k in p.flow)
+            moved = dag.sum(dag.mul(p.flow[k], p.state) for p in group.ports if k in p.flow)
             variables.set_flow(number, Unknown())
-            variables.add_equation(dag.sub(state, held), variables.symbols.of_class(number))
+            variables.add_equation(dag.sub(state, moved), variables.symbols.of_class(number))
     states = [
         charge_state(variables, element, position)
         for element in group.elements
@@ -73,6 +73,8 @@ def _merge_inertia_group(variables: Variables, group: Group) -> list[IntegratedS
                 variables.balances.merged_balance(causal.basis[k].bond_class),
                 start[k],
                 None,
+                held[k],
+                flow=k,
             )
         )
     return states

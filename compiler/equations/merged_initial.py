@@ -10,16 +10,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bgc.algebra.dag import Dag
+from bgc.algebra.linalg import identity
 from bgc.algebra.solving import SingularSystemError, solve_definite, solve_general
 from bgc.equations.initial import given_values
-from bgc.equations.storage import StorageElement, StoragePort
+from bgc.equations.storage import IntegratedState, StorageElement
 from bgc.equations.variables import Variables
 from bgc.grammar.catalogue import causality as catalogue
 from bgc.grammar.diagnostics import BgError
-from bgc.graph import Initial, Node
+from bgc.graph import Initial, Matrix, Node
 
 _Row = dict[int, Node]
 _NEGLIGIBLE = 1e-9  # of a condition's coefficients, or of its value
@@ -32,7 +33,7 @@ class _Condition:
     row: _Row
     value: Node
     element: StorageElement
-    initial: Initial
+    initial: Initial | None  # None of a value that nothing was said about
 
 
 def initial_momenta(
@@ -83,7 +84,7 @@ def _conditions_on_flows(
         elif port.charge is not None and variable == "q":
             continue  # the charge of an IC port is a state of its own
         else:
-            raise _unusable(element, initial)
+            raise _unusable(_Condition({}, dag.zero, element, initial))
         row: _Row = {}
         value = initial.value
         for other, weight in weights.items():
@@ -126,119 +127,179 @@ def _reduced_mass(
     return mass, driven
 
 
-def initial_differences(
-    variables: Variables,
-    elements: Sequence[StorageElement],
-    designated: Mapping[int, StoragePort],
-    follow: Mapping[int, Mapping[int, Node]],
-    driven: Mapping[int, Node],
-) -> dict[int, Node]:
-    """The initial `Q = q - B q_d` of merged compliances: element port -> node.
+@dataclass(frozen=True, slots=True)
+class Momenta:
+    """Momenta that are states: of an inertia alone, or of dependent ones merged.
 
-    Charges that are given hold; with none given all are zero. Charges not given are those of
-    least energy that balance the efforts, and those of the sources that drive the group:
-    `K q = K B l + G' w` for conditions `G q = g`.
+    `flows` are the independent flows of merged ones, None where each is a port's own.
+    """
+
+    elements: tuple[StorageElement, ...]
+    states: tuple[IntegratedState, ...]
+    flows: tuple[int, ...] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Stored:
+    """What free motions join: compliances, their states, and momenta."""
+
+    compliances: tuple[StorageElement, ...]
+    charges: tuple[IntegratedState, ...]  # of all their ports
+    momenta: tuple[Momenta, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Quadratic:
+    """The energy of what is stored: `response` times the quantities, less what `offset` is."""
+
+    response: list[_Row]
+    capacity: list[_Row]
+    offset: list[Node]
+
+
+def initial_quantities(
+    variables: Variables,
+    stored: Stored,
+    motions: Sequence[Mapping[Node, Node]],
+    driven: Sequence[Node],
+) -> dict[Node, Node]:
+    """The initial quantities that free motions join: symbol of the state -> node.
+
+    `motions` are B, one column each, and `driven` what sources add to the balance on each:
+    `B' K x + driven = 0`. Values that are given hold; with none given all are zero. What they
+    leave open is settled by the least energy: `K x = K B l + G' w` for conditions `G x = g`.
     """
     dag = variables.dag
-    ports = [port for element in elements for port in element.ports]
-    place = {port.index: i for i, port in enumerate(ports)}
+    states = [*stored.charges, *(state for block in stored.momenta for state in block.states)]
+    place = {state.symbol: i for i, state in enumerate(states)}
+    moved = {symbol for column in motions for symbol in column}
     conditions = [
         condition
-        for element in elements
+        for element in stored.compliances
         for condition in _conditions_on_charges(variables, element, place)
-    ]
-    charges = [dag.zero] * len(ports)
-    if conditions:
-        columns = [[dag.zero] * len(ports) for _ in designated]  # of B
-        for index, entries in follow.items():
-            for column, k in zip(columns, designated, strict=True):
-                column[place[index]] = entries.get(k, dag.zero)
-        forces = [driven[k] for k in designated]
-        charges = _least_energy(variables, elements, conditions, columns, forces, place)
-    return {
-        port.index: dag.sub(
-            charges[place[port.index]],
-            dag.sum(
-                dag.mul(b, charges[place[designated[k].index]])
-                for k, b in follow[port.index].items()
-            ),
-        )
-        for port in ports
-    }
+    ] + [c for block in stored.momenta for c in _conditions_on_momenta(dag, block, place)]
+    if not conditions:
+        return {state.symbol: state.initial for state in states}
+    told = {i for c in conditions for i in c.row}
+    for state in states:
+        if state.symbol not in moved and place[state.symbol] not in told:
+            row = {place[state.symbol]: dag.one}
+            conditions.append(_Condition(row, state.initial, conditions[0].element, None))
+    energy = _energy(variables, stored, place)
+    if energy is None:
+        raise _unusable(conditions[0])
+    columns = [[column.get(symbol, dag.zero) for symbol in place] for column in motions]
+    values = _least_energy(variables, energy, conditions, columns, driven)
+    return dict(zip(place, values, strict=True))
 
 
 def _conditions_on_charges(
-    variables: Variables, element: StorageElement, place: Mapping[int, int]
+    variables: Variables, element: StorageElement, place: Mapping[Node, int]
 ) -> list[_Condition]:
     dag = variables.dag
     found = []
     for (position, variable), initial in given_values(element).items():
         port = element.ports[position]
         if variable == ("p" if port.has_momentum else "q"):
-            row = {place[port.index]: dag.one}
+            row = {place[port.state]: dag.one}
         elif element.law.response is not None:
             line = element.law.response[position]
             row = {
-                place[other.index]: entry
+                place[other.state]: entry
                 for other, entry in zip(element.ports, line, strict=True)
                 if entry != dag.zero
             }
         else:
-            raise _unusable(element, initial)
+            raise _unusable(_Condition({}, dag.zero, element, initial))
         found.append(_Condition(row, initial.value, element, initial))
     return found
 
 
+def _conditions_on_momenta(dag: Dag, block: Momenta, place: Mapping[Node, int]) -> list[_Condition]:
+    """Momenta of which an initial value is given stay as they were found from it."""
+    given = [(e, initial) for e in block.elements for initial in e.storage.initial]
+    if not given:
+        return []
+    element, initial = given[0]
+    return [
+        _Condition({place[state.symbol]: dag.one}, state.initial, element, initial)
+        for state in block.states
+    ]
+
+
+def _energy(variables: Variables, stored: Stored, place: Mapping[Node, int]) -> _Quadratic | None:
+    """The energy as a quadratic form; None where a law is not linear."""
+    dag = variables.dag
+    energy = _Quadratic([{} for _ in place], [{} for _ in place], [dag.zero] * len(place))
+
+    def enter(symbols: Sequence[Node], response: Matrix | None, capacity: Matrix | None) -> bool:
+        if response is None or capacity is None:
+            return False
+        places = [place[symbol] for symbol in symbols]
+        for rows, matrix in ((energy.response, response), (energy.capacity, capacity)):
+            for i, line in zip(places, matrix, strict=True):
+                rows[i] = {j: x for j, x in zip(places, line, strict=True) if x != dag.zero}
+        return True
+
+    for element in stored.compliances:
+        symbols = [port.state for port in element.ports]
+        if not enter(symbols, element.law.response, element.law.capacity):
+            return None
+    for block in stored.momenta:
+        symbols = [state.symbol for state in block.states]
+        if block.flows is None:
+            law = block.elements[0].law
+            if not enter(symbols, law.response, law.capacity):
+                return None
+            continue
+        if any(element.law.capacity is None for element in block.elements):
+            return None
+        order = {k: i for i, k in enumerate(block.flows)}
+        mass, offset = _reduced_mass(variables, block.elements, order)
+        units = identity(dag, len(order))
+        inverse = solve_definite(dag, variables.causal.fingerprints, mass, units)
+        whole = tuple(tuple(row.get(j, dag.zero) for j in range(len(order))) for row in mass)
+        enter(symbols, tuple(tuple(line) for line in inverse), whole)
+        for symbol, node in zip(symbols, offset, strict=True):
+            energy.offset[place[symbol]] = node
+    return energy
+
+
 def _least_energy(
     variables: Variables,
-    elements: Sequence[StorageElement],
+    energy: _Quadratic,
     conditions: Sequence[_Condition],
     columns: Sequence[Sequence[Node]],
-    forces: Sequence[Node],
-    place: Mapping[int, int],
+    driven: Sequence[Node],
 ) -> list[Node]:
-    """`q = B l + C G' w` with `B' K q = -forces` and `G q = g` (C the inverse of K)."""
+    """`x - d = B l + C G' w` with `B' K (x - d) = -driven` and `G x = g` (C the inverse of K)."""
     dag = variables.dag
-    size = len(place)
-    capacity = _whole(variables, elements, place, capacity=True)
-    response = _whole(variables, elements, place, capacity=False)
-    if capacity is None or response is None:
-        raise _unusable(conditions[0].element, conditions[0].initial)
-    tests = [_times(dag, response, column) for column in columns]
-    right = [dag.neg(force) for force in forces]
+    size = len(energy.offset)
+    tests = [_times(dag, energy.response, column) for column in columns]
+    right = [dag.neg(node) for node in driven]
     balances = [
         ({i: node for i, node in enumerate(test) if node != dag.zero}, value)
         for test, value in zip(tests, right, strict=True)
     ]
     spans = list(columns)
-    for condition in _independent(variables, conditions, balances):
+    shifted = [
+        replace(
+            c,
+            value=dag.sub(c.value, dag.sum(dag.mul(x, energy.offset[i]) for i, x in c.row.items())),
+        )
+        for c in conditions
+    ]
+    for condition in _independent(variables, shifted, balances):
         row = [condition.row.get(i, dag.zero) for i in range(size)]
-        spans.append(_times(dag, capacity, row))
+        spans.append(_times(dag, energy.capacity, row))
         tests.append(row)
         right.append(condition.value)
     matrix = [{j: dag.dot(test, column) for j, column in enumerate(spans)} for test in tests]
     weights = _solve(variables, matrix, right)
-    return [dag.dot(weights, (column[i] for column in spans)) for i in range(size)]
-
-
-def _whole(
-    variables: Variables,
-    elements: Sequence[StorageElement],
-    place: Mapping[int, int],
-    *,
-    capacity: bool,
-) -> list[_Row] | None:
-    """The laws of all elements as one matrix."""
-    rows: list[_Row] = [{} for _ in place]
-    for element in elements:
-        law = element.law.capacity if capacity else element.law.response
-        if law is None:
-            return None
-        for port, line in zip(element.ports, law, strict=True):
-            for other, entry in zip(element.ports, line, strict=True):
-                if entry != variables.dag.zero:
-                    rows[place[port.index]][place[other.index]] = entry
-    return rows
+    return [
+        dag.add(energy.offset[i], dag.dot(weights, (column[i] for column in spans)))
+        for i in range(size)
+    ]
 
 
 def _times(dag: Dag, rows: Sequence[_Row], vector: Sequence[Node]) -> list[Node]:
@@ -267,7 +328,7 @@ def _independent(
     ]
     values = variables.at_start(nodes)
     if values is None or not all(map(math.isfinite, values)):
-        raise _unusable(conditions[0].element, conditions[0].initial)
+        raise _unusable(conditions[0])
     reduced: list[tuple[int, list[float]]] = []  # pivot, row with its value
     chosen: list[_Condition] = []
     for k in range(len(equations)):
@@ -291,6 +352,7 @@ def _independent(
 
 def _contradiction(condition: _Condition, others: Sequence[_Condition]) -> BgError:
     names = list(dict.fromkeys(other.element.storage.name for other in others))
+    assert condition.initial is not None, "what nothing was said about contradicts nothing"
     variable, span = f"{condition.initial.variable}0", condition.initial.span
     name = condition.element.storage.name
     return BgError([catalogue.initial_conflict(span, name, variable, names)])
@@ -306,7 +368,7 @@ def _solve(variables: Variables, matrix: Sequence[_Row], right: Sequence[Node]) 
         raise AssertionError("conditions that were inserted one by one are dependent") from None
 
 
-def _unusable(element: StorageElement, initial: Initial) -> BgError:
-    return BgError(
-        [catalogue.initial_unusable(initial.span, element.storage.name, f"{initial.variable}0")]
-    )
+def _unusable(condition: _Condition) -> BgError:
+    initial, name = condition.initial, condition.element.storage.name
+    assert initial is not None, "values that are given come first"
+    return BgError([catalogue.initial_unusable(initial.span, name, f"{initial.variable}0")])

@@ -105,7 +105,7 @@ class Resolver:
         if symbol is None:
             yield from self._dag.operands(node)
             return
-        if self._is_free(symbol) or node in self._states:
+        if self._is_free(symbol) or node in self._states or node in self._variables.speeds:
             return
         match self._variables.define(node):
             case Explicit(inner):
@@ -128,7 +128,7 @@ class Resolver:
             symbol = self._dag.symbol_of(inner)
             if symbol is None:
                 continue
-            if symbol.kind is Kind.INPUT:
+            if symbol.kind is Kind.INPUT or inner in self._variables.speeds:
                 raise self._no_rate(node)
             if symbol.kind is Kind.STATE:
                 rate = self._rates.get(symbol.index)
@@ -147,7 +147,7 @@ class Resolver:
             operands = dag.operands(node)
             new = tuple(self.final[x] for x in operands)
             return node if new == operands else dag.rebuild(node, new)
-        if self._is_free(symbol):
+        if self._is_free(symbol) or node in self._variables.speeds:
             return node
         if node in self._states:
             return dag.symbol(Kind.STATE, self._states[node])

@@ -20,7 +20,8 @@ from bgc.values.units import parse_unit
 class IntegratedState:
     """A state of the program that stores: its raw symbol, its rate, and what it is called.
 
-    `port` is the element port it belongs to, None of a merged one.
+    `port` is the element port it belongs to, None of a merged one; `stores` names the elements
+    whose momenta or charges it holds. `flow` is the independent flow of a merged momentum.
     """
 
     symbol: Node
@@ -30,6 +31,8 @@ class IntegratedState:
     derivative: Node
     initial: Node
     port: int | None
+    stores: tuple[str, ...]
+    flow: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +86,7 @@ def storage_elements(causal: CausalGraph, variables: Variables) -> list[StorageE
                             law.answers[position],
                             law.bias[position],
                             law.charges[position],
-                            _own_flow(causal, port),
+                            own_flow(causal, port),
                         )
                         for position, (k, port) in enumerate(zip(members, ports, strict=True))
                     ),
@@ -96,7 +99,8 @@ def _has_momentum(port: ElementPort) -> bool:
     return (port.role is Role.INERTIA) != port.dual
 
 
-def _own_flow(causal: CausalGraph, port: ElementPort) -> dict[int, Node]:
+def own_flow(causal: CausalGraph, port: ElementPort) -> dict[int, Node]:
+    """A port's row of N in the element's own sense: independent flow -> entry."""
     row = dict(causal.flows[causal.class_of[port.bond]])
     if port.turn_through < 0:
         return {k: causal.graph.dag.neg(entry) for k, entry in row.items()}
@@ -117,17 +121,13 @@ def columns_of(elements: Sequence[StorageElement], role: Role) -> dict[int, list
 def is_independent(
     causal: CausalGraph, element: StorageElement, columns: dict[int, list[StoragePort]]
 ) -> bool:
-    """Whether an element can keep its own states.
+    """Whether an element's inertias can keep their own states: each has a flow of its own.
 
-    A compliance can unless one of its ports is on a flow that only compliances determine; an
-    inertia if each of its ports has an independent flow of its own.
+    A compliance always can at first; what free motions join is merged later.
     """
     for port in element.ports:
-        kinds = {causal.basis[k].kind for k in port.flow}
-        if port.port.role is Role.COMPLIANCE:
-            if BasisKind.COMPLIANCE in kinds:
-                return False
-        else:
+        if port.port.role is Role.INERTIA:
+            kinds = {causal.basis[k].kind for k in port.flow}
             number = causal.class_of[port.port.bond]
             own = [k for k in port.flow if causal.basis[k].bond_class == number]
             if not own or kinds != {BasisKind.INERTIA} or columns[own[0]] != [port]:

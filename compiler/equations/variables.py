@@ -15,7 +15,7 @@ from typing import TypeAlias
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.causality.causal import BasisKind, CausalGraph, Role
-from bgc.causality.certificates import Certifier
+from bgc.causality.certificates import Certificate, Certifier
 from bgc.equations.balances import Balances, CausalIndex
 from bgc.equations.laws import gyrator_law, gyristor_law, resistor_law
 from bgc.equations.places import Places
@@ -46,6 +46,17 @@ class Rate:
 Definition: TypeAlias = Explicit | Unknown | Rate
 
 
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """How fast a free motion is: so that a stored quantity, no state any more, follows.
+
+    `rate` is the rate of the quantity `stored`, to which the motion's speed adds.
+    """
+
+    stored: Node
+    rate: Node
+
+
 class Variables:
     """The definitions of a causal graph's bond variables.
 
@@ -68,6 +79,9 @@ class Variables:
         )
         self._certifier = Certifier(self.dag, causal.fingerprints, causal.graph.parameters)
         self.watched: list[PositiveParameter] = []
+        self.speeds: dict[Node, Speed] = {}
+        self.resting: set[Node] = set()  # states whose rates are those at motions of speed zero
+        self._rests: dict[Node, Node | None] = {}  # unknown -> its part beside free motions
         self.index = CausalIndex(causal)
         self.symbols = Symbols(causal)
         self.places = Places(causal)
@@ -154,6 +168,29 @@ class Variables:
             if port.role is Role.RESISTANCE and laws.get(k) in members
         ]
 
+    def new_speed(self, stored: Node, rate: Node) -> Node:
+        """A symbol for the speed of a free motion, which adds to the rate of a quantity."""
+        symbol = self.new_state(Kind.DISPLACEMENT)
+        self.speeds[symbol] = Speed(stored, rate)
+        return symbol
+
+    def set_share(self, symbol: Node, share: Node, *, alone: bool) -> None:
+        """Say what free motions add to an unknown flow or across variable.
+
+        What they do not add is an unknown of the resistive equations; of one that is `alone`
+        there is no such part, and its equation follows from the others'.
+        """
+        rest = None if alone else self.new_state(Kind.DISPLACEMENT)
+        self._rests[symbol] = rest
+        self.definitions[symbol] = Explicit(share if rest is None else self.dag.add(rest, share))
+        if rest is not None:
+            self.definitions[rest] = Unknown()
+            self.places.call(rest, symbol)
+
+    def certificate(self, node: Node) -> Certificate | None:
+        """The proof that a node never vanishes, None where there is none."""
+        return self._certifier.certify(node)
+
     def may_divide(self, node: Node, message: str) -> bool:
         """Whether a node never vanishes; the parameters that this takes are noted."""
         certificate = self._certifier.certify(node)
@@ -216,6 +253,9 @@ class Variables:
             if independent.kind is BasisKind.RESISTANCE:
                 number = independent.bond_class
                 unknown = self.symbols.of_class(number)
+                if unknown in self._rests:
+                    self._add_resting(self.balances.balance(number), unknown)
+                    continue
                 self.definitions[unknown] = Unknown()
                 for k in self.causal.classes[number].ports:
                     if k in laws:
@@ -228,7 +268,17 @@ class Variables:
         for k, node in laws.items():
             port = self.causal.ports[k]
             residual = self.dag.sub(self.symbols.port_through(port), node)
-            self.add_equation(residual, self.symbols.across(port.bond))
+            unknown = self.symbols.across(port.bond)
+            if unknown in self._rests:
+                self._add_resting(residual, unknown)
+            else:
+                self.add_equation(residual, unknown)
+
+    def _add_resting(self, residual: Node, unknown: Node) -> None:
+        """Add the equation of an unknown that free motions take part in, if it says anything."""
+        rest = self._rests[unknown]
+        if rest is not None:
+            self.add_equation(residual, rest)
 
     # --- definitions ----------------------------------------------------------------------
 
