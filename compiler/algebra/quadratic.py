@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from heapq import heapify, heappop, heappush
+from heapq import heappop, heappush
 
 from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
@@ -103,6 +103,29 @@ def minimise_in_order(
     return found
 
 
+def inline(dag: Dag, definitions: Sequence[Definition]) -> list[Definition]:
+    """The definitions without variables that are always zero, or another one up to its sign."""
+    alias: dict[int, tuple[int, Node] | None] = {}  # None: the variable is zero
+    found = []
+    for definition in reversed(definitions):
+        row: Row = {}
+        for number, entry in definition.row.items():
+            target = alias.get(number, (number, dag.one))
+            if target is not None:
+                other, sign = target
+                row[other] = dag.add(row.get(other, dag.zero), dag.mul(entry, sign))
+        row = {number: entry for number, entry in row.items() if entry != dag.zero}
+        match list(row.items()):
+            case []:
+                alias[definition.variable] = None
+            case [(other, entry)] if dag.value(entry) in {1, -1}:
+                alias[definition.variable] = (other, entry)
+            case _:
+                pass
+        found.append(Definition(definition.variable, row))
+    return found[::-1]
+
+
 def _operations(dag: Dag, minima: Iterable[Minimum]) -> int:
     """The operations at run time."""
     roots = [n for m in minima for n in (m.pivot, m.offset, *m.row.values())]
@@ -123,15 +146,10 @@ def _minimise(
     """One order; None as soon as it made more nodes than the budget."""
     work = _Work(dag, fingerprints, form, definitions, free)
     first = len(dag)
-    minima: list[Minimum] = []
-    for definition in definitions:
-        released = work.substitute(definition)
-        if early:
-            minima += work.minimise_all(released)
+    while work.step(minimise_first=early):
         if budget is not None and len(dag) - first > budget:
             return None
-    minima += work.minimise_all([k for k in free if work.is_open(k)])
-    return minima
+    return work.minima
 
 
 class _Work:
@@ -147,25 +165,62 @@ class _Work:
         self._fingerprints = fingerprints
         self._matrix = {k: dict(row) for k, row in form.matrix.items()}
         self._vector = dict(form.vector)
-        self._open = set(free)
-        self._held = dict.fromkeys(free, 0)  # definitions that hold a free variable
-        self._moving = {*free, *(d.variable for d in definitions)}
-        for definition in definitions:
-            for k in definition.row:
+        self._place = {d.variable: place for place, d in enumerate(definitions)}
+        self._definitions: dict[int, Row] = {}
+        needed = set(form.matrix)
+        for definition in inline(dag, definitions):
+            if definition.variable in needed:
+                self._definitions[definition.variable] = definition.row
+                needed |= set(definition.row)
+        self._moving = {*free, *self._definitions}
+        self._held = dict.fromkeys(self._moving, 0)  # definitions that hold a variable
+        for row in self._definitions.values():
+            for k in row:
                 if k in self._held:
                     self._held[k] += 1
+        self._deepest: list[tuple[int, int]] = []
+        self._free: list[tuple[int, int]] = []
+        self.minima: list[Minimum] = []
+        for k, count in self._held.items():
+            if count == 0:
+                self._release(k)
 
-    def is_open(self, variable: int) -> bool:
-        """Whether a free variable has not been minimised over."""
-        return variable in self._open
+    def step(self, *, minimise_first: bool) -> bool:
+        """Take a variable of the kind that goes first, if there is one; False at the end."""
+        kinds = [self._minimise_next, self._substitute_next]
+        return any(take() for take in (kinds if minimise_first else reversed(kinds)))
 
-    def substitute(self, definition: Definition) -> list[int]:
-        """Put a definition in; gives the free variables that no definition holds any more."""
-        dag, d = self._dag, definition.variable
+    def _release(self, variable: int) -> None:
+        """Let a variable that no definition holds any more be taken."""
+        if variable in self._definitions:
+            heappush(self._deepest, (self._place[variable], variable))
+        else:
+            heappush(self._free, (len(self._matrix.get(variable, ())), variable))
+
+    def _minimise_next(self) -> bool:
+        """Minimise over the free variable that has fewest others."""
+        while self._free:
+            degree, k = heappop(self._free)
+            now = len(self._matrix.get(k, ()))
+            if degree == now:
+                self.minima.append(self._minimise(k))
+                return True
+            heappush(self._free, (now, k))
+        return False
+
+    def _substitute_next(self) -> bool:
+        """Put in the definition farthest from the free variables."""
+        if self._deepest:
+            self._substitute(heappop(self._deepest)[1])
+            return True
+        return False
+
+    def _substitute(self, d: int) -> None:
+        """Put a definition in."""
+        dag, row = self._dag, self._definitions[d]
         coupled = self._remove(d)
         own = coupled.pop(d, dag.zero)
         pull = self._vector.pop(d, dag.zero)
-        row = definition.row
         whole = {j: dag.add(coupled.get(j, dag.zero), dag.mul(c, own)) for j, c in row.items()}
         variables = list(row)
         for place, i in enumerate(variables):
@@ -178,27 +233,11 @@ class _Work:
             for j, entry in coupled.items():
                 if j not in row:
                     self._add(i, j, dag.mul(c, entry))
-        released = []
         for k in row:
             if k in self._held:
                 self._held[k] -= 1
                 if self._held[k] == 0:
-                    released.append(k)
-        return released
-
-    def minimise_all(self, variables: Iterable[int]) -> list[Minimum]:
-        """Minimise over free variables, the one with fewest others first."""
-        queue = [(len(self._matrix.get(k, ())), k) for k in variables]
-        heapify(queue)
-        minima = []
-        while queue:
-            degree, k = heappop(queue)
-            now = len(self._matrix.get(k, ()))
-            if degree != now:
-                heappush(queue, (now, k))
-                continue
-            minima.append(self._minimise(k))
-        return minima
+                    self._release(k)
 
     def _minimise(self, k: int) -> Minimum:
         dag = self._dag
@@ -207,7 +246,6 @@ class _Work:
         offset = self._vector.pop(k, dag.zero)
         if pivot == dag.zero:
             raise SingularFormError(k)
-        self._open.discard(k)
         others = sorted(row)
         for place, i in enumerate(others):
             factor = dag.div(row[i], pivot)
