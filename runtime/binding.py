@@ -20,7 +20,7 @@ from bgc.grammar.catalogue.machine import cannot_load
 from bgc.grammar.catalogue.run import no_memory
 from bgc.grammar.diagnostics import BgError
 
-ABI = 1
+ABI = 2
 
 Array: TypeAlias = NDArray[np.float64]
 _Fields: TypeAlias = list[tuple[str, Any]]
@@ -43,6 +43,7 @@ class Status(IntEnum):
     NOT_EXPLICIT = 11
     INCONSISTENT = 12
     NOT_CONVERGED = 13
+    CHATTERING = 14
 
 
 class ParamInfo(ctypes.Structure):
@@ -73,6 +74,12 @@ class DeviceInfo(ctypes.Structure):
     """`bgc_device_info`."""
 
     _fields_: ClassVar[_Fields] = [("name", c_char_p), ("driver", c_char_p), ("options", c_char_p)]
+
+
+class SwitchInfo(ctypes.Structure):
+    """`bgc_switch_info`."""
+
+    _fields_: ClassVar[_Fields] = [("operation", c_int), ("timed", c_int), ("jumps", c_int)]
 
 
 _FACTOR_TABLES = (
@@ -119,6 +126,9 @@ class ModelStruct(ctypes.Structure):
         ("mass_row", POINTER(c_int)),
         ("mass_col", POINTER(c_int)),
         *((name, POINTER(c_int)) for name in _FACTOR_TABLES),
+        ("switch_info", POINTER(SwitchInfo)),
+        ("n_switch", c_int),
+        ("n_timed", c_int),
         ("step", c_double),
         ("duration", c_double),
         ("every", c_double),
@@ -145,7 +155,7 @@ class CountsStruct(ctypes.Structure):
 
     _fields_: ClassVar[_Fields] = [
         *((name, c_long) for name in ("steps", "rejected", "rhs", "jacobians", "factorisations")),
-        *((name, c_long) for name in ("solves", "refinements", "fallbacks", "samples")),
+        *((name, c_long) for name in ("solves", "refinements", "fallbacks", "samples", "events")),
         *((name, c_double) for name in ("last_step", "worst_step_seconds", "run_seconds")),
     ]
 
@@ -175,6 +185,7 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_failed_parameter": (c_int, (c_void_p,)),
     "bgc_failed_assertion": (c_int, (c_void_p,)),
     "bgc_failed_state": (c_int, (c_void_p,)),
+    "bgc_failed_switch": (c_int, (c_void_p,)),
     "bgc_time": (c_double, (c_void_p,)),
     "bgc_state": (_Doubles, (c_void_p,)),
     "bgc_input": (_Doubles, (c_void_p,)),
@@ -294,6 +305,11 @@ class Instance:
     def failed_state(self) -> int:
         """Index of the state at fault, -1 if none is known."""
         return int(self._ask("bgc_failed_state"))
+
+    @property
+    def failed_switch(self) -> int:
+        """Index of the switch that chatters, -1 if none does."""
+        return int(self._ask("bgc_failed_switch"))
 
     @property
     def counts(self) -> dict[str, float]:

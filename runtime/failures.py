@@ -62,6 +62,8 @@ def explain(instance: Instance, status: Status) -> Diagnostic:
             return run.inconsistent(time, _state_at_fault(instance))
         case Status.NOT_CONVERGED:
             return run.not_converged(time)
+        case Status.CHATTERING:
+            return run.chattering(time)
         case Status.OK | Status.BAD_ARGUMENT:
             raise AssertionError(f"the runtime returned {status.name}")
         case _:

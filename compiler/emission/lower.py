@@ -9,10 +9,11 @@ from fractions import Fraction
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.emission.differentiate import differentiate
 from bgc.emission.kernels import hoisted_nodes
-from bgc.emission.lowered import Jacobian, Kernel, Lowered, Reads, Store
+from bgc.emission.lowered import Jacobian, Kernel, Lowered, Reads, Store, Switch
 from bgc.emission.optimise import number_values
 from bgc.emission.rewrite import map_program, program_roots
 from bgc.emission.sparse import plan_lu
+from bgc.emission.switches import hold_modes
 from bgc.graph import Node
 from bgc.program import MassEntry, Program
 
@@ -25,9 +26,9 @@ def lower(program: Program) -> Lowered:
     The program should be optimised before. Nodes of the result are those of its own program,
     on a graph of its own.
     """
-    program, jacobian = _differentiated(program)
+    program, switches, jacobian = _differentiated(*hold_modes(program))
     program = _with_a_mass(program, jacobian)
-    kernels = _kernels(program, jacobian)
+    kernels = _kernels(program, switches, jacobian)
     for kernel in kernels:
         _verify(program.dag, kernel)
     hoisted = hoisted_nodes(program.dag, kernels)
@@ -41,6 +42,7 @@ def lower(program: Program) -> Lowered:
     )
     return Lowered(
         program=program,
+        switches=switches,
         jacobian=jacobian,
         plan=plan_lu(program, jacobian),
         hoisted=hoisted,
@@ -69,11 +71,14 @@ def _verify(dag: Dag, kernel: Kernel) -> None:
         assert not inputs, f"{kernel.name} reads device inputs"
 
 
-def _differentiated(program: Program) -> tuple[Program, Jacobian]:
+def _differentiated(
+    program: Program, switches: tuple[Switch, ...]
+) -> tuple[Program, tuple[Switch, ...], Jacobian]:
     """The program and its Jacobian, optimised together; entries found to be zero are gone."""
     program, jacobian = differentiate(program)
-    derivatives = (*jacobian.entries, *jacobian.by_time)
-    dag, new = number_values(program.dag, (*program_roots(program), *derivatives))
+    others = (*jacobian.entries, *jacobian.by_time, *(switch.argument for switch in switches))
+    dag, new = number_values(program.dag, (*program_roots(program), *others))
+    switches = tuple(replace(switch, argument=new[switch.argument]) for switch in switches)
     kept = [
         (row, column, new[node])
         for row, column, node in zip(jacobian.rows, jacobian.columns, jacobian.entries, strict=True)
@@ -85,14 +90,16 @@ def _differentiated(program: Program) -> tuple[Program, Jacobian]:
         entries=tuple(node for _, _, node in kept),
         by_time=tuple(new[node] for node in jacobian.by_time),
     )
-    return map_program(program, dag, new.__getitem__), optimised
+    return map_program(program, dag, new.__getitem__), switches, optimised
 
 
 def _stores(array: str, nodes: Iterable[Node]) -> tuple[Store, ...]:
     return tuple(Store(array, index, node) for index, node in enumerate(nodes))
 
 
-def _kernels(program: Program, jacobian: Jacobian) -> tuple[Kernel, ...]:
+def _kernels(
+    program: Program, switches: tuple[Switch, ...], jacobian: Jacobian
+) -> tuple[Kernel, ...]:
     """All kernels but `prepare`, those of the inner loop first."""
 
     def kernel(
@@ -168,6 +175,19 @@ def _kernels(program: Program, jacobian: Jacobian) -> tuple[Kernel, ...]:
             *_stores("a", (g.condition for g in program.guards)),
         ),
         *([project] if projections else []),
+        *(
+            [
+                kernel(
+                    "switches",
+                    "The arguments of discontinuous operations.",
+                    _RUNNING,
+                    "z",
+                    *_stores("z", (switch.argument for switch in switches)),
+                )
+            ]
+            if switches
+            else []
+        ),
         kernel(
             "mass",
             "The entries of M in the order of mass_row and mass_col.",

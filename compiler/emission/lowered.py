@@ -8,7 +8,7 @@ entries to compute in which order.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
+from enum import Enum, IntEnum
 
 from bgc.graph import Node
 from bgc.program import Program
@@ -81,11 +81,36 @@ class LuPlan:
         return len(self.rows) + sum(map(len, self.lower)) + sum(map(len, self.upper))
 
 
+class Operation(IntEnum):
+    """A discontinuous operation on one argument z, as `bgc_operation` numbers them."""
+
+    ABOVE = 0  # z > 0
+    NOT_BELOW = 1  # z >= 0
+    SIGN = 2  # -1, 0, 1
+    FLOOR = 3
+    CEIL = 4
+    TRUNC = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """A discontinuous operation whose result, its mode, is held over a step.
+
+    Mode k is INPUT symbol `program.inputs + k`; where it is a NaN, the operation is made instead.
+    """
+
+    operation: Operation
+    argument: Node
+    timed: bool  # no state is in the argument
+    jumps: bool  # False: what it switches is continuous there, for certain
+
+
 @dataclass(frozen=True, slots=True)
 class Lowered:
     """All that the printer needs. `hoisted[k]` is the node that h[k] holds."""
 
     program: Program
+    switches: tuple[Switch, ...]
     jacobian: Jacobian
     plan: LuPlan
     hoisted: tuple[Node, ...]

@@ -53,6 +53,8 @@ def model_tables(
         ("n_mass", str(len(program.mass or ()))),
         ("n_lu", str(lowered.plan.entries)),
         ("n_check", str(len(program.positive))),
+        ("n_switch", str(len(lowered.switches))),
+        ("n_timed", str(sum(switch.timed for switch in lowered.switches))),
     ]
 
     def table(field: str, type_: str, rows: Sequence[str]) -> None:
@@ -67,6 +69,7 @@ def model_tables(
 
     table("param", "bgc_param_info ", _parameters(program))
     table("state", "bgc_var_info ", _variables((s.name, s.unit) for s in program.states))
+    table("switch_info", "bgc_switch_info ", _switches(lowered))
     table("output", "bgc_var_info ", _variables((o.name, o.unit) for o in program.observations))
     table("input", "bgc_channel_use ", _inputs(program))
     table("command", "bgc_channel_use ", [_channel(d, use) for d, use in commands])
@@ -143,6 +146,13 @@ def _parameters(program: Program) -> list[str]:
 def _variables(variables: Iterable[tuple[str, str]]) -> list[str]:
     return [
         f"/* {k} */ {{{quoted(name)}, {quoted(unit)}}}" for k, (name, unit) in enumerate(variables)
+    ]
+
+
+def _switches(lowered: Lowered) -> list[str]:
+    return [
+        f"{{BGC_{switch.operation.name}, {int(switch.timed)}, {int(switch.jumps)}}}"
+        for switch in lowered.switches
     ]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bgc.grammar.catalogue import error, warning
 from bgc.grammar.diagnostics import Diagnostic
+from bgc.grammar.source import Span
 
 _FASTEST = "see which state is at fault, and whether its parameters and initial value make sense"
 
@@ -200,6 +201,29 @@ def inconsistent(time: float, state: str | None) -> Diagnostic:
         "BG711",
         f"at t = {time:.9g} s no values near the given ones satisfy the equations{_state(state)}",
         help="give `unknown NAME = VALUE;` a better starting value, or mend its equation",
+    )
+
+
+def chattering(time: float, place: Span | None = None) -> Diagnostic:
+    """BG715: a law switches to and fro without end
+
+    What: a law that jumps (`if .. then .. else`, `sign`) changes its mode again as soon as it has
+    changed it, again and again, and time stands still.
+
+    Why: on both sides of the switch the model is driven back to it. It would have to stick there
+    with a value in between, which the law does not give.
+
+    Example: dry friction written as `R { e = mu*N*sign(f); }`, when the body comes to rest.
+
+    Way out: give the law a steep slope instead of the jump (`e = mu*N*tanh(f/v0)`, with a small
+    v0), or let it stick on a stiff spring (a C in series with the friction).
+    """
+    return error(
+        "BG715",
+        f"at t = {time:.9g} s a law switches to and fro without end",
+        place,
+        help="give it a steep slope instead of a jump, such as `tanh(f/v0)` for `sign(f)`, or let "
+        "it stick on a stiff spring",
     )
 
 

@@ -14,7 +14,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 1
+#define BGC_ABI 2
 
 typedef enum {
     BGC_OK = 0,
@@ -30,7 +30,8 @@ typedef enum {
     BGC_NO_MEMORY,
     BGC_NOT_EXPLICIT,    /* an explicit method on a model with algebraic equations */
     BGC_INCONSISTENT,    /* no values satisfy the algebraic equations near those at hand */
-    BGC_NOT_CONVERGED    /* the iteration for the stages of an implicit step found no solution */
+    BGC_NOT_CONVERGED,   /* the iteration for the stages of an implicit step found no solution */
+    BGC_CHATTERING       /* a law switches without end: bgc_failed_switch names it */
 } bgc_status;
 
 typedef struct {
@@ -70,6 +71,22 @@ typedef struct {
     const char *options;  /* "key=value" lines, as written in the scene */
 } bgc_device_info;
 
+/* A discontinuous operation on one argument z: its result is its mode. */
+typedef enum {
+    BGC_ABOVE = 0,      /* z > 0 */
+    BGC_NOT_BELOW = 1,  /* z >= 0 */
+    BGC_SIGN = 2,       /* -1, 0 or 1 */
+    BGC_FLOOR = 3,
+    BGC_CEIL = 4,
+    BGC_TRUNC = 5
+} bgc_operation;
+
+typedef struct {
+    int operation;  /* one of bgc_operation */
+    int timed;      /* z depends on time, inputs and parameters alone */
+    int jumps;      /* 0: the laws that it switches are continuous there */
+} bgc_switch_info;
+
 typedef struct bgc_model {
     uint32_t abi;       /* BGC_ABI */
     const char *name;   /* scene's name */
@@ -78,7 +95,7 @@ typedef struct bgc_model {
     int n_param;   /* p */
     int n_hoist;   /* h: everything that depends on parameters only */
     int n_state;   /* x */
-    int n_input;   /* u: device inputs, held over a sample */
+    int n_input;   /* u: device inputs, held over a sample; n_switch modes follow them in u */
     int n_output;  /* y: observed, without the energy accounts */
     int n_command; /* c: to devices */
     int n_assert;
@@ -106,6 +123,12 @@ typedef struct bgc_model {
      * Jacobian goes to place lu_jac[e], of M to lu_mass[e]. */
     const int *pivot_row, *pivot_col;
     const int *lu_row, *lu_pivot, *lu_col, *lu_jac, *lu_mass;
+
+    /* Discontinuous operations that the derivatives or energies depend on, timed ones first. A
+     * kernel takes u[n_input + k] for the result of operation k, or computes it if that is a NaN. */
+    const bgc_switch_info *switch_info;
+    int n_switch;
+    int n_timed;
 
     double step;       /* the scene's step (and device sample), s; 0 if it gives none */
     double duration;   /* the scene's run, s; 0 if it gives none */
@@ -140,6 +163,9 @@ typedef struct bgc_model {
                    double *w);
     /* states that are set after each completed step (a quaternion's length); NULL if none. */
     void (*project)(const double *h, double t, double *x, double *w);
+    /* the arguments of the switches; NULL if there are none. */
+    void (*switches)(const double *h, double t, const double *x, const double *u, double *z,
+                     double *w);
     /* a[k] nonzero: assertion k holds. */
     void (*asserts)(const double *h, double t, const double *x, const double *u, double *a,
                     double *w);
@@ -166,6 +192,7 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t);
 int bgc_failed_parameter(const bgc_data *d); /* index into param, or n_param + check index */
 int bgc_failed_assertion(const bgc_data *d);
 int bgc_failed_state(const bgc_data *d);     /* the state at fault, or -1 */
+int bgc_failed_switch(const bgc_data *d);
 const char *bgc_status_text(bgc_status s);
 
 /* The present: the end of the last step, which may lie beyond the last row (see bgc_run). */
@@ -204,6 +231,7 @@ typedef struct {
 typedef struct {
     long steps, rejected, rhs, jacobians, factorisations, solves, refinements, fallbacks;
     long samples;       /* of devices */
+    long events;        /* times at which a switch changed its mode */
     double last_step, worst_step_seconds, run_seconds;
 } bgc_counts;
 
@@ -217,7 +245,8 @@ const char *bgc_method_name(int k);           /* k-th method, NULL past the last
  * step may end beyond the last row; the next call goes on from there, and rows in several calls
  * have the bits of rows in one. Steps of a model with devices or inputs end at samples.
  * `done` counts finished rows, also after a failure; the instance then stands at its last good
- * state, and its devices without force. */
+ * state, and its devices without force. A step ends where a switch leaves its mode; rows before
+ * that time are in the old mode, one at that time is in the new. */
 bgc_status bgc_run(const bgc_model *m, bgc_data *d, const double *times, size_t n, double *rows,
                    size_t *done);
 void bgc_stop(bgc_data *d);                   /* async-signal-safe: bgc_run returns soon */

@@ -10,7 +10,7 @@
 
 #include <stdatomic.h>
 
-enum { BGC_MAX_STAGES = 8, BGC_MAX_IMPLICIT = 3, BGC_MAX_DENSE = 3, BGC_LANES = 8 };
+enum { BGC_MAX_STAGES = 8, BGC_MAX_IMPLICIT = 3, BGC_MAX_DENSE = 3, BGC_LANES = 8, BGC_SAMPLES = 5 };
 
 /* Vectors of states take whole cache lines; what is beyond n stays zero. */
 static inline size_t bgc_padded(int n) {
@@ -85,19 +85,24 @@ typedef struct {
     long max_steps;
 
     int ready; /* a reset succeeded */
-    int failed_parameter, failed_assertion, failed_state;
+    int failed_parameter, failed_assertion, failed_state, failed_switch;
 
     /* Time is origin + ticks step under a fixed step, and samples are at origin + k period. */
     double t, origin, period;
     int64_t ticks, sample;
+    int between; /* an event cut the fixed step that is under way */
 
     int f_valid, jac_valid; /* at the present t, x, u */
-    int f_ahead;            /* f at the end of a fixed step is in d->error */
+    int f_ahead;            /* f at the end of the step is in d->error */
     int algebraic;          /* empty rows of M: equations without a rate */
 
-    /* The last step, for rows inside it. */
-    double t_old;
+    /* The last step, for rows inside it; its dense output goes to t_end, beyond t after an event. */
+    double t_old, t_end;
     bgc_dense_state dense;
+
+    int event;       /* the step under way ends at one */
+    double event_at; /* the time of the last one */
+    int unresolved;  /* steps in a row that were too long for the argument of a switch */
 
     /* The factorisation at hand: of c M - J, for so many more steps. */
     double c;
@@ -127,6 +132,11 @@ struct bgc_data {
     /* Saved. */
     size_t n_saved;
     double *p, *h, *x, *u, *u_seen, *scale, *mass;
+    double *u_step;        /* u of the last step, its modes among them */
+    double *mode;          /* n_switch: modes at present; NaN where a switch has none any more */
+    double *argument;      /* n_switch: arguments at present */
+    double *extent;        /* n_switch: the largest size of each argument so far */
+    double *returns;       /* n_switch: how often in a row it has changed at once */
     double *inverse_mass;  /* 1 / m_ii where row i of M has that entry only, else 0 */
     double *algebraic;     /* 1 where row i of M is empty, else 0 */
     double *jac, *dfdt, *lu, *f;
@@ -139,6 +149,8 @@ struct bgc_data {
     bgc_complex *complex_right, *complex_work;
     double *next, *error, *point, *right, *residual, *magnitude, *b;
     double *output, *command, *check, *work;
+    double *samples;       /* BGC_SAMPLES vectors of arguments of switches */
+    double *probe, *after; /* arguments of switches */
     double *sparse_work;   /* 2 n_state: of elimination by tables */
     double *dense_lu;      /* n by n: the fallback */
     int *pivot;
@@ -198,8 +210,18 @@ bgc_status bgc_satisfy(const bgc_model *m, bgc_data *d, double t, double *x);
 bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d);
 bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, double t);
 
+/* --- events.c */
+void bgc_hold_modes(const bgc_model *m, bgc_data *d);
+void bgc_release_modes(const bgc_model *m, bgc_data *d);
+void bgc_find_modes(const bgc_model *m, bgc_data *d);
+void bgc_reset_modes(const bgc_model *m, bgc_data *d);
+double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end);
+bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_shorten,
+                          double *found);
+bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole);
+
 /* --- dense.c */
-void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method);
+void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, double end);
 void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x);
 void bgc_integrate_energy(const bgc_model *m, bgc_data *d, double t, double power[2]);
 void bgc_sum_energy(const bgc_model *m, bgc_data *d, const bgc_collocation *method,

@@ -111,7 +111,8 @@ static void correct_complex(const bgc_model *m, bgc_data *d, const bgc_collocati
     }
 }
 
-/* Stages to begin with: the last step's polynomial continued, or no change where there is none. */
+/* Stages to begin with: the last step's polynomial continued, or no change where there is none, or
+ * an event has ended it. */
 static void predict_stages(const bgc_model *m, const bgc_data *d, const bgc_collocation *method,
                            double h, double *z) {
     const int n = m->n_state;
@@ -120,7 +121,8 @@ static void predict_stages(const bgc_model *m, const bgc_data *d, const bgc_coll
     const double before = d->core.t - d->core.t_old;
 
     memset(z, 0, (size_t)method->stages * width * sizeof *z);
-    if (d->core.dense != BGC_DENSE_READY || !(before > 0.0) || method->embedded == 0) {
+    if (d->core.dense != BGC_DENSE_READY || !(before > 0.0) || method->embedded == 0 ||
+        d->core.t != d->core.t_end) {
         return;
     }
     for (int s = 0; s < method->stages; s++) {

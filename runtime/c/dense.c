@@ -24,12 +24,16 @@ static void store_collocation(int n, bgc_data *d, const bgc_collocation *method)
     }
 }
 
-/* After a step and before it is made the present: keeps what interpolation needs. */
-void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method) {
+/* After a step to d->next at `end` and before it is made the present: keeps what interpolation
+ * needs. */
+void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, double end) {
     const bgc_tableau *tableau = method->tableau;
     const int n = m->n_state;
     const size_t size = (size_t)n * sizeof(double);
 
+    d->core.t_old = d->core.t;
+    d->core.t_end = end;
+    memcpy(d->u_step, d->u, (size_t)(m->n_input + m->n_switch) * sizeof(double));
     memcpy(d->y0, d->x, size);
     memcpy(d->y1, d->next, size);
     if (tableau != NULL && tableau->dense > 0) {
@@ -56,19 +60,38 @@ static int is_smooth(double start, double end) {
     return fabs(start) <= most * fabs(end) && fabs(end) <= most * fabs(start);
 }
 
+/* f at the end of the last step, or of the one that is being looked at: there d->f is still f at its
+ * start. */
+static const double *slope_at_end(const bgc_model *m, bgc_data *d) {
+    bgc_core *core = &d->core;
+    const size_t size = (size_t)m->n_state * sizeof *d->x;
+
+    if (core->t == core->t_old) {
+        if (!core->f_ahead) {
+            m->rhs(d->h, core->t_end, d->y1, d->u_step, d->error, d->work);
+            core->counts.rhs++;
+            core->f_ahead = 1;
+        }
+        return d->error;
+    }
+    m->rhs(d->h, core->t_end, d->y1, d->u_step, d->f, d->work);
+    core->counts.rhs++;
+    core->f_valid = memcmp(d->x, d->y1, size) == 0 &&
+                    memcmp(d->u, d->u_step, (size_t)m->n_input * sizeof *d->u) == 0;
+    return d->f;
+}
+
 /* Makes the cubic of Hermite out of the slope at the start, in k, and the one at the end; the
  * chord where the cubic is not to be trusted, or a state has no derivative. */
 static void complete_slopes(const bgc_model *m, bgc_data *d) {
     const int n = m->n_state;
-    const double h = d->core.t - d->core.t_old;
+    const double h = d->core.t_end - d->core.t_old;
+    const double *f_end = slope_at_end(m, d);
     double *k1 = d->k, *k2 = k1 + bgc_padded(n), *k3 = k2 + bgc_padded(n);
 
-    m->rhs(d->h, d->core.t, d->y1, d->u, d->f, d->work);
-    d->core.counts.rhs++;
-    d->core.f_valid = memcmp(d->x, d->y1, (size_t)n * sizeof *d->x) == 0;
     for (int i = 0; i < n; i++) {
         const double rise = d->y1[i] - d->y0[i], scale = h * d->inverse_mass[i];
-        const double start = scale * k1[i] - rise, end = scale * d->f[i] - rise;
+        const double start = scale * k1[i] - rise, end = scale * f_end[i] - rise;
         const int smooth = scale != 0.0 && is_smooth(start, end);
         k1[i] = smooth ? start : 0.0;
         k2[i] = smooth ? -(start + end) : 0.0;
@@ -86,7 +109,7 @@ void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
     if (d->core.dense == BGC_SLOPES_PENDING) {
         complete_slopes(m, d);
     }
-    s = (t - d->core.t_old) / (d->core.t - d->core.t_old);
+    s = (t - d->core.t_old) / (d->core.t_end - d->core.t_old);
     r = 1.0 - s;
     for (int i = 0; i < n; i++) {
         x[i] = r * d->y0[i] + s * (d->y1[i] + r * (k1[i] + s * (k2[i] + s * k3[i])));
@@ -129,12 +152,12 @@ void bgc_integrate_energy(const bgc_model *m, bgc_data *d, double t, double powe
         double energy[3];
         if (k == 0) {
             x = d->y0;
-        } else if (k == 3 && t == d->core.t) {
+        } else if (k == 3 && t == d->core.t_end) {
             x = d->y1;
         } else {
             bgc_interpolate(m, d, at, d->point);
         }
-        m->energy(d->h, at, x, d->u, energy, d->work);
+        m->energy(d->h, at, x, d->u_step, energy, d->work);
         power[0] += weight[k] * length * energy[1];
         power[1] += weight[k] * length * energy[2];
     }

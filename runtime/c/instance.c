@@ -24,12 +24,18 @@ static double *place(layout *l, size_t count) {
 static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     const size_t n = (size_t)m->n_state;
     const size_t checks = (size_t)(m->n_assert > m->n_check ? m->n_assert : m->n_check);
+    const size_t switches = (size_t)m->n_switch;
     layout l = {from, 0};
 
     d->p = place(&l, (size_t)m->n_param);
     d->h = place(&l, (size_t)m->n_hoist);
     d->x = place(&l, n);
-    d->u = place(&l, (size_t)m->n_input);
+    d->u = place(&l, (size_t)m->n_input + switches);
+    d->u_step = place(&l, (size_t)m->n_input + switches);
+    d->mode = place(&l, switches);
+    d->argument = place(&l, switches);
+    d->extent = place(&l, switches);
+    d->returns = place(&l, switches);
     d->u_seen = place(&l, (size_t)m->n_input);
     d->scale = place(&l, n);
     d->mass = place(&l, (size_t)m->n_mass);
@@ -59,6 +65,9 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->output = place(&l, (size_t)m->n_output);
     d->command = place(&l, (size_t)m->n_command);
     d->check = place(&l, checks);
+    d->samples = place(&l, BGC_SAMPLES * bgc_padded(m->n_switch));
+    d->probe = place(&l, switches);
+    d->after = place(&l, switches);
     d->first = place(&l, n);
     d->start = place(&l, n);
     d->largest = place(&l, n);
@@ -114,7 +123,9 @@ bgc_data *bgc_new(const bgc_model *m) {
     atomic_init(&d->stop, 0);
 
     d->core.failed_parameter = d->core.failed_assertion = d->core.failed_state = -1;
+    d->core.failed_switch = -1;
     bgc_default_inputs(m, d->u);
+    bgc_reset_modes(m, d);
     bgc_set_param(m, d, -1, 0.0);
     bgc_set_options(m, d, &(bgc_options){0});
     return d;
@@ -188,9 +199,10 @@ static bgc_status check_parameters(const bgc_model *m, bgc_data *d) {
 /* Clears everything that belongs to a run, except options and parameters. */
 static void start_afresh(bgc_core *core, double t) {
     core->counts = (bgc_counts){0};
-    core->failed_parameter = core->failed_assertion = core->failed_state = -1;
-    core->t = core->t_old = core->origin = t;
-    core->ticks = core->sample = 0;
+    core->failed_parameter = core->failed_assertion = -1;
+    core->failed_state = core->failed_switch = -1;
+    core->t = core->t_old = core->t_end = core->origin = t;
+    core->ticks = core->sample = core->between = core->event = 0;
     core->f_valid = core->jac_valid = core->held = core->rejected = core->watched = 0;
     core->dense = BGC_NO_DENSE;
     core->h_next = 0.0;
@@ -208,6 +220,7 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
         return BGC_BAD_ARGUMENT;
     }
     start_afresh(core, t);
+    bgc_reset_modes(m, d);
     atomic_store(&d->stop, 0);
     status = check_parameters(m, d);
     if (status == BGC_OK) {
@@ -253,6 +266,7 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
 int bgc_failed_parameter(const bgc_data *d) { return d->core.failed_parameter; }
 int bgc_failed_assertion(const bgc_data *d) { return d->core.failed_assertion; }
 int bgc_failed_state(const bgc_data *d) { return d->core.failed_state; }
+int bgc_failed_switch(const bgc_data *d) { return d->core.failed_switch; }
 double bgc_time(const bgc_data *d) { return d->core.t; }
 double *bgc_state(bgc_data *d) { return d->x; }
 double *bgc_input(bgc_data *d) { return d->u; }
@@ -289,6 +303,8 @@ const char *bgc_status_text(bgc_status s) {
         return "no values near the given ones satisfy the algebraic equations";
     case BGC_NOT_CONVERGED:
         return "the iteration of an implicit step found no solution";
+    case BGC_CHATTERING:
+        return "a law switches to and fro without end";
     }
     return "unknown status";
 }

@@ -63,8 +63,8 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
 
     /* The count of steps and samples starts anew from here. */
     core->origin = core->t;
-    core->t_old = core->t;
-    core->ticks = core->sample = 0;
+    core->t_old = core->t_end = core->t;
+    core->ticks = core->sample = core->between = 0;
     core->dense = BGC_NO_DENSE;
     core->held = core->rejected = 0;
     core->h_next = 0.0;
@@ -79,16 +79,21 @@ static double slack(const bgc_core *core) {
     return fmax(8.0 * DBL_EPSILON * fabs(core->t), 1e-9 * (core->t - core->t_old));
 }
 
-/* Lets inputs that were written take effect: states without a derivative jump with them. */
+/* Lets inputs that were written take effect: states without a derivative and modes jump with them. */
 static bgc_status accept_inputs(const bgc_model *m, bgc_data *d) {
     const size_t size = (size_t)m->n_input * sizeof *d->u;
+    bgc_status status;
 
     if (memcmp(d->u, d->u_seen, size) == 0) {
         return BGC_OK;
     }
     d->core.f_valid = d->core.jac_valid = 0;
     memcpy(d->u_seen, d->u, size);
-    return bgc_make_consistent(m, d);
+    bgc_release_modes(m, d);
+    status = bgc_make_consistent(m, d);
+    bgc_find_modes(m, d);
+    bgc_hold_modes(m, d);
+    return status;
 }
 
 /* Inputs from the devices, and commands to them, where the present time is a sample's. */
@@ -153,7 +158,7 @@ static bgc_status reach(const bgc_model *m, bgc_data *d, double t) {
 static bgc_status write_row(const bgc_model *m, bgc_data *d, double t, double *row) {
     const bgc_core *core = &d->core;
     const int inside = t < core->t - slack(core);
-    const double *x = d->x;
+    const double *x = d->x, *u = d->u;
     double power[2] = {0.0, 0.0};
 
     if (inside) {
@@ -165,11 +170,12 @@ static bgc_status write_row(const bgc_model *m, bgc_data *d, double t, double *r
         }
         bgc_interpolate(m, d, t, d->point);
         x = d->point;
+        u = d->u_step;
     }
-    m->outputs(d->h, t, x, d->u, row, d->work);
+    m->outputs(d->h, t, x, u, row, d->work);
     if (core->accounts) {
         double *account = row + m->n_output, energy[3];
-        m->energy(d->h, t, x, d->u, energy, d->work);
+        m->energy(d->h, t, x, u, energy, d->work);
         account[0] = energy[0] - core->stored0;
         account[1] = inside ? core->supplied_old + power[0] : core->supplied;
         account[2] = inside ? core->dissipated_old + power[1] : core->dissipated;
@@ -212,7 +218,10 @@ bgc_status bgc_run(const bgc_model *m, bgc_data *d, const double *times, size_t 
         return BGC_BAD_ARGUMENT;
     }
     d->core.f_valid = d->core.jac_valid = 0; /* the caller may have written x and u */
+    bgc_find_modes(m, d);
+    bgc_hold_modes(m, d);
     status = run(m, d, times, n, rows, done);
+    bgc_release_modes(m, d);
     if (status != BGC_OK) {
         bgc_zero_devices(m, d);
     }

@@ -44,10 +44,12 @@ bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const do
     return BGC_OK;
 }
 
-/* Completes a step in d->next: quaternions normalised, all finite, assertions kept; and where no
- * error estimate watches over them, algebraic equations satisfied. */
+/* Completes a step in d->next: quaternions normalised, all finite; and where no error estimate
+ * watches over them, algebraic equations satisfied. Its dense output is stored, and where a law
+ * switches on the way, d->next and *t_new are there. Assertions hold at the end. */
 static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *method,
-                           double t_new) {
+                           double *t_new) {
+    const double end = *t_new;
     const int bad = bgc_first_bad(m->n_state, d->next);
 
     if (bad >= 0) {
@@ -55,34 +57,44 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *me
         return BGC_NOT_FINITE;
     }
     if (m->project != NULL) {
-        m->project(d->h, t_new, d->next, d->work);
+        m->project(d->h, end, d->next, d->work);
     }
     if (bgc_embedded(method) == 0) {
-        const bgc_status status = bgc_keep_consistent(m, d, t_new);
+        const bgc_status status = bgc_keep_consistent(m, d, end);
         if (status != BGC_OK) {
             return status;
         }
     }
-    return bgc_check_asserts(m, d, t_new, d->next);
+    bgc_store_dense(m, d, method, end);
+    if (m->n_switch > 0) {
+        const bgc_status status = bgc_find_event(m, d, end, bgc_embedded(method) > 0, t_new);
+        if (status != BGC_OK) {
+            return status;
+        }
+    }
+    return bgc_check_asserts(m, d, *t_new, d->next);
 }
 
-/* Makes d->next the present state, and keeps what rows inside the step need. */
-static void accept(const bgc_model *m, bgc_data *d, const bgc_method *method, double t_new) {
+/* Makes d->next the present state at t_new, and passes the event that the step ends at, if any. */
+static bgc_status accept(const bgc_model *m, bgc_data *d, const bgc_method *method,
+                         double t_new) {
+    const size_t size = (size_t)m->n_state * sizeof *d->x;
     bgc_core *core = &d->core;
 
-    core->t_old = core->t;
     core->counts.last_step = t_new - core->t;
     core->counts.steps++;
-    bgc_store_dense(m, d, method);
-    memcpy(d->x, d->next, (size_t)m->n_state * sizeof *d->x);
+    memcpy(d->x, d->next, size);
     core->t = t_new;
-    core->f_valid = 0;
     core->jac_valid = 0;
+    core->f_valid = core->f_ahead && !core->event;
+    if (core->f_valid) {
+        memcpy(d->f, d->error, size);
+    }
     core->supplied_old = core->supplied;
     core->dissipated_old = core->dissipated;
     if (core->accounts) {
         double power[2];
-        if (method->collocation != NULL) {
+        if (method->collocation != NULL && !core->event) {
             bgc_sum_energy(m, d, method->collocation, power);
         } else {
             bgc_integrate_energy(m, d, t_new, power);
@@ -90,6 +102,7 @@ static void accept(const bgc_model *m, bgc_data *d, const bgc_method *method, do
         core->supplied += power[0];
         core->dissipated += power[1];
     }
+    return m->n_switch > 0 ? bgc_pass_event(m, d, core->t_end - core->t_old) : BGC_OK;
 }
 
 /* A step of any method to d->next, from d->f; implicit ones keep a factorisation as long as it is
@@ -114,35 +127,49 @@ static bgc_status advance(const bgc_model *m, bgc_data *d, const bgc_method *met
     return bgc_rosenbrock(m, d, tableau, h);
 }
 
+/* The same in held modes; but a law may be undefined beyond its switch (a root of what has become
+ * negative), and then comparisons are made at every stage instead. */
+static bgc_status advance_held(const bgc_model *m, bgc_data *d, const bgc_method *method,
+                               double h) {
+    const bgc_status status = advance(m, d, method, h);
+
+    if (m->n_switch == 0 || (status == BGC_OK && bgc_first_bad(m->n_state, d->next) < 0)) {
+        return status;
+    }
+    bgc_release_modes(m, d);
+    return advance(m, d, method, h);
+}
+
 /* --- fixed steps ------------------------------------------------------------------------- */
 
+/* From one multiple of the step to the next, or to the next event in between. */
 static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
-    const double h = core->step;
-    const double t_new = core->origin + (double)(core->ticks + 1) * h;
+    const double grid = core->origin + (double)(core->ticks + 1) * core->step;
+    const double stop = bgc_stop_for_switch(m, d, grid);
+    const int whole = !core->between && stop == grid;
+    double t_new = stop;
     bgc_status status;
 
-    core->f_ahead = 0;
+    if (!whole) {
+        core->held = 0;
+    }
     bgc_evaluate_f(m, d);
-    status = advance(m, d, method, h);
+    status = advance_held(m, d, method, whole ? core->step : stop - core->t);
     if (core->held == 0) {
         core->held = core->keep;
     }
     if (status == BGC_OK) {
-        status = complete(m, d, method, t_new);
+        status = complete(m, d, method, &t_new);
     }
     if (status != BGC_OK) {
         core->held = 0;
         return status;
     }
-    accept(m, d, method, t_new);
-    if (core->f_ahead) {
-        memcpy(d->f, d->error, (size_t)m->n_state * sizeof *d->f);
-        core->f_valid = 1;
-    }
-    core->ticks++;
-    core->held -= core->held > 0;
-    return BGC_OK;
+    core->between = t_new < grid;
+    core->ticks += t_new >= grid;
+    core->held = whole && !core->between && core->held > 0 ? core->held - 1 : 0;
+    return accept(m, d, method, t_new);
 }
 
 /* --- steps under error control ------------------------------------------------------------ */
@@ -230,7 +257,7 @@ static int worst_state(const bgc_model *m, const bgc_data *d) {
 static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double q = bgc_embedded(method) + 1;
-    double h, t_new, error, factor;
+    double h, t_new, stop, error, factor;
     bgc_status status;
     int bad;
 
@@ -244,12 +271,17 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         core->h_next = core->step > 0.0 ? core->step : first_step(m, d, bgc_embedded(method));
     }
     h = limit_step(core, &t_new);
+    stop = bgc_stop_for_switch(m, d, t_new);
+    if (stop < t_new) {
+        t_new = stop;
+        h = stop - core->t;
+    }
     if (core->rejected && h < fmax(16.0 * DBL_EPSILON * fabs(core->t), 1e-30)) {
         return core->reason;
     }
 
     /* The step, and its error where it has one. */
-    status = advance(m, d, method, h);
+    status = advance_held(m, d, method, h);
     if (status != BGC_OK) {
         return reject(d, status, 0.25 * h);
     }
@@ -263,9 +295,9 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         return reject(d, BGC_STEP_TOO_SMALL,
                       h * fmax(least_factor, safety * pow(error, -1.0 / q)));
     }
-    status = complete(m, d, method, t_new);
+    status = complete(m, d, method, &t_new);
     if (status != BGC_OK) {
-        return reject(d, status, 0.1 * h);
+        return reject(d, status, core->unresolved > 0 ? 0.4 * h : 0.1 * h);
     }
 
     /* The next step from this error and the one before; one that a sample cut short says nothing
@@ -277,14 +309,18 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     core->error_old = fmax(error, least_remembered);
     core->rejected = 0;
     core->failed_state = -1;
-    accept(m, d, method, t_new);
-    return BGC_OK;
+    return accept(m, d, method, t_new);
 }
 
 /* One attempt at a step. BGC_OK: the state has advanced, or the next attempt will be shorter.
  * Otherwise the state is as it was. */
 bgc_status bgc_attempt(const bgc_model *m, bgc_data *d) {
     const bgc_method *method = &bgc_methods[d->core.method];
+    bgc_status status;
 
-    return bgc_embedded(method) > 0 ? attempt_adaptive(m, d, method) : attempt_fixed(m, d, method);
+    d->core.f_ahead = 0;
+    status = bgc_embedded(method) > 0 ? attempt_adaptive(m, d, method)
+                                      : attempt_fixed(m, d, method);
+    bgc_hold_modes(m, d);
+    return status;
 }

@@ -55,6 +55,7 @@ class Counts(ctypes.Structure):
                 "refinements",
                 "fallbacks",
                 "samples",
+                "events",
             )
         ]
         + [(name, c_double) for name in ("last_step", "worst_step_seconds", "run_seconds")]

@@ -156,12 +156,15 @@ class _Model(ctypes.Structure):
                 "pivot_row pivot_col lu_row lu_pivot lu_col lu_jac lu_mass"
             ).split()
         ),
+        ("switch_info", ctypes.c_void_p),
+        ("n_switch", ctypes.c_int),
+        ("n_timed", ctypes.c_int),
         *((name, ctypes.c_double) for name in ("step", "duration", "every")),
         *(
             (name, ctypes.c_void_p)
             for name in (
                 "prepare positive defaults initial scale mass rhs jacobian factor solve "
-                "outputs commands energy project asserts"
+                "outputs commands energy project switches asserts"
             ).split()
         ),
     ]
@@ -208,8 +211,12 @@ class CompiledModel:
 
     def _evaluate(self, name: str, size: int, t: float, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         out = self._poisoned(size)
-        self._call(name, self.h, t, x, u, out, self.work)
+        self._call(name, self.h, t, x, self._without_modes(u), out, self.work)
         return out[:size]
+
+    def _without_modes(self, u: np.ndarray) -> np.ndarray:
+        """Inputs, and no mode for any switch: all comparisons are made."""
+        return np.concatenate([u[: self.model.n_input], self._poisoned(self.model.n_switch)])
 
     def rhs(self, t: float, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         return self._evaluate("rhs", self.model.n_state, t, x, u)
@@ -246,7 +253,7 @@ class CompiledModel:
     def entries(self, t: float, x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Stored entries of the Jacobian, and df/dt."""
         jac, dfdt = self._poisoned(self.model.n_jac), self._poisoned(self.model.n_state)
-        self._call("jacobian", self.h, t, x, u, jac, dfdt, self.work)
+        self._call("jacobian", self.h, t, x, self._without_modes(u), jac, dfdt, self.work)
         return jac[: self.model.n_jac], dfdt
 
     def dense(self, entries: np.ndarray, which: str = "jac") -> np.ndarray:

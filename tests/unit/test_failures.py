@@ -26,6 +26,7 @@ CODES = {
     Status.NOT_EXPLICIT: "BG710",
     Status.INCONSISTENT: "BG711",
     Status.NOT_CONVERGED: "BG714",
+    Status.CHATTERING: "BG715",
 }
 
 

@@ -1,0 +1,176 @@
+"""Discontinuous operations become modes, which the runtime holds over a step.
+
+A method keeps its order where the right-hand side is smooth. So the result of every comparison,
+`sign`, `floor`, `ceil` and `fmod` that the derivatives or the energies depend on, and that states
+or time can change, is read from an input of the kernels, and the runtime ends a step where the
+operation would give another one. A mode that is no number means: make the operation.
+
+`abs`, `min` and `max` are continuous and left to error control. So is a `sign` of what multiplies
+it to zero, as in `sign(x)*sqrt(abs(x))`. `==` holds at single instants only and raises no event.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+from bgc.algebra.dag import Dag, Kind, Level, Op
+from bgc.algebra.fingerprint import Fingerprints
+from bgc.emission.lowered import Operation, Switch
+from bgc.emission.rewrite import map_program, program_roots
+from bgc.graph import Node
+from bgc.program import Program
+
+_OPERATIONS = {
+    int(Op.LT): Operation.ABOVE,
+    int(Op.LE): Operation.NOT_BELOW,
+    int(Op.SIGN): Operation.SIGN,
+    int(Op.FLOOR): Operation.FLOOR,
+    int(Op.CEIL): Operation.CEIL,
+    int(Op.FMOD): Operation.TRUNC,
+}
+
+
+def hold_modes(program: Program) -> tuple[Program, tuple[Switch, ...]]:
+    """The program with modes for its discontinuous operations, timed ones first.
+
+    Initial values and projections go without: they are computed between steps. The program given
+    is left as it is; the one returned is on a graph of its own.
+    """
+    integrated = [state.derivative for state in program.states]
+    integrated += [program.energy.supplied, program.energy.dissipated]
+    found = _discontinuous(program.dag, integrated)
+    if not found:
+        return program, ()
+    dag = program.dag.copy()
+    jumps = _jumps(dag, integrated, found)
+    order = sorted(
+        (node for node in found if jumps[node] or dag.op[node] != Op.SIGN),
+        key=lambda node: (not found[node], node),
+    )
+    number = {node: k for k, node in enumerate(order)}
+    program, arguments = _with_modes(replace(program, dag=dag), number)
+    return program, tuple(
+        Switch(
+            operation=_OPERATIONS[dag.op[node]],
+            argument=arguments[node],
+            timed=found[node],
+            jumps=jumps[node],
+        )
+        for node in order
+    )
+
+
+def _discontinuous(dag: Dag, roots: Iterable[Node]) -> dict[Node, bool]:
+    """Operations that may change during a step -> whether time alone changes them."""
+    changed_by: dict[Node, Kind] = {}  # the state before the time, where both do
+    found: dict[Node, bool] = {}
+    for node in dag.reachable(roots):
+        symbol = dag.symbol_of(node)
+        if symbol is not None:
+            if symbol.kind in {Kind.STATE, Kind.TIME}:
+                changed_by[node] = symbol.kind
+            continue
+        kinds = {changed_by[x] for x in dag.operands(node) if x in changed_by}
+        if kinds:
+            changed_by[node] = Kind.STATE if Kind.STATE in kinds else Kind.TIME
+            if dag.op[node] in _OPERATIONS:
+                found[node] = changed_by[node] is Kind.TIME
+    return found
+
+
+def _with_modes(
+    program: Program, number: Mapping[Node, int]
+) -> tuple[Program, dict[Node, Node]]:
+    """The program, on its own graph, that reads the results of some operations from modes.
+
+    Also returns the argument of each, in which modes of others may be read.
+    """
+    dag = program.dag
+    bare = replace(program, states=())
+    roots = [*program_roots(bare), *(state.derivative for state in program.states)]
+    new: dict[Node, Node] = {}
+    arguments: dict[Node, Node] = {}
+    for node in dag.reachable(roots):
+        operands = tuple(new[x] for x in dag.operands(node))
+        made = node if operands == dag.operands(node) else dag.rebuild(node, operands)
+        new[node] = made
+        if node in number:
+            mode = dag.symbol(Kind.INPUT, program.inputs + number[node])
+            arguments[node], result = _argument_and_result(dag, dag.op[node], operands, mode)
+            new[node] = dag.select(dag.call(Op.EQ, mode, mode), result, made)
+    states = (replace(state, derivative=new[state.derivative]) for state in program.states)
+    return replace(map_program(bare, dag, new.__getitem__), states=tuple(states)), arguments
+
+
+def _argument_and_result(
+    dag: Dag, op: int, operands: tuple[Node, ...], mode: Node
+) -> tuple[Node, Node]:
+    """What decides on the mode of an operation, and its result in a mode."""
+    match _OPERATIONS[op]:
+        case Operation.ABOVE | Operation.NOT_BELOW:
+            return dag.sub(operands[1], operands[0]), mode
+        case Operation.TRUNC:
+            quotient = dag.div(operands[0], operands[1])
+            return quotient, dag.sub(operands[0], dag.mul(operands[1], mode))
+        case Operation.SIGN | Operation.FLOOR | Operation.CEIL:
+            return operands[0], mode
+
+
+# --- jumps --------------------------------------------------------------------------------------
+
+
+def _jumps(dag: Dag, roots: Iterable[Node], found: Iterable[Node]) -> dict[Node, bool]:
+    """Whether what each operation switches may jump where it changes: False is certain."""
+    roots = list(roots)
+    readers: dict[Node, list[Node]] = {node: [] for node in found}
+    for node in dag.reachable(roots):
+        for operand in set(dag.operands(node)):
+            if operand in readers or dag.op[operand] == Op.NOT:
+                readers.setdefault(operand, []).append(node)
+    fingerprints = Fingerprints(dag)
+    return {
+        node: node in roots
+        or not any(
+            _are_continuous(dag, fingerprints, node, readers, edge) for edge in _edges(dag, node)
+        )
+        for node in found
+    }
+
+
+def _edges(dag: Dag, node: Node) -> list[dict[Node, Node]]:
+    """Substitutions that put the argument of an operation where the result changes."""
+    a, b = dag.a[node], dag.b[node]
+    match _OPERATIONS[dag.op[node]]:
+        case Operation.ABOVE | Operation.NOT_BELOW:
+            return [{x: y} for x, y in ((a, b), (b, a)) if dag.level[x] > Level.PARAM]
+        case Operation.SIGN:
+            return [{a: dag.zero}]
+        case Operation.FLOOR | Operation.CEIL | Operation.TRUNC:
+            return []
+
+
+def _are_continuous(
+    dag: Dag,
+    fingerprints: Fingerprints,
+    node: Node,
+    readers: Mapping[Node, list[Node]],
+    edge: Mapping[Node, Node],
+) -> bool:
+    """Whether all that read an operation's result give the same on both sides of its edge."""
+    for reader in readers[node]:
+        a, b, c = dag.a[reader], dag.b[reader], dag.c[reader]
+        match dag.op[reader]:
+            case Op.NOT:
+                if not _are_continuous(dag, fingerprints, reader, readers, edge):
+                    return False
+            case Op.SELECT if node not in (b, c):
+                if not fingerprints.equal(*dag.substitute((b, c), edge)):
+                    return False
+            case Op.MUL if dag.op[node] == Op.SIGN and a != b:
+                (other,) = dag.substitute([b if a == node else a], edge)
+                if not fingerprints.is_zero(other):
+                    return False
+            case _:
+                return False
+    return True

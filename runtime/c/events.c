@@ -1,0 +1,350 @@
+/* events.c: discontinuous laws. A step keeps them in their modes, and ends where one changes.
+ *
+ * Within a step every comparison, sign and rounding of the model is held at its mode, so that the
+ * right-hand side is smooth and the method keeps its order. The dense output of the step tells
+ * whether an argument has left its mode, at the end or on the way there; the first time at which
+ * one has is found with a bracket, the step is cut there, and the next one starts in the new modes.
+ * Invariant: between steps each mode is what its operation gives at the present time and state.
+ */
+#include "bgc_internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Where inside a step arguments are looked at, its end last. Unevenly, so that no oscillation hides
+ * between them; BGC_SAMPLES of them. */
+static const double sample_at[] = {0.17, 0.41, 0.63, 0.86, 1.0};
+/* Values at the second and third node of the cubic through those at 0, 0.17, 0.86 and 1. */
+static const double foretold[2][4] = {
+    {-0.4358413132694938, 1.1180784519150777, 0.6988299869998555, -0.3810671256454388},
+    {-0.2677564979480164, 0.5506732813607370, 1.2906976744186045, -0.5736144578313251},
+};
+static const double too_far_off = 0.1; /* of the range of an argument, between it and the cubic */
+
+static const double brief_excursion = 1e-3;     /* of a step: an excursion from one event to the next */
+enum { MOST_RETURNS = 100, MOST_UNRESOLVED = 8 };
+
+/* --- modes --------------------------------------------------------------------------------- */
+
+/* What an operation gives for its argument. */
+static double value_of(int operation, double z) {
+    switch (operation) {
+    case BGC_ABOVE:
+        return z > 0.0;
+    case BGC_NOT_BELOW:
+        return z >= 0.0;
+    case BGC_SIGN:
+        return (z > 0.0) - (z < 0.0);
+    case BGC_FLOOR:
+        return floor(z);
+    case BGC_CEIL:
+        return ceil(z);
+    default:
+        return trunc(z);
+    }
+}
+
+/* How far inside the range of its mode an argument is: negative outside, 0 at its edge. */
+static double depth(int operation, double mode, double z) {
+    switch (operation) {
+    case BGC_FLOOR:
+        return fmin(z - mode, mode + 1.0 - z);
+    case BGC_CEIL:
+        return fmin(mode - z, z - (mode - 1.0));
+    case BGC_TRUNC:
+        return fmin(z - (mode > 0.0 ? mode : mode - 1.0), (mode < 0.0 ? mode : mode + 1.0) - z);
+    case BGC_SIGN:
+        return mode > 0.0 ? z : mode < 0.0 ? -z : -fabs(z);
+    default:
+        return mode > 0.0 ? z : -z;
+    }
+}
+
+/* Whether switch k has left its mode with the argument z. One that is left to error control has
+ * none. */
+static int has_left(const bgc_model *m, const bgc_data *d, int k, double z) {
+    const double mode = d->mode[k];
+
+    return !isnan(mode) && !isnan(z) && value_of(m->switch_info[k].operation, z) != mode;
+}
+
+static double depth_of(const bgc_model *m, const bgc_data *d, int k, double z) {
+    return depth(m->switch_info[k].operation, d->mode[k], z);
+}
+
+/* Kernels follow the modes. */
+void bgc_hold_modes(const bgc_model *m, bgc_data *d) {
+    if (m->n_switch > 0) {
+        memcpy(d->u + m->n_input, d->mode, (size_t)m->n_switch * sizeof *d->mode);
+    }
+}
+
+/* Kernels compare at whatever point they are evaluated. */
+void bgc_release_modes(const bgc_model *m, bgc_data *d) {
+    for (int k = 0; k < m->n_switch; k++) {
+        d->u[m->n_input + k] = (double)NAN;
+    }
+}
+
+/* The modes at the present time and state, and leaves them released. */
+void bgc_find_modes(const bgc_model *m, bgc_data *d) {
+    if (m->n_switch == 0) {
+        return;
+    }
+    bgc_release_modes(m, d);
+    m->switches(d->h, d->core.t, d->x, d->u, d->argument, d->work);
+    for (int k = 0; k < m->n_switch; k++) {
+        d->extent[k] = fmax(d->extent[k], fabs(d->argument[k]));
+        if (!isnan(d->mode[k])) {
+            d->mode[k] = value_of(m->switch_info[k].operation, d->argument[k]);
+        }
+    }
+}
+
+/* As at the start of a run: no switch has been given up. */
+void bgc_reset_modes(const bgc_model *m, bgc_data *d) {
+    for (int k = 0; k < m->n_switch; k++) {
+        d->mode[k] = 0.0;
+        d->extent[k] = d->returns[k] = 0.0;
+    }
+    bgc_release_modes(m, d);
+    d->core.unresolved = 0;
+    d->core.event_at = (double)NAN;
+}
+
+/* --- looking for the first event of a step --------------------------------------------------- */
+
+/* How arguments are evaluated: along the dense output of the step to d->next, or with the present
+ * state, of those that depend on time alone. */
+typedef enum { ALONG_STEP, AHEAD } route;
+
+static void evaluate(const bgc_model *m, bgc_data *d, route way, double t, double *z) {
+    const double *x = d->x;
+
+    if (way == ALONG_STEP) {
+        bgc_interpolate(m, d, t, d->point);
+        x = d->point;
+    }
+    m->switches(d->h, t, x, d->u, z, d->work);
+}
+
+/* The end of a bracket around the first time after `low` at which switch k has left its mode; it
+ * has at `high`, where its argument is z_high. By the method ITP, which is never slower than
+ * bisection and mostly as fast as the secant's: I. F. D. Oliveira, R. H. C. Takahashi, ACM
+ * Transactions on Mathematical Software 47 (2020) 5. */
+static double locate(const bgc_model *m, bgc_data *d, route way, int k, double low, double high,
+                     double z_low, double z_high) {
+    const double resolution = 2.0 * DBL_EPSILON * fmax(fabs(low), fabs(high));
+    const double width = high - low, bend = 0.2 / width;
+    double at_low = depth_of(m, d, k, z_low), at_high = depth_of(m, d, k, z_high);
+    double most = ceil(log2(fmax(width / (2.0 * resolution), 1.0))) + 1.0;
+
+    for (double j = 0.0; high - low > 2.0 * resolution; j += 1.0) {
+        const double half = 0.5 * (low + high), length = high - low;
+        const double reach = resolution * exp2(most - j) - 0.5 * length;
+        const double falsi = at_low > at_high ? (at_low * high - at_high * low) / (at_low - at_high)
+                                              : half;
+        const double side = half >= falsi ? 1.0 : -1.0;
+        const double shift = fmin(bend * length * length, fabs(half - falsi));
+        const double moved = falsi + side * shift;
+        double t = fabs(moved - half) <= reach ? moved : half - side * fmax(reach, 0.0);
+        if (!(t > low && t < high)) {
+            t = half;
+            if (!(t > low && t < high)) {
+                break;
+            }
+        }
+        evaluate(m, d, way, t, d->probe);
+        if (has_left(m, d, k, d->probe[k])) {
+            high = t;
+            at_high = depth_of(m, d, k, d->probe[k]);
+        } else {
+            low = t;
+            at_low = depth_of(m, d, k, d->probe[k]);
+        }
+    }
+    return high;
+}
+
+/* The first time in (low, high] at which any switch has left its mode; some have at `high`.
+ * z_low and z_high are the arguments at both ends, z_high that at the time returned. Where the step
+ * ends at the event of a switch that depends on time alone, it does so on purpose. */
+static double locate_first(const bgc_model *m, bgc_data *d, route way, double low, double high,
+                           const double *z_low, double *z_high) {
+    const double end = high;
+
+    for (int k = 0; k < m->n_switch; k++) {
+        const int timed = m->switch_info[k].timed;
+        if ((way == AHEAD && !timed) || (way == ALONG_STEP && timed && high == end) ||
+            !has_left(m, d, k, z_high[k])) {
+            continue;
+        }
+        high = locate(m, d, way, k, low, high, z_low[k], z_high[k]);
+        evaluate(m, d, way, high, z_high);
+    }
+    return high;
+}
+
+/* Whether any switch has left its mode. */
+static int any_left(const bgc_model *m, const bgc_data *d, const double *z, int only_timed) {
+    for (int k = 0; k < m->n_switch; k++) {
+        if ((m->switch_info[k].timed || !only_timed) && has_left(m, d, k, z[k])) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* Where a step to `end` should stop: there, or at the first event before it that depends on time
+ * alone. */
+double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
+    if (m->n_timed == 0) {
+        return end;
+    }
+    evaluate(m, d, AHEAD, end, d->after);
+    if (!any_left(m, d, d->after, 1)) {
+        return end;
+    }
+    return locate_first(m, d, AHEAD, d->core.t, end, d->argument, d->after);
+}
+
+/* Where the parabola through three arguments inside the mode comes closest to its edge, if that is
+ * between the outer two and near the edge: there the switch may have left and come back. */
+static double closest_approach(const double t[3], const double inside[3]) {
+    const double left = (inside[1] - inside[0]) / (t[1] - t[0]);
+    const double right = (inside[2] - inside[1]) / (t[2] - t[1]);
+    const double curvature = (right - left) / (t[2] - t[0]);
+    double at, least;
+
+    if (!(left < 0.0 && right > 0.0)) {
+        return (double)NAN;
+    }
+    at = 0.5 * (t[0] + t[1] - left / curvature);
+    least = inside[0] + (at - t[0]) * (left + curvature * (at - t[1]));
+    return least < 0.1 * fmax(inside[0], inside[2]) ? at : (double)NAN;
+}
+
+/* Whether an argument that comes near its edge does so too fast for the samples of this step, in
+ * z[0] at its start and z[1 + i] at the nodes: a smooth one is foretold by a cubic. */
+static int is_unresolved(const bgc_model *m, const bgc_data *d, int k, const double *const *z) {
+    double low = z[0][k], high = low, nearest = depth_of(m, d, k, low), off = 0.0;
+
+    for (int i = 1; i <= BGC_SAMPLES; i++) {
+        low = fmin(low, z[i][k]);
+        high = fmax(high, z[i][k]);
+        nearest = fmin(nearest, depth_of(m, d, k, z[i][k]));
+    }
+    for (int i = 0; i < 2; i++) {
+        const double *w = foretold[i];
+        const double cubic = w[0] * z[0][k] + w[1] * z[1][k] + w[2] * z[4][k] + w[3] * z[5][k];
+        off = fmax(off, fabs(cubic - z[2 + i][k]));
+    }
+    return off > too_far_off * (high - low) && nearest < high - low &&
+           high - low > d->core.rtol * d->extent[k];
+}
+
+/* After a step to d->next at `end`, whose dense output is stored: the time of its first event, with
+ * d->next the state there; `end` where there is none. BGC_STEP_TOO_SMALL asks for a shorter step,
+ * where the method can give it. */
+bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_shorten,
+                          double *found) {
+    const double start = d->core.t, h = end - start;
+    const double *z[BGC_SAMPLES + 1] = {d->argument};
+    double t[BGC_SAMPLES + 1] = {start};
+
+    *found = end;
+    d->core.event = 0;
+    for (int i = 1; i <= BGC_SAMPLES; i++) {
+        double *here = d->samples + (size_t)(i - 1) * bgc_padded(m->n_switch);
+        double low = t[i - 1];
+        z[i] = here;
+        t[i] = i == BGC_SAMPLES ? end : start + sample_at[i - 1] * h;
+        evaluate(m, d, ALONG_STEP, t[i], here);
+        for (int k = 0; k < m->n_switch && i > 1; k++) {
+            double inside[3], at;
+            for (int j = 0; j < 3; j++) {
+                inside[j] = depth_of(m, d, k, z[i - 2 + j][k]);
+            }
+            at = closest_approach(t + i - 2, inside);
+            if (isfinite(at)) {
+                evaluate(m, d, ALONG_STEP, at, d->after);
+                if (has_left(m, d, k, d->after[k])) {
+                    const int before = at < t[i - 1];
+                    *found = locate_first(m, d, ALONG_STEP, before ? t[i - 2] : t[i - 1], at,
+                                          z[before ? i - 2 : i - 1], d->after);
+                    d->core.event = 1;
+                    break;
+                }
+            }
+        }
+        if (!d->core.event && any_left(m, d, here, 0)) {
+            memcpy(d->after, here, (size_t)m->n_switch * sizeof *here);
+            *found = locate_first(m, d, ALONG_STEP, low, t[i], z[i - 1], d->after);
+            d->core.event = 1;
+        }
+        if (d->core.event) {
+            bgc_interpolate(m, d, *found, d->next);
+            return BGC_OK;
+        }
+    }
+    for (int k = 0; k < m->n_switch && may_shorten; k++) {
+        if (is_unresolved(m, d, k, z) && d->core.unresolved < MOST_UNRESOLVED) {
+            d->core.unresolved++;
+            return BGC_STEP_TOO_SMALL;
+        }
+    }
+    return BGC_OK;
+}
+
+/* --- going on ------------------------------------------------------------------------------- */
+
+/* Counts how often in a row each switch has returned at once; BGC_CHATTERING where one does so
+ * without end, because its law drives the state back to the edge from both sides. Laws that are
+ * continuous there can do without a mode, and error control sees to them from here on. */
+static bgc_status count_returns(const bgc_model *m, bgc_data *d, const double *before,
+                                int in_a_row) {
+    bgc_status status = BGC_OK;
+
+    for (int k = 0; k < m->n_switch; k++) {
+        d->returns[k] = in_a_row ? d->returns[k] : 0.0;
+        if (d->mode[k] == before[k] || isnan(before[k])) {
+            continue;
+        }
+        d->returns[k] += 1.0;
+        if (d->returns[k] >= MOST_RETURNS && m->switch_info[k].jumps) {
+            d->core.failed_switch = k;
+            status = BGC_CHATTERING;
+        } else if (d->returns[k] >= MOST_RETURNS) {
+            d->mode[k] = (double)NAN;
+        }
+    }
+    return status;
+}
+
+/* After an accepted step: nothing more, or, where it ended at an event, the new modes and states
+ * that jump with them. `whole` is the length that was tried. */
+bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole) {
+    bgc_core *core = &d->core;
+    const int in_a_row = core->event_at == core->t_old && core->t - core->t_old <= brief_excursion * whole;
+    bgc_status status;
+
+    core->unresolved = 0;
+    if (!core->event) {
+        m->switches(d->h, core->t, d->x, d->u, d->argument, d->work);
+        return BGC_OK;
+    }
+    core->event = 0;
+    core->event_at = core->t;
+    core->counts.events++;
+    core->f_valid = core->jac_valid = core->held = 0;
+    memcpy(d->probe, d->mode, (size_t)m->n_switch * sizeof *d->mode);
+    bgc_release_modes(m, d);
+    status = bgc_make_consistent(m, d);
+    if (status == BGC_OK) {
+        bgc_find_modes(m, d);
+        status = count_returns(m, d, d->probe, in_a_row);
+    }
+    bgc_hold_modes(m, d);
+    return status;
+}
