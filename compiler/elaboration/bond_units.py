@@ -21,11 +21,22 @@ SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
 
 @dataclass(frozen=True, slots=True)
 class Ratio:
-    """`effort / flow` of a bond has a known dimension."""
+    """`effort / flow` of a bond has a known dimension, told by an argument of an element.
+
+    `argument` says which, as `stiffness`; `sense` is -1 where it is flow by effort. `time` is
+    the power of seconds in it: 1 of an inertia, -1 of a stiffness.
+    """
 
     bond: int
     dimension: Dimension
     span: Span
+    argument: str
+    sense: int
+    time: int
+
+    def argument_for(self, effort_by_flow: Dimension) -> Dimension:
+        """The dimension that the argument has to have for a dimension of `effort / flow`."""
+        return multiply(power(effort_by_flow, self.sense), power(SECOND, self.time))
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +119,10 @@ class BondUnits:
     def _apply_ratio(self, ratio: Ratio) -> bool:
         bond, dimension, span = ratio.bond, ratio.dimension, ratio.span
         effort, flow = self.dimension("effort", bond), self.dimension("flow", bond)
+        if effort is not None and flow is not None:
+            if divide(effort, flow) != dimension:
+                self._tell_misfit(ratio, divide(effort, flow))
+            return False
         if effort is not None:
             return self.know("flow", bond, divide(effort, dimension), span)
         if flow is not None:
@@ -116,6 +131,22 @@ class BondUnits:
             squared = power(multiply(WATT, dimension), Fraction(1, 2))
             return self.know("effort", bond, squared, span)
         return False
+
+    def _tell_misfit(self, ratio: Ratio, expected: Dimension) -> None:
+        """Report an argument whose unit does not go with what is known of its bond."""
+        root = self._root(ratio.bond)
+        if root in self._told:
+            return
+        self._told.add(root)
+        places = [
+            (known.span, f"{variable}: {describe_dimension(known.dimension)}")
+            for variable in ("effort", "flow")
+            if (known := self._known.get((variable, root))) is not None
+        ]
+        wanted = describe_dimension(ratio.argument_for(expected))
+        given = describe_dimension(ratio.argument_for(ratio.dimension))
+        name, argument = self._names[ratio.bond], ratio.argument
+        self._report.add(graph.unit_misfit(ratio.span, name, argument, wanted, given, places))
 
     def _apply_link(self, link: Link) -> bool:
         source = self.dimension(*link.source)

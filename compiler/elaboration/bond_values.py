@@ -11,7 +11,7 @@ from bgc.elaboration.scalarise import Scalars
 from bgc.elaboration.shape_probe import shape_of, width_of
 from bgc.elaboration.tree import Element, PortEntry
 from bgc.elaboration.world import World
-from bgc.grammar.catalogue import graph, values
+from bgc.grammar.catalogue import graph, values, with_article
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.source import Span
 from bgc.graph import Port
@@ -67,7 +67,7 @@ class BondValues:
         if basic == "GY" and not two_sided and name in {"e", "f", "power"}:
             return self._power(face, 1) if name == "power" else self.variable(face, name)
         have = ONE_PORT.get(basic) or (_TWO_PORT if two_sided else ("e", "f", "power"))
-        raise self._absent(f"`{element.path}`, a {element.kind},", name, span, have)
+        raise self._absent(f"`{element.path}`, {with_article(element.kind)},", name, span, have)
 
     def _of_junction(self, element: Element, name: str, span: Span) -> Value | Namespace:
         face = element.faces["all"]
@@ -85,7 +85,7 @@ class BondValues:
                 have += facts.signals
                 if name in facts.signals:
                     return self.carried.at_junction(element, name, facts, span)
-        raise self._absent(f"`{element.path}`, a {element.kind},", name, span, have)
+        raise self._absent(f"`{element.path}`, {with_article(element.kind)},", name, span, have)
 
     def of_port(self, port: PortEntry, name: str, span: Span) -> Value | Namespace:
         """A variable of the bond at a port, or a signal that it carries."""

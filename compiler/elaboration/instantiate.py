@@ -30,6 +30,7 @@ from bgc.grammar.source import Span
 from bgc.values.value import Value
 
 MAX_DEPTH = 60
+_LEVELS_SHOWN = 6  # of the path to a part that never ends
 MAX_PARTS = 200_000
 MAX_TURNS = 100_000
 MAX_WIDTH = 10_000
@@ -66,7 +67,8 @@ class Builder:
         """
         depth = parent.depth + 1 if parent else 0
         if depth > MAX_DEPTH:
-            raise BgError([names.contains_itself(span, declared.syntax.name, depth)])
+            shown = ".".join(path.split(".")[:_LEVELS_SHOWN])
+            raise BgError([names.contains_itself(span, declared.syntax.name, shown, depth)])
         instance = Instance(path, declared, parent, depth, span)
         if home is not None:
             home.instance = instance

@@ -14,7 +14,7 @@ from bgc.elaboration.tree import Element, Quantity
 from bgc.elaboration.world import World
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import laws as law_messages
-from bgc.grammar.catalogue import names
+from bgc.grammar.catalogue import names, with_article
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.source import Span
 from bgc.graph import Form, Matrix, Node, Port
@@ -187,7 +187,7 @@ class Laws:
                 raise BgError(
                     [
                         law_messages.law_variable_misplaced(
-                            span, f"a {element.kind}", left, name, allowed[0]
+                            span, with_article(element.kind), left, name, allowed[0]
                         )
                     ]
                 )
@@ -221,7 +221,7 @@ def arguments_of(element: Element, allowed: tuple[str, ...]) -> dict[str, syntax
     """The arguments by name; the first may do without one, and is then the first allowed."""
     found: dict[str, syntax.Argument] = {}
     problems = []
-    what = f"a {element.kind}"
+    what = with_article(element.kind)
     for k, argument in enumerate(element.use.arguments):
         name = argument.name
         if name is None and k == 0 and allowed:

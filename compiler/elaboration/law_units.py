@@ -11,8 +11,19 @@ from bgc.elaboration.tree import Element
 from bgc.elaboration.wiring import Wiring
 from bgc.elaboration.world import World
 from bgc.grammar.diagnostics import BgError
-from bgc.values.units import Dimension, divide, multiply, power
+from bgc.values.units import Dimension, divide, power
 from bgc.values.value import Value
+
+# Of each argument: 1 where it is effort by flow, -1 the other way round, and the power of seconds
+# in it. A stiffness is effort by displacement, which is flow times time; an inertia is momentum,
+# which is effort times time, by flow.
+_IN_ARGUMENT = {
+    "resistance": (1, 0),
+    "conductance": (-1, 0),
+    "stiffness": (1, -1),
+    "compliance": (-1, 1),
+    "inertia": (1, 1),
+}
 
 
 def infer_units(world: World, wiring: Wiring, domains: Domains, scalars: Scalars) -> BondUnits:
@@ -84,7 +95,9 @@ def _from_argument(
     for found, unit in zip(ports, diagonal, strict=True):
         if unit is None:
             continue
-        ratios.append(Ratio(found[0].bond, _effort_by_flow(name, unit), span))
+        sense, time = _IN_ARGUMENT[name]
+        by_flow = power(divide(unit, power(SECOND, time)), sense)
+        ratios.append(Ratio(found[0].bond, by_flow, span, name, sense, time))
 
 
 def _from_ratio(element: Element, value: Value, scalars: Scalars, links: list[Link]) -> None:
@@ -118,22 +131,3 @@ def _diagonal(value: Value, width: int) -> list[Dimension | None]:
     if value.shape != (width, width):
         return [None] * width
     return [value.units[k * width + k] for k in range(width)]
-
-
-def _effort_by_flow(name: str, unit: Dimension) -> Dimension:
-    """What the unit of an element's argument says of effort by flow.
-
-    A stiffness is effort by displacement, which is flow times time; an inertia momentum, which
-    is effort times time, by flow.
-    """
-    match name:
-        case "conductance":
-            return power(unit, -1)
-        case "stiffness":
-            return multiply(unit, SECOND)
-        case "compliance":
-            return multiply(power(unit, -1), SECOND)
-        case "inertia":
-            return divide(unit, SECOND)
-        case _:
-            return unit

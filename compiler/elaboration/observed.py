@@ -90,26 +90,26 @@ def is_path(expr: syntax.Expr) -> bool:
 
 def _units(world: World, scene: Scene, expr: syntax.Expr, value: Value) -> list[str]:
     """Units for the header: as declared where a declared value is observed, else SI."""
-    quantity = _quantity(world, scene, expr)
+    quantity = declared_value(world, scene, expr)
     if quantity is not None:
         return [unit_symbol(quantity, unit) for unit in value.units]
     return [si_symbol(unit) if unit is not None else "" for unit in value.units]
 
 
-def _quantity(world: World, scene: Scene, expr: syntax.Expr) -> Quantity | None:
+def declared_value(world: World, scene: Scene, expr: syntax.Expr) -> Quantity | None:
     """The declared value that a path of plain names leads to, if it does."""
     match expr:
         case syntax.Name() if scene.env.instance is not None:
             member = scene.env.instance.members.get(expr.name)
             return member if isinstance(member, Quantity) else None
         case syntax.Index():
-            return _quantity(world, scene, expr.base)
+            return declared_value(world, scene, expr.base)
         case syntax.Member(base=base) if is_path(base):
             part = _part(world, scene, base)
             member = part.members.get(expr.name) if part else None
             if isinstance(member, Quantity):
                 return member
-            return _quantity(world, scene, base) if expr.name in {"x", "y", "z"} else None
+            return declared_value(world, scene, base) if expr.name in {"x", "y", "z"} else None
         case _:
             return None
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from bgc.algebra.dag import Kind, Level
+from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.evaluate import to_double as as_float
 from bgc.elaboration.instantiate import MAX_WIDTH, note
 from bgc.elaboration.modules import Declared
@@ -214,7 +215,7 @@ class Quantities:
         declaration = quantity.declaration
         span = quantity.given.span if quantity.given else declaration.name_span
         self.require_level(default, Level.PARAM, span, f"parameter `{declaration.name}`")
-        low, high = self._range(quantity)
+        low, high = self._range(quantity, default)
         unit = parse_unit(declaration.unit) if declaration.unit else None
         first = len(self.parameters)
         is_own = quantity.env.instance is None or quantity.env.instance.parent is None
@@ -227,10 +228,9 @@ class Quantities:
             exact = self.world.dag.value(default.nodes[k])
             if exact is not None:
                 number = as_float(exact)
-                if (low is not None and number < low) or (high is not None and number > high):
-                    raise BgError(
-                        [names.range_excludes(span, name, f"{number:g}", f"{low:g}", f"{high:g}")]
-                    )
+                if low is not None and high is not None and not low <= number <= high:
+                    si = si_symbol(dimension) if dimension else ""
+                    raise BgError([names.range_excludes(span, name, number, low, high, si)])
             self.parameters.append(
                 Parameter(
                     first + k,
@@ -248,19 +248,23 @@ class Quantities:
         quantity.first = first
         return Value(default.shape, tuple(nodes), default.units)
 
-    def _range(self, quantity: Quantity) -> tuple[float | None, float | None]:
+    def _range(self, quantity: Quantity, default: Value) -> tuple[float | None, float | None]:
+        """The ends of the declared range, of the kind that the parameter is."""
         ends = quantity.declaration.range
         if ends is None:
             return None, None
         found: list[float] = []
-        unit = self.declared_unit(quantity)
+        unit = default.unit
         for end in ends:
             value = self.world.evaluate(end, quantity.env)
             self.check(value, (), unit, end.span, "an end of the range")
             self.require_level(value, Level.CONST, end.span, "an end of the range")
-            exact = self.world.dag.value(value.nodes[0])
-            found.append(as_float(exact) if exact is not None else float("nan"))
-        return found[0], found[1]
+            found.append(evaluate_nodes(self.world.dag, value.nodes, {})[0])
+        low, high = found
+        if not low <= high:
+            span = ends[0].span.to(ends[1].span)
+            raise BgError([names.empty_range(span, quantity.declaration.name, low, high)])
+        return low, high
 
     def _symbols(self, quantity: Quantity, kind: Kind) -> Value:
         """Symbols for a state or an unknown; its shape is declared, or its start's."""

@@ -18,6 +18,17 @@ from bgc.values.expressions import resolve_path
 from bgc.values.units import Dimension
 
 _SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
+_NUMBER: Dimension = (0, 0, 0, 0, 0, 0, 0)
+
+# Options of every solver with their kind; of `atol`, one for all states, any kind.
+_SOLVER_OPTIONS: dict[str, Dimension | None] = {
+    "rtol": _NUMBER,
+    "atol": None,
+    "step": _SECOND,
+    "max_step": _SECOND,
+    "max_steps": _NUMBER,
+    "keep": _NUMBER,
+}
 
 
 def read_requirements(world: World, scene: Scene) -> tuple[Requirement, ...]:
@@ -111,11 +122,13 @@ def _solver(world: World, scene: Scene, solver: syntax.Solver) -> SolverChoice |
             if argument.name is None or isinstance(argument.value, syntax.Text):
                 what = f"solver `{solver.name}`"
                 raise BgError([scenes.device_option(argument.span, what)])
-            if argument.name in options:
-                raise BgError(
-                    [names.given_twice(argument.span, argument.name, solver.arguments[0].span)]
-                )
-            options[argument.name] = constant_of(
-                world, scene, argument.value, f"`{argument.name}`", None
-            )
+            name = argument.name
+            if name not in _SOLVER_OPTIONS:
+                raise BgError([scenes.unknown_option(argument.span, name, tuple(_SOLVER_OPTIONS))])
+            if name in options:
+                raise BgError([names.given_twice(argument.span, name, solver.arguments[0].span)])
+            unit = _SOLVER_OPTIONS[name]
+            options[name] = constant_of(world, scene, argument.value, f"`{name}`", unit)
+            if not options[name] > 0:
+                raise BgError([scenes.not_positive(argument.span, f"`{name}`", options[name])])
     return SolverChoice(solver.name, tuple(options.items()), solver.span)

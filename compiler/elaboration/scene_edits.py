@@ -7,6 +7,7 @@ from contextlib import suppress
 
 from bgc.elaboration.devices import declare_devices, device_of
 from bgc.elaboration.instantiate import MAX_WIDTH
+from bgc.elaboration.observed import declared_value
 from bgc.elaboration.scene import Scene
 from bgc.elaboration.scopes import Names, path_of
 from bgc.elaboration.shape_probe import WidthUnknown
@@ -128,7 +129,8 @@ def check_edits(world: World, scene: Scene) -> None:
             with world.report.collecting():
                 _look_up(world, scene, expr)
                 what = tables.get(kind, (None, "a parameter or constant"))[1]
-                raise BgError([scenes.edit_without_target(span, path, what)])
+                found, way = _instead(world, scene, expr)
+                raise BgError([scenes.edit_without_target(span, path, what, found, way)])
 
 
 def check_overrides(world: World, scene: Scene, overrides: Sequence[tuple[str, str]]) -> None:
@@ -142,7 +144,25 @@ def check_overrides(world: World, scene: Scene, overrides: Sequence[tuple[str, s
             if (kind, path) not in world.edits.used:
                 _look_up(world, scene, expr)
                 what = "a parameter or constant"
-                raise BgError([scenes.edit_without_target(expr.span, path, what)])
+                found, way = _instead(world, scene, expr)
+                raise BgError([scenes.edit_without_target(expr.span, path, what, found, way)])
+
+
+def _instead(world: World, scene: Scene, expr: syntax.Expr) -> tuple[str, str]:
+    """What a path leads to where it may not be changed so, and the way out; empty if unclear."""
+    quantity = declared_value(world, scene, expr)
+    if quantity is None:
+        return "", ""
+    path = path_of(expr)
+    match quantity.kind:
+        case "input":
+            return "an input", f"give it by `drive {path} = ..;`, or as an argument"
+        case "param" | "const":
+            return "a parameter", f"`set {path} = ..;`, or declare it as an `input` to drive it"
+        case "state" | "unknown":
+            return f"the {quantity.kind} of a model", "set the parameter that its start is made of"
+        case _:
+            return "computed by the model", "set a parameter that it is made of"
 
 
 def _look_up(world: World, scene: Scene, expr: syntax.Expr) -> None:

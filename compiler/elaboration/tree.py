@@ -167,6 +167,8 @@ class PartArray:
         """What it is, for messages."""
         indices = list(self.parts)
         shown = [", ".join(map(str, index)) for index in (indices[0], indices[-1])]
+        if len(indices) == 1:
+            return f"one part only, [{shown[0]}]"
         return f"an array of {len(indices)} parts, [{shown[0]}] to [{shown[1]}]"
 
 

@@ -38,6 +38,11 @@ def warning(
     return Diagnostic(code, Severity.WARNING, message, span, note, tuple(labels), help)
 
 
+def with_article(kind: str) -> str:
+    """Put `a` or `an` before an element's name as it is spoken: `an Se`, `a C`, `a Mux`."""
+    return f"an {kind}" if kind[0] in "EFILMRS" and kind != "Mux" else f"a {kind}"
+
+
 def did_you_mean(name: str, candidates: Iterable[str]) -> str:
     """Return a help text that names the candidates closest to `name`, or an empty one.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.grammar.catalogue import error
+from bgc.grammar.catalogue import error, with_article
 from bgc.grammar.diagnostics import Diagnostic, Label
 from bgc.grammar.source import Span
 
@@ -130,7 +130,7 @@ def arrow_out_of_element(span: Span, name: str, kind: str) -> Diagnostic:
     """
     return error(
         "BG405",
-        f"an arrow cannot leave `{name}`, a {kind}",
+        f"an arrow cannot leave `{name}`, {with_article(kind)}",
         span,
         help=f"turn it round: `.. -> {name}`",
     )
@@ -310,7 +310,7 @@ def units_differ(
     Why: effort times flow is a power, and all bonds of a junction have the same units; here an
     element says otherwise.
 
-    Example: `supply : Se(e = 5 V); mass : I(2 kg); supply -> mass;`
+    Example: `supply : Se(e = 5 V); push : Se(e = 2 N); supply, push -> node;`
 
     Way out: correct the unit, put a TF or GY between the domains, or declare the domain as
     `pseudo` where effort times flow is no power.
@@ -324,6 +324,39 @@ def units_differ(
         span,
         labels=labels,
         help="correct one of the units; between two domains stands a TF or GY",
+    )
+
+
+def unit_misfit(
+    span: Span,
+    name: str,
+    argument: str,
+    wanted: str,
+    given: str,
+    places: Sequence[tuple[Span, str]],
+) -> Diagnostic:
+    """BG423: an element whose unit does not fit its bond
+
+    What: the unit of a resistance, stiffness, compliance, inertia or conductance does not go with
+    the effort and flow of the bond that it is on.
+
+    Why: a stiffness is effort by displacement, an inertia momentum by flow: what the bond carries
+    settles which unit each has.
+
+    Example: `push : Se(e = 1 N); spring : C(stiffness = 20 kN*m); push -> spring;`
+
+    Way out: correct the unit, here `20 kN/m`; a number without a unit fits any. Where the unit is
+    right and the bond's is not, correct that, or put a TF or GY between the two domains.
+    """
+    labels: dict[tuple[int, int], Label] = {}
+    for at, text in places:
+        labels.setdefault((at.start, at.end), Label(at, text))
+    return error(
+        "BG423",
+        f"on `{name}` the {argument} must be {wanted}, not {given}",
+        span,
+        labels=tuple(labels.values()),
+        help="correct the unit; between two domains stands a TF or GY",
     )
 
 

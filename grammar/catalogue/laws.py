@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.grammar.catalogue import error
+from bgc.grammar.catalogue import error, with_article
 from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.source import Span
 
@@ -224,7 +224,7 @@ def storage_varies(span: Span, name: str, kind: str) -> Diagnostic:
     """
     return error(
         "BG441",
-        f"the law of `{name}`, a {kind}, varies by something other than its own state",
+        f"the law of `{name}`, {with_article(kind)}, varies by something other than its own state",
         span,
         help="use constants and parameters, an energy law, or an MTF before it",
     )
@@ -264,7 +264,7 @@ def one_sided(span: Span, name: str, kind: str, missing: str) -> Diagnostic:
     """
     return error(
         "BG443",
-        f"`{name}`, a {kind}, has no bond {missing} it",
+        f"`{name}`, {with_article(kind)}, has no bond {missing} it",
         span,
         help="write `.. -> name -> ..`",
     )
@@ -378,7 +378,7 @@ def law_of_junction(span: Span, name: str, kind: str) -> Diagnostic:
     """
     return error(
         "BG455",
-        f"`{name}` is a {kind}, and takes no law",
+        f"`{name}` is {with_article(kind)}, and takes no law",
         span,
         help="put the law on an element that is bonded to it",
     )

@@ -83,7 +83,7 @@ def inheritance_cycle(span: Span, names: Sequence[str]) -> Diagnostic:
     )
 
 
-def contains_itself(span: Span, name: str, depth: int) -> Diagnostic:
+def contains_itself(span: Span, name: str, path: str, depth: int) -> Diagnostic:
     """BG205: a model that contains itself without end
 
     What: a model has a part of its own type, and nothing ends the nesting.
@@ -96,6 +96,7 @@ def contains_itself(span: Span, name: str, depth: int) -> Diagnostic:
         "BG205",
         f"`{name}` contains itself, {depth} levels deep",
         span,
+        note=f"in `{path}..`",
         help="end the nesting by a dimension and `if n > 1 { .. }`, or use `for`",
     )
 
@@ -166,13 +167,15 @@ def no_such_index(span: Span, name: str, index: Sequence[int], have: str) -> Dia
     """BG212: an index that an array does not have
 
     What: the index names no part of the array.
-    Why: indices start at 1 and end at the last part made.
+    Why: indices start at 1 and end at the last part made. `mass[4] : I(m);` makes the one part
+    `mass[4]`, not four.
     Example: `mass[0]`, or `mass[21]` of 20.
     Way out: keep the index within the array; the ends of a `for` are both included.
     """
     at = ", ".join(str(i) for i in index)
     return error("BG212", f"`{name}[{at}]` does not exist: `{name}` has {have}", span,
-                 help="indices start at 1, and both ends of a range are included")  # fmt: skip
+                 help="indices start at 1, and both ends of a range are included; a `for` makes "
+                 "several parts: `for i in 1..4 { mass[i] : I(m); }`")  # fmt: skip
 
 
 def needs_index(span: Span, name: str, have: str) -> Diagnostic:
@@ -399,7 +402,9 @@ def misplaced_in_loop(span: Span, kind: str) -> Diagnostic:
     )
 
 
-def range_excludes(span: Span, name: str, value: str, low: str, high: str) -> Diagnostic:
+def range_excludes(
+    span: Span, name: str, value: float, low: float, high: float, unit: str
+) -> Diagnostic:
     """BG239: a parameter outside its own range
 
     What: the value given to a parameter lies outside the range after `in`.
@@ -407,5 +412,19 @@ def range_excludes(span: Span, name: str, value: str, low: str, high: str) -> Di
     Example: `param mass = 1 t in 0 t .. 100 t;` with `set boom.mass = 200 t;`
     Way out: give a value within the range.
     """
-    return error("BG239", f"`{name}` is {value}, outside {low} .. {high}", span,
+    ends = f"{low:g} .. {high:g} {unit}".rstrip()
+    number = f"{value:g} {unit}".rstrip()
+    return error("BG239", f"`{name}` is {number}, outside {ends}", span,
                  help="give a value within the range of its declaration")  # fmt: skip
+
+
+def empty_range(span: Span, name: str, low: float, high: float) -> Diagnostic:
+    """BG240: a range with nothing in it
+
+    What: the first end of a parameter's range is above the second.
+    Why: no value would be allowed.
+    Example: `param mass = 1 t in 100 t .. 0 t;`
+    Way out: write the lower end first.
+    """
+    return error("BG240", f"the range of `{name}` is empty: {low:g} is above {high:g}", span,
+                 help="write the lower end first")  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.grammar.catalogue import warning
+from bgc.grammar.catalogue import warning, with_article
 from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.source import Span
 
@@ -80,7 +80,7 @@ def indefinite_storage(
     must = "positive definite" if kind == "I" else "positive semidefinite"
     return warning(
         "BG461",
-        f"the matrix of `{name}`, {_a(kind)} field, is not {must}{when}: {spectrum}",
+        f"the matrix of `{name}`, {with_article(kind)} field, is not {must}{when}: {spectrum}",
         span,
         note=pair,
         help="correct the matrix: its entries must belong to one point and to the same axes",
@@ -163,7 +163,3 @@ def listed_direction(variable: str, direction: Sequence[float]) -> str:
         for k, component in enumerate(direction, 1)
         if abs(component) >= 5e-4
     )
-
-
-def _a(kind: str) -> str:
-    return f"an {kind}" if kind in {"I", "R", "IC"} else f"a {kind}"

@@ -64,7 +64,9 @@ def only_dimensioned(span: Span, name: str) -> Diagnostic:
     )
 
 
-def edit_without_target(span: Span, path: str, what: str) -> Diagnostic:
+def edit_without_target(
+    span: Span, path: str, what: str, found: str = "", way: str = ""
+) -> Diagnostic:
     """BG603: a `set`, `use` or `drive` of something that does not take it
 
     What: the path names something of another kind: `set` takes a parameter or constant, `use` a
@@ -76,7 +78,8 @@ def edit_without_target(span: Span, path: str, what: str) -> Diagnostic:
 
     Way out: name a parameter, as `angle0`; or declare one in the model.
     """
-    return error("BG603", f"`{path}` is not {what}", span, help=f"name {what} of the model")
+    other = f"{found}, not {what}" if found else f"not {what}"
+    return error("BG603", f"`{path}` is {other}", span, help=way or f"name {what} of the model")
 
 
 def unknown_channel(span: Span, name: str, device: str, have: Iterable[str]) -> Diagnostic:
@@ -209,6 +212,27 @@ def plot_unobserved(span: Span, name: str, columns: Sequence[str]) -> Diagnostic
     )
 
 
+def unknown_option(span: Span, name: str, have: Sequence[str]) -> Diagnostic:
+    """BG632: an option that solvers do not have
+
+    What: the name given to a solver in parentheses is none of its options.
+
+    Why: an option that is passed over would leave the accuracy other than asked for.
+
+    Example: `solver rodas5p(tolerance = 1e-6);`
+
+    Way out: use `rtol` and `atol` for the tolerances, `step` of a fixed-step method, `max_step`
+    and `max_steps` as limits, `keep` for how many steps a Jacobian serves.
+    """
+    listing = ", ".join(f"`{h}`" for h in have)
+    return error(
+        "BG632",
+        f"solvers have no option `{name}`",
+        span,
+        help=did_you_mean(name, have) or f"they have {listing}",
+    )
+
+
 def not_positive(span: Span, what: str, value: float) -> Diagnostic:
     """BG630: a time or tolerance that is not positive
 
@@ -220,7 +244,12 @@ def not_positive(span: Span, what: str, value: float) -> Diagnostic:
 
     Way out: give a positive value.
     """
-    return error("BG630", f"{what} is {value:g}, but must be positive", span)
+    return error(
+        "BG630",
+        f"{what} is {value:g}, but must be positive",
+        span,
+        help="give a positive value; a time without a unit is in seconds",
+    )
 
 
 def said_twice(span: Span, what: str, first: Span) -> Diagnostic:

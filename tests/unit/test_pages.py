@@ -1,7 +1,9 @@
 import inspect
 import pkgutil
+import re
 from collections import Counter
 from importlib import import_module
+from pathlib import Path
 
 import pytest
 
@@ -28,6 +30,23 @@ def test_no_code_is_given_twice():
     ]
     codes = Counter(page.partition(":")[0] for page in pages_of_topics)
     assert [code for code, count in codes.items() if code.startswith("BG") and count > 1] == []
+
+
+def codes_in(paths, pattern: str) -> set[str]:
+    return {code for path in paths for code in re.findall(pattern, path.read_text("utf-8"))}
+
+
+def test_every_code_is_expected_by_a_test():
+    tests = Path(__file__).parents[1]
+    files = [*tests.rglob("test_*.py"), *tests.glob("wrong/*.bg")]
+    files.remove(Path(__file__))
+    expected = codes_in(files, r"""(?:["'\[]|error: |warning: )(BG\d{3})""")
+    assert sorted(pages().keys() - expected) == []
+
+
+def test_every_code_that_a_constructor_gives_has_its_page():
+    topics = Path(catalogue.__file__).parent.glob("*.py")
+    assert sorted(codes_in(topics, r'"(BG\d{3})"') - pages().keys()) == []
 
 
 @pytest.mark.parametrize("code", ["BG055", "bg055"])
