@@ -55,7 +55,7 @@ class Probe:
     """
 
     def __init__(self, name: str, scene: str, velocities: Sequence[str]) -> None:
-        compilation = Compilation(MODELS / f"{name}.bg", Options(scene))
+        compilation = Compilation(MODELS / f"{name}.bg", Options(scene, whole=True))
         program = with_rates(compilation.optimised)
         units = emit_model(program, f"rates of {name} {scene}").units
         library = build_shared_object(units, find_toolchain(), open_cache())
