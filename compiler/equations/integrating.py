@@ -26,6 +26,18 @@ def integrate_alone(variables: Variables, element: StorageElement) -> list[Integ
     ]
 
 
+def integrate_compliances(variables: Variables, element: StorageElement) -> list[IntegratedState]:
+    """The compliances of an IC whose inertias are merged keep their own charges."""
+    given, states = given_values(element), []
+    for position, port in enumerate(element.ports):
+        if port.port.role is Role.COMPLIANCE:
+            variables.set_answer(port.index, port.answer)
+            start = given.get((position, "p" if port.has_momentum else "q"))
+            initial = variables.dag.zero if start is None else start.value
+            states += _states_of_port(variables, element, position, initial)
+    return states
+
+
 def _states_of_port(
     variables: Variables, element: StorageElement, position: int, initial: Node
 ) -> list[IntegratedState]:

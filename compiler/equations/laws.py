@@ -80,8 +80,10 @@ def storage_law(dag: Dag, storage: Storage, has_momentum: Sequence[bool]) -> Sto
             return StorageLaw(states, nodes, nothing, plain, None, None)
         case EnergyLaw(energy=energy):
             answers = tuple(gradient(dag, energy, states))
+            response = _quadratic(dag, answers, states)
+            capacity = None if response is None else _inverse_if_any(dag, response)
             if storage.kind != "IC":
-                return StorageLaw(states, answers, nothing, plain, None, None)
+                return StorageLaw(states, answers, nothing, plain, response, capacity)
             slopes = gradient(dag, energy, charges)
             bias = tuple(
                 slope if momentum else dag.zero
@@ -90,7 +92,17 @@ def storage_law(dag: Dag, storage: Storage, has_momentum: Sequence[bool]) -> Sto
             own = tuple(
                 q if momentum else None for q, momentum in zip(charges, has_momentum, strict=True)
             )
-            return StorageLaw(states, answers, bias, own, None, None)
+            return StorageLaw(states, answers, bias, own, response, capacity)
+
+
+def _quadratic(dag: Dag, answers: Sequence[Node], states: Sequence[Node]) -> Matrix | None:
+    """The matrix of answers that are linear in the states (an IC's may vary with its charges)."""
+    response = tuple(tuple(gradient(dag, answer, states)) for answer in answers)
+    held = set(dag.reachable([node for row in response for node in row]))
+    if not held.isdisjoint(states):
+        return None
+    rest = dag.substitute(answers, dict.fromkeys(states, dag.zero))
+    return response if all(node == dag.zero for node in rest) else None
 
 
 def _law_nodes(storage: Storage) -> list[Node]:

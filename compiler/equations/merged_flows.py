@@ -7,12 +7,12 @@ behind it acts on the flow before it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from bgc.algebra.dag import Level
 from bgc.algebra.quadratic import Definition, Form, Minimum, Row, minimise
 from bgc.causality.causal import BasisKind
-from bgc.equations.merged_groups import Group
+from bgc.equations.merged_groups import Group, inertias_of
 from bgc.equations.storage import StorageElement
 from bgc.equations.variables import Variables
 from bgc.graph import Node
@@ -38,7 +38,7 @@ def reduced_flows(
         dag,
         causal.fingerprints,
         form,
-        _definitions_of(variables, group),
+        _definitions_of(variables, group.elements, group.flows),
         list(number_of.values()),
     )
     nodes = {minimum.variable: _value(variables, minimum) for minimum in minima}
@@ -70,15 +70,19 @@ def _kinetic_energy(variables: Variables, elements: Sequence[StorageElement]) ->
     return Form(kept, {})
 
 
-def _definitions_of(variables: Variables, group: Group) -> list[Definition]:
-    """The definitions behind the flows of a group's ports.
+def _definitions_of(
+    variables: Variables, elements: Sequence[StorageElement], flows: Collection[int]
+) -> list[Definition]:
+    """The definitions behind the flows of a group's ports; `flows` are its own in the basis.
 
     Where these seem to hold flows that in truth cancel, the rows of `N` itself.
     """
     causal = variables.causal
     basis = causal.basis
     definitions = flow_definitions(variables)
-    classes = dict.fromkeys(causal.class_of[port.port.bond] for port in group.ports)
+    classes = dict.fromkeys(
+        causal.class_of[port.port.bond] for element in elements for port in element.ports
+    )
     reached = set(classes)
     stack = list(classes)
     while stack:
@@ -89,7 +93,7 @@ def _definitions_of(variables: Variables, group: Group) -> list[Definition]:
     foreign = {
         independent.bond_class
         for k, independent in enumerate(basis)
-        if independent.kind is not BasisKind.FLOW_SOURCE and k not in group.flows
+        if independent.kind is not BasisKind.FLOW_SOURCE and k not in flows
     }
     if reached.isdisjoint(foreign):
         return [definition for number, definition in definitions.items() if number in reached]
@@ -138,7 +142,7 @@ def turning_forces(variables: Variables, elements: Sequence[StorageElement]) -> 
         totals[number] = dag.add(totals.get(number, dag.zero), node)
 
     for element in elements:
-        for port in element.ports:
+        for port in inertias_of(element):
             number, sign = causal.class_of[port.port.bond], port.port.turn_through
             collect(momenta, number, variables.symbols.turned(port.state, sign))
             collect(forces, number, variables.symbols.turned(port.bias, sign))
@@ -152,3 +156,30 @@ def turning_forces(variables: Variables, elements: Sequence[StorageElement]) -> 
                 turning = variables.rate_of(modulus, causal.rows[step.row].element)
                 collect(forces, number, dag.neg(dag.mul(turning, behind)))
     return forces
+
+
+def momenta_of(
+    variables: Variables, elements: Sequence[StorageElement], flows: Mapping[int, Node]
+) -> dict[int, Node]:
+    """`N' M (N u + N_s s)` of the inertias of a group, whose laws are linear, u being given.
+
+    Independent flow -> its flow gives independent flow -> its momentum.
+    """
+    dag, basis = variables.dag, variables.causal.basis
+    definitions = _definitions_of(variables, elements, flows)
+    values = {
+        independent.bond_class: flows[k] if k in flows else variables.independent(k)
+        for k, independent in enumerate(basis)
+        if k in flows or independent.kind is BasisKind.FLOW_SOURCE
+    }
+    for definition in reversed(definitions):
+        row = definition.row.items()
+        values[definition.variable] = dag.sum(dag.mul(c, values[k]) for k, c in row)
+    momenta: dict[int, Node] = {}
+    for number, row in _kinetic_energy(variables, elements).matrix.items():
+        momenta[number] = dag.sum(dag.mul(m, values[k]) for k, m in row.items())
+    for definition in definitions:
+        behind = momenta.get(definition.variable, dag.zero)
+        for number, c in definition.row.items():
+            momenta[number] = dag.add(momenta.get(number, dag.zero), dag.mul(c, behind))
+    return {k: momenta.get(basis[k].bond_class, dag.zero) for k in flows}

@@ -1,4 +1,4 @@
-"""Storage elements that depend on each other, found by the independent flows they share."""
+"""Inertias that depend on each other, found by the independent flows they share."""
 
 from __future__ import annotations
 
@@ -15,29 +15,33 @@ from bgc.grammar.diagnostics import BgError
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Elements whose storage depends on each other, and the independent flows they share."""
+    """Elements whose inertias depend on each other, and the independent flows they share."""
 
     elements: tuple[StorageElement, ...]
-    flows: tuple[int, ...]  # indices in the basis, of the group's own kind
+    flows: tuple[int, ...]  # indices in the basis, of kind inertia
 
     @property
     def ports(self) -> list[StoragePort]:
-        """The ports of all elements."""
-        return [port for element in self.elements for port in element.ports]
+        """The inertias of all elements; an IC may have compliances beside them."""
+        return [port for element in self.elements for port in inertias_of(element)]
 
     def names(self) -> list[str]:
         """The elements' names."""
         return [element.storage.name for element in self.elements]
 
 
-def find_groups(
-    variables: Variables, elements: Sequence[StorageElement], role: Role, kind: BasisKind
-) -> list[Group]:
-    """Elements with ports of a role, connected by the independent flows of a kind."""
+def inertias_of(element: StorageElement) -> list[StoragePort]:
+    """The ports that answer with the through variable."""
+    return [port for port in element.ports if port.port.role is Role.INERTIA]
+
+
+def find_groups(variables: Variables, elements: Sequence[StorageElement]) -> list[Group]:
+    """Elements with inertias, connected by the independent flows these determine."""
     basis = variables.causal.basis
-    chosen = [e for e in elements if any(p.port.role is role for p in e.ports)]
+    chosen = [element for element in elements if inertias_of(element)]
     shared = [
-        sorted({k for port in e.ports for k in port.flow if basis[k].kind is kind}) for e in chosen
+        sorted({k for p in inertias_of(e) for k in p.flow if basis[k].kind is BasisKind.INERTIA})
+        for e in chosen
     ]
     forest = Forest(len(chosen) + len(basis))
     for index, flows in enumerate(shared):

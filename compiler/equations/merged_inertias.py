@@ -15,8 +15,8 @@ from collections.abc import Sequence
 
 from bgc.algebra.dag import Kind
 from bgc.algebra.quadratic import SingularFormError
-from bgc.causality.causal import BasisKind, Role
-from bgc.equations.integrating import charge_state
+from bgc.causality.causal import Role
+from bgc.equations.integrating import charge_state, integrate_compliances
 from bgc.equations.merged_flows import reduced_flows, turning_forces
 from bgc.equations.merged_groups import Group, cannot_merge, find_groups, shortened
 from bgc.equations.merged_initial import initial_momenta
@@ -29,10 +29,7 @@ def merge_inertias(
     variables: Variables, elements: Sequence[StorageElement]
 ) -> list[IntegratedState]:
     """Define momenta and independent flows of dependent inertias; their states."""
-    groups = find_groups(variables, elements, Role.INERTIA, BasisKind.INERTIA)
-    for group in groups:
-        if any(port.port.role is not Role.INERTIA for port in group.ports):
-            raise cannot_merge(group, "its energy mixes charges and momenta")
+    groups = find_groups(variables, elements)
     together = [element for group in groups for element in group.elements]
     variables.balances.turning = turning_forces(variables, together)
     return [state for group in groups for state in _merge_inertia_group(variables, group)]
@@ -57,8 +54,10 @@ def _merge_inertia_group(variables: Variables, group: Group) -> list[IntegratedS
         charge_state(variables, element, position)
         for element in group.elements
         for position, port in enumerate(element.ports)
-        if port.charge is not None
+        if port.charge is not None and port.port.role is Role.INERTIA
     ]
+    for element in group.elements:
+        states += integrate_compliances(variables, element)
     held = {k: _held(group, k) for k in merged}
     names = _merged_names(held, "p")
     start = initial_momenta(variables, group.elements, list(merged))
@@ -85,6 +84,8 @@ def _define_momenta(variables: Variables, element: StorageElement) -> None:
     dag = variables.dag
     flows = [variables.symbols.port_through(port.port) for port in element.ports]
     for position, port in enumerate(element.ports):
+        if port.port.role is not Role.INERTIA:
+            continue
         if element.law.capacity is not None:
             node = dag.dot(element.law.capacity[position], flows)
             variables.set_definition(port.state, Explicit(node), port.port.element)

@@ -15,7 +15,9 @@ from dataclasses import dataclass, replace
 from bgc.algebra.dag import Dag
 from bgc.algebra.linalg import identity
 from bgc.algebra.solving import SingularSystemError, solve_definite, solve_general
+from bgc.causality.causal import Role
 from bgc.equations.initial import given_values
+from bgc.equations.merged_flows import momenta_of
 from bgc.equations.storage import IntegratedState, StorageElement
 from bgc.equations.variables import Variables
 from bgc.grammar.catalogue import causality as catalogue
@@ -54,6 +56,11 @@ def initial_momenta(
     chosen = _independent(variables, conditions)
     if not chosen:
         return dict.fromkeys(flows, dag.zero)
+    if len(chosen) == len(flows) and all(e.law.capacity is not None for e in elements):
+        right = [condition.value for condition in chosen]
+        if any(value != dag.zero for value in right):
+            right = _solve(variables, [condition.row for condition in chosen], right)
+        return momenta_of(variables, elements, {k: right[i] for k, i in order.items()})
     mass, driven = _reduced_mass(variables, elements, order)
     columns = [[c.row.get(i, dag.zero) for i in range(len(order))] for c in chosen]
     *answers, response = solve_definite(
@@ -77,12 +84,14 @@ def _conditions_on_flows(
     found = []
     for (position, variable), initial in given_values(element).items():
         port = element.ports[position]
+        if (port.port.role is Role.COMPLIANCE and variable in "qp") or (
+            port.charge is not None and variable == "q"
+        ):
+            continue  # an IC's own state beside its merged momenta
         if variable == ("f" if port.has_momentum else "e"):
             weights = {position: dag.one}
         elif variable == ("p" if port.has_momentum else "q") and element.law.capacity is not None:
             weights = dict(enumerate(element.law.capacity[position]))
-        elif port.charge is not None and variable == "q":
-            continue  # the charge of an IC port is a state of its own
         else:
             raise _unusable(_Condition({}, dag.zero, element, initial))
         row: _Row = {}
