@@ -152,11 +152,9 @@ def _basis(
     for number, members in enumerate(structure.classes):
         for k in members.ports:
             port = structure.ports[k]
+            held = _columns_in_value(graph, structure, port, flows)
             for column in flows[number]:
-                role = port.role
-                if role is Role.EFFORT_SOURCE and _follows(graph, structure, port, column, flows):
-                    role = Role.RESISTANCE
-                found[column][port.element] = role
+                found[column][port.element] = Role.RESISTANCE if column in held else port.role
     errors: list[Diagnostic] = []
     basis = []
     for number, elements in zip(independent, found, strict=True):
@@ -180,20 +178,21 @@ def _basis(
     return tuple(basis)
 
 
-def _follows(
-    graph: FlatGraph, structure: Structure, port: ElementPort, column: int, flows: _Flows
-) -> bool:
-    """Whether a source of effort is a resistance in disguise: its value holds its own flow."""
+def _columns_in_value(
+    graph: FlatGraph, structure: Structure, port: ElementPort, flows: _Flows
+) -> set[int]:
+    """The independent flows in the value of an effort source: to these it is a resistance."""
     source = graph.elements[port.element]
-    assert isinstance(source, Source)
+    if port.role is not Role.EFFORT_SOURCE or not isinstance(source, Source):
+        return set()
     if graph.dag.level[source.value] < Level.STATE:
-        return False
+        return set()
+    columns: set[int] = set()
     for symbol in map(graph.dag.symbol_of, graph.dag.reachable([source.value])):
         if symbol is not None and symbol.kind in {Kind.EFFORT, Kind.FLOW}:
             through = (symbol.kind is Kind.EFFORT) == structure.dual[symbol.index]
-            if through and column in flows[structure.class_of[symbol.index]]:
-                return True
-    return False
+            columns |= set(flows[structure.class_of[symbol.index]]) if through else set()
+    return columns
 
 
 # --- diagnostics ------------------------------------------------------------------------------

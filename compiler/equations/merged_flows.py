@@ -173,8 +173,8 @@ def momenta_of(
         if k in flows or independent.kind is BasisKind.FLOW_SOURCE
     }
     for definition in reversed(definitions):
-        row = definition.row.items()
-        values[definition.variable] = dag.sum(dag.mul(c, values[k]) for k, c in row)
+        terms = definition.row.items()
+        values[definition.variable] = dag.sum(dag.mul(c, values[k]) for k, c in terms)
     momenta: dict[int, Node] = {}
     for number, row in _kinetic_energy(variables, elements).matrix.items():
         momenta[number] = dag.sum(dag.mul(m, values[k]) for k, m in row.items())
