@@ -63,3 +63,32 @@ def test_mass_matrix_bias_forces_and_tip_are_pinocchios(arm):
         pin.framesForwardKinematics(model, data, q)
         found = arm.vector(state, "tip")
         np.testing.assert_allclose(found, data.oMf[tip].translation, rtol=0, atol=1e-12)
+
+
+def test_an_arm_in_free_fall_keeps_its_momentum(load):
+    """Motors turn it far; momentum by Pinocchio, from poses and velocities."""
+    result = load("arms", "falling").simulate()
+    assert np.ptp(result["q"], axis=0).min() > 1
+    assert np.ptp(result["h"], axis=0).min() > 1, "it has to turn over"
+
+    model = pinocchio_model(UR5, GRAVITY, free=True)
+    inertia = np.array([[2, 0.1, -0.2], [0.1, 1.5, 0.3], [-0.2, 0.3, 1]])
+    ballast = pin.Inertia(30.0, np.array([0.1, 0.05, -0.2]), inertia)
+    model.appendBodyToJoint(1, ballast, pin.SE3.Identity())
+    data = model.createData()
+    linear, angular = [], []
+    names = ("r", "h", "q", "twist", "rates")
+    for r, h, q, twist, rates in zip(*(result[name] for name in names), strict=True):
+        configuration = np.concatenate([r, h[1:], h[:1], q])
+        velocities = np.concatenate([twist, rates])
+        momentum = pin.computeCentroidalMomentum(model, data, configuration, velocities)
+        linear.append(momentum.linear.copy())
+        angular.append(momentum.angular.copy())
+
+    weight = GRAVITY * sum(body.mass for body in model.inertias)
+    fall = np.outer(result.time, [0, 0, -weight])
+    np.testing.assert_allclose(linear, fall, rtol=0, atol=1e-9 * np.abs(fall).max())
+    spin = np.linalg.norm(result["twist"][:, 3:] @ inertia, axis=1).max()
+    np.testing.assert_allclose(angular, np.zeros_like(angular), rtol=0, atol=1e-7 * spin)
+    supplied = np.abs(result["energy.supplied"]).max()
+    assert np.abs(result["energy.residual"]).max() < 1e-9 * supplied
