@@ -168,19 +168,20 @@ def interrupted(time: float) -> Diagnostic:
 
 
 def not_explicit() -> Diagnostic:
-    """BG710: an explicit method on a model with algebraic equations
+    """BG710: an explicit method on equations that couple rates
 
-    What: the model has unknowns that only equations determine, and the method cannot solve them.
+    What: an equation of the model holds several rates, and the method cannot solve for them.
 
-    Why: explicit methods (`rk4`, `heun`) need every derivative written out.
+    Why: explicit methods (`rk4`, `heun`, `dopri5`) need every derivative by itself. Unknowns and
+    algebraic loops they do solve, at every stage.
 
-    Example: `solver rk4` on a model with an algebraic loop.
+    Example: `solver rk4` with `equation der(x) + der(y) = -x;`.
 
     Way out: an implicit method: `solver rodas5p`, or `ros34prw` with a step.
     """
     return error(
         "BG710",
-        "an explicit solver cannot solve a model with algebraic equations",
+        "an explicit solver cannot solve equations that couple rates",
         help="use `solver rodas5p`, or `ros34prw` with a step",
     )
 

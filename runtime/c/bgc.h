@@ -28,7 +28,7 @@ typedef enum {
     BGC_BAD_ARGUMENT,    /* a call's own arguments are at fault */
     BGC_INTERRUPTED,     /* bgc_stop was called from another thread or a signal */
     BGC_NO_MEMORY,
-    BGC_NOT_EXPLICIT,    /* an explicit method on a model with algebraic equations */
+    BGC_NOT_EXPLICIT,    /* an explicit method on equations that couple rates */
     BGC_INCONSISTENT,    /* no values satisfy the algebraic equations near those at hand */
     BGC_NOT_CONVERGED,   /* the iteration for the stages of an implicit step found no solution */
     BGC_CHATTERING       /* a law switches without end: bgc_failed_switch names it */

@@ -68,6 +68,10 @@ typedef struct {
     double re, im;
 } bgc_complex;
 
+static inline int bgc_is_explicit(const bgc_method *method) {
+    return method->tableau != NULL && method->tableau->gamma == 0.0;
+}
+
 /* Which factorisation of W is at hand: with static pivots, and whether its solutions are checked,
  * or the dense one. */
 typedef enum { BGC_STATIC, BGC_CHECKED_ONCE, BGC_WATCHED, BGC_DENSE } bgc_pivoting;
@@ -208,7 +212,7 @@ bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const do
 void bgc_classify_states(const bgc_model *m, bgc_data *d);
 bgc_status bgc_satisfy(const bgc_model *m, bgc_data *d, double t, double *x);
 bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d);
-bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, double t);
+bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, const bgc_method *method, double t);
 
 /* --- events.c */
 void bgc_hold_modes(const bgc_model *m, bgc_data *d);

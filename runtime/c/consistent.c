@@ -297,20 +297,11 @@ bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d) {
     return bgc_satisfy(m, d, d->core.t, d->x);
 }
 
-/* After a fixed step to d->next: the algebraic rows there, by the correction that the step's own
- * factorisation gives. A small one is the method's error and is left to the next step, which takes
- * it up; otherwise the step was too coarse for one iteration, or the solution is lost, and d->next
- * is corrected or refused. */
-bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, double t) {
-    double worst = 0.0;
-    int at_fault = -1;
+/* By how much the algebraic rows of f in d->error miss, as the largest correction that the step's
+ * own factorisation gives, over scale plus size; which state that is goes to `at_fault`. */
+static bgc_status miss(const bgc_model *m, bgc_data *d, double *worst, int *at_fault) {
     bgc_status status;
 
-    if (d->core.algebraic == 0) {
-        return BGC_OK;
-    }
-    m->rhs(d->h, t, d->next, d->u, d->error, d->work);
-    d->core.counts.rhs++;
     for (int i = 0; i < m->n_state; i++) {
         d->right[i] = d->algebraic[i] != 0.0 ? d->error[i] : 0.0;
     }
@@ -319,23 +310,45 @@ bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, double t) {
         return BGC_NOT_FINITE;
     }
     status = bgc_solve(m, d, d->right);
-    if (status != BGC_OK) {
-        return status;
-    }
+    *worst = 0.0;
     for (int k = 0; k < d->n_block; k++) {
         const int i = d->block[k];
         const double part = fabs(d->right[i]) / (d->scale[i] + fabs(d->next[i]));
-        if (part > worst || isnan(part)) { /* a NaN stays */
-            worst = part;
-            at_fault = i;
+        if (part > *worst || isnan(part)) { /* a NaN stays */
+            *worst = part;
+            *at_fault = i;
         }
     }
-    if (worst <= left_alone) {
-        d->core.f_ahead = 1;
+    return status;
+}
+
+/* After a step to d->next that no error estimate watches: the algebraic rows there. What a linearly
+ * implicit method misses by little is its error and left to the next step, which takes it up;
+ * otherwise the step was too coarse for one iteration, or the solution is lost, and d->next is
+ * corrected or refused. Other methods leave it all to this. */
+bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, const bgc_method *method,
+                               double t) {
+    int at_fault = -1;
+
+    if (d->core.algebraic == 0) {
         return BGC_OK;
     }
+    if (method->tableau != NULL && !bgc_is_explicit(method)) {
+        double worst;
+        bgc_status status;
+        m->rhs(d->h, t, d->next, d->u, d->error, d->work);
+        d->core.counts.rhs++;
+        status = miss(m, d, &worst, &at_fault);
+        if (status != BGC_OK) {
+            return status;
+        }
+        if (worst <= left_alone) {
+            d->core.f_ahead = 1;
+            return BGC_OK;
+        }
+    }
     if (bgc_satisfy(m, d, t, d->next) != BGC_OK) {
-        d->core.failed_state = at_fault;
+        d->core.failed_state = at_fault >= 0 ? at_fault : d->core.failed_state;
         return BGC_INCONSISTENT;
     }
     return BGC_OK;

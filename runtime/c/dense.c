@@ -100,7 +100,7 @@ static void complete_slopes(const bgc_model *m, bgc_data *d) {
     d->core.dense = BGC_DENSE_READY;
 }
 
-/* x at time t inside the last step. */
+/* x at time t inside the last step; states without a rate by their equations. */
 void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
     const int n = m->n_state;
     const double *k1 = d->k, *k2 = k1 + bgc_padded(n), *k3 = k2 + bgc_padded(n);
@@ -114,6 +114,7 @@ void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
     for (int i = 0; i < n; i++) {
         x[i] = r * d->y0[i] + s * (d->y1[i] + r * (k1[i] + s * (k2[i] + s * k3[i])));
     }
+    bgc_satisfy(m, d, t, x); /* where no solution is found, what was interpolated is kept */
     if (m->project != NULL) {
         m->project(d->h, t, x, d->work);
     }

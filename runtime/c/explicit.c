@@ -3,25 +3,44 @@
 
 #include <string.h>
 
+/* Of the states without a rate. */
+static void copy_algebraic(const bgc_data *d, const double *from, double *to) {
+    for (int k = 0; k < d->n_block; k++) {
+        to[d->block[k]] = from[d->block[k]];
+    }
+}
+
 /* From x at t to d->next, with f(t, x) in d->f; the error estimate of an embedded method goes to
- * d->error. M must be diagonal and regular. */
+ * d->error. M must be diagonal. Where it has empty rows, these are solved at every stage for the
+ * states without a rate, so that the others see an ordinary differential equation: E. Hairer,
+ * C. Lubich, M. Roche, The Numerical Solution of Differential-Algebraic Systems by Runge-Kutta
+ * Methods, 1989, the indirect approach. In d->next they are as at the last stage. */
 bgc_status bgc_runge_kutta(const bgc_model *m, bgc_data *d, const bgc_tableau *method, double h) {
     const int n = m->n_state;
     const size_t size = (size_t)n * sizeof(double);
 
     for (int i = 0; i < n; i++) {
-        if (d->inverse_mass[i] == 0.0) {
+        if (d->inverse_mass[i] == 0.0 && d->algebraic[i] == 0.0) {
             d->core.failed_state = i;
             return BGC_NOT_EXPLICIT;
         }
     }
+    memcpy(d->next, d->x, size);
     for (int s = 0; s < method->stages; s++) {
         double *stage = d->stages + (size_t)s * bgc_padded(n);
         const double *f = d->f;
         if (s > 0) {
             memcpy(d->point, d->x, size);
+            const double t = d->core.t + method->alpha[s] * h;
+            bgc_status status;
             bgc_combine(n, s, method->a[s], d->stages, d->point);
-            m->rhs(d->h, d->core.t + method->alpha[s] * h, d->point, d->u, stage, d->work);
+            copy_algebraic(d, d->next, d->point);
+            status = bgc_satisfy(m, d, t, d->point);
+            if (status != BGC_OK) {
+                return status;
+            }
+            copy_algebraic(d, d->point, d->next);
+            m->rhs(d->h, t, d->point, d->u, stage, d->work);
             d->core.counts.rhs++;
             f = stage;
         }
@@ -29,8 +48,10 @@ bgc_status bgc_runge_kutta(const bgc_model *m, bgc_data *d, const bgc_tableau *m
             stage[i] = h * d->inverse_mass[i] * f[i];
         }
     }
-    memcpy(d->next, d->x, size);
-    bgc_combine(n, method->stages, method->m, d->stages, d->next);
+    memcpy(d->point, d->x, size);
+    bgc_combine(n, method->stages, method->m, d->stages, d->point);
+    copy_algebraic(d, d->next, d->point);
+    memcpy(d->next, d->point, size);
     if (method->embedded > 0) {
         memset(d->error, 0, size);
         bgc_combine(n, method->stages, method->e, d->stages, d->error);

@@ -298,7 +298,7 @@ const char *bgc_status_text(bgc_status s) {
     case BGC_NO_MEMORY:
         return "out of memory";
     case BGC_NOT_EXPLICIT:
-        return "an explicit method cannot solve a model with algebraic equations";
+        return "an explicit method cannot solve equations that couple rates";
     case BGC_INCONSISTENT:
         return "no values near the given ones satisfy the algebraic equations";
     case BGC_NOT_CONVERGED:

@@ -59,8 +59,8 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *me
     if (m->project != NULL) {
         m->project(d->h, end, d->next, d->work);
     }
-    if (bgc_embedded(method) == 0) {
-        const bgc_status status = bgc_keep_consistent(m, d, end);
+    if (bgc_embedded(method) == 0 || bgc_is_explicit(method)) {
+        const bgc_status status = bgc_keep_consistent(m, d, method, end);
         if (status != BGC_OK) {
             return status;
         }
@@ -113,7 +113,7 @@ static bgc_status advance(const bgc_model *m, bgc_data *d, const bgc_method *met
     if (tableau == NULL) {
         return bgc_collocate(m, d, method->collocation, h);
     }
-    if (tableau->gamma == 0.0) {
+    if (bgc_is_explicit(method)) {
         return bgc_runge_kutta(m, d, tableau, h);
     }
     if (d->core.held == 0) {

@@ -105,7 +105,6 @@ def test_a_value_that_is_not_finite_is_a_warning(simulate, law, message):
     [
         ("device h = omega; drive x = h.position[1]; run 1 s;", "BG073"),
         ("run 1 s every 1 s; solver rodas5p(max_steps = 2);", "BG702"),
-        ("step 1 ms; run 1 s; solver rk4;", "BG710"),
     ],
 )
 def test_a_run_that_cannot_be_made_says_which_kind_it_is(simulate, scene, code):
@@ -115,6 +114,16 @@ def test_a_run_that_cannot_be_made_says_which_kind_it_is(simulate, scene, code):
             f"scene run_it of M {{ observe z; {scene} }}"
         )
     assert codes(error) == [code]
+
+
+def test_an_explicit_method_refuses_rates_that_equations_couple(simulate):
+    with pytest.raises(BgError) as error:
+        simulate(
+            "model M { state x = 1; state y = 0; equation der(x) + der(y) = -x;"
+            "equation der(x) - der(y) = y; }"
+            "scene run_it of M { observe x; step 1 ms; run 1 s; solver rk4; }"
+        )
+    assert codes(error) == ["BG710"]
 
 
 def test_a_transient_that_dies_within_a_fixed_step_does_not_upset_the_energy(simulate):

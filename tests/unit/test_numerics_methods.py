@@ -188,11 +188,28 @@ def test_order_with_an_algebraic_equation(c_model: Any, method: str) -> None:
     assert observed_order(steps, errors) > ORDER[method] - 0.3
 
 
-def test_explicit_method_refuses_algebraic_equations(c_model: Any) -> None:
-    robertson = c_model("robertson")
-    robertson.start("rk4", step=1e-4)
-    assert robertson.run([1.0])[0] == "NOT_EXPLICIT"
-    assert robertson.library.bgc_failed_state(robertson.data) == 2
+@pytest.mark.parametrize(("method", "order"), [("rk4", 4), ("heun", 2)])
+def test_explicit_methods_solve_algebraic_equations_at_every_stage(
+    c_model: Any, method: str, order: int
+) -> None:
+    steps = [0.2, 0.1, 0.05]
+    errors = []
+    for step in steps:
+        robertson = c_model("robertson")
+        robertson.start(method, step=step * 2e-3)
+        reference = c_model("robertson")
+        reference.start("radau5", rtol=1e-13, atol=1e-16)
+        y, exact = robertson.finish([1e-2])[0], reference.finish([1e-2])[0]
+        errors.append(np.abs(y - exact).max())
+        assert y.sum() == pytest.approx(1.0, abs=1e-14)
+    assert observed_order(steps, errors) > order - 0.3
+
+
+def test_explicit_method_refuses_coupled_rates(c_model: Any) -> None:
+    amplifier = c_model("amplifier")
+    amplifier.start("rk4", step=1e-4)
+    assert amplifier.run([1.0])[0] == "NOT_EXPLICIT"
+    assert amplifier.library.bgc_failed_state(amplifier.data) == 0
 
 
 def test_step_option_and_largest_step(c_model: Any) -> None:
