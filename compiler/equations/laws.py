@@ -80,7 +80,8 @@ def storage_law(dag: Dag, storage: Storage, has_momentum: Sequence[bool]) -> Sto
             return StorageLaw(states, nodes, nothing, plain, None, None)
         case EnergyLaw(energy=energy):
             answers = tuple(gradient(dag, energy, states))
-            response = _quadratic(dag, answers, states)
+            alike = len(set(has_momentum)) == 1
+            response = _quadratic(dag, answers, states) if alike else None
             capacity = None if response is None else _inverse_if_any(dag, response)
             if storage.kind != "IC":
                 return StorageLaw(states, answers, nothing, plain, response, capacity)

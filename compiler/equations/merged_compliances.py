@@ -22,8 +22,8 @@ from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.solving import SingularSystemError, solve_definite
 from bgc.causality.causal import BasisKind, Role
 from bgc.causality.regions import Forest
+from bgc.equations.joined_initial import Momenta, Stored, initial_quantities
 from bgc.equations.merged_groups import shortened
-from bgc.equations.merged_initial import Momenta, Stored, initial_quantities
 from bgc.equations.motions import FreeMotions, free_motions
 from bgc.equations.storage import IntegratedState, StorageElement, StoragePort
 from bgc.equations.variables import Explicit, Unknown, Variables
@@ -166,10 +166,13 @@ class _Merging:
         return {j: node for j, node in moved.items() if not self._fingerprints.is_zero(node)}
 
     def _groups(self) -> list[list[int]]:
-        """Motions that move something in common."""
+        """Motions that move something of one element in common."""
         forest = Forest(len(self._motions))
+        joined: dict[int, list[int]] = {}
         for slot in self._slots:
-            forest.join(slot.moved)
+            joined.setdefault(slot.place, []).extend(slot.moved)
+        for motions in joined.values():
+            forest.join(motions)
         groups: dict[int, list[int]] = {}
         for j in range(len(self._motions)):
             groups.setdefault(forest.find(j), []).append(j)
@@ -393,7 +396,10 @@ class _Merging:
             else:
                 momenta.setdefault(slot.place, self._merged_momenta(slot))
         charges = tuple(
-            by_symbol[port.state].state for e in compliances.values() for port in e.ports
+            by_symbol[port.state].state
+            for element in compliances.values()
+            for port in element.ports
+            if port.port.role is Role.COMPLIANCE
         )
         return Stored(tuple(compliances.values()), charges, tuple(momenta.values()))
 
