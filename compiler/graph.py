@@ -360,6 +360,16 @@ class SceneFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class Slot:
+    """A slot of the model: what it asks for, `Lock[5]`, and the model that fills it."""
+
+    path: str
+    interface: str
+    dims: tuple[int, ...]
+    filled_by: str
+
+
+@dataclass(frozen=True, slots=True)
 class FlatGraph:
     """A model ready for causality. `dag` is shared with, and grown by, the later passes."""
 
@@ -377,3 +387,4 @@ class FlatGraph:
     devices: tuple[DeviceUse, ...]
     kept: tuple[str, ...]
     warnings: tuple[Diagnostic, ...] = ()
+    slots: tuple[Slot, ...] = ()

@@ -12,10 +12,11 @@ class Options:
     `scene` is the scene's name, None for the file's first. `overrides` are the
     `--set name=value` texts that decide structure; the others are set at run time. `strict`
     makes every warning about the model an error. `whole` compiles all that is written: nothing
-    is folded or sliced.
+    is folded or sliced. `uses` are slots to fill otherwise than the scene does.
     """
 
     scene: str | None = None
     overrides: tuple[tuple[str, str], ...] = ()
     strict: bool = False
     whole: bool = False
+    uses: tuple[tuple[str, str], ...] = ()

@@ -14,13 +14,16 @@ _AFTER_SECONDS = 1.0
 
 
 class ProgressBar:
-    """Shows how much of the simulated time is done, from one second after it was made.
+    """Shows how much of the simulated time (or of other work) is done, after one second.
 
     Nothing is drawn, and nothing loaded, unless `wanted` and standard error is a terminal.
     """
 
-    def __init__(self, end: float, wanted: bool) -> None:
+    def __init__(
+        self, end: float, wanted: bool, what: str = "simulating", unit: str = " s"
+    ) -> None:
         self._end = end
+        self._what, self._unit = what, unit
         self._start = time.monotonic()
         self._wanted = wanted and sys.stderr.isatty()
         self._drawn: tuple[Progress, TaskID] | None = None
@@ -51,12 +54,12 @@ class ProgressBar:
         from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
         bar = Progress(
-            TextColumn("simulating"),
+            TextColumn(self._what),
             BarColumn(),
-            TextColumn("{task.completed:.3g} of {task.total:.3g} s"),
+            TextColumn("{task.completed:.3g} of {task.total:.3g}" + self._unit),
             TimeRemainingColumn(),
             console=Console(stderr=True),
             transient=True,
         )
         bar.start()
-        return bar, bar.add_task("simulating", total=self._end)
+        return bar, bar.add_task(self._what, total=self._end)

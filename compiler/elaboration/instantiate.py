@@ -27,6 +27,7 @@ from bgc.grammar import syntax
 from bgc.grammar.catalogue import graph, laws, names
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.source import Span
+from bgc.graph import Slot
 from bgc.values.value import Value
 
 MAX_DEPTH = 60
@@ -46,6 +47,7 @@ class Builder:
 
     def __init__(self, world: World) -> None:
         self.world = world
+        self.slots: list[Slot] = []
         self._parts = 0
         self._turns = 0
 
@@ -140,7 +142,7 @@ class Builder:
         return tuple(given)
 
     def by_name(self, use: syntax.TypeUse, env: Environment, owner: str) -> dict[str, Given]:
-        """The arguments of a model by name, mistakes reported."""
+        """The arguments of a model by name; BgError where one has no name."""
         found: dict[str, Given] = {}
         for argument in use.arguments:
             if argument.name is None:
@@ -150,8 +152,7 @@ class Builder:
                     for i in declared.items
                     if isinstance(i, syntax.Value) and i.kind in {"param", "input"}
                 ]
-                self._report(names.positional_argument(argument.span, f"`{owner}`", expected), env)
-                continue
+                raise BgError([names.positional_argument(argument.span, f"`{owner}`", expected)])
             given = Given(argument.value, env, argument.span)
             if found.setdefault(argument.name, given) is not given:
                 first = found[argument.name].span
@@ -419,6 +420,7 @@ class Builder:
             raise BgError(
                 [graph.slot_width(fill.span, fill.name, part.type.name, asked, have, part.span)]
             )
+        self.slots.append(Slot(pending.path, part.type.name, asked, fill.name))
         return built
 
     def _build_element(self, pending: Pending) -> Element:

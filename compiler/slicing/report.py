@@ -8,13 +8,14 @@ from collections.abc import Iterable, Sequence
 from bgc.program import Dropped, Reason
 
 _STEP = re.compile(r"\.|(?=\[)")
+_COMPONENT = re.compile(r"\[[^\[\]]*\]")
 
 
 def dropped_lines(dropped: Sequence[Dropped], left: Iterable[str]) -> tuple[str, ...]:
     """One line for each part or value that is left out, with the reason.
 
     `left` are the names of the states that are still there: of a part that lost only some of
-    its states, these are named.
+    its states, these are named, components of one vector together.
     """
     partly = {prefix for name in left for prefix in _prefixes(name)}
     reasons: dict[str, set[Reason]] = {}
@@ -23,12 +24,32 @@ def dropped_lines(dropped: Sequence[Dropped], left: Iterable[str]) -> tuple[str,
             reasons.setdefault(prefix, set()).add(item.reason)
     groups: dict[tuple[str, Reason], list[str]] = {}
     for item in dropped:
-        whole = [p for p in _prefixes(item.name) if p not in partly and len(reasons[p]) == 1]
-        groups.setdefault((whole[0] if whole else item.name, item.reason), []).append(item.name)
+        *outer, vector, name = ["", *_prefixes(item.name)]
+        whole = [p for p in (*outer, vector, name) if p in reasons and p not in partly]
+        alike = [p for p in whole if len(reasons[p]) == 1]
+        stem = vector if name.endswith("]") else name
+        group = alike[0] if alike and alike[0] != name else stem
+        groups.setdefault((group, item.reason), []).append(item.name)
     return tuple(_line(name, reason, names) for (name, reason), names in groups.items())
 
 
+def folded_lines(folded: Sequence[tuple[str, float]]) -> tuple[str, ...]:
+    """One line for each parameter that was compiled in, components of one value together."""
+    groups: dict[tuple[str, float], int] = {}
+    for name, value in folded:
+        whole = name.partition("[")[0] if name.endswith("]") else name
+        groups[whole, value] = groups.get((whole, value), 0) + 1
+    return tuple(
+        f"`{name}` = {value:g}" + (f" ({count} components)" if count > 1 else "")
+        for (name, value), count in groups.items()
+    )
+
+
 def _line(name: str, reason: Reason, names: list[str]) -> str:
+    components = [n.removeprefix(name) for n in names if _COMPONENT.fullmatch(n.removeprefix(name))]
+    if len(components) == len(names):
+        which = ", ".join(c[1:-1] for c in components)
+        return f"`{name}[{which}]`: {reason.value}"
     count = "" if names == [name] else f" ({len(names)} state{'s' * (len(names) > 1)})"
     return f"`{name}`{count}: {reason.value}"
 
