@@ -11,13 +11,14 @@ from typing import Any
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.infix import infix_lines, number
-from bgc.causality.causal import CausalGraph
 from bgc.causality.regions import ports_of
 from bgc.driver import Compilation
 from bgc.grammar.source import Source, Span
 from bgc.grammar.syntax import File
 from bgc.graph import Element, FlatGraph
 from bgc.options import Options
+from bgc.printing.causality import causality_tables, element_ends, ranges
+from bgc.printing.tables import as_text
 from bgc.program import Program
 from bgc.slicing.report import dropped_lines
 
@@ -35,7 +36,7 @@ def show_pass(name: str, path: Path, options: Options) -> str:
         case "elaborate":
             return show_graph(compilation.graph)
         case "causality":
-            return show_causality(compilation.causal)
+            return as_text(causality_tables(compilation))
         case "equations":
             return show_equations(compilation.equations)
         case "slice":
@@ -103,22 +104,9 @@ def show_graph(graph: FlatGraph) -> str:
     return _sections(sections)
 
 
-def show_causality(causal: CausalGraph) -> str:
-    """Each bond with its stroke and the reason for it, then what the states will be."""
-    graph = causal.graph
-    ends = _ends(graph)
-    lines = []
-    for bond, stroke in zip(graph.bonds, causal.strokes, strict=True):
-        tail, head = ends[bond.index]
-        arrow = "->|" if stroke.at_head else "|->"
-        component = f" [{bond.component}]" if bond.width > 1 else ""
-        lines.append(f"{tail} {arrow} {head}{component}: {stroke.rule.value}, {stroke.reason}")
-    return _sections((("strokes", lines),))
-
-
 def show_equations(program: Program) -> str:
     """The state equations `M y' = f`, what they start from, and what the scene observes."""
-    names = _symbol_names(program)
+    names = symbol_names(program)
 
     def lines(equations: list[tuple[str, int]]) -> list[str]:
         return infix_lines(program.dag, equations, names)
@@ -167,7 +155,7 @@ def _left_sides(program: Program) -> list[str]:
     if program.mass is None:
         return [f"{state.name}'" for state in program.states]
     rows: list[list[str]] = [[] for _ in program.states]
-    names = _symbol_names(program)
+    names = symbol_names(program)
     for entry in program.mass:
         (line,) = infix_lines(program.dag, [("", entry.value)], names)
         factor = line.removeprefix(" = ")
@@ -176,7 +164,8 @@ def _left_sides(program: Program) -> list[str]:
     return [" + ".join(row) or "0" for row in rows]
 
 
-def _symbol_names(program: Program) -> Callable[[Symbol], str]:
+def symbol_names(program: Program) -> Callable[[Symbol], str]:
+    """What the symbols of a program are called."""
     inputs = [
         f"{device.name}.{channel}[{component}]"
         for device in program.devices
@@ -194,36 +183,19 @@ def _symbol_names(program: Program) -> Callable[[Symbol], str]:
     return name
 
 
-def _ends(graph: FlatGraph) -> list[tuple[str, str]]:
-    """Of each bond: the names of the elements at its tail and its head."""
-    tails, heads = [""] * len(graph.bonds), [""] * len(graph.bonds)
-    for element in graph.elements:
-        for port in ports_of(element):
-            (heads if port.sign > 0 else tails)[port.bond] = element.name
-    return list(zip(tails, heads, strict=True))
-
-
 def _element(graph: FlatGraph, element: Element) -> str:
     """One line; neighbouring components of a wide bond together."""
     on: dict[str, list[int]] = {}
     for port in ports_of(element):
         bond = graph.bonds[port.bond]
         on.setdefault(bond.wide, []).extend([bond.component] if bond.width > 1 else [])
-    bonds = ", ".join(wide + _components(found) for wide, found in on.items())
+    bonds = ", ".join(wide + ranges(found) for wide, found in on.items())
     return f"{element.name} : {element.kind} on {bonds}"
-
-
-def _components(found: list[int]) -> str:
-    if not found:
-        return ""
-    if found == list(range(found[0], found[-1] + 1)) and len(found) > 1:
-        return f" [{found[0]}..{found[-1]}]"
-    return f" [{', '.join(map(str, found))}]"
 
 
 def _bonds(graph: FlatGraph) -> list[str]:
     lines = []
-    for bond, (tail, head) in zip(graph.bonds, _ends(graph), strict=True):
+    for bond, (tail, head) in zip(graph.bonds, element_ends(graph), strict=True):
         units = (bond.effort_unit, bond.flow_unit)
         lines.append(f"{tail} -> {head}" + (f" ({', '.join(units)})" if all(units) else ""))
     return lines

@@ -1,8 +1,9 @@
-"""A model linearised about a state: eigenvalues and modes."""
+"""A linear model: state space, eigenvalues and modes, frequency response."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -13,6 +14,7 @@ Real: TypeAlias = NDArray[np.float64]
 Complex: TypeAlias = NDArray[np.complex128]
 
 _ROUNDING = 1e-14
+_WELL_CONDITIONED = 1e12
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,69 +22,166 @@ class Mode:
     """One mode: its eigenvalue, 1/s; `period` is that of the damped oscillation, s.
 
     `damping` is the damping ratio, 1 where the mode does not oscillate (and infinite period).
+    `shares` gives the states that take part in it, the most involved first, with their
+    participation factors (the products of left and right eigenvectors, of sum 1); empty where
+    only eigenvalues were asked for.
     """
 
     eigenvalue: complex
     period: float
     damping: float
+    shares: tuple[tuple[str, float], ...] = ()
 
     @property
     def frequency(self) -> float:
         """Frequency of the damped oscillation, Hz; 0 where it does not oscillate."""
         return 1.0 / self.period
 
+    @property
+    def natural_period(self) -> float:
+        """Period that it would have without its damping, s: 2 pi / |eigenvalue|."""
+        size = abs(self.eigenvalue)
+        return 2 * math.pi / size if size > 0 and self.eigenvalue.imag > 0 else math.inf
+
+    @property
+    def time_constant(self) -> float:
+        """Time in which it decays to 1/e, s; negative where it grows."""
+        real = self.eigenvalue.real
+        return -1 / real if real != 0 else math.inf
+
 
 @dataclass(frozen=True, slots=True)
 class Linearisation:
-    """`M dy' = A dy` about a state; `matrix` is A, `mass` is M, (n, n), in the order of `states`.
+    """`E dx' = A dx + B du`, `dy = C dx + D du` about an operating point.
 
-    Rows of zeros in M are algebraic equations.
+    `E` is the identity unless the model's mass matrix is singular beyond the algebraic
+    equations, which have been solved; then `scipy.signal.StateSpace(lin.A, lin.B, lin.C, lin.D)`
+    and `control.ss(...)` take the four others as they are.
+
+    Attributes
+    ----------
+    A, B, C, D, E
+        Matrices, (n, n), (n, m), (p, n), (p, m), (n, n); SI units.
+    states, inputs, outputs
+        Their names.
+    units
+        SI units by those names.
+    point, time
+        The operating point: values of the states, (n,), and the time, s.
     """
 
-    matrix: Real
-    mass: Real
+    A: Real
+    B: Real
+    C: Real
+    D: Real
+    E: Real
     states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    units: dict[str, str]
+    point: Real
+    time: float
+
+    @property
+    def is_explicit(self) -> bool:
+        """Whether E is the identity."""
+        return np.array_equal(self.E, np.eye(len(self.E)))
 
     def eigenvalues(self) -> Complex:
-        """Eigenvalues in 1/s, by rising real part, then rising imaginary part.
-
-        As many as M has rank: what only algebraic equations determine has none.
-        """
-        if np.array_equal(self.mass, np.eye(len(self.mass))):
-            found = np.linalg.eigvals(self.matrix)
-        else:
-            found = _generalised(*_without_algebraic(self.matrix, self.mass))
-        order = np.lexsort((found.imag, found.real))
-        return np.asarray(found, dtype=np.complex128)[order]
+        """Eigenvalues in 1/s, by rising real part, then rising imaginary part."""
+        return pencil_eigenvalues(self.A, self.E)
 
     def modes(self) -> tuple[Mode, ...]:
-        """Modes by rising frequency, one of each conjugate pair."""
-        upper = [value for value in self.eigenvalues().tolist() if value.imag >= 0]
-        modes = [Mode(value, _period(value), _damping(value)) for value in upper]
-        return tuple(sorted(modes, key=lambda mode: (mode.frequency, abs(mode.eigenvalue))))
+        """Modes by rising frequency, one of each conjugate pair, with their states."""
+        if not self.is_explicit or not len(self.A):
+            return modes_of(self.eigenvalues())
+        from scipy.linalg import eig
+
+        values, left, right = eig(self.A, left=True, right=True)
+        found = []
+        for k in np.flatnonzero(values.imag >= 0):
+            part = np.abs(left[:, k].conj() * right[:, k])
+            part = part / part.sum() if part.sum() > 0 else part
+            order = np.argsort(-part, kind="stable")
+            shares = tuple((self.states[i], float(part[i])) for i in order)
+            found.append(_mode(complex(values[k]), shares))
+        return _by_frequency(found)
+
+    def response(self, omega: Real) -> Complex:
+        """The transfer matrix `C (i w E - A)^-1 B + D` at angular frequencies in rad/s, (k, p, m).
+
+        Not a number where a frequency is that of an undamped mode exactly.
+        """
+        values = np.empty((len(omega), len(self.outputs), len(self.inputs)), dtype=np.complex128)
+        for k, w in enumerate(omega):
+            try:
+                values[k] = self.C @ np.linalg.solve(1j * w * self.E - self.A, self.B) + self.D
+            except np.linalg.LinAlgError:
+                values[k] = np.nan
+        return values
 
 
-def _period(value: complex) -> float:
-    return 2 * math.pi / value.imag if value.imag > 0 else math.inf
+def pencil_eigenvalues(matrix: Real, mass: Real) -> Complex:
+    """Eigenvalues of `mass dy' = matrix dy` in 1/s, by rising real, then imaginary part.
+
+    As many as `mass` has rank, of an equation without hidden constraints: what only algebraic
+    equations determine has none.
+    """
+    if np.array_equal(mass, np.eye(len(mass))):
+        found = np.linalg.eigvals(matrix)
+    else:
+        none = np.empty((len(matrix), 0))
+        A, _, _, _, E, _ = without_algebraic(matrix, none, none.T, np.empty((0, 0)), mass)
+        found = np.linalg.eigvals(A) if np.array_equal(E, np.eye(len(E))) else _finite(A, E)
+    order = np.lexsort((found.imag, found.real))
+    return np.asarray(found, dtype=np.complex128)[order]
 
 
-def _damping(value: complex) -> float:
-    return 0.0 if value.real == 0 else -value.real / abs(value)
+def modes_of(eigenvalues: Complex) -> tuple[Mode, ...]:
+    """Modes by rising frequency, one of each conjugate pair."""
+    return _by_frequency([_mode(value) for value in eigenvalues.tolist() if value.imag >= 0])
 
 
-def _without_algebraic(matrix: Real, mass: Real) -> tuple[Real, Real]:
-    """Solve states that have neither row nor column in M for the others."""
-    algebraic = ~(mass.any(axis=0) | mass.any(axis=1))
-    if not algebraic.any():
-        return matrix, mass
-    rest = ~algebraic
-    inner = matrix[np.ix_(algebraic, algebraic)]
-    follow = np.linalg.lstsq(inner, matrix[np.ix_(algebraic, rest)], rcond=None)[0]
-    reduced = matrix[np.ix_(rest, rest)] - matrix[np.ix_(rest, algebraic)] @ follow
-    return reduced, mass[np.ix_(rest, rest)]
+def without_algebraic(
+    A: Real, B: Real, C: Real, D: Real, E: Real
+) -> tuple[Real, Real, Real, Real, Real, NDArray[np.intp]]:
+    """Solve algebraic equations for states without a rate, and the rates from a regular E.
+
+    Returns A, B, C, D, E and the indices of the states that are left. E is the identity then,
+    unless it is singular in what is left, or the algebraic equations do not determine the states
+    without a rate: such a system is returned as it is.
+    """
+    every = np.arange(len(A))
+    rows, columns = ~E.any(axis=1), ~E.any(axis=0)
+    if rows.sum() != columns.sum() or not _regular(A[np.ix_(rows, columns)]):
+        return A, B, C, D, E, every
+    kept, left = ~rows, ~columns
+    # 0 = A_ra x_l + A_rr x_c + B_r u  gives  x_c = -follow x_l - driven u
+    inner = A[np.ix_(rows, columns)]
+    follow = np.linalg.solve(inner, A[np.ix_(rows, left)])
+    driven = np.linalg.solve(inner, B[rows])
+    mass = E[np.ix_(kept, left)]
+    state = A[np.ix_(kept, left)] - A[np.ix_(kept, columns)] @ follow
+    input_ = B[kept] - A[np.ix_(kept, columns)] @ driven
+    output = C[:, left] - C[:, columns] @ follow
+    direct = D - C[:, columns] @ driven
+    if not np.array_equal(mass, np.eye(len(mass))) and _regular(mass):
+        both = np.linalg.solve(mass, np.hstack((state, input_)))
+        state, input_ = np.hsplit(both, [len(mass)])
+        mass = np.eye(len(mass))
+    return state, input_, output, direct, mass, every[left]
 
 
-def _generalised(matrix: Real, mass: Real) -> Complex:
+def _regular(matrix: Real) -> bool:
+    """Whether a matrix can be solved with, whatever the units of its rows and columns."""
+    if not len(matrix):
+        return True
+    by_row = matrix / np.maximum(np.abs(matrix).max(axis=1, keepdims=True), 1e-300)
+    by_both = by_row / np.maximum(np.abs(by_row).max(axis=0, keepdims=True), 1e-300)
+    return bool(np.linalg.cond(by_both) < _WELL_CONDITIONED)
+
+
+def _finite(matrix: Real, mass: Real) -> Complex:
     """Finite eigenvalues of `mass dy' = matrix dy`."""
     from scipy.linalg import eigvals
 
@@ -90,3 +189,13 @@ def _generalised(matrix: Real, mass: Real) -> Complex:
     finite = np.abs(below) > _ROUNDING * np.abs(mass).max(initial=0.0)
     found: Complex = above[finite] / below[finite]
     return found
+
+
+def _mode(value: complex, shares: tuple[tuple[str, float], ...] = ()) -> Mode:
+    period = 2 * math.pi / value.imag if value.imag > 0 else math.inf
+    damping = 0.0 if value.real == 0 else -value.real / abs(value)
+    return Mode(value, period, damping, shares)
+
+
+def _by_frequency(modes: Sequence[Mode]) -> tuple[Mode, ...]:
+    return tuple(sorted(modes, key=lambda mode: (mode.frequency, abs(mode.eigenvalue))))

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.options import Options
 from bgc.runtime.binding import Array, Instance, Library, Status, VarInfo, text
 from bgc.runtime.failures import RunInterrupted, SimulationError, explain, require
-from bgc.runtime.linear import Linearisation
+from bgc.runtime.linear import Complex, Linearisation, Mode, modes_of, pencil_eigenvalues
 from bgc.runtime.parameters import Parameters, Quantity
 from bgc.runtime.result import Result
 from bgc.runtime.rows import row_times
@@ -72,7 +73,7 @@ def compile_model(
 
 
 def _load(path: Path, options: Options) -> Model:
-    return Model(load_or_compile(path, options), path.absolute().parent)
+    return Model(load_or_compile(path, options), path.absolute().parent, (path, options))
 
 
 def load_or_compile(path: Path, options: Options) -> Built:
@@ -120,9 +121,18 @@ class Model:
         What the compiler had to say.
     """
 
-    def __init__(self, built: Built, folder: Path = Path()) -> None:
-        """Load a build; files of devices are named from `folder`, that of the scene's file."""
+    def __init__(
+        self,
+        built: Built,
+        folder: Path = Path(),
+        origin: tuple[Path, Options] | None = None,
+    ) -> None:
+        """Load a build; files of devices are named from `folder`, that of the scene's file.
+
+        `origin` is what was compiled, which `linearise` needs.
+        """
         self._folder = folder
+        self._origin = origin
         self._library = Library(built.library)
         self.facts: RunFacts = built.facts
         self.warnings: tuple[Diagnostic, ...] = built.warnings
@@ -265,26 +275,88 @@ class Model:
 
     def linearise(
         self,
+        inputs: Sequence[str] = (),
+        outputs: Sequence[str] = (),
+        *,
+        at: float | Literal["steady"] | None = None,
         state: Array | None = None,
         time: float = 0.0,
         parameters: Mapping[str, Quantity] | None = None,
     ) -> Linearisation:
-        """Linearise about a state, by default the initial one: `M dy' = A dy`."""
-        instance = self._instance_at(state, time, parameters)
-        status, dense, _ = instance.jacobian()
-        require(instance, status)
-        status, mass = instance.mass()
-        require(instance, status)
-        return Linearisation(dense, mass, tuple(v.name for v in self.states))
+        """Linearise about an operating point: `dx' = A dx + B du`, `dy = C dx + D du`.
+
+        Derivatives are exact. Usable as `scipy.signal.StateSpace(lin.A, lin.B, lin.C, lin.D)`.
+
+        Parameters
+        ----------
+        inputs
+            What is varied: a source's effort or flow (`"supply.e"`), a parameter (`"F"`), a
+            device's channel (`"hand.position[3]"`); by default all channels of the devices.
+        outputs
+            Names that the scene observes, or any expressions; by default all it observes.
+        at
+            A time in s up to which to simulate, or `"steady"` for an equilibrium near the
+            initial state. By default the initial state itself.
+        state, time
+            The operating point itself, in the order of `states`. A state that only `inputs` or
+            `outputs` bring into play is as at the start.
+        parameters
+            Values for this call alone, SI numbers or texts with a unit.
+
+        Raises
+        ------
+        BgError
+            An input or output does not exist, or there is no equilibrium.
+        """
+        from bgc.runtime.operating import OpenedModel
+
+        if self._origin is None:
+            raise ValueError("a model without its source has no inputs: use `eigenvalues`")
+        path, options = self._origin
+        values = self.parameters.given(parameters or {})
+        opened = OpenedModel(path, options, inputs, outputs, values)
+        if state is not None:
+            names = (variable.name for variable in self.states)
+            given = dict(zip(names, np.asarray(state, dtype=float).tolist(), strict=True))
+            return opened.linearise(opened.at_state(given, time))
+        return opened.linearise(opened.operating_point(at))
 
     def eigenvalues(
         self,
         state: Array | None = None,
         time: float = 0.0,
         parameters: Mapping[str, Quantity] | None = None,
-    ) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
-        """Eigenvalues of the linearised model, 1/s, by rising real part."""
-        return self.linearise(state, time, parameters).eigenvalues()
+    ) -> Complex:
+        """Eigenvalues of the emitted Jacobian at a state, 1/s, by rising real part."""
+        instance = self._instance_at(state, time, parameters)
+        status, dense, _ = instance.jacobian()
+        require(instance, status)
+        status, mass = instance.mass()
+        require(instance, status)
+        return pencil_eigenvalues(dense, mass)
+
+    def modes(
+        self,
+        state: Array | None = None,
+        time: float = 0.0,
+        parameters: Mapping[str, Quantity] | None = None,
+    ) -> tuple[Mode, ...]:
+        """Modes of the emitted Jacobian at a state, by rising frequency."""
+        return modes_of(self.eigenvalues(state, time, parameters))
+
+    def state_at(self, time: float) -> tuple[Array, Array]:
+        """The state after a run to a time in s, and the device inputs then; no rows are kept."""
+        facts = self.facts
+        method = choose_method(self._library, facts, None, None, None, None)
+        instance = self.parameters.instance({})
+        require(instance, instance.set_options(method.struct(False)))
+        times = row_times(time, time, None, len(self._observed))
+        rows = np.full((len(times), len(self._observed)), np.nan)
+        with open_devices(instance, self._folder):
+            require(instance, instance.reset())
+            status, _, _ = run_watched(instance, times, rows, False)
+        require(instance, status)
+        return instance.state.copy(), instance.input.copy()
 
     def _instance_at(
         self, state: Array | None, time: float, parameters: Mapping[str, Quantity] | None

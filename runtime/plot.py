@@ -26,8 +26,8 @@ _WIDTH, _PANEL_HEIGHT, _SQUARE_HEIGHT, _MARGIN = 8.0, 2.4, 4.2, 0.7  # inches
 _MOST_IN_LEGEND = 10
 _UNLIKE_RANGES = 10.0
 # Okabe and Ito's colours, which colour-blind readers can tell apart.
-_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-_STYLE: dict[Any, Any] = {
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+STYLE: dict[Any, Any] = {
     "agg.path.chunksize": 20_000,  # long runs overflow the renderer otherwise
     "axes.grid": True,
     "axes.spines.right": False,
@@ -71,7 +71,7 @@ def plot_result(
     if not chosen:
         raise BgError([nothing_to_draw("the scene observes nothing")])
     chosen = [Panel(tuple(result.expand(p.columns)), p.across) for p in chosen]
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(STYLE):
         figure = _draw(result, chosen)
         if path is not None:
             with written_whole(path) as aside:
@@ -115,7 +115,7 @@ def _draw_panel(result: Result, panel: Panel, axes: Any) -> None:
     left, right = _sides(result, panel)
     other: Any = axes.twinx() if right else None
     lines = []
-    for column, colour in zip(panel.columns, cycle(_COLOURS), strict=False):
+    for column, colour in zip(panel.columns, cycle(COLOURS), strict=False):
         side = other if column in right else axes
         lines += side.plot(across, result[column], label=column, color=colour)
     axes.set_ylabel(_axis_label(left, result))

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from bgc.algebra.dag import Dag
+from bgc.elaboration.asked import observing
 from bgc.elaboration.bond_units import BondUnits
 from bgc.elaboration.bond_values import BondValues
 from bgc.elaboration.carried import Carried
@@ -46,12 +47,14 @@ def elaborate(
     package: Package,
     scene: str | None = None,
     overrides: Sequence[tuple[str, str]] = (),
+    observe: Sequence[str] = (),
 ) -> FlatGraph:
     """The flat graph of a scene of the package's root file.
 
     `scene` is a scene's name; None takes the file's first, or an implicit one of its last model
     that observes all its states. `overrides` are `--set` texts: they change defaults of
-    parameters, and constants, which decide structure.
+    parameters, and constants, which decide structure. `observe` are texts of what is observed in
+    place of what the scene observes, if there are any.
 
     Raises
     ------
@@ -59,7 +62,8 @@ def elaborate(
         With every independent mistake that was found.
     """
     with _deep_recursion():
-        return _elaborate(package, choose_scene(package, scene), overrides)
+        chosen = observing(choose_scene(package, scene), observe)
+        return _elaborate(package, chosen, overrides)
 
 
 def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, str]]) -> FlatGraph:

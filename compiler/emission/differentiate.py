@@ -9,12 +9,12 @@ a state or on time: their cost is that of the derivatives there are.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from heapq import heappop, heappush
 from typing import TypeAlias
 
-from bgc.algebra.dag import Dag, Kind, Level, Op
+from bgc.algebra.dag import Dag, Kind, Level, Op, Symbol
 from bgc.algebra.derivatives import CHOICES, Partials, adjoint_shares, choice, partials
 from bgc.emission.lowered import Jacobian
 from bgc.graph import Node
@@ -66,8 +66,8 @@ def _jacobian(dag: Dag, rows: Sequence[_Row]) -> Jacobian:
     )
 
 
-def _column(dag: Dag, node: Node) -> int | None:
-    symbol = dag.symbols[dag.a[node]]
+def by_state_and_time(symbol: Symbol) -> int | None:
+    """The column of a symbol's derivatives, None where it is held constant."""
     match symbol.kind:
         case Kind.STATE:
             return symbol.index
@@ -77,8 +77,12 @@ def _column(dag: Dag, node: Node) -> int | None:
             return None
 
 
-def forward_rows(dag: Dag, outputs: Sequence[Node]) -> list[_Row]:
-    """The derivatives of each output by state (and time), carried up from the symbols."""
+def forward_rows(
+    dag: Dag,
+    outputs: Sequence[Node],
+    column_of: Callable[[Symbol], int | None] = by_state_and_time,
+) -> list[_Row]:
+    """The derivatives of each output by the symbols that have a column, carried up from them."""
     op, level, a, b = dag.op, dag.level, dag.a, dag.b
     add, sub, mul, neg, zero = dag.add, dag.sub, dag.mul, dag.neg, dag.zero
     nothing: _Row = {}
@@ -89,7 +93,7 @@ def forward_rows(dag: Dag, outputs: Sequence[Node]) -> list[_Row]:
         kind = op[node]
         row: _Row
         if kind == Op.SYMBOL:
-            column = _column(dag, node)
+            column = column_of(dag.symbols[a[node]])
             if column is not None:
                 rows[node] = {column: dag.one}
             continue
@@ -143,7 +147,7 @@ def reverse_rows(dag: Dag, outputs: Sequence[Node], budget: int) -> list[_Row] |
             if weight == zero:
                 continue
             if dag.op[node] == Op.SYMBOL:
-                column = _column(dag, node)
+                column = by_state_and_time(dag.symbols[dag.a[node]])
                 if column is not None:
                     row[column] = weight
                 continue
@@ -169,7 +173,7 @@ def _moving(dag: Dag, outputs: Sequence[Node]) -> set[Node]:
     moving: set[Node] = set()
     for node in dag.reachable(outputs):
         if dag.op[node] == Op.SYMBOL:
-            if _column(dag, node) is not None:
+            if by_state_and_time(dag.symbols[dag.a[node]]) is not None:
                 moving.add(node)
         elif not moving.isdisjoint(dag.operands(node)):
             moving.add(node)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import click
 
-from bgc.grammar.catalogue.machine import bad_assignment
+from bgc.grammar.catalogue.machine import bad_assignment, cannot_write, unknown_file_kind
 from bgc.grammar.diagnostics import BgError
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
@@ -41,6 +41,47 @@ def strict_option(command: _Command) -> _Command:
     return click.option("--strict", is_flag=True, help=text)(command)
 
 
+def input_option(*, multiple: bool) -> Callable[[_Command], _Command]:
+    """Add `--input`, once or any number of times."""
+    text = "What is varied: supply.e, a parameter, or hand.position[3]."
+    return _named("--input", "inputs" if multiple else "input_", text, multiple)
+
+
+def output_option(*, multiple: bool) -> Callable[[_Command], _Command]:
+    """Add `--output`, once or any number of times."""
+    text = "What is looked at: an observed name, or any expression."
+    return _named("--output", "outputs" if multiple else "output", text, multiple)
+
+
+def _named(option: str, argument: str, text: str, multiple: bool) -> Callable[[_Command], _Command]:
+    def add(command: _Command) -> _Command:
+        return click.option(
+            option, argument, multiple=multiple, required=not multiple, metavar="NAME", help=text
+        )(command)
+
+    return add
+
+
+def point_options(command: _Command) -> _Command:
+    """Add `--at` and `--steady`, of which one may be given."""
+    steady = click.option(
+        "--steady", is_flag=True, help="In equilibrium, found from the initial state."
+    )
+    at = click.option("--at", metavar="TIME", help="At the state after a simulation to this time.")
+    return at(steady(command))
+
+
+def read_point(at: str | None, steady: bool) -> float | Literal["steady"] | None:
+    """Read where to linearise: a time in s, in equilibrium, or None for the initial state."""
+    from bgc.runtime.quantity import read_quantity
+
+    if at is not None and steady:
+        raise click.UsageError("--at and --steady exclude each other")
+    if at is not None:
+        return read_quantity(at, "--at", "s")
+    return "steady" if steady else None
+
+
 def read_assignments(texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     """Read the values of `--set`; BG064 where one has no name or no value."""
     pairs = []
@@ -50,3 +91,17 @@ def read_assignments(texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
             raise BgError([bad_assignment(text)])
         pairs.append((name, value))
     return tuple(pairs)
+
+
+def check_target(path: str | None, kinds: tuple[str, ...]) -> None:
+    """Refuse what could not be written after all the work before it."""
+    if path is None or path == "-":
+        return
+    if Path(path).suffix.lower() not in kinds and not _is_special(Path(path)):
+        raise BgError([unknown_file_kind(path, kinds)])
+    if not Path(path).absolute().parent.is_dir():
+        raise BgError([cannot_write(path, "there is no such directory")])
+
+
+def _is_special(path: Path) -> bool:
+    return path.exists() and not path.is_file()

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bgc.grammar.catalogue.machine import cannot_write, unknown_file_kind
-from bgc.grammar.diagnostics import BgError, as_error
+from bgc.grammar.diagnostics import as_error
 from bgc.runtime.cli.app import AT_FAULT, INTERRUPTED, print_diagnostics
 from bgc.runtime.cli.options import (
+    check_target,
     model_file,
     read_assignments,
     scene_option,
@@ -76,8 +76,8 @@ def run(
 
     if panels and plot is None:
         raise click.UsageError("--panel needs --plot FILE")
-    _check_target(out, (*_TABLES, "-"))
-    _check_target(plot, _PICTURES)
+    check_target(out, (*_TABLES, "-"))
+    check_target(plot, _PICTURES)
     times = {
         name: None if text is None else read_quantity(text, f"--{name}", "s")
         for name, text in (("step", step), ("every", every), ("time", duration))
@@ -112,20 +112,6 @@ def run(
     if not quiet:
         click.echo(summarise(result), err=out == "-")
     context.exit(status)
-
-
-def _check_target(path: str | None, kinds: tuple[str, ...]) -> None:
-    """Refuse what could not be written after the run before it."""
-    if path is None or path == "-":
-        return
-    if Path(path).suffix.lower() not in kinds and not _is_special(Path(path)):
-        raise BgError([unknown_file_kind(path, kinds)])
-    if not Path(path).absolute().parent.is_dir():
-        raise BgError([cannot_write(path, "there is no such directory")])
-
-
-def _is_special(path: Path) -> bool:
-    return path.exists() and not path.is_file()
 
 
 def _write(result: Result, out: str | None) -> None:

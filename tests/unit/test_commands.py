@@ -256,3 +256,79 @@ def test_a_vector_as_text_is_compiled_in(rc):
     )
     result = bgc("run", rc, "--set", "a=[3, 4]", "--out", "-")
     assert voltages(result)[-1] == pytest.approx(7)
+
+
+# --- explanations -----------------------------------------------------------------------------
+
+
+def test_causality_tells_strokes_and_storage(rc):
+    result = bgc("causality", rc)
+    assert result.exit_code == 0, result.stderr
+    assert "`resistor` takes the effort it is given" in result.stdout
+    assert "capacitor  C     integral   capacitor.q" in result.stdout
+    assert result.stdout == bgc("show", rc, "--after", "causality").stdout
+
+
+def test_strokes_are_told_even_where_the_equations_cannot_be_derived(rc):
+    rc.write_text(RC.replace("Se(e = 5 V)", "Se(e = loop.f*R)"))
+    result = bgc("causality", rc)
+    assert result.exit_code == 1
+    assert "loop |-> capacitor" in result.stdout and "error[BG520]" in result.stderr
+
+
+def test_equations_as_text_and_as_latex(rc):
+    assert "capacitor.q' = " in bgc("equations", rc).stdout
+    latex = bgc("equations", rc, "--latex").stdout
+    assert r"\dot{q}_{\mathrm{capacitor}} &= " in latex and latex.count(r"\begin{align*}") == 3
+
+
+def test_linear_equations_and_their_modes(rc):
+    result = bgc("equations", rc, "--linear", "--input", "supply.e", "--out", "lin.csv")
+    assert result.exit_code == 0, result.stderr
+    assert "time constant s" in result.stdout
+    a, b = (float(x) for x in Path("lin.csv").read_text().splitlines()[1].split(",")[1:])
+    assert (a, b) == (pytest.approx(-1 / 6), 0.5)
+    steady = bgc("equations", rc, "--linear", "--steady")
+    assert "capacitor.q  15 " in steady.stdout
+    assert "at 6 s" in bgc("equations", rc, "--linear", "--at", "6 s").stdout
+
+
+def test_bode_writes_rows_and_a_plot(rc):
+    names = ("--input", "supply.e", "--output", "voltage")
+    result = bgc("bode", rc, *names, "--out", "-", "--plot", "b.svg", "--from", "0.01", "--to", "9")
+    assert result.exit_code == 0, result.stderr
+    header, *lines = result.stdout.splitlines()
+    assert header == "omega,magnitude_db,phase_deg,real,imag"
+    rows = np.array([[float(x) for x in line.split(",")] for line in lines])
+    exact = 1 / (6j * rows[:, 0] + 1)
+    np.testing.assert_allclose(rows[:, 3] + 1j * rows[:, 4], exact, rtol=1e-12)
+    np.testing.assert_allclose(rows[:, 2], np.rad2deg(np.angle(exact)), rtol=1e-12)
+    assert "phase [deg]" in Path("b.svg").read_text()
+    assert "magnitude dB" in bgc("bode", rc, *names).stdout
+
+
+def test_bode_is_of_one_input_and_one_output(rc):
+    rc.write_text("""
+        model M {
+          push : Se[2](e = [1, 2]); hub : J1; body : I[2](1 kg); drag : R[2](1);
+          push -> hub -> body, drag;
+        }
+        scene s of M { observe body.f as v; run 1 s; }
+    """)
+    for names in (("push.e", "v[1]"), ("push.e[1]", "v")):
+        result = bgc("bode", rc, "--input", names[0], "--output", names[1])
+        assert result.exit_code == 1 and "error[BG084]" in result.stderr
+    assert bgc("bode", rc, "--input", "push.e[2]", "--output", "v[2]").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["equations", "--latex", "--linear"],
+        ["equations", "--steady"],
+        ["equations", "--linear", "--steady", "--at", "1 s"],
+        ["bode", "--input", "R"],
+    ],
+)
+def test_explanations_asked_for_wrongly(rc, arguments):
+    assert bgc(arguments[0], rc, *arguments[1:]).exit_code == 2

@@ -1,0 +1,1 @@
+"""What the compiler made, as people read it: tables, text, LaTeX."""

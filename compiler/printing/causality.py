@@ -1,0 +1,135 @@
+"""Causality as tables: strokes with their reasons, storage, algebraic loops."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from bgc.causality.causal import CausalGraph, Role, Rule
+from bgc.causality.regions import ports_of
+from bgc.driver import Compilation
+from bgc.graph import Bond, FlatGraph, Storage
+from bgc.printing.tables import Table
+from bgc.program import Loop, Program, ProgramState
+
+
+def stroke_table(causal: CausalGraph) -> Table:
+    """Each bond with its stroke, at the end that is given the effort, and the reason for it.
+
+    Neighbouring components of a wide bond that are alike are one row.
+    """
+    graph = causal.graph
+    rows: dict[tuple[str, ...], list[int]] = {}
+    for bond, stroke, (tail, head) in zip(
+        graph.bonds, causal.strokes, element_ends(graph), strict=True
+    ):
+        arrow = "->|" if stroke.at_head else "|->"
+        ends = f"{_whole(tail, bond)} {arrow} {_whole(head, bond)}"
+        reason = stroke.reason
+        for name in (tail, head):
+            reason = reason.replace(f"`{name}`", f"`{_whole(name, bond)}`")
+        key = (bond.wide, ends, stroke.rule.value, reason)
+        rows.setdefault(key, []).extend([bond.component] if bond.width > 1 else [])
+    return Table(
+        "strokes",
+        ("bond", "rule", "reason"),
+        tuple((ends + ranges(found), rule, why) for (_, ends, rule, why), found in rows.items()),
+    )
+
+
+def storage_table(causal: CausalGraph, program: Program) -> Table:
+    """Each storage element: integral or derivative, its states, and whom it shares them with."""
+    rules: dict[int, set[Rule]] = {}
+    for port in causal.ports:
+        if port.role in {Role.INERTIA, Role.COMPLIANCE}:
+            rules.setdefault(port.element, set()).add(causal.strokes[port.bond].rule)
+    states: dict[str, list[ProgramState]] = {}
+    for state in program.states:
+        for name in state.stores:
+            states.setdefault(name, []).append(state)
+    rows = [
+        _storage_row(element, rules.get(index, set()), states.get(element.name, []))
+        for index, element in enumerate(causal.graph.elements)
+        if isinstance(element, Storage)
+    ]
+    return Table("storage", ("element", "kind", "causality", "states"), tuple(rows))
+
+
+def _storage_row(
+    element: Storage, rules: set[Rule], states: Sequence[ProgramState]
+) -> tuple[str, str, str, str]:
+    found = [rule.value for rule in (Rule.PREFERRED, Rule.DERIVATIVE) if rule in rules]
+    said = {Rule.PREFERRED.value: "integral", Rule.DERIVATIVE.value: "derivative"}
+    causality = " and ".join(said[name] for name in found)
+    others = [name for state in states for name in state.stores if name != element.name]
+    names = _listed([state.name for state in states])
+    if not states:
+        names = "none: its charge follows from the others on the same effort"
+    elif others:
+        kind = states[0].kind
+        names = f"the generalised {kind} {names}, with {_listed(dict.fromkeys(others))}"
+    return element.name, element.kind, causality, names
+
+
+def loop_table(loops: Iterable[Loop]) -> Table:
+    """Each algebraic loop: what it runs through, what is solved for, and how."""
+    return Table(
+        "algebraic loops",
+        ("solved for", "through", "kind", "solution"),
+        tuple(
+            (
+                _listed(loop.torn),
+                _listed(loop.elements or loop.bonds),
+                loop.kind.value,
+                loop.solution.value,
+            )
+            for loop in loops
+        ),
+    )
+
+
+def causality_tables(compilation: Compilation) -> Iterator[Table]:
+    """Strokes, then storage and loops, for which the equations are derived."""
+    yield stroke_table(compilation.causal)
+    yield storage_table(compilation.causal, compilation.equations)
+    yield loop_table(compilation.equations.loops)
+
+
+def element_ends(graph: FlatGraph) -> list[tuple[str, str]]:
+    """Of each bond: the names of the elements at its tail and its head."""
+    tails, heads = [""] * len(graph.bonds), [""] * len(graph.bonds)
+    for element in graph.elements:
+        for port in ports_of(element):
+            (heads if port.sign > 0 else tails)[port.bond] = element.name
+    return list(zip(tails, heads, strict=True))
+
+
+def ranges(found: Sequence[int]) -> str:
+    """Components of a wide bond: ` [1..3]`, ` [1, 4]`; nothing of a scalar bond."""
+    parts: list[list[int]] = []
+    for component in found:
+        if parts and component == parts[-1][-1] + 1:
+            parts[-1].append(component)
+        else:
+            parts.append([component])
+    texts = [str(p[0]) if len(p) == 1 else f"{p[0]}..{p[-1]}" for p in parts]
+    return f" [{', '.join(texts)}]" if texts else ""
+
+
+def _whole(name: str, bond: Bond) -> str:
+    """The name of an element that is component by component on a wide bond, without its own."""
+    return name.removesuffix(f"[{bond.component}]") if bond.width > 1 else name
+
+
+def _listed(names: Iterable[str], most: int = 4) -> str:
+    """Names, of many the first few; components of one vector as `p[1..6]`."""
+    whole: dict[str, list[int]] = {}
+    for name in names:
+        base, bracket, index = name.removesuffix("]").rpartition("[")
+        if bracket and name.endswith("]") and index.isdigit():
+            whole.setdefault(base, []).append(int(index))
+        else:
+            whole.setdefault(name, [])
+    texts = [f"{base}{ranges(found).strip()}" for base, found in whole.items()]
+    if len(texts) > most:
+        return f"{', '.join(texts[: most - 1])} and {len(texts) - most + 1} more"
+    return ", ".join(texts)

@@ -1,0 +1,281 @@
+r"""State equations as LaTeX: `align*` environments that need the package amsmath only.
+
+Products and quotients become fractions and powers, rates carry dots. What is long, or used more
+than once and not short, is an auxiliary quantity of its own, defined before it is used; so the
+text grows in proportion to the graph.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from fractions import Fraction
+
+from bgc.algebra.dag import Dag, Op, Symbol
+from bgc.algebra.infix import number
+from bgc.graph import Node
+from bgc.printing.latex_names import dotted, latex_name
+from bgc.program import Program
+
+_LINE = 80  # visible characters of a line, about
+_LONG = 30  # operations after which an expression is cut
+_SHORT = 4  # operations below which a repeated expression stays where it is
+_SUM, _PRODUCT, _POWER, _ATOM = 1, 2, 3, 4
+_AUXILIARY = (r"\eta", r"\xi", r"\zeta", r"\chi")
+
+_FUNCTIONS = {
+    Op.SIN: r"\sin", Op.COS: r"\cos", Op.TAN: r"\tan", Op.ASIN: r"\arcsin", Op.ACOS: r"\arccos",
+    Op.ATAN: r"\arctan", Op.SINH: r"\sinh", Op.COSH: r"\cosh", Op.TANH: r"\tanh",
+    Op.EXP: r"\exp", Op.LOG: r"\ln", Op.MIN: r"\min", Op.MAX: r"\max",
+    Op.SIGN: r"\operatorname{sgn}", Op.LOG10: r"\log_{10}",
+}  # fmt: skip
+_BETWEEN = {Op.ABS: ("|", "|"), Op.FLOOR: (r"\lfloor", r"\rfloor"), Op.CEIL: (r"\lceil", r"\rceil")}
+_RELATIONS = {
+    Op.LT: "<", Op.LE: r"\leq", Op.EQ: "=", Op.AND: r"\wedge", Op.OR: r"\vee",
+}  # fmt: skip
+
+
+def latex_equations(program: Program, name: Callable[[Symbol], str]) -> str:
+    """The state equations with their start, and what the scene observes."""
+    symbols = [latex_name(state.name) for state in program.states]
+    left = _left_sides(program, symbols, name)
+    equations = [
+        *zip(left, (state.derivative for state in program.states), strict=True),
+        *((latex_name(o.name), o.node) for o in program.observations),
+    ]
+    start = [
+        (f"{symbol}(0)", state.initial)
+        for symbol, state in zip(symbols, program.states, strict=True)
+    ]
+    printer = _Printer(program.dag, name, [node for _, node in (*start, *equations)])
+    bodies = [(text, printer.terms(node)) for text, node in (*start, *equations)]
+    first, second = len(start), len(start) + len(left)
+    blocks = (
+        ("start", bodies[:first]),
+        ("auxiliary quantities", printer.auxiliaries),
+        ("equations", bodies[first:second]),
+        ("observed", bodies[second:]),
+    )
+    return "\n".join(_align(title, lines) for title, lines in blocks if lines)
+
+
+_Terms = list[str]  # of a sum, each but the first with its sign
+
+
+def _align(title: str, equations: Sequence[tuple[str, _Terms]]) -> str:
+    lines = " \\\\\n".join(f"  {left} &= {_broken(terms)}" for left, terms in equations)
+    return f"% {title}\n\\begin{{align*}}\n{lines}\n\\end{{align*}}\n"
+
+
+def _broken(terms: _Terms) -> str:
+    """A sum over as many lines as it needs."""
+    lines, width = [""], 0
+    for term in terms:
+        size = _visible(term)
+        if width and width + size > _LINE:
+            lines.append("")
+            width = 0
+        lines[-1] += term if not lines[-1] else f" {term}"
+        width += size
+    return " \\\\\n      &\\quad ".join(lines)
+
+
+def _visible(text: str) -> int:
+    """About how many characters wide a formula is; a fraction counts once."""
+    return len(re.sub(r"\\(?:mathrm|mathit|frac|left|right|,|[a-z]+)|[{}_^\\ ]", "", text))
+
+
+def _left_sides(
+    program: Program, symbols: Sequence[str], name: Callable[[Symbol], str]
+) -> list[str]:
+    rates = [dotted(symbol) for symbol in symbols]
+    if program.mass is None:
+        return rates
+    rows: list[list[str]] = [[] for _ in program.states]
+    for entry in program.mass:
+        factor = _Printer(program.dag, name, []).bracketed(entry.value, _PRODUCT)
+        rate = rates[entry.column]
+        rows[entry.row].append(rate if factor == "1" else rf"{factor}\,{rate}")
+    return [" + ".join(row) or "0" for row in rows]
+
+
+class _Printer:
+    """The text of nodes; what is named is in `auxiliaries`, in the order of its need."""
+
+    def __init__(self, dag: Dag, name: Callable[[Symbol], str], roots: Sequence[Node]) -> None:
+        self._dag = dag
+        self._name = name
+        self._text: dict[Node, tuple[str, int]] = {}
+        self._named: set[Node] = set()
+        self.auxiliaries: list[tuple[str, _Terms]] = []
+        order = dag.reachable(roots)
+        taken = {latex_name(name(s)) for s in map(dag.symbol_of, order) if s is not None}
+        free = (a for a in _AUXILIARY if not any(text.startswith(a) for text in taken))
+        letter = next(free, r"\mathcal{A}")
+        for node in self._worth_a_name(order, roots):
+            terms = self.terms(node)
+            symbol = f"{letter}_{{{len(self.auxiliaries) + 1}}}"
+            self.auxiliaries.append((symbol, terms))
+            self._text[node] = (symbol, _ATOM)
+            self._named.add(node)
+
+    def _worth_a_name(self, order: Iterable[Node], roots: Sequence[Node]) -> list[Node]:
+        """Nodes to name: long ones, repeated ones that are not short, choices; operands first."""
+        dag = self._dag
+        order = list(order)
+        uses = Counter(operand for node in order for operand in dag.operands(node))
+        uses.update(roots)
+        size: dict[Node, int] = {}
+        named = []
+        for node in order:
+            operands = dag.operands(node)
+            size[node] = 1 + sum(size[x] for x in operands) if operands else 0
+            if dag.op[node] == Op.NEG:
+                size[node] -= 1
+            repeated = uses[node] > 1 and size[node] >= _SHORT and dag.op[node] != Op.NEG
+            chosen = dag.op[node] == Op.SELECT and node not in roots
+            if repeated or chosen or (size[node] > _LONG and node not in roots):
+                named.append(node)
+                size[node] = 0
+        return named
+
+    # --- sums -------------------------------------------------------------------------------
+
+    def terms(self, node: Node) -> _Terms:
+        """The terms of a sum as text, with their signs."""
+        found: list[tuple[bool, Node]] = []
+        self._collect(node, False, found)
+        texts = []
+        for k, (negative, term) in enumerate(found):
+            sign, text = self._signed(negative, term)
+            texts.append(
+                f"-{text}"
+                if sign and k == 0
+                else text
+                if k == 0
+                else f"{'-' if sign else '+'} {text}"
+            )
+        return texts
+
+    def _collect(self, node: Node, negative: bool, found: list[tuple[bool, Node]]) -> None:
+        stack = [(node, negative)]
+        while stack:
+            inner, minus = stack.pop()
+            op = self._dag.op[inner]
+            if op not in {Op.ADD, Op.SUB, Op.NEG} or inner in self._named:
+                found.append((minus, inner))
+                continue
+            operands = self._dag.operands(inner)
+            signs = [minus != (op == Op.NEG), minus != (op == Op.SUB)]
+            stack.extend(reversed(list(zip(operands, signs, strict=False))))
+
+    def _signed(self, negative: bool, node: Node) -> tuple[bool, str]:
+        """A term without its sign, and the sign."""
+        text = self.bracketed(node, _PRODUCT)
+        return (not negative, text[1:]) if text.startswith("-") else (negative, text)
+
+    # --- all else ---------------------------------------------------------------------------
+
+    def bracketed(self, node: Node, needed: int) -> str:
+        """The text of a node, in brackets where it binds less than needed."""
+        text, strength = self._of(node)
+        return text if strength >= needed else rf"\left({text}\right)"
+
+    def _of(self, node: Node) -> tuple[str, int]:
+        """Text and binding strength; the operands' are known, or are found first."""
+        stack = [node]
+        while stack:
+            top = stack[-1]
+            missing = [x for x in self._dag.operands(top) if x not in self._text]
+            if top in self._text or not missing:
+                stack.pop()
+                if top not in self._text:
+                    self._text[top] = self._make(top)
+            else:
+                stack.extend(missing)
+        return self._text[node]
+
+    def _make(self, node: Node) -> tuple[str, int]:
+        dag = self._dag
+        value, symbol = dag.value(node), dag.symbol_of(node)
+        if value is not None:
+            return _number(value)
+        if symbol is not None:
+            return latex_name(self._name(symbol)), _ATOM
+        op, operands = Op(dag.op[node]), dag.operands(node)
+        if op in {Op.ADD, Op.SUB, Op.NEG}:
+            return " ".join(self.terms(node)), _SUM
+        if op in {Op.MUL, Op.DIV}:
+            return self._product(node)
+        texts = [self._text[x][0] for x in operands]
+        if op is Op.POW:
+            return f"{self.bracketed(operands[0], _ATOM)}^{{{texts[1]}}}", _POWER
+        if op is Op.SQRT:
+            return rf"\sqrt{{{texts[0]}}}", _ATOM
+        if op is Op.CBRT:
+            return rf"\sqrt[3]{{{texts[0]}}}", _ATOM
+        if op in _BETWEEN:
+            left, right = _BETWEEN[op]
+            return rf"\left{left} {texts[0]} \right{right}", _ATOM
+        if op in _RELATIONS:
+            return f" {_RELATIONS[op]} ".join(self.bracketed(x, _SUM) for x in operands), 0
+        if op is Op.NOT:
+            return rf"\neg {self.bracketed(operands[0], _ATOM)}", 0
+        if op is Op.SELECT:
+            return (
+                rf"\begin{{cases}} {texts[1]} & \text{{if }} {texts[0]} \\ "
+                rf"{texts[2]} & \text{{otherwise}} \end{{cases}}"
+            ), _ATOM
+        function = _FUNCTIONS.get(op, rf"\operatorname{{{op.name.lower()}}}")
+        return rf"{function}\left({', '.join(texts)}\right)", _POWER
+
+    def _product(self, node: Node) -> tuple[str, int]:
+        """A product or quotient as one fraction of powers."""
+        above: Counter[Node] = Counter()
+        below: Counter[Node] = Counter()
+        negative = False
+        stack = [(node, False)]
+        while stack:
+            inner, inverse = stack.pop()
+            op = self._dag.op[inner]
+            if inner in self._named or op not in {Op.MUL, Op.DIV, Op.NEG}:
+                (below if inverse else above)[inner] += 1
+                continue
+            operands = self._dag.operands(inner)
+            negative ^= op == Op.NEG
+            inverses = [inverse, inverse != (op == Op.DIV)]
+            stack.extend(reversed(list(zip(operands, inverses, strict=False))))
+        sign = "-" if negative else ""
+        top, bottom = self._powers(above), self._powers(below)
+        if not bottom:
+            return sign + (top or "1"), _SUM if negative else _PRODUCT
+        return rf"{sign}\frac{{{top or '1'}}}{{{bottom}}}", _SUM if negative else _PRODUCT
+
+    def _powers(self, factors: Counter[Node]) -> str:
+        """Factors side by side, numbers first; nothing of none but ones."""
+        number_of = {x: self._dag.value(x) for x in factors}
+        ordered = sorted(factors, key=lambda x: number_of[x] is None)
+        texts = []
+        alone = len(factors) == 1 and sum(factors.values()) == 1
+        for x in ordered:
+            if number_of[x] == 1:
+                continue
+            count = factors[x]
+            text = self.bracketed(x, _SUM if alone else _PRODUCT if count == 1 else _ATOM)
+            texts.append(text if count == 1 else f"{text}^{{{count}}}")
+        plain = [k for k, x in enumerate(ordered) if number_of[x] is not None and number_of[x] != 1]
+        return (r" \cdot " if len(plain) > 1 else r"\,").join(texts)
+
+
+def _number(value: Fraction) -> tuple[str, int]:
+    """A number in decimals, or as a power of ten."""
+    text = number(value)
+    mantissa, _, exponent = text.partition("e")
+    strength = _SUM if value < 0 else _ATOM
+    if not exponent:
+        return text, strength
+    power = rf"10^{{{int(exponent)}}}"
+    if mantissa in {"1.0", "-1.0"}:
+        return mantissa[:-3] + power, min(strength, _POWER)
+    return rf"{mantissa} \cdot {power}", min(strength, _PRODUCT)

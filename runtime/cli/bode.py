@@ -1,0 +1,115 @@
+"""`bgc bode`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from bgc.grammar.catalogue.analysis import several_components
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.cli.app import print_diagnostics
+from bgc.runtime.cli.options import (
+    check_target,
+    input_option,
+    model_file,
+    output_option,
+    point_options,
+    read_assignments,
+    read_point,
+    scene_option,
+    set_option,
+)
+
+if TYPE_CHECKING:
+    from bgc.runtime.frequency import Response
+
+_TABLES = (".csv",)
+_PICTURES = (".png", ".svg", ".pdf")
+
+
+@click.command()
+@model_file
+@scene_option
+@set_option
+@input_option(multiple=False)
+@output_option(multiple=False)
+@point_options
+@click.option("--from", "low", type=float, help="Lowest frequency, rad/s; by the modes.")
+@click.option("--to", "high", type=float, help="Highest frequency, rad/s; by the modes.")
+@click.option("--out", metavar="FILE", help="Write the rows: .csv, or - for CSV here.")
+@click.option("--plot", metavar="FILE", help="Draw magnitude and phase: .png, .svg or .pdf.")
+def bode(
+    file: Path,
+    scene: str | None,
+    assignments: tuple[str, ...],
+    input_: str,
+    output: str,
+    at: str | None,
+    steady: bool,
+    low: float | None,
+    high: float | None,
+    out: str | None,
+    plot: str | None,
+) -> None:
+    """Compute the frequency response of one output of a scene of FILE to one input.
+
+    Linearised at the initial state, at a time or in equilibrium. The input is a source's effort
+    or flow (supply.e), a parameter (mass) or a device's channel.
+    """
+    from bgc.options import Options
+    from bgc.runtime.frequency import frequency_response
+    from bgc.runtime.operating import OpenedModel
+
+    check_target(out, (*_TABLES, "-"))
+    check_target(plot, _PICTURES)
+    point = read_point(at, steady)
+    options = Options(scene, read_assignments(assignments))
+    opened = OpenedModel(file, options, [input_], [output])
+    linear = opened.linearise(opened.operating_point(point))
+    _require_one("input", input_, linear.inputs)
+    _require_one("output", output, linear.outputs)
+    print_diagnostics(opened.warnings)
+    response = frequency_response(linear, low, high)
+    if out == "-":
+        response.write_csv(sys.stdout)
+    elif out is not None:
+        response.to_csv(Path(out))
+    if plot is not None:
+        from bgc.runtime.bode_plot import plot_bode
+
+        plot_bode(response, Path(plot))
+    if out != "-":
+        _summarise(response)
+
+
+def _require_one(option: str, text: str, names: Sequence[str]) -> None:
+    if len(names) != 1:
+        raise BgError([several_components(option, text, names)])
+
+
+def _summarise(response: Response) -> None:
+    """A few values over the range: a line for each decade, and the peak."""
+    import numpy as np
+
+    from bgc.printing.tables import Table
+    from bgc.runtime.cli.printing import print_tables
+
+    rows = response.rows()
+    finite = np.isfinite(rows[:, 1])
+    decades = np.arange(
+        np.ceil(np.log10(response.omega[0]) - 1e-9), np.log10(response.omega[-1]) + 1e-9
+    )
+    near = [int(np.argmin(np.abs(np.log10(response.omega) - d))) for d in decades]
+    peak = int(np.argmax(np.where(finite, rows[:, 1], -np.inf)))
+    chosen = [
+        (k, "peak" if k == peak and 0 < k < len(rows) - 1 else "") for k in sorted({*near, peak})
+    ]
+    cells = tuple((*(f"{value:.6g}" for value in rows[k, :3]), remark) for k, remark in chosen)
+    unit = f" re 1 {response.unit}" if response.unit else ""
+    title = f"{response.output} by {response.input}"
+    header = ("frequency rad/s", f"magnitude dB{unit}", "phase deg", "")
+    print_tables([Table(title, header, cells)])

@@ -1,0 +1,135 @@
+"""`bgc equations`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from bgc.grammar.catalogue.machine import unknown_file_kind
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.cli.app import print_diagnostics
+from bgc.runtime.cli.options import (
+    input_option,
+    model_file,
+    output_option,
+    point_options,
+    read_assignments,
+    read_point,
+    scene_option,
+    set_option,
+)
+
+if TYPE_CHECKING:
+    from bgc.driver import Compilation
+    from bgc.options import Options
+
+_LINES = 300  # of equations that are printed without --full
+_KINDS = (".csv", ".npz")
+
+
+@click.command()
+@model_file
+@scene_option
+@set_option
+@click.option("--latex", is_flag=True, help="The equations as LaTeX, for the package amsmath.")
+@click.option(
+    "--linear",
+    "--state-space",
+    "linear",
+    is_flag=True,
+    help="A, B, C, D and the modes at an operating point, by default the initial state.",
+)
+@point_options
+@input_option(multiple=True)
+@output_option(multiple=True)
+@click.option("--full", is_flag=True, help="Everything, however long.")
+@click.option("--out", metavar="FILE", help="Write the matrices: .csv or .npz.")
+def equations(
+    file: Path,
+    scene: str | None,
+    assignments: tuple[str, ...],
+    latex: bool,
+    linear: bool,
+    at: str | None,
+    steady: bool,
+    inputs: tuple[str, ...],
+    outputs: tuple[str, ...],
+    full: bool,
+    out: str | None,
+) -> None:
+    """Print the state equations of a scene of FILE, or their linear form.
+
+    Inputs are a source's effort or flow (supply.e), a parameter (mass) or a device's channel;
+    by default those of the devices. Outputs are what the scene observes, or any expressions.
+    """
+    from bgc.driver import Compilation
+    from bgc.options import Options
+
+    if latex and linear:
+        raise click.UsageError("--latex is for the equations; --linear has --out FILE")
+    if not linear and (inputs or outputs or at is not None or steady or out is not None):
+        raise click.UsageError("--input, --output, --at, --steady and --out need --linear")
+    options = Options(scene, read_assignments(assignments))
+    if linear:
+        _print_linear(file, options, at, steady, inputs, outputs, full, out)
+        return
+    compilation = Compilation(file, options)
+    if latex:
+        from bgc.printing.latex import latex_equations
+        from bgc.show import symbol_names
+
+        program = compilation.sliced
+        click.echo(latex_equations(program, symbol_names(program)), nl=False)
+    else:
+        _print_equations(compilation, full)
+    print_diagnostics(compilation.warnings)
+
+
+def _print_equations(compilation: Compilation, full: bool) -> None:
+    """The equations as text; of very long ones what they are about."""
+    from bgc.printing.tables import Table
+    from bgc.runtime.cli.printing import print_tables
+    from bgc.show import show_equations
+
+    program = compilation.sliced
+    text = show_equations(program)
+    length = text.count("\n")
+    if full or length <= _LINES:
+        click.echo(text, nl=False)
+        return
+    states = tuple((s.name, s.unit, s.kind) for s in program.states)
+    observed = tuple((o.name, o.unit) for o in program.observations)
+    print_tables(
+        (
+            Table("states", ("name", "unit", "kind"), states),
+            Table("observed", ("name", "unit"), observed),
+            Table("equations", (), (), f"{length} lines; --full prints them"),
+        )
+    )
+
+
+def _print_linear(
+    file: Path,
+    options: Options,
+    at: str | None,
+    steady: bool,
+    inputs: tuple[str, ...],
+    outputs: tuple[str, ...],
+    full: bool,
+    out: str | None,
+) -> None:
+    from bgc.runtime.cli.printing import print_tables
+    from bgc.runtime.linear_tables import linear_tables, write_csv, write_npz
+    from bgc.runtime.operating import OpenedModel
+
+    if out is not None and Path(out).suffix.lower() not in _KINDS:
+        raise BgError([unknown_file_kind(out, _KINDS)])
+    point = read_point(at, steady)
+    opened = OpenedModel(file, options, inputs, outputs)
+    linear = opened.linearise(opened.operating_point(point))
+    print_diagnostics(opened.warnings)
+    print_tables(linear_tables(linear, full))
+    if out is not None:
+        (write_npz if Path(out).suffix.lower() == ".npz" else write_csv)(linear, Path(out))

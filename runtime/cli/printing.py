@@ -1,0 +1,47 @@
+"""Tables on a terminal and in a pipe, and files of numbers."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable
+
+import click
+
+from bgc.printing.tables import Table, table_text
+
+
+def print_tables(tables: Iterable[Table]) -> None:
+    """Print tables as they come: with rules and colours on a terminal, else as text.
+
+    A table without rows and note is left out.
+    """
+    plain = not sys.stdout.isatty() or os.environ.get("TERM") == "dumb"
+    first = True
+    for table in tables:
+        if not (table.rows or table.note):
+            continue
+        if plain:
+            click.echo(("" if first else "\n") + table_text(table), nl=False)
+        else:
+            _print_rich(table)
+        first = False
+
+
+def _print_rich(table: Table) -> None:
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table as RichTable
+    from rich.text import Text
+
+    console = Console(no_color="NO_COLOR" in os.environ, highlight=False)
+    console.print(Text(table.title, style="bold"))
+    if table.rows:
+        shown = RichTable(box=box.SIMPLE_HEAD, show_header=bool(table.header))
+        for heading in table.header or ("",) * len(table.rows[0]):
+            shown.add_column(heading, overflow="fold")
+        for row in table.rows:
+            shown.add_row(*(Text(cell) for cell in row))
+        console.print(shown)
+    if table.note:
+        console.print(Text(f"{table.note}\n"))

@@ -1,0 +1,385 @@
+"""Linear models: state space, modes and frequency response against closed forms."""
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import signal
+
+import bgc
+from bgc.grammar.diagnostics import BgError
+from bgc.options import Options
+from bgc.runtime.frequency import frequency_response
+from bgc.runtime.linear import Linearisation, pencil_eigenvalues
+from bgc.runtime.linear_tables import linear_tables, write_csv, write_npz
+from bgc.runtime.operating import OpenedModel
+
+MODELS = Path(__file__).parents[1] / "models"
+
+# Two masses between walls: f1 on the first, springs k1 k12 k2, damper d between them.
+TWO_MASSES = """
+model TwoMasses {
+  param m1 = 2 kg;
+  param m2 = 3 kg;
+  param k1 = 50 N/m;
+  param k12 = 20 N/m;
+  param k2 = 70 N/m;
+  param d = 0.3 N*s/m;
+  param F = 4 N;
+
+  push : Se(e = F);
+  left : J1;    right : J1;
+  body1 : I(m1); body2 : I(m2);
+  wall1 : C(stiffness = k1); wall2 : C(stiffness = k2);
+  between : J0; gap : J1;
+  spring : C(stiffness = k12); damper : R(d);
+
+  push -> left -> body1, wall1;
+  right -> body2, wall2;
+  left -> between -> right;
+  between -> gap -> spring, damper;
+}
+scene s of TwoMasses {
+  observe right.f as v2, spring.q as stretch;
+  run 1 s;
+}
+"""
+M1, M2, K1, K12, K2, D = 2.0, 3.0, 50.0, 20.0, 70.0, 0.3
+
+# States in the order of the elements: p1, p2, q1, q2, q12.
+EXACT_A = np.array(
+    [
+        [-D / M1, D / M2, -K1, 0, -K12],
+        [D / M1, -D / M2, 0, -K2, K12],
+        [1 / M1, 0, 0, 0, 0],
+        [0, 1 / M2, 0, 0, 0],
+        [1 / M1, -1 / M2, 0, 0, 0],
+    ]
+)
+
+
+def opened(tmp_path: Path, text: str, inputs=(), outputs=()) -> OpenedModel:
+    path = tmp_path / "model.bg"
+    path.write_text(text)
+    return OpenedModel(path, Options(), inputs, outputs)
+
+
+def linear(tmp_path: Path, text: str, inputs=(), outputs=(), at=None) -> Linearisation:
+    model = opened(tmp_path, text, inputs, outputs)
+    return model.linearise(model.operating_point(at))
+
+
+def code_of(error: pytest.ExceptionInfo[BgError]) -> str:
+    (diagnostic,) = error.value.diagnostics
+    return diagnostic.code
+
+
+# --- state space ------------------------------------------------------------------------------
+
+
+def test_two_masses_have_their_textbook_matrices(tmp_path):
+    lin = linear(tmp_path, TWO_MASSES, ["push.e"])
+    names = ("body1.p", "body2.p", "wall1.q", "wall2.q", "spring.q")
+    assert lin.states == names and lin.inputs == ("push.e",)
+    np.testing.assert_allclose(lin.A, EXACT_A, rtol=1e-15)
+    np.testing.assert_allclose(lin.B, [[1], [0], [0], [0], [0]], rtol=1e-15)
+    np.testing.assert_allclose(lin.C, [[0, 1 / M2, 0, 0, 0], [0, 0, 0, 0, 1]], rtol=1e-15)
+    assert not lin.D.any() and lin.is_explicit
+    assert (lin.units["push.e"], lin.units["v2"]) == ("N", "m/s")
+
+
+def test_an_output_that_the_input_reaches_at_once_is_in_D(tmp_path):
+    lin = linear(tmp_path, TWO_MASSES, ["push.e"], ["body1.e", "3*left.f"])
+    np.testing.assert_allclose(lin.D, [[1], [0]], atol=1e-15)
+    np.testing.assert_allclose(lin.C[0], EXACT_A[0], rtol=1e-15)
+    np.testing.assert_allclose(lin.C[1], [3 / M1, 0, 0, 0, 0], rtol=1e-15)
+
+
+def test_a_parameter_is_an_input_wherever_it_acts(tmp_path):
+    """About p = (1, 2): d p1'/d d is -(v1 - v2); d v2/d m2 = -v2/m2."""
+    model = opened(tmp_path, TWO_MASSES, ["d", "F", "m2"])
+    point = model.at_state({"body1.p": 1.0, "body2.p": 2.0}, 0.0)
+    lin = model.linearise(point)
+    v1, v2 = 1 / M1, 2 / M2
+    by_mass = -v2 / M2
+    expected = [
+        [-(v1 - v2), 1, D * by_mass],
+        [v1 - v2, 0, -D * by_mass],
+        [0, 0, 0],
+        [0, 0, by_mass],
+        [0, 0, -by_mass],
+    ]
+    np.testing.assert_allclose(lin.B, expected, rtol=1e-14)
+    np.testing.assert_allclose(lin.D, [[0, 0, by_mass], [0, 0, 0]], rtol=1e-14)
+
+
+def test_what_follows_from_a_parameter_is_varied_with_it(tmp_path):
+    text = TWO_MASSES.replace("param F = 4 N;", "param a = 2; param F = 3 N * a^2;")
+    lin = linear(tmp_path, text, ["a"])
+    np.testing.assert_allclose(lin.B[0], [12.0])
+
+
+def test_derivatives_agree_with_differences_of_the_emitted_functions():
+    """Nonlinear, in three dimensions, at a state off rest: central differences of the C."""
+    model = bgc.compile(MODELS / "vessel_at_rest.bg", scene="rolling")
+    rng = np.random.default_rng(3)
+    state = model.initial_state()
+    state[:6] += 1e5 * rng.standard_normal(6)
+    lin = model.linearise(["load"], state=state)
+    assert lin.states == tuple(v.name for v in model.states)
+    np.testing.assert_allclose(lin.A, model.jacobian(state), rtol=1e-12, atol=1e-14)
+    outputs = list(model.observe(state))
+    for k, name in enumerate(lin.inputs):
+        up, down = ({name: sign * 1e3} for sign in (1, -1))
+        slope = (model.rhs(state, parameters=up) - model.rhs(state, parameters=down)) / 2e3
+        np.testing.assert_allclose(lin.B[:, k], slope, rtol=1e-6, atol=1e-12)
+    for j in range(len(state)):
+        step = np.zeros(len(state))
+        step[j] = 1e-6 * max(1.0, abs(state[j]))
+        above, below = (model.observe(state + sign * step) for sign in (1, -1))
+        slope = [(above[o] - below[o]) / (2 * step[j]) for o in outputs]
+        np.testing.assert_allclose(lin.C[:, j], slope, rtol=1e-6, atol=1e-8)
+
+
+def test_scipy_takes_the_matrices_as_they_are():
+    lin = bgc.compile(MODELS / "dc_motor.bg").linearise(["supply.e"], ["speed"])
+    _, speed = signal.step(signal.StateSpace(lin.A, lin.B, lin.C, lin.D), T=[0.0, 10.0, 20.0])
+    k, R, b = 0.01, 1.0, 0.1
+    np.testing.assert_allclose(speed[-1], k / (R * b + k**2), rtol=1e-9)
+
+
+# --- operating points -------------------------------------------------------------------------
+
+
+def test_an_equilibrium_balances_the_forces(tmp_path):
+    lin = linear(tmp_path, TWO_MASSES, ["push.e"], at="steady")
+    stiffness = [[K1 + K12, -K12], [-K12, K2 + K12]]
+    x1, x2 = np.linalg.solve(stiffness, [4.0, 0.0])
+    # The springs close a loop of flows: q12 - q1 + q2 is conserved, and so it has to stay 0.
+    np.testing.assert_allclose(lin.point, [0, 0, x1, x2, x1 - x2], atol=1e-12)
+
+
+def test_a_nonlinear_equilibrium(tmp_path):
+    text = """
+    model M {
+      push : Se(e = 10); node : J1; body : I(1); spring : C { H = q^4/4; } drag : R(1);
+      push -> node -> body, spring, drag;
+    }
+    scene s of M { observe spring.q; run 1 s; }
+    """
+    lin = linear(tmp_path, text, ["push.e"], at="steady")
+    place = dict(zip(lin.states, lin.point, strict=True))["spring.q"]
+    assert place == pytest.approx(10 ** (1 / 3), rel=1e-9)
+    gain = lin.response(np.array([1e-9]))[0, 0, 0]
+    assert gain == pytest.approx(1 / (3 * place**2), rel=1e-6)
+
+
+def test_no_equilibrium_is_said_so(tmp_path):
+    text = """
+    model M { feed : Sf(f = 2); tank : C(1); node : J0; feed -> node -> tank; }
+    scene s of M { observe tank.q; run 1 s; }
+    """
+    with pytest.raises(BgError) as error:
+        linear(tmp_path, text, at="steady")
+    assert code_of(error) == "BG082"
+    assert "`tank.q`" in str(error.value) and "2" in str(error.value)
+
+
+def test_the_state_at_a_time_is_that_of_a_run(tmp_path):
+    path = tmp_path / "model.bg"
+    path.write_text(TWO_MASSES)
+    model = bgc.compile(path)
+    lin = model.linearise(["push.e"], at=0.7)
+    result = model.simulate(0.7, rtol=1e-9)
+    stretch = dict(zip(lin.states, lin.point, strict=True))["spring.q"]
+    assert lin.time == 0.7
+    assert stretch == pytest.approx(result["stretch"][-1], rel=1e-4)
+
+
+def test_parameters_of_a_model_are_those_of_its_linear_form(tmp_path):
+    path = tmp_path / "model.bg"
+    path.write_text(TWO_MASSES)
+    model = bgc.compile(path)
+    model.parameters["d"] = 1.0
+    lin = model.linearise(["push.e"], parameters={"m1": "4 kg"})
+    assert lin.A[0, 0] == pytest.approx(-1.0 / 4)
+
+
+def test_algebraic_equations_are_solved(tmp_path):
+    text = """
+    model M {
+      input u = 0; param a = 3;
+      state x = 1; unknown z = 1; unknown w = 1;
+      equation 2*der(x) + 4*x + z = a;
+      equation z^3 + z = 10*x;
+      equation w = z + x;
+    }
+    scene s of M { observe w; run 1 s; }
+    """
+    lin = linear(tmp_path, text, ["a"])
+    assert lin.states == ("x",) and lin.is_explicit
+    # At x = 1: z = 2, dz/dx = 10 / (3 z^2 + 1) = 10/13
+    np.testing.assert_allclose(lin.A, [[(-4 - 10 / 13) / 2]], rtol=1e-9)
+    np.testing.assert_allclose(lin.B, [[0.5]], rtol=1e-12)
+    np.testing.assert_allclose(lin.C, [[1 + 10 / 13]], rtol=1e-9)
+
+
+def test_a_descriptor_keeps_its_response(tmp_path):
+    """x' + y' = u - x, 0 = x - y: 2 s X = U - X."""
+    n = ("x", "y")
+    lin = Linearisation(
+        A=np.array([[-1.0, 0], [1, -1]]), B=np.array([[1.0], [0]]), C=np.array([[1.0, 0]]),
+        D=np.zeros((1, 1)), E=np.array([[1.0, 1], [0, 0]]), states=n, inputs=("u",),
+        outputs=("x",), units={}, point=np.zeros(2), time=0.0,
+    )  # fmt: skip
+    omega = np.array([0.1, 1.0, 10.0])
+    np.testing.assert_allclose(lin.response(omega)[:, 0, 0], 1 / (2j * omega + 1), rtol=1e-12)
+    np.testing.assert_allclose(lin.eigenvalues(), [-0.5])
+    assert not lin.is_explicit
+
+
+# --- modes ------------------------------------------------------------------------------------
+
+
+def test_modes_of_two_masses_are_those_of_the_mechanical_pencil(tmp_path):
+    lin = linear(tmp_path, TWO_MASSES.replace("d = 0.3", "d = 0"), ["push.e"])
+    mass, stiffness = np.diag([M1, M2]), np.array([[K1 + K12, -K12], [-K12, K2 + K12]])
+    squares = np.sort(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real)
+    modes = [mode for mode in lin.modes() if mode.frequency > 0]
+    periods = [mode.natural_period for mode in modes]
+    np.testing.assert_allclose(periods, 2 * math.pi / np.sqrt(squares), rtol=1e-12)
+    assert [mode.damping for mode in modes] == pytest.approx([0, 0], abs=1e-12)
+    for mode in modes:
+        assert sum(share for _, share in mode.shares) == pytest.approx(1)
+    assert modes[0].shares[0][0] in {"body2.p", "body1.p", "wall2.q", "wall1.q"}
+
+
+def test_eigenvalues_agree_with_those_of_the_pencil(tmp_path):
+    lin = linear(tmp_path, TWO_MASSES, ["push.e"])
+    found = np.sort_complex(lin.eigenvalues())
+    expected = np.sort_complex(np.linalg.eigvals(EXACT_A))
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    assert len(pencil_eigenvalues(np.empty((0, 0)), np.empty((0, 0)))) == 0
+
+
+# --- frequency response -----------------------------------------------------------------------
+
+
+def test_the_response_of_an_rlc_circuit_is_its_closed_form():
+    R, L, C = 2.0, 3.0, 4.0  # of tests/models/series_rlc.bg
+    model = bgc.compile(MODELS / "series_rlc.bg")
+    response = frequency_response(model.linearise(["supply.e"], ["capacitor.e"]))
+    s = 1j * response.omega
+    exact = 1 / (L * C * s**2 + R * C * s + 1)
+    np.testing.assert_allclose(response.value, exact, rtol=1e-10)
+    np.testing.assert_allclose(response.magnitude, 20 * np.log10(np.abs(exact)), rtol=1e-10)
+    damped = 180 + np.rad2deg(np.arctan2(R * C * response.omega, L * C * response.omega**2 - 1))
+    np.testing.assert_allclose(response.phase, -(360 - damped), rtol=1e-10)
+    assert response.omega[0] <= 0.1 / math.sqrt(L * C) and response.omega[-1] >= 10
+
+
+def test_the_response_of_two_masses_is_its_closed_form(tmp_path):
+    response = frequency_response(linear(tmp_path, TWO_MASSES, ["push.e"], ["right.f"]), 0.1, 100)
+    s = 1j * response.omega
+    coupling = K12 + D * s
+    first, second = M1 * s**2 + K1 + coupling, M2 * s**2 + K2 + coupling
+    exact = s * coupling / (first * second - coupling**2)
+    np.testing.assert_allclose(response.value, exact, rtol=1e-10)
+    assert (response.omega[0], response.omega[-1]) == (pytest.approx(0.1), pytest.approx(100))
+
+
+def test_a_resonance_is_seen_however_sharp(tmp_path):
+    text = TWO_MASSES.replace("d = 0.3", "d = 1e-6")
+    response = frequency_response(linear(tmp_path, text, ["push.e"], ["right.f"]))
+    modes = [m for m in linear(tmp_path, text, ["push.e"]).modes() if m.frequency > 0]
+    for mode in modes:
+        near = np.abs(response.omega - abs(mode.eigenvalue)) < 1e-2
+        assert response.magnitude[near].max() > 60 + response.magnitude[0]
+    assert np.abs(np.diff(response.phase)).max() < 180
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (2.0, 1.0), (1.0, math.inf)])
+def test_a_range_that_is_none(tmp_path, low, high):
+    with pytest.raises(BgError) as error:
+        frequency_response(linear(tmp_path, TWO_MASSES, ["push.e"], ["right.f"]), low, high)
+    assert code_of(error) == "BG085"
+
+
+# --- what may be asked for --------------------------------------------------------------------
+
+
+def test_names_of_inputs(tmp_path):
+    text = """
+    model M {
+      param F[3] = [1, 2, 3];
+      push : Se[3](e = F); hub : J1; body : I[3](2 kg); drag : R[3](4);
+      push -> hub -> body, drag;
+    }
+    scene s of M { observe body.f as v, drag.e; run 1 s; }
+    """
+    assert linear(tmp_path, text, ["push.e"]).inputs == ("push.e[1]", "push.e[2]", "push.e[3]")
+    assert linear(tmp_path, text, ["F[2]", "push.e[3]"]).inputs == ("F[2]", "push.e[3]")
+    lin = linear(tmp_path, text, ["F"], ["v[2]", "drag.e"])
+    assert lin.outputs == ("v[2]", "drag.e[1]", "drag.e[2]", "drag.e[3]")
+    assert not linear(tmp_path, text).inputs
+    with pytest.raises(BgError) as error:
+        linear(tmp_path, text, ["push.g"])
+    assert code_of(error) == "BG080" and "`push.e[1]`" in error.value.diagnostics[0].help
+
+
+def test_channels_of_devices_are_inputs_by_default(tmp_path):
+    text = """
+    model M { input x[3]; state y = 0; der(y) = 5*x[2] - y; }
+    scene s of M {
+      device hand = trace(file = "motion.csv");
+      drive x = hand.position;
+      observe y;
+      run 1 s;
+    }
+    """
+    lin = linear(tmp_path, text)
+    assert lin.inputs == ("hand.position[1]", "hand.position[2]", "hand.position[3]")
+    np.testing.assert_allclose(lin.B, [[0, 5, 0]])
+    assert lin.units["hand.position[2]"] == "m"
+    np.testing.assert_allclose(linear(tmp_path, text, ["hand.position[2]"]).B, [[5]])
+
+
+def test_inputs_and_outputs_that_cannot_be(tmp_path):
+    for inputs, outputs, code in (
+        (["push.e"], ["energy.stored"], "BG083"),
+        (["push.e"], ["nothing.e"], "BG211"),
+        (["push.e"], ["left.f +"], "BG"),
+    ):
+        with pytest.raises(BgError) as error:
+            linear(tmp_path, TWO_MASSES, inputs, outputs)
+        assert code_of(error).startswith(code)
+    with pytest.raises(BgError) as error:
+        linear(tmp_path, "model M { param m = 1; state x = 1; equation m*der(x) = 1; }", ["m"])
+    assert code_of(error) == "BG081"
+
+
+# --- tables and files -------------------------------------------------------------------------
+
+
+def test_files_hold_the_matrices(tmp_path):
+    lin = linear(tmp_path, TWO_MASSES, ["push.e"])
+    write_csv(lin, tmp_path / "lin.csv")
+    rows = list(csv.reader((tmp_path / "lin.csv").read_text().splitlines()))
+    assert rows[0] == ["", *lin.states, "push.e"]
+    assert [row[0] for row in rows[1:]] == [*(f"{s}'" for s in lin.states), "v2", "stretch"]
+    numbers = np.array([[float(x) for x in row[1:]] for row in rows[1:]])
+    assert np.array_equal(numbers, np.block([[lin.A, lin.B], [lin.C, lin.D]]))
+    write_npz(lin, tmp_path / "lin.npz")
+    with np.load(tmp_path / "lin.npz") as data:
+        assert np.array_equal(data["A"], lin.A) and tuple(data["outputs"]) == lin.outputs
+
+
+def test_large_matrices_are_shown_in_part(tmp_path):
+    model = bgc.compile(MODELS / "vessel_at_rest.bg", scene="damped")
+    lin = model.linearise(["load"])
+    short, full = linear_tables(lin, False), linear_tables(lin, True)
+    assert {len(row) for row in short[1].rows} == {1 + 8 + 1} and "16 x 16" in short[1].note
+    assert {len(row) for row in full[1].rows} == {1 + 16} and full[1].note == ""
+    assert len(full[-1].rows) == len(lin.modes())
