@@ -16,7 +16,7 @@ def test_a_pendulum_hangs_on_its_pivot(load):
     along = np.stack([np.cos(angle), 0 * angle, -np.sin(angle)], axis=1)
     across = np.stack([-np.sin(angle), 0 * angle, -np.cos(angle)], axis=1)
     acceleration = arm * (turning[:, None] * across - rate[:, None] ** 2 * along)
-    force = mass * (acceleration + [0, 0, GRAVITY])
+    force = mass * (acceleration + np.array([0, 0, GRAVITY]))
     assert np.ptp(force[:, 2]) > 100, "the bar has to swing"
     np.testing.assert_allclose(result["reaction"][:, :3], force, atol=1e-6)
     np.testing.assert_allclose(result["reaction"][:, 3:], 0, atol=1e-6)
