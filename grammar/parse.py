@@ -58,6 +58,8 @@ def parse_with_tokens(
     reading = _Reading(source)
     file, refused = transform(source, reading.run())
     found = sorted((*reading.diagnostics, *refused), key=lambda d: d.span.start if d.span else 0)
+    if any(d.code == "BG110" for d in found):  # what an open comment swallows is not missing
+        found = [d for d in found if d.code != "BG105"]
     if len(found) > MAX_ERRORS:
         rest = found[MAX_ERRORS].span
         assert rest is not None

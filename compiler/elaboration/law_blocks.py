@@ -123,7 +123,7 @@ class Laws:
                     raise BgError(
                         [
                             law_messages.law_incomplete(
-                                equation.span, element.path, left, width, at + 1
+                                equation.span, element.path, left, width, at + 1, "twice"
                             )
                         ]
                     )

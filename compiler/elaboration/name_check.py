@@ -60,6 +60,10 @@ class _Checker:
                     self._part(item, seen)
                 case syntax.Chain():
                     self.all((end for stop in item.stops for end in stop), seen)
+                case syntax.Assign(
+                    target=syntax.Name() as target, value=syntax.Call() as value
+                ) if target.name not in seen and self._is_type(value.function):
+                    self._report.add(names.part_by_equals(item.span, target.name, value.function))
                 case syntax.Assign() | syntax.Derivative() | syntax.Project():
                     self.all((item.target, item.value), seen)
                 case syntax.Equation():
@@ -96,10 +100,13 @@ class _Checker:
                 syntax.Name(name=name)
                 | syntax.Index(base=syntax.Name(name=name))
                 | syntax.Call(function=name)
-            ) if name in self._module.models or name in ELEMENTS:
+            ) if self._is_type(name):
                 pass
             case _:
                 self.expression(value, seen)
+
+    def _is_type(self, name: str) -> bool:
+        return name in self._module.models or name in ELEMENTS
 
     def all(self, expressions: Iterable[syntax.Expr | syntax.Range], seen: set[str]) -> None:
         for expression in expressions:

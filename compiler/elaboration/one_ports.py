@@ -20,7 +20,6 @@ from bgc.elaboration.quantities import component_name
 from bgc.elaboration.tree import Element
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import laws as law_messages
-from bgc.grammar.catalogue import names
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import (
     EnergyLaw,
@@ -143,8 +142,8 @@ def _read_law(laws: Laws, element: Element, given: dict[str, syntax.Argument]) -
     if element.law is not None and named:
         raise BgError([law_messages.law_and_argument(given[named[0]].span, element.path, named[0])])
     if len(named) > 1:
-        first, second = given[named[0]], given[named[1]]
-        raise BgError([names.given_twice(second.span, element.path, first.span)])
+        second, first = given[named[1]].span, f"the argument `{named[0]}`"
+        raise BgError([law_messages.law_and_argument(second, element.path, named[1], first)])
     if named:
         argument = given[named[0]]
         value = laws.world.evaluate(argument.value, element.env)

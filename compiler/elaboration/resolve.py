@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from importlib import resources
 from pathlib import Path
 
@@ -205,7 +206,8 @@ def _check_model(model: syntax.Model, module: Module, report: Report) -> None:
                 what = "an element" if base.name in ELEMENTS else "a domain"
                 report.add(names.not_a_model(base.name_span, base.name, what))
             else:
-                report.add(names.unknown_type(base.name_span, base.name, module.models))
+                home = _home_in_library(base.name)
+                report.add(names.unknown_type(base.name_span, base.name, module.models, home))
         else:
             _check_ancestry(declared, report)
     for item in flatten(model.items):
@@ -228,6 +230,9 @@ def _check_ancestry(declared: Declared[syntax.Model], report: Report) -> None:
         if parent is None:
             return
         if parent.syntax is declared.syntax:
+            places = [d.syntax.name_span for d in line if d.module is declared.module]
+            if declared.syntax.name_span.start > min(place.start for place in places):
+                return  # reported where the circle is first written
             cycle = [*(d.syntax.name for d in line), declared.syntax.name]
             assert declared.syntax.base is not None
             report.add(names.inheritance_cycle(declared.syntax.base.name_span, cycle))
@@ -248,7 +253,8 @@ def _check_root(use: syntax.TypeUse, module: Module, report: Report) -> None:
     elif use.name in module.domains:
         report.add(names.not_a_model(use.name_span, use.name, "a domain"))
     else:
-        report.add(names.unknown_type(use.name_span, use.name, module.models))
+        home = _home_in_library(use.name)
+        report.add(names.unknown_type(use.name_span, use.name, module.models, home))
 
 
 def check_type(use: syntax.TypeUse, module: Module, report: Report) -> bool:
@@ -258,5 +264,17 @@ def check_type(use: syntax.TypeUse, module: Module, report: Report) -> bool:
     if use.name in module.domains:
         report.add(names.not_a_model(use.name_span, use.name, "a domain"))
     else:
-        report.add(names.unknown_type(use.name_span, use.name, [*module.models, *ELEMENTS]))
+        candidates = [*module.models, *ELEMENTS]
+        home = _home_in_library(use.name)
+        report.add(names.unknown_type(use.name_span, use.name, candidates, home))
     return False
+
+
+def _home_in_library(name: str) -> str | None:
+    """The module of the library that declares a model or interface, for the way out."""
+    declaration = re.compile(rf"^(?:model|interface) {re.escape(name)}\b", re.MULTILINE)
+    for module in library_modules():
+        path = library_folder().joinpath(*module.split(".")).with_suffix(".bg")
+        if declaration.search(path.read_text("utf-8")):
+            return module
+    return None

@@ -42,10 +42,11 @@ def law_missing(span: Span, name: str, kind: str, way: str) -> Diagnostic:
     return error("BG431", f"`{name}` has no law: what does this {kind} do?", span, help=way)
 
 
-def law_and_argument(span: Span, name: str, argument: str) -> Diagnostic:
-    """BG432: an element with both an argument and a law
+def law_and_argument(span: Span, name: str, argument: str, other: str = "a law") -> Diagnostic:
+    """BG432: an element with two laws
 
-    What: an element has an argument that is its law, and a law in braces too.
+    What: an element has an argument that is its law, and a law in braces or another such argument
+    too.
 
     Why: which of them holds could not be told.
 
@@ -55,7 +56,7 @@ def law_and_argument(span: Span, name: str, argument: str) -> Diagnostic:
     """
     return error(
         "BG432",
-        f"`{name}` has both the argument `{argument}` and a law",
+        f"`{name}` has both the argument `{argument}` and {other}",
         span,
         help="remove one of them",
     )
@@ -139,7 +140,9 @@ def law_not_linear(span: Span, name: str, right: str) -> Diagnostic:
     )
 
 
-def law_incomplete(span: Span, name: str, left: str, width: int, missing: int) -> Diagnostic:
+def law_incomplete(
+    span: Span, name: str, left: str, width: int, missing: int, how: str = "nowhere"
+) -> Diagnostic:
     """BG437: a law without all of its components
 
     What: a law written by components leaves one out, or gives one twice.
@@ -152,7 +155,7 @@ def law_incomplete(span: Span, name: str, left: str, width: int, missing: int) -
     """
     return error(
         "BG437",
-        f"the law of `{name}` gives `{left}[{missing}]` not exactly once, of {width}",
+        f"the law of `{name}` gives `{left}[{missing}]` {how}, and has {width} components",
         span,
         help="write one equation for each component, or one for the whole vector",
     )

@@ -24,15 +24,19 @@ def duplicate_name(span: Span, name: str, first: Span | None) -> Diagnostic:
     return error("BG200", f"`{name}` is declared twice", span, labels=labels, help="rename one")
 
 
-def unknown_type(span: Span, name: str, candidates: Iterable[str]) -> Diagnostic:
+def unknown_type(
+    span: Span, name: str, candidates: Iterable[str], library: str | None = None
+) -> Diagnostic:
     """BG201: a type that is not declared
 
     What: the name after the colon is no element, model or interface that this file sees.
-    Why: a file sees its own declarations and those of the files it imports.
+    Why: a file sees its own declarations and those of the files it imports, the library's too.
     Example: `boom : Beem(length = 12 m);`
     Way out: correct the name, or import the file that declares it.
     """
     near = did_you_mean(name, candidates)
+    if library is not None:
+        near = f"it is in the library: `import {library};`"
     return error(
         "BG201",
         f"there is no element, model or interface called `{name}`",
@@ -161,6 +165,19 @@ def unknown_name(span: Span, name: str, candidates: Iterable[str]) -> Diagnostic
     """
     way_out = did_you_mean(name, candidates) or "declare it, or give its path, as in `boom.mass`"
     return error("BG211", f"there is no `{name}` here", span, help=way_out)
+
+
+def part_by_equals(span: Span, name: str, type_name: str) -> Diagnostic:
+    """BG241: a part that is declared by `=`
+
+    What: a name that is not declared is given a type with `=`.
+    Why: `=` gives a value to what is declared; a part is declared by its name, a colon and its
+    type.
+    Example: `damper = R(3 N*s/m);`
+    Way out: write `damper : R(3 N*s/m);`.
+    """
+    return error("BG241", f"the part `{name}` is declared by `=`", span,
+                 help=f"write `{name} : {type_name}(..);`")  # fmt: skip
 
 
 def no_such_index(span: Span, name: str, index: Sequence[int], have: str) -> Diagnostic:

@@ -119,6 +119,7 @@ WRONG: dict[str, list[str]] = {
               "model M { s : Supply; a : A; s -> a; }"],
     "BG414": [chain("t : Se(e = 5 V); u : Se(e = 2 N); n : J1; z : R(1); y : R(1);"
                     "t, u -> n -> z; s -> y;")],
+    "BG241": ["model M { r = R(3); }"],
     "BG240": ["model M { param m = 1 t in 100 t .. 0 t; r : R(m); s : Se(e = 1); s -> r; }"],
     "BG632": [scene("solver rodas5p(tolerance = 1e-6);")],
     "BG423": [chain("m : I(2 kg); t : Se(e = 5 V); t -> m; z : R(1); s -> z;")],
