@@ -81,7 +81,7 @@ def _definitions_of(
     basis = causal.basis
     definitions = flow_definitions(variables)
     classes = dict.fromkeys(
-        causal.class_of[port.port.bond] for element in elements for port in element.ports
+        causal.class_of[port.port.bond] for element in elements for port in inertias_of(element)
     )
     reached = set(classes)
     stack = list(classes)
