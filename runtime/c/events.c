@@ -244,12 +244,34 @@ static int is_unresolved(const bgc_model *m, const bgc_data *d, int k, const dou
            high - low > d->core.rtol * d->extent[k];
 }
 
+/* Looks between samples i - 2 and i for a switch that leaves its mode and comes back: 1, and the
+ * time of that, with the arguments there in d->after. */
+static int find_between(const bgc_model *m, bgc_data *d, int i, const double *t,
+                        const double *const *z, double *found) {
+    for (int k = 0; k < m->n_switch; k++) {
+        double inside[3], at;
+        for (int j = 0; j < 3; j++) {
+            inside[j] = depth_of(m, d, k, z[i - 2 + j][k]);
+        }
+        at = closest_approach(t + i - 2, inside);
+        if (isfinite(at)) {
+            evaluate(m, d, ALONG_STEP, at, d->after);
+            if (has_left(m, d, k, d->after[k])) {
+                const int low = at < t[i - 1] ? i - 2 : i - 1;
+                *found = locate_first(m, d, ALONG_STEP, t[low], at, z[low], d->after);
+                return 1;
+            }
+        }
+    }
+    return 0;
+}
+
 /* After a step to d->next at `end`, whose dense output is stored: the time of its first event, with
  * d->next the state there; `end` where there is none. BGC_STEP_TOO_SMALL asks for a shorter step,
  * where the method can give it. */
 bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_shorten,
                           double *found) {
-    const double start = d->core.t, h = end - start;
+    const double start = d->core.t;
     const double *z[BGC_SAMPLES + 1] = {d->argument};
     double t[BGC_SAMPLES + 1] = {start};
 
@@ -257,42 +279,26 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
     d->core.event = 0;
     for (int i = 1; i <= BGC_SAMPLES; i++) {
         double *here = d->samples + (size_t)(i - 1) * bgc_padded(m->n_switch);
-        double low = t[i - 1];
-        z[i] = here;
-        t[i] = i == BGC_SAMPLES ? end : start + sample_at[i - 1] * h;
+        t[i] = i == BGC_SAMPLES ? end : start + sample_at[i - 1] * (end - start);
         evaluate(m, d, ALONG_STEP, t[i], here);
-        for (int k = 0; k < m->n_switch && i > 1; k++) {
-            double inside[3], at;
-            for (int j = 0; j < 3; j++) {
-                inside[j] = depth_of(m, d, k, z[i - 2 + j][k]);
-            }
-            at = closest_approach(t + i - 2, inside);
-            if (isfinite(at)) {
-                evaluate(m, d, ALONG_STEP, at, d->after);
-                if (has_left(m, d, k, d->after[k])) {
-                    const int before = at < t[i - 1];
-                    *found = locate_first(m, d, ALONG_STEP, before ? t[i - 2] : t[i - 1], at,
-                                          z[before ? i - 2 : i - 1], d->after);
-                    d->core.event = 1;
-                    break;
-                }
-            }
-        }
-        if (!d->core.event && any_left(m, d, here, 0)) {
-            memcpy(d->after, here, (size_t)m->n_switch * sizeof *here);
-            *found = locate_first(m, d, ALONG_STEP, low, t[i], z[i - 1], d->after);
-            d->core.event = 1;
-        }
-        if (d->core.event) {
-            bgc_interpolate(m, d, *found, d->next);
-            return BGC_OK;
-        }
+        z[i] = here;
     }
-    for (int k = 0; k < m->n_switch && may_shorten; k++) {
-        if (is_unresolved(m, d, k, z) && d->core.unresolved < MOST_UNRESOLVED) {
+    for (int k = 0; k < m->n_switch && may_shorten && d->core.unresolved < MOST_UNRESOLVED; k++) {
+        if (is_unresolved(m, d, k, z)) {
             d->core.unresolved++;
             return BGC_STEP_TOO_SMALL;
         }
+    }
+    for (int i = 1; i <= BGC_SAMPLES && !d->core.event; i++) {
+        d->core.event = i > 1 && find_between(m, d, i, t, z, found);
+        if (!d->core.event && any_left(m, d, z[i], 0)) {
+            memcpy(d->after, z[i], (size_t)m->n_switch * sizeof *d->after);
+            *found = locate_first(m, d, ALONG_STEP, t[i - 1], t[i], z[i - 1], d->after);
+            d->core.event = 1;
+        }
+    }
+    if (d->core.event) {
+        bgc_interpolate(m, d, *found, d->next);
     }
     return BGC_OK;
 }

@@ -301,10 +301,11 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     }
 
     /* The next step from this error and the one before; one that a sample cut short says nothing
-     * against the longer step that was wanted. */
+     * against the longer step that was wanted, and one that an event ends nothing for a longer one. */
     error = fmax(error, 1e-10);
     factor = safety * pow(error, -proportional / q) * pow(core->error_old, integral / q);
-    factor = fmin(core->rejected ? 1.0 : largest_factor, fmax(least_factor, factor));
+    factor = fmin(core->rejected || core->event ? 1.0 : largest_factor,
+                  fmax(least_factor, factor));
     core->h_next = h < core->h_next ? fmax(core->h_next, factor * h) : factor * h;
     core->error_old = fmax(error, least_remembered);
     core->rejected = 0;
