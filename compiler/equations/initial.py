@@ -69,10 +69,9 @@ def _from_answers(
     """The states of the ports whose effort or flow is given."""
     dag, law = variables.dag, element.law
     if law.capacity is not None and all(
-        m in answers
+        any(entry != dag.zero for entry in law.capacity[k])
+        and all(m in answers for m, entry in enumerate(law.capacity[k]) if entry != dag.zero)
         for k in answers
-        for m, entry in enumerate(law.capacity[k])
-        if entry != dag.zero
     ):
         return {
             k: dag.sum(dag.mul(law.capacity[k][m], answers[m].value) for m in answers)

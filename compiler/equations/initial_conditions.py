@@ -19,7 +19,7 @@ from bgc.grammar.diagnostics import BgError
 from bgc.graph import Initial, Node
 
 Row: TypeAlias = dict[int, Node]
-_NEGLIGIBLE = 1e-9  # of a condition's coefficients, or of its value
+NEGLIGIBLE = 1e-9  # of a condition's coefficients, or of its value
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,18 +65,19 @@ def independent_conditions(
             factor = row[pivot] / other[pivot]
             row = [x - factor * y for x, y in zip(row, other, strict=True)]
         pivot = max(range(width - 1), key=lambda j: abs(row[j]), default=-1)
-        if pivot >= 0 and abs(row[pivot]) > _NEGLIGIBLE * size:
+        if pivot >= 0 and abs(row[pivot]) > NEGLIGIBLE * size:
             reduced.append((pivot, row))
             if condition is not None:
                 chosen.append(condition)
-        elif condition is not None and abs(row[-1]) > _NEGLIGIBLE * max(
+        elif condition is not None and abs(row[-1]) > NEGLIGIBLE * max(
             1.0, abs(values[(k + 1) * width - 1])
         ):
-            raise _contradiction(condition, chosen)
+            raise contradiction(condition, chosen)
     return chosen
 
 
-def _contradiction(condition: Condition, others: Sequence[Condition]) -> BgError:
+def contradiction(condition: Condition, others: Sequence[Condition]) -> BgError:
+    """The error for a value that does not agree with others."""
     names = list(dict.fromkeys(other.element.storage.name for other in others))
     assert condition.initial is not None, "what nothing was said about contradicts nothing"
     variable, span = f"{condition.initial.variable}0", condition.initial.span
@@ -101,4 +102,4 @@ def unusable(condition: Condition) -> BgError:
     """The error for a value that the state cannot be found from."""
     initial, name = condition.initial, condition.element.storage.name
     assert initial is not None, "values that are given come first"
-    return BgError([catalogue.initialunusable(initial.span, name, f"{initial.variable}0")])
+    return BgError([catalogue.initial_unusable(initial.span, name, f"{initial.variable}0")])

@@ -11,18 +11,23 @@ from dataclasses import dataclass, replace
 from bgc.algebra.dag import Dag
 from bgc.algebra.linalg import identity
 from bgc.algebra.solving import solve_definite
+from bgc.causality.causal import Role
 from bgc.equations.initial import given_values
 from bgc.equations.initial_conditions import (
+    NEGLIGIBLE,
     Condition,
     Row,
+    contradiction,
     independent_conditions,
     solve_conditions,
     unusable,
 )
 from bgc.equations.merged_initial import reduced_mass
-from bgc.equations.storage import IntegratedState, StorageElement
+from bgc.equations.storage import IntegratedState, StorageElement, StoragePort
 from bgc.equations.variables import Variables
-from bgc.graph import Matrix, Node
+from bgc.grammar.catalogue import causality as catalogue
+from bgc.grammar.diagnostics import BgError
+from bgc.graph import Initial, Matrix, Node
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,12 +65,19 @@ def initial_quantities(
     stored: Stored,
     motions: Sequence[Mapping[Node, Node]],
     driven: Sequence[Node],
+    balances: Sequence[Node],
 ) -> dict[Node, Node]:
     """The initial quantities that free motions join: symbol of the state -> node.
 
-    `motions` are B, one column each, and `driven` what sources add to the balance on each:
-    `B' K x + driven = 0`. Values that are given hold; with none given all are zero. What they
-    leave open is settled by the least energy: `K x = K B l + G' w` for conditions `G x = g`.
+    `motions` are B, one column each, `balances` the raw nodes that are zero on each, and `driven`
+    the share of sources in them: `B' K x + driven = 0`. Values that are given hold; with none
+    given all are zero. What they leave open is settled by the least energy: `K x = K B l + G' w`
+    for conditions `G x = g`. Where a law is not linear, all have to be given.
+
+    Raises
+    ------
+    BgError
+        A value contradicts others or a balance, cannot be used, or is missing.
     """
     dag = variables.dag
     states = [*stored.charges, *(state for block in stored.momenta for state in block.states)]
@@ -85,7 +97,7 @@ def initial_quantities(
             conditions.append(Condition(row, state.initial, conditions[0].element, None))
     energy = _energy(variables, stored, place)
     if energy is None:
-        raise unusable(conditions[0])
+        return _all_given(variables, states, conditions, balances)
     columns = [[column.get(symbol, dag.zero) for symbol in place] for column in motions]
     values = _least_energy(variables, energy, conditions, columns, driven)
     return dict(zip(place, values, strict=True))
@@ -98,6 +110,9 @@ def _conditions_on_charges(
     found = []
     for (position, variable), initial in given_values(element).items():
         port = element.ports[position]
+        beside = variable == ("q" if port.has_momentum else "p")
+        if port.port.role is not Role.COMPLIANCE or (beside and _is_beside(dag, port, initial)):
+            continue
         if variable == ("p" if port.has_momentum else "q"):
             row = {place[port.state]: dag.one}
         elif element.law.response is not None:
@@ -113,6 +128,11 @@ def _conditions_on_charges(
     return found
 
 
+def _is_beside(dag: Dag, port: StoragePort, initial: Initial) -> bool:
+    """Whether a value is of an IC's other state, or says that there is none."""
+    return port.has_momentum or initial.value == dag.zero
+
+
 def _conditions_on_momenta(dag: Dag, block: Momenta, place: Mapping[Node, int]) -> list[Condition]:
     """Momenta of which an initial value is given stay as they were found from it."""
     given = [(e, initial) for e in block.elements for initial in e.storage.initial]
@@ -123,6 +143,33 @@ def _conditions_on_momenta(dag: Dag, block: Momenta, place: Mapping[Node, int]) 
         Condition({place[state.symbol]: dag.one}, state.initial, element, initial)
         for state in block.states
     ]
+
+
+def _all_given(
+    variables: Variables,
+    states: Sequence[IntegratedState],
+    conditions: Sequence[Condition],
+    balances: Sequence[Node],
+) -> dict[Node, Node]:
+    """Each quantity as it is given, if these values balance the efforts."""
+    told = {next(iter(c.row)): c.value for c in conditions if len(c.row) == 1}
+    missing = [state for i, state in enumerate(states) if i not in told]
+    first = conditions[0]
+    if missing or any(node != variables.dag.one for c in conditions for node in c.row.values()):
+        names = [name for state in missing for name in state.stores]
+        assert first.initial is not None, "values that are given come first"
+        others = list(dict.fromkeys(names)) or [first.element.storage.name]
+        span = first.initial.span
+        raise BgError([catalogue.initial_incomplete(span, first.element.storage.name, others)])
+    values = {state.symbol: told[i] for i, state in enumerate(states)}
+    parts = [x for node in balances for x in variables.dag.operands(node)]
+    left = variables.at_start([*balances, *parts])
+    if left is not None:
+        size = max(map(abs, left[len(balances) :]), default=0.0)
+        if any(abs(x) > NEGLIGIBLE * max(1.0, size) for x in left[: len(balances)]):
+            given = [c for c in conditions if c.initial is not None]
+            raise contradiction(given[-1], given[:-1])
+    return values
 
 
 def _energy(variables: Variables, stored: Stored, place: Mapping[Node, int]) -> _Quadratic | None:

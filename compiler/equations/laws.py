@@ -39,7 +39,9 @@ class StorageLaw:
     `answers` the nodes in them; `bias` the effort beside the momentum's rate (IC, else zero);
     `charges` the symbols of the charges beside them (IC, else None).
     `response` (answer = response * state) and `capacity` (state = capacity * answer) are the
-    matrices of a linear law, each None where it is not linear or has no such form.
+    matrices of a linear law, each None where it is not linear or has no such form. Those of an
+    IC may vary with its charges; one with inertias and compliances has a capacity of the
+    inertias alone, whose other rows are zero.
     """
 
     states: tuple[Node, ...]
@@ -50,8 +52,11 @@ class StorageLaw:
     capacity: Matrix | None
 
 
-def storage_law(dag: Dag, storage: Storage, has_momentum: Sequence[bool]) -> StorageLaw:
-    """The law of a C, I or IC. `has_momentum` tells the ports that answer with a flow.
+def storage_law(
+    dag: Dag, storage: Storage, has_momentum: Sequence[bool], inertial: Sequence[bool]
+) -> StorageLaw:
+    """The law of a C, I or IC. `has_momentum` tells the ports that answer with a flow,
+    `inertial` those that are inertias in the terms of their region.
 
     Raises
     ------
@@ -80,9 +85,11 @@ def storage_law(dag: Dag, storage: Storage, has_momentum: Sequence[bool]) -> Sto
             return StorageLaw(states, nodes, nothing, plain, None, None)
         case EnergyLaw(energy=energy):
             answers = tuple(gradient(dag, energy, states))
-            alike = len(set(has_momentum)) == 1
-            response = _quadratic(dag, answers, states) if alike else None
-            capacity = None if response is None else _inverse_if_any(dag, response)
+            if len(set(inertial)) > 1:
+                response, capacity = None, _capacity_of_inertias(dag, answers, states, inertial)
+            else:
+                response = _quadratic(dag, answers, states)
+                capacity = None if response is None else _inverse_if_any(dag, response)
             if storage.kind != "IC":
                 return StorageLaw(states, answers, nothing, plain, response, capacity)
             slopes = gradient(dag, energy, charges)
@@ -104,6 +111,22 @@ def _quadratic(dag: Dag, answers: Sequence[Node], states: Sequence[Node]) -> Mat
         return None
     rest = dag.substitute(answers, dict.fromkeys(states, dag.zero))
     return response if all(node == dag.zero for node in rest) else None
+
+
+def _capacity_of_inertias(
+    dag: Dag, answers: Sequence[Node], states: Sequence[Node], inertial: Sequence[bool]
+) -> Matrix | None:
+    """The capacity of the inertial ports of an IC, zero elsewhere."""
+    places = [k for k, chosen in enumerate(inertial) if chosen]
+    response = _quadratic(dag, [answers[k] for k in places], [states[k] for k in places])
+    inner = None if response is None else _inverse_if_any(dag, response)
+    if inner is None:
+        return None
+    whole = [[dag.zero] * len(states) for _ in states]
+    for i, row in zip(places, inner, strict=True):
+        for j, node in zip(places, row, strict=True):
+            whole[i][j] = node
+    return tuple(map(tuple, whole))
 
 
 def _law_nodes(storage: Storage) -> list[Node]:

@@ -8,6 +8,7 @@ behind it acts on the flow before it.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from itertools import product
 
 from bgc.algebra.dag import Level
 from bgc.algebra.quadratic import Definition, Form, Minimum, Row, minimise
@@ -57,15 +58,14 @@ def _kinetic_energy(variables: Variables, elements: Sequence[StorageElement]) ->
     matrix: dict[int, Row] = {}
     for element in elements:
         assert element.law.capacity is not None
-        for i, port in enumerate(element.ports):
-            for j, other in enumerate(element.ports):
-                entry = element.law.capacity[min(i, j)][max(i, j)]
-                if port.port.turn_through != other.port.turn_through:
-                    entry = dag.neg(entry)
-                row = matrix.setdefault(class_of[port.port.bond], {})
-                column = class_of[other.port.bond]
-                total = dag.add(row.get(column, dag.zero), entry)
-                row[column] = total
+        for port, other in product(inertias_of(element), repeat=2):
+            i, j = sorted((port.port.position, other.port.position))
+            entry = element.law.capacity[i][j]
+            if port.port.turn_through != other.port.turn_through:
+                entry = dag.neg(entry)
+            row = matrix.setdefault(class_of[port.port.bond], {})
+            column = class_of[other.port.bond]
+            row[column] = dag.add(row.get(column, dag.zero), entry)
     kept = {k: {j: x for j, x in row.items() if x != dag.zero} for k, row in matrix.items()}
     return Form(kept, {})
 

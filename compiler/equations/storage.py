@@ -73,7 +73,8 @@ def storage_elements(causal: CausalGraph, variables: Variables) -> list[StorageE
         if isinstance(element, Storage):
             members = variables.index.ports_of_element[index]
             ports = [causal.ports[k] for k in members]
-            law = storage_law(dag, element, [_has_momentum(p) for p in ports])
+            inertial = [p.role is Role.INERTIA for p in ports]
+            law = storage_law(dag, element, [_has_momentum(p) for p in ports], inertial)
             found.append(
                 StorageElement(
                     element,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from bgc.grammar.catalogue import error, warning
+from bgc.grammar.catalogue import error, underlined, warning
 from bgc.grammar.diagnostics import Diagnostic, Label
 from bgc.grammar.source import Span
 
@@ -17,8 +18,17 @@ def _listed(names: Sequence[str], limit: int = 8) -> str:
     return " and ".join([", ".join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)
 
 
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """An element on the way between others: its name, its kind (`J0`, `TF`, ..), its place."""
+
+    name: str
+    kind: str
+    span: Span
+
+
 def causal_conflict(
-    first: str, first_span: Span, second: str, second_span: Span, what: str, path: Sequence[str]
+    first: Connection, second: Connection, what: str, between: Sequence[Connection]
 ) -> Diagnostic:
     """BG501: two sources prescribe the same variable
 
@@ -30,17 +40,52 @@ def causal_conflict(
     Way out: remove one of them, or put an element between them that can give way: an R
     (the inner resistance of a source) or a C.
     """
+    labels = [Label(first.span, f"`{first.name}` sets {_set_by(first)} here")]
+    variable = _set_by(first)
+    for connection in between:
+        if connection.kind == "GY":
+            variable = "the flow" if variable == "the effort" else "the effort"
+        labels.append(Label(connection.span, _passing(connection, variable)))
+    labels.append(Label(second.span, f"`{second.name}` sets {_set_by(second)} too"))
+    way = [first.name, *(connection.name for connection in between), second.name]
     return error(
         "BG501",
-        f"`{first}` and `{second}` both set the same {what}",
-        second_span,
-        note=f"they meet along {' - '.join(path)}",
-        labels=[Label(first_span, f"sets the {what} as well")],
+        f"`{first.name}` and `{second.name}` both set the same {what}",
+        second.span,
+        note=f"they meet along {' - '.join(_shortened(way))}",
+        labels=underlined(labels, second.span),
         help="remove one of them, or put an R or a C between them",
     )
 
 
-def rigid_chain(span: Span, transformers: Sequence[str], others: Sequence[str]) -> Diagnostic:
+def _set_by(source: Connection) -> str:
+    return "the effort" if source.kind == "Se" else "the flow"
+
+
+def _passing(connection: Connection, variable: str) -> str:
+    """What a rigid connection does to the variable on its way."""
+    match connection.kind, variable:
+        case ("J0", "the effort") | ("J1", "the flow"):
+            return f"`{connection.name}` has one {variable[4:]}"
+        case ("J0" | "J1"), _:
+            return f"{variable}s add up at `{connection.name}`"
+        case "GY", _:
+            return f"`{connection.name}` makes {variable} of it"
+        case _:
+            return f"`{connection.name}` passes {variable} on"
+
+
+def _shortened(way: Sequence[str], most: int = 9) -> list[str]:
+    """A long way without its middle."""
+    if len(way) <= most:
+        return list(way)
+    half = most // 2
+    return [*way[:half], f"({len(way) - 2 * half} more)", *way[-half:]]
+
+
+def rigid_chain(
+    span: Span, transformers: Sequence[Connection], others: Sequence[Connection]
+) -> Diagnostic:
     """BG502: a closed chain of rigid connections
 
     What: junctions and transformers close a chain whose flows could only be found by dividing
@@ -50,14 +95,25 @@ def rigid_chain(span: Span, transformers: Sequence[str], others: Sequence[str]) 
     Example: a four-bar linkage all of whose joints are rigid.
     Way out: make one connection compliant: a C (with an R in parallel) at one of the joints.
     """
-    through = _listed(transformers) if transformers else _listed(others)
+    through = _names_of(transformers or others)
+    labels = [
+        Label(c.span, f"the modulus of `{c.name}` is in the chain") for c in transformers
+    ] + [Label(c.span, f"`{c.name}` is in the chain") for c in others]
     return error(
         "BG502",
-        f"a closed chain of rigid connections through {through}",
+        f"a closed chain of rigid connections through {_listed(through)}",
         span,
-        note=f"the chain also passes {_listed(others)}" if transformers and others else "",
+        note=f"the chain also passes {_listed(_names_of(others))}"
+        if transformers and others
+        else "",
+        labels=underlined(labels, span),
         help="make one of its connections compliant: a C with an R in parallel",
     )
+
+
+def _names_of(connections: Sequence[Connection]) -> list[str]:
+    """Their names, each once: components of a wide element may share one."""
+    return list(dict.fromkeys(connection.name for connection in connections))
 
 
 def zero_modulus(span: Span, name: str) -> Diagnostic:
@@ -257,8 +313,31 @@ def initial_conflict(span: Span, name: str, variable: str, others: Sequence[str]
     )
 
 
+def initial_incomplete(span: Span, name: str, others: Sequence[str]) -> Diagnostic:
+    """BG517: initial values of which some are missing
+
+    What: storage elements that are joined rigidly, not all with a linear law, are given some
+    initial values but not all.
+    Why: where all laws are linear the missing values are those of the least energy; for other
+    laws they are not guessed.
+    Example: two C with laws of their own side by side on a `J0`, one with `q0`, one without.
+    Way out: give the charge (`q0`) or momentum (`p0`) of each; with none given all are zero.
+    """
+    return error(
+        "BG517",
+        f"the initial value of `{name}` is not enough: {_listed(others)} cannot be found from it",
+        span,
+        note="they are joined rigidly, and their laws are not all linear",
+        help="give `q0` (or `p0`) of each of them",
+    )
+
+
 def singular_loop(
-    span: Span, bonds: Sequence[str], elements: Sequence[str], solutions: str
+    span: Span,
+    bonds: Sequence[str],
+    elements: Sequence[str],
+    solutions: str,
+    places: Sequence[Label] = (),
 ) -> Diagnostic:
     """BG520: an algebraic loop without a single solution
 
@@ -275,12 +354,13 @@ def singular_loop(
         "many": "has infinitely many solutions",
         "unclear": "has no solution or infinitely many",
     }[solutions]
-    note = f"its laws are those of {_listed(elements)}" if elements else None
+    note = f"its laws are those of {_listed(elements)}" if elements else ""
     return error(
         "BG520",
         f"the algebraic loop through {_listed(bonds)} {which}",
         span,
         note=note,
+        labels=underlined(places, span),
         help="break it with a storage element, or remove what cancels in it",
     )
 
