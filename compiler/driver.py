@@ -54,8 +54,15 @@ class Compilation:
     @cached_property
     def graph(self) -> FlatGraph:
         """Instances, widths and laws, down to scalar bonds."""
-        scene, overrides = self.options.scene, self.options.overrides
-        return self._timed("elaborate", elaborate, self.package, scene, overrides)
+        options = self.options
+        return self._timed(
+            "elaborate",
+            elaborate,
+            self.package,
+            options.scene,
+            options.overrides,
+            uses=options.uses,
+        )
 
     @cached_property
     def oddities(self) -> tuple[Diagnostic, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -29,6 +29,7 @@ def compile_model(
     *,
     strict: bool = False,
     whole: bool = False,
+    uses: Mapping[str, str] | None = None,
 ) -> Model:
     """Compile a scene of a `.bg` file, or load it from the cache, and return the model.
 
@@ -47,6 +48,8 @@ def compile_model(
     whole
         Whether to compile all that is written, and not only what the scene requires: then no
         state is left out and no parameter folded.
+    uses
+        What fills slots of the model, as `{"crane.elbow.lock": "Rigid[5]"}`.
 
     Raises
     ------
@@ -54,8 +57,9 @@ def compile_model(
         What is wrong with the model, the machine or the values; its `diagnostics` say where.
     """
     given = dict(parameters or {})
+    options = Options(scene, strict=strict, whole=whole, uses=tuple((uses or {}).items()))
     try:
-        model = _load(Path(path), Options(scene, strict=strict, whole=whole))
+        model = load_model(Path(path), options)
         known = model.parameters
         structural = {n: value for n, value in given.items() if not known.can_set(n, value)}
     except BgError:
@@ -65,14 +69,15 @@ def compile_model(
         structural = given
     if structural:
         overrides = tuple((name, _as_source(value)) for name, value in structural.items())
-        model = _load(Path(path), Options(scene, overrides, strict=strict, whole=whole))
+        model = load_model(Path(path), replace(options, overrides=overrides))
     for name, value in given.items():
         if name not in structural:
             model.parameters[name] = value
     return model
 
 
-def _load(path: Path, options: Options) -> Model:
+def load_model(path: Path, options: Options) -> Model:
+    """Load the model of some options, from the cache or compiled."""
     return Model(load_or_compile(path, options), path.absolute().parent, (path, options))
 
 

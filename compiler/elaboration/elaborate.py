@@ -14,6 +14,7 @@ from bgc.elaboration.carried import Carried
 from bgc.elaboration.devices import read_devices
 from bgc.elaboration.domains import Domains
 from bgc.elaboration.element_laws import read_elements
+from bgc.elaboration.fitted import using
 from bgc.elaboration.instantiate import Builder
 from bgc.elaboration.law_units import infer_units
 from bgc.elaboration.modules import Package
@@ -48,13 +49,15 @@ def elaborate(
     scene: str | None = None,
     overrides: Sequence[tuple[str, str]] = (),
     observe: Sequence[str] = (),
+    uses: Sequence[tuple[str, str]] = (),
 ) -> FlatGraph:
     """The flat graph of a scene of the package's root file.
 
     `scene` is a scene's name; None takes the file's first, or an implicit one of its last model
     that observes all its states. `overrides` are `--set` texts: they change defaults of
     parameters, and constants, which decide structure. `observe` are texts of what is observed in
-    place of what the scene observes, if there are any.
+    place of what the scene observes, if there are any. `uses` are slots to fill, as pairs of
+    texts, `("crane.elbow.lock", "Rigid[5]")`.
 
     Raises
     ------
@@ -62,7 +65,7 @@ def elaborate(
         With every independent mistake that was found.
     """
     with _deep_recursion():
-        chosen = observing(choose_scene(package, scene), observe)
+        chosen = observing(using(choose_scene(package, scene), uses), observe)
         return _elaborate(package, chosen, overrides)
 
 
@@ -131,6 +134,7 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
         devices=devices,
         kept=kept,
         warnings=(*package.warnings, *report.warnings),
+        slots=tuple(world.builder.slots),
     )
 
 

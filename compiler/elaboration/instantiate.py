@@ -27,6 +27,7 @@ from bgc.grammar import syntax
 from bgc.grammar.catalogue import graph, laws, names
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.source import Span
+from bgc.graph import Slot
 from bgc.values.value import Value
 
 MAX_DEPTH = 60
@@ -46,6 +47,7 @@ class Builder:
 
     def __init__(self, world: World) -> None:
         self.world = world
+        self.slots: list[Slot] = []
         self._parts = 0
         self._turns = 0
 
@@ -418,6 +420,7 @@ class Builder:
             raise BgError(
                 [graph.slot_width(fill.span, fill.name, part.type.name, asked, have, part.span)]
             )
+        self.slots.append(Slot(pending.path, part.type.name, asked, fill.name))
         return built
 
     def _build_element(self, pending: Pending) -> Element:

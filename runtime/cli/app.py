@@ -28,6 +28,7 @@ _COMMANDS = {
     "bode": "compute and draw the frequency response of an output to an input",
     "show": "print what a pass of the compiler made",
     "graph": "draw the bond graph with its causal strokes",
+    "cost": "tell what a scene costs, what was left out, and what variants would cost",
     "fmt": "print files in canonical form",
     "explain": "tell more about a diagnostic's code",
     "doctor": "say what bgc found on this machine, and what to install",

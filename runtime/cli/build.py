@@ -19,6 +19,7 @@ from bgc.runtime.cli.options import (
     scene_option,
     set_option,
     strict_option,
+    use_option,
 )
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 @model_file
 @scene_option
 @set_option
+@use_option
 @strict_option
 @click.option(
     "--target",
@@ -50,6 +52,7 @@ def build(
     file: Path,
     scene: str | None,
     assignments: tuple[str, ...],
+    uses: tuple[str, ...],
     strict: bool,
     target: str,
     out: str,
@@ -61,7 +64,9 @@ def build(
 
     if out == "-" and target != "c":
         raise click.UsageError("only --target c can be written to standard output")
-    options = Options(scene, read_assignments(assignments), strict=strict)
+    options = Options(
+        scene, read_assignments(assignments), strict=strict, uses=read_assignments(uses)
+    )
     seconds: dict[str, float] = {}
     if target == "c":
         content = _c_file(file, options, seconds)

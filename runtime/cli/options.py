@@ -35,6 +35,12 @@ def set_option(command: _Command) -> _Command:
     )
 
 
+def use_option(command: _Command) -> _Command:
+    """Add `--use`, any number of times."""
+    text = 'Fill a slot of the model otherwise: --use "crane.elbow.lock=Rigid[5]".'
+    return click.option("--use", "uses", multiple=True, metavar="SLOT=TYPE", help=text)(command)
+
+
 def strict_option(command: _Command) -> _Command:
     """Add `--strict`."""
     text = "Make every warning an error, with status 1."

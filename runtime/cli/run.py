@@ -17,6 +17,7 @@ from bgc.runtime.cli.options import (
     scene_option,
     set_option,
     strict_option,
+    use_option,
 )
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ _PICTURES = (".png", ".svg", ".pdf")
 @model_file
 @scene_option
 @set_option
+@use_option
 @strict_option
 @click.option("--out", metavar="FILE", help="Write the rows: .csv, .npz, or - for CSV here.")
 @click.option("--plot", metavar="FILE", help="Draw them: .png, .svg or .pdf.")
@@ -53,6 +55,7 @@ def run(
     file: Path,
     scene: str | None,
     assignments: tuple[str, ...],
+    uses: tuple[str, ...],
     strict: bool,
     out: str | None,
     plot: str | None,
@@ -82,7 +85,13 @@ def run(
         name: None if text is None else read_quantity(text, f"--{name}", "s")
         for name, text in (("step", step), ("every", every), ("time", duration))
     }
-    model = compile_model(file, scene, dict(read_assignments(assignments)), strict=strict)
+    model = compile_model(
+        file,
+        scene,
+        dict(read_assignments(assignments)),
+        strict=strict,
+        uses=dict(read_assignments(uses)),
+    )
     print_diagnostics(model.warnings)
     status = 0
     try:

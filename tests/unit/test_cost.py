@@ -1,0 +1,162 @@
+"""`bgc cost`: sizes before and after, what was left out, and variants of every slot."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import bgc
+import bgc.library
+from bgc.cost import cost_of, lowered_program
+from bgc.driver import Compilation
+from bgc.elaboration.elaborate import elaborate
+from bgc.elaboration.resolve import load_text
+from bgc.grammar.diagnostics import BgError
+from bgc.options import Options
+from bgc.program import Dropped, Reason
+from bgc.runtime.cli.app import application
+from bgc.runtime.cost import cost_report, spectral_radius
+from bgc.slicing.report import dropped_lines, folded_lines
+from bgc.variants import Variant, variants_of
+
+MOUNTS = """
+interface Mount[n] { port p[n] in; }
+model Spring[n] is Mount[n] {
+  port p[n] in;
+  param k = 4e6;
+  param loss = 0;
+  hub : J1; rod : C[n](stiffness = k); damper : R[n](loss);
+  p -> hub -> rod, damper;
+}
+model Stop[n] is Mount[n] { port p[n] in; held : Sf[n](f = zeros(n)); p -> held; }
+model Loose[n] is Mount[n] { port p[n] in; param k; rod : C[n](stiffness = k); p -> rod; }
+model Pair is Mount[2] { port p[2] in; rod : C[2](stiffness = 3); p -> rod; }
+model Engine {
+  mount : Mount[2] = Spring[2];
+  push : Se[2](e = [1, 0]); hub : J1; block : I[2](1); arm : I[2](1); gear : TF(2);
+  other : J1; other -> arm;
+  push -> hub -> block, mount; hub -> gear -> other;
+}
+scene s of Engine { observe block.p; run 0.1 s; solver rodas5p; }
+"""
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("cost") / "engine.bg"
+    path.write_text(MOUNTS)
+    return path
+
+
+def test_all_models_that_fit_a_slot_are_variants() -> None:
+    package = load_text(MOUNTS, "engine.bg")
+    found = variants_of(package, elaborate(package))
+    assert found == tuple(Variant("mount", t) for t in ("Loose[2]", "Pair", "Stop[2]"))
+
+
+def test_the_present_filling_is_no_variant() -> None:
+    package = load_text(MOUNTS, "engine.bg")
+    found = variants_of(package, elaborate(package, uses=[("mount", "Stop[2]")]))
+    assert Variant("mount", "Spring[2]") in found
+    assert Variant("mount", "Stop[2]") not in found
+
+
+def test_a_use_on_request_goes_before_the_scenes(file: Path) -> None:
+    text = MOUNTS.replace("scene s of Engine {", "scene s of Engine { use mount = Stop[2];")
+    package = load_text(text, "engine.bg")
+    assert [s.filled_by for s in elaborate(package).slots] == ["Stop"]
+    asked = elaborate(package, uses=[("mount", "Loose[2](k = 5)")])
+    assert [s.filled_by for s in asked.slots] == ["Loose"]
+    assert [p.name for p in asked.parameters] == ["mount.k"]
+
+
+@pytest.mark.parametrize(
+    ("use", "code"),
+    [(("mount", "Nothing[2]"), "BG201"), (("hub", "Stop[2]"), "BG603"), (("mount", "2 +"), "BG1")],
+)
+def test_a_wrong_use_is_told(use: tuple[str, str], code: str) -> None:
+    with pytest.raises(BgError) as caught:
+        elaborate(load_text(MOUNTS, "engine.bg"), uses=[use])
+    assert caught.value.diagnostics[0].code.startswith(code)
+
+
+def test_the_report_of_an_engine(file: Path) -> None:
+    report = cost_report(file, Options(), 10)
+    assert report.whole.states == 4 and report.cost.states == 2
+    assert report.cost.rhs < report.whole.rhs
+    assert [d.reason for d in report.dropped] == [Reason.ZERO] * 2
+    assert "mount.rod.q[2]" in {d.name for d in report.dropped}
+    assert dict(report.folded) == {"mount.loss": 0.0}
+    # Both inertias move together, the arm twice as fast: 1 + 4 on a spring of 4e6.
+    assert report.stiffness == pytest.approx(math.sqrt(4e6 / 5), rel=1e-9)
+    rows = {row.variant.type: row for row in report.variants}
+    pair, stop, loose = rows["Pair"], rows["Stop[2]"], rows["Loose[2]"]
+    assert pair.cost is not None and pair.stiffness == pytest.approx(math.sqrt(3 / 5))
+    assert (stop.cost is not None and stop.cost.states == 0) or stop.refused
+    assert loose.cost is None and "`k` has no value" in loose.refused
+
+
+def test_the_estimate_goes_with_the_operations(file: Path) -> None:
+    report = cost_report(file, Options(), 0)
+    assert report.skipped == 3 and report.measured is not None
+    assert report.estimate(report.cost) == pytest.approx(report.measured.step_seconds)
+    assert report.estimate(report.whole) > report.measured.step_seconds  # type: ignore[operator]
+
+
+def test_the_spectral_radius_is_that_of_the_emitted_jacobian() -> None:
+    file = Path(bgc.library.__path__[0]) / "scenes" / "planar_crane.bg"
+    compilation = Compilation(file, Options("planar"))
+    lowered = lowered_program(compilation)
+    largest = np.abs(bgc.compile(file, "planar").eigenvalues()).max()
+    assert spectral_radius(lowered) == pytest.approx(largest, rel=1e-9)
+    assert cost_of(lowered).states == 37
+
+
+def test_the_command_prints_tables_and_json(file: Path) -> None:
+    text = CliRunner().invoke(application, ["cost", str(file), "-q"]).output
+    assert "written  compiled" in text and "starts at zero and stays there" in text
+    assert "mount = Loose[2] does not fit as it is" in text
+    shown = CliRunner().invoke(application, ["cost", str(file), "--json", "--variants", "1"])
+    data = json.loads(shown.output)
+    assert data["compiled"]["states"] == 2 and data["skipped"] == 2
+    assert data["folded"] == {"mount.loss": 0.0}
+
+
+def test_uses_reach_the_model_and_the_command_line(file: Path) -> None:
+    model = bgc.compile(file, uses={"mount": "Spring[2](k = 1)"})
+    largest = np.abs(model.eigenvalues()).max()
+    assert largest == pytest.approx(math.sqrt(1 / 5))
+    arguments = ["run", str(file), "--use", "mount=Spring[2](k = 1)", "--out", "-", "-q"]
+    out = CliRunner().invoke(application, arguments).output
+    assert float(out.splitlines()[-1].split(",")[1]) == pytest.approx(
+        model.simulate()["block.p"][-1, 0], rel=1e-12
+    )
+
+
+def test_lines_of_what_was_left_out() -> None:
+    zero, unread = Reason.ZERO, Reason.UNREAD
+    dropped = [
+        Dropped("ship.p[2]", zero),
+        Dropped("ship.p[4]", zero),
+        Dropped("boom.lock.q[1]", unread),
+        Dropped("boom.lock.p[1]", unread),
+        Dropped("boom.angle", zero),
+        Dropped("mast[2].x", unread),
+        Dropped("top", unread),
+    ]
+    assert dropped_lines(dropped, ["ship.p[1]", "mast[1].x"]) == (
+        "`ship.p[2, 4]`: starts at zero and stays there",
+        "`boom.lock` (2 states): nothing that the scene reads depends on it",
+        "`boom.angle`: starts at zero and stays there",
+        "`mast[2]` (1 state): nothing that the scene reads depends on it",
+        "`top`: nothing that the scene reads depends on it",
+    )
+    assert folded_lines([("a.M[1,2]", 0.0), ("a.M[2,1]", 0.0), ("b", 1.0)]) == (
+        "`a.M` = 0 (2 components)",
+        "`b` = 1",
+    )
