@@ -18,7 +18,8 @@ class Rank(IntEnum):
 
     UNIT = 0  # 1 or -1
     NUMBER = 1
-    PARAMETER = 2  # not zero at the default values, checked whenever parameters change
+    PARAMETER = 2  # a product of parameters, not zero at the default values; checked at run time
+    DOUBTFUL = 3  # any other expression of parameters (`sin(slope)`), checked in the same way
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,10 +64,10 @@ class Certifier:
             value = self.default(node)
             if value == 0 or not math.isfinite(value):
                 return None
-            constant = dag.level[node] == Level.CONST
-            return (
-                Certificate(Rank.NUMBER, ()) if constant else Certificate(Rank.PARAMETER, (node,))
-            )
+            if dag.level[node] == Level.CONST:
+                return Certificate(Rank.NUMBER, ())
+            plain = self._is_product_of_parameters(node)
+            return Certificate(Rank.PARAMETER if plain else Rank.DOUBTFUL, (node,))
         if dag.op[node] in {Op.MUL, Op.DIV}:
             parts = [self.certify(x) for x in dag.operands(node)]
             certain = [part for part in parts if part is not None]
@@ -74,6 +75,16 @@ class Certifier:
                 watched = tuple(dict.fromkeys(n for part in certain for n in part.watched))
                 return Certificate(max(part.rank for part in certain), watched)
         return None
+
+    def _is_product_of_parameters(self, node: Node) -> bool:
+        """Whether a node of PARAM level vanishes only where one of its parameters does."""
+        dag = self._dag
+        if dag.symbol_of(node) is not None or dag.level[node] == Level.CONST:
+            return True
+        products = {Op.MUL, Op.DIV, Op.NEG, Op.SQRT}
+        return dag.op[node] in products and all(
+            map(self._is_product_of_parameters, dag.operands(node))
+        )
 
 
 def default_values(dag: Dag, parameters: Iterable[Parameter]) -> dict[Symbol, float]:

@@ -3,7 +3,8 @@
 The rows of the junction structure are solved for one class of bonds after the other. A class is
 made dependent only through a coefficient that is certain never to vanish (`certificates`); a
 modulus that depends on the state is never divided by. Classes without an element go first, then
-those with sources of effort, compliances, resistances, inertias; flow sources never. Of equals
+those with sources of effort, compliances, resistances, inertias; flow sources never. Whatever the
+class, an expression of parameters that may well vanish is divided by last. Of equals
 the one in fewest rows goes first, rows solved before included: few others then follow from it,
 and N stays sparse. Before an inertia is made dependent, rows of a transformer whose inverse is
 known are turned round where that spares it, or lets the joint's far side follow from its near
@@ -20,7 +21,7 @@ from dataclasses import dataclass
 from bgc.algebra.dag import Dag
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.causality.causal import BondClass, ElementPort, Role, Row, RowEnd, Step
-from bgc.causality.certificates import Certifier
+from bgc.causality.certificates import Certifier, Rank
 from bgc.causality.regions import Block, Structure
 from bgc.causality.rotations import known_inverse
 from bgc.graph import Matrix, Node
@@ -34,6 +35,7 @@ _LEVELS = {
 }
 _SPARED = 4  # made dependent only when nothing else can be
 _NEVER = 5
+_LAST = 6  # and above: by a divisor that may well vanish, when nothing else is left
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,12 +111,12 @@ class _Work:
             if pivot is None:
                 if not (self._turn_block(_SPARED) or self._turn_block(_NEVER)):
                     return
-            elif self._levels[pivot[0]] >= _SPARED and (
-                self._turn_block(_SPARED) or self._turn_block(_NEVER)
-            ):
-                self._enqueue(pivot[0])
+                continue
+            level, number, row = pivot
+            if level >= _SPARED and (self._turn_block(_SPARED) or self._turn_block(_NEVER)):
+                self._enqueue(number)
             else:
-                self._solve(*pivot)
+                self._solve(number, row)
 
     def result(self) -> Elimination:
         origins: list[frozenset[int]] = [frozenset()] * len(self._rows)
@@ -143,6 +145,8 @@ class _Work:
                 best = key if best is None else min(best, key)
         if best is None:
             return None
+        if best[0] is Rank.DOUBTFUL:
+            level += _LAST
         return (level, best[0], len(self._where[number]) + self._followers[number]), best[2]
 
     def _enqueue(self, number: int) -> None:
@@ -150,8 +154,8 @@ class _Work:
         if candidate is not None:
             heapq.heappush(self._queue, (candidate[0], number))
 
-    def _next_pivot(self) -> tuple[int, int] | None:
-        """The best class and its row; entries of the heap may be out of date."""
+    def _next_pivot(self) -> tuple[int, int, int] | None:
+        """The level of the best class, the class and its row; entries may be out of date."""
         while self._queue:
             key, number = heapq.heappop(self._queue)
             candidate = self._candidate(number)
@@ -160,7 +164,7 @@ class _Work:
             if candidate[0] > key:
                 heapq.heappush(self._queue, (candidate[0], number))
                 continue
-            return number, candidate[1]
+            return candidate[0][0], number, candidate[1]
         return None
 
     def _solve(self, number: int, row: int) -> None:
