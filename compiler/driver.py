@@ -21,6 +21,7 @@ from bgc.elaboration.resolve import Package, load
 from bgc.elaboration.scene import stands_alone
 from bgc.emission.emit import EmittedModel, emit_model
 from bgc.emission.optimise import optimise
+from bgc.emission.switches import places_of
 from bgc.equations.derive import derive_equations
 from bgc.grammar.diagnostics import BgError, Diagnostic, as_error
 from bgc.graph import FlatGraph
@@ -114,7 +115,8 @@ class Compilation:
             "C compiler", build_shared_object, self.emitted.units, find_toolchain(), cache
         )
         facts = run_facts(self.graph.scene, self.folding.parameters)
-        built = Built(library, facts, (*self.warnings, *cache.warnings))
+        places = places_of(self.emitted.lowered)
+        built = Built(library, facts, (*self.warnings, *cache.warnings), places=places)
         remember(cache, self.path, self.options, self.package.sources, built)
         return built
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, assert_never
 
+from bgc.building.built import Place, Places
 from bgc.grammar.catalogue import run
 from bgc.grammar.catalogue.machine import parameter_out_of_range
 from bgc.grammar.diagnostics import BgError, Diagnostic
@@ -11,6 +13,9 @@ from bgc.runtime.binding import Instance, Status, text
 
 if TYPE_CHECKING:
     from bgc.runtime.result import Result
+
+
+_NOWHERE = Places()
 
 
 class SimulationError(BgError):
@@ -33,8 +38,8 @@ class RunInterrupted(KeyboardInterrupt):
         self.result = result
 
 
-def explain(instance: Instance, status: Status) -> Diagnostic:
-    """Say what went wrong with an instance, in the names of its model."""
+def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Diagnostic:
+    """Say what went wrong with an instance, in the names of its model and at its places."""
     model = instance.library.model
     time = instance.time
     match status:
@@ -47,7 +52,9 @@ def explain(instance: Instance, status: Status) -> Diagnostic:
         case Status.SINGULAR:
             return run.singular(time, _state_at_fault(instance))
         case Status.ASSERTION:
-            return run.assertion_failed(time, text(model.assertion[instance.failed_assertion]))
+            place = _at(places.assertions, instance.failed_assertion)
+            message = text(model.assertion[instance.failed_assertion])
+            return run.assertion_failed(time, message, place.span)
         case Status.DEVICE:
             return run.device_failed(time)
         case Status.BAD_PARAMETER:
@@ -63,17 +70,22 @@ def explain(instance: Instance, status: Status) -> Diagnostic:
         case Status.NOT_CONVERGED:
             return run.not_converged(time)
         case Status.CHATTERING:
-            return run.chattering(time)
+            place = _at(places.switches, instance.failed_switch)
+            return run.chattering(time, place.states, place.span)
         case Status.OK | Status.BAD_ARGUMENT:
             raise AssertionError(f"the runtime returned {status.name}")
         case _:
             assert_never(status)
 
 
-def require(instance: Instance, status: Status) -> None:
+def require(instance: Instance, status: Status, places: Places = _NOWHERE) -> None:
     """Raise a BgError unless the status is good."""
     if status is not Status.OK:
-        raise BgError([explain(instance, status)])
+        raise BgError([explain(instance, status, places)])
+
+
+def _at(places: Sequence[Place], index: int) -> Place:
+    return places[index] if 0 <= index < len(places) else Place(None)
 
 
 def _state_at_fault(instance: Instance) -> str | None:

@@ -139,6 +139,7 @@ class Model:
         self._folder = folder
         self._origin = origin
         self._library = Library(built.library)
+        self._places = built.places
         self.facts: RunFacts = built.facts
         self.warnings: tuple[Diagnostic, ...] = built.warnings
         self.warm = built.warm
@@ -210,14 +211,14 @@ class Model:
         require(instance, instance.set_options(method.struct(bool(self.accounts))))
         rows = np.full((len(times), width), np.nan)
         with open_devices(instance, self._folder):
-            require(instance, instance.reset())
+            require(instance, instance.reset(), self._places)
             status, done, interrupted = run_watched(instance, times, rows, progress)
         result = self._result(times[:done], rows[:done], method, instance)
         if interrupted or status is Status.INTERRUPTED:
             diagnostic = explain(instance, Status.INTERRUPTED)
             raise RunInterrupted(diagnostic, result.ended("interrupted", diagnostic.message))
         if status is not Status.OK:
-            diagnostic = explain(instance, status)
+            diagnostic = explain(instance, status, self._places)
             raise SimulationError(diagnostic, result.ended("failed", diagnostic.message))
         return result
 
@@ -368,7 +369,7 @@ class Model:
     ) -> Instance:
         """Make an instance that stands at a given state, by default the initial one."""
         instance = self.parameters.instance(parameters or {})
-        require(instance, instance.reset(time))
+        require(instance, instance.reset(time), self._places)
         if state is not None:
             instance.state[:] = state
         return instance

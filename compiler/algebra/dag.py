@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from fractions import Fraction
 
+from bgc.grammar.source import Span
+
 
 class Op(IntEnum):
     """What a node computes; the names of the functions are C's."""
@@ -108,7 +110,8 @@ class Dag:
     """The node store. `op[n]`, `a[n]`, `b[n]`, `c[n]`, `level[n]` describe node n.
 
     Operands that an operation lacks are -1. Of CONST, `a` indexes `constants`; of SYMBOL, it
-    indexes `symbols`.
+    indexes `symbols`. `places` says where in the source an operation was written, of those that
+    `mark` was told of, and of what `rebuild` has made of them.
     """
 
     def __init__(self) -> None:
@@ -119,6 +122,7 @@ class Dag:
         self.level: list[int] = []
         self.constants: list[Fraction] = []
         self.symbols: list[Symbol] = []
+        self.places: dict[int, Span] = {}
         self._nodes: dict[tuple[int, int, int, int], int] = {}
         self._constant_nodes: dict[Fraction, int] = {}
         self._symbol_nodes: dict[Symbol, int] = {}
@@ -134,6 +138,7 @@ class Dag:
         other.op, other.a, other.b, other.c = self.op[:], self.a[:], self.b[:], self.c[:]
         other.level = self.level[:]
         other.constants, other.symbols = self.constants[:], self.symbols[:]
+        other.places = self.places.copy()
         other._nodes = self._nodes.copy()
         other._constant_nodes = self._constant_nodes.copy()
         other._symbol_nodes = self._symbol_nodes.copy()
@@ -344,7 +349,17 @@ class Dag:
 
     def rebuild(self, node: int, operands: tuple[int, ...]) -> int:
         """The operation of `node` on other operands, simplified again."""
-        return node if self.op[node] <= _SYMBOL else self.apply(self.op[node], operands)
+        if self.op[node] <= _SYMBOL:
+            return node
+        made = self.apply(self.op[node], operands)
+        if node in self.places:
+            self.mark(made, self.places[node])
+        return made
+
+    def mark(self, node: int, place: Span) -> None:
+        """Note where an operation was written; of equal ones, the first place stays."""
+        if self.op[node] > _SYMBOL:
+            self.places.setdefault(node, place)
 
     def apply(self, op: int, operands: tuple[int, ...]) -> int:
         """An operation by its number; not of CONST and SYMBOL."""

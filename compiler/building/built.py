@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bgc.grammar.diagnostics import Diagnostic
+from bgc.grammar.source import Span
 
 if TYPE_CHECKING:  # a warm start does without the compiler's own modules
     from bgc.graph import SceneFacts
@@ -47,6 +48,22 @@ class RunFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class Place:
+    """What a run may have to point at: in the source, and the states that decide on it."""
+
+    span: Span | None
+    states: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Places:
+    """Where the assertions and the switches of a model were written, in the order of its tables."""
+
+    assertions: tuple[Place, ...] = ()
+    switches: tuple[Place, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Built:
     """A model that is ready to load. `warm` tells that nothing was compiled for it."""
 
@@ -54,6 +71,7 @@ class Built:
     facts: RunFacts
     warnings: tuple[Diagnostic, ...] = ()
     warm: bool = False
+    places: Places = Places()
 
 
 def run_facts(scene: SceneFacts, folded: tuple[tuple[str, float], ...] = ()) -> RunFacts:

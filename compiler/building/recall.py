@@ -19,7 +19,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from bgc.building.built import Built, Panel, RunFacts
+from bgc.building.built import Built, Panel, Place, Places, RunFacts
 from bgc.building.cache import Cache, digest_of, read_note, write_note
 from bgc.grammar.diagnostics import Diagnostic, Label, Severity
 from bgc.grammar.places import cache_directory
@@ -54,6 +54,8 @@ def remember(
         "model": built.library.name,
         "facts": asdict(built.facts),
         "warnings": [_diagnostic_to_json(d) for d in built.warnings],
+        "assertions": [_place_to_json(place) for place in built.places.assertions],
+        "switches": [_place_to_json(place) for place in built.places.switches],
     }
     with suppress(OSError):  # a full disk costs the next run its warm start, no more
         write_note(cache.root, _request_key(entry, options), note)
@@ -113,7 +115,11 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
     panels = [Panel(tuple(panel["columns"]), panel["across"]) for panel in note["facts"]["panels"]]
     facts["panels"] = tuple(panels)
     warnings = tuple(_diagnostic_from_json(d, texts) for d in note["warnings"])
-    return Built(library, RunFacts(**facts), warnings, warm=True)
+    places = Places(
+        tuple(_place_from_json(place, texts) for place in note["assertions"]),
+        tuple(_place_from_json(place, texts) for place in note["switches"]),
+    )
+    return Built(library, RunFacts(**facts), warnings, warm=True, places=places)
 
 
 def _tuples(value: Any) -> Any:
@@ -170,6 +176,15 @@ def _diagnostic_from_json(value: Any, texts: Mapping[str, str]) -> Diagnostic:
         labels=tuple(labels),
         help=value["help"],
     )
+
+
+def _place_to_json(place: Place) -> list[object]:
+    return [_span_to_json(place.span), list(place.states)]
+
+
+def _place_from_json(value: Any, texts: Mapping[str, str]) -> Place:
+    span, states = value
+    return Place(_span_from_json(span, texts), tuple(states))
 
 
 def _span_to_json(span: Span | None) -> list[object] | None:

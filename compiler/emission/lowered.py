@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 
+from bgc.grammar.source import Span
 from bgc.graph import Node
 from bgc.program import Program
 
@@ -103,6 +104,8 @@ class Switch:
     argument: Node
     timed: bool  # no state is in the argument
     jumps: bool  # False: what it switches is continuous there, for certain
+    place: Span | None  # in the source
+    states: tuple[str, ...]  # names of those in the argument
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,6 +39,8 @@ def number_values(dag: Dag, roots: Sequence[Node]) -> tuple[Dag, dict[Node, Node
     new: dict[Node, Node] = {}
     for node in dag.reachable(roots):
         new[node] = _known(simple, first, residues[node], _remake(dag, simple, node, new))
+        if node in dag.places:
+            simple.mark(new[node], dag.places[node])
     after = Fingerprints(simple, points=1).residues()
     for root in roots:
         assert after[new[root]][0] == residues[root][0], f"node {root} changed its value"

@@ -16,7 +16,8 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.emission.lowered import Operation, Switch
+from bgc.building.built import Place, Places
+from bgc.emission.lowered import Lowered, Operation, Switch
 from bgc.emission.rewrite import map_program, program_roots
 from bgc.graph import Node
 from bgc.program import Program
@@ -56,9 +57,27 @@ def hold_modes(program: Program) -> tuple[Program, tuple[Switch, ...]]:
             argument=arguments[node],
             timed=found[node],
             jumps=jumps[node],
+            place=dag.places.get(node),
+            states=_states_in(program, arguments[node]),
         )
         for node in order
     )
+
+
+def places_of(lowered: Lowered) -> Places:
+    """Where a run may have to point at."""
+    return Places(
+        assertions=tuple(Place(guard.span) for guard in lowered.program.guards),
+        switches=tuple(Place(switch.place, switch.states) for switch in lowered.switches),
+    )
+
+
+def _states_in(program: Program, node: Node) -> tuple[str, ...]:
+    """Names of the states that a node depends on, in their order."""
+    dag = program.dag
+    symbols = (dag.symbol_of(n) for n in dag.reachable([node]))
+    indices = {s.index for s in symbols if s is not None and s.kind is Kind.STATE}
+    return tuple(program.states[index].name for index in sorted(indices))
 
 
 def _discontinuous(dag: Dag, roots: Iterable[Node]) -> dict[Node, bool]:
@@ -79,9 +98,7 @@ def _discontinuous(dag: Dag, roots: Iterable[Node]) -> dict[Node, bool]:
     return found
 
 
-def _with_modes(
-    program: Program, number: Mapping[Node, int]
-) -> tuple[Program, dict[Node, Node]]:
+def _with_modes(program: Program, number: Mapping[Node, int]) -> tuple[Program, dict[Node, Node]]:
     """The program, on its own graph, that reads the results of some operations from modes.
 
     Also returns the argument of each, in which modes of others may be read.

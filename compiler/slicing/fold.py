@@ -84,3 +84,5 @@ def _rebuild(
             new[node] = other.symbol(symbol.kind, symbol.index)
         else:
             new[node] = other.apply(op, tuple(new[x] for x in dag.operands(node)))
+        if node in dag.places:
+            other.mark(new[node], dag.places[node])

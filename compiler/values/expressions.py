@@ -37,6 +37,7 @@ __all__ += ["evaluate_constant", "evaluate_whole", "resolve_path"]
 _SECOND = (0, 0, 1, 0, 0, 0, 0)
 _PI = Fraction(math.pi)  # the double
 _SPECIAL = ("block", "der")
+_DISCONTINUOUS = frozenset({"sign", "floor", "ceil", "fmod"})
 _FAR = 10**9  # beyond any index that may be in range
 _MAX_CALLS = 64  # of functions within functions
 
@@ -261,7 +262,14 @@ class _Evaluator:
                 sides = (arithmetic.truth(left, what), arithmetic.truth(right, what))
                 return Value.scalar(dag.call(op, *sides), DIMENSIONLESS)
             case _:
-                return arithmetic.compare(dag, expr.operator, left, right)
+                value = arithmetic.compare(dag, expr.operator, left, right)
+                self._mark(value, left.span.to(right.span))
+                return value
+
+    def _mark(self, value: Value, span: Span) -> None:
+        """Note where a discontinuous operation was written: a run may have to say so."""
+        for node in value.nodes:
+            self.dag.mark(node, span)
 
     def conditional(self, expr: syntax.Conditional) -> Value:
         """`if`: with a constant condition, only the branch taken is looked at."""
@@ -302,6 +310,8 @@ class _Evaluator:
             case name if name in functions.BUILTINS:
                 arguments = [self.operand(argument) for argument in expr.arguments]
                 value = functions.call(self.dag, name, arguments, expr.span)
+                if name in _DISCONTINUOUS:
+                    self._mark(value, expr.span)
                 check_finite(self.dag, Operand(value, expr.span))
                 return value
             case name if name in self.scope.names() or name in ("pi", "time"):

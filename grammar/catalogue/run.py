@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from bgc.grammar.catalogue import error, warning
 from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.source import Span
 
 _FASTEST = "see which state is at fault, and whether its parameters and initial value make sense"
+_NAMED = 3  # states at most
 
 
 def _state(name: str | None) -> str:
     return f"; state `{name}` is at fault" if name else ""
+
+
+def _by(states: Sequence[str]) -> str:
+    """The states that a law switches on, where they are few enough to help."""
+    named = ", ".join(f"`{name}`" for name in states)
+    return f", on {named}" if 0 < len(states) <= _NAMED else ""
 
 
 def step_too_small(time: float, state: str | None) -> Diagnostic:
@@ -85,7 +94,7 @@ def singular(time: float, state: str | None) -> Diagnostic:
     )
 
 
-def assertion_failed(time: float, message: str) -> Diagnostic:
+def assertion_failed(time: float, message: str, place: Span | None = None) -> Diagnostic:
     """BG705: an `assert` of the model failed
 
     What: a condition that the model states for its own validity is false.
@@ -99,6 +108,7 @@ def assertion_failed(time: float, message: str) -> Diagnostic:
     return error(
         "BG705",
         f"{message} (at t = {time:.9g} s)",
+        place,
         help="the model ends the run by an `assert`: change what leads there, or the model",
     )
 
@@ -205,7 +215,7 @@ def inconsistent(time: float, state: str | None) -> Diagnostic:
     )
 
 
-def chattering(time: float, place: Span | None = None) -> Diagnostic:
+def chattering(time: float, states: Sequence[str] = (), place: Span | None = None) -> Diagnostic:
     """BG715: a law switches to and fro without end
 
     What: a law that jumps (`if .. then .. else`, `sign`) changes its mode again as soon as it has
@@ -221,7 +231,7 @@ def chattering(time: float, place: Span | None = None) -> Diagnostic:
     """
     return error(
         "BG715",
-        f"at t = {time:.9g} s a law switches to and fro without end",
+        f"at t = {time:.9g} s a law switches to and fro without end{_by(states)}",
         place,
         help="give it a steep slope instead of a jump, such as `tanh(f/v0)` for `sign(f)`, or let "
         "it stick on a stiff spring",

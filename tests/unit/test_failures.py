@@ -4,6 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from bgc.building.built import Place, Places
+from bgc.grammar.source import Source, Span
 from bgc.runtime.binding import Status
 from bgc.runtime.failures import explain
 
@@ -37,6 +39,7 @@ def instance(failed_state=0):
         failed_state=failed_state,
         failed_assertion=0,
         failed_parameter=0,
+        failed_switch=0,
     )
 
 
@@ -57,3 +60,16 @@ def test_the_time_the_state_and_the_models_own_words_are_named():
     assert "state" not in explain(instance(failed_state=-1), Status.NOT_FINITE).message
     assert "too far" in explain(instance(), Status.ASSERTION).message
     assert "inertia of `coil`" in explain(instance(), Status.BAD_PARAMETER).message
+
+
+def test_failed_assertions_and_chattering_laws_are_shown_in_the_source():
+    source = Source("a.bg", "assert x < 1;\ne = sign(f);\n")
+    places = Places(
+        assertions=(Place(Span(source, 0, 13)),),
+        switches=(Place(Span(source, 18, 25), ("mass.p",)),),
+    )
+    failed = explain(instance(), Status.ASSERTION, places)
+    assert failed.span is not None and failed.span.text == "assert x < 1;"
+    chattering = explain(instance(), Status.CHATTERING, places)
+    assert chattering.span is not None and chattering.span.text == "sign(f)"
+    assert "mass.p" in chattering.message
