@@ -1,7 +1,8 @@
 """Each wrong model is refused with the code it names in a comment, on the line it names.
 
-A line of `tests/wrong/*.bg` that is at fault ends in `// error: BG123`. Nothing else may be
-reported, no message is without its place and its way out, and nothing ends in a traceback.
+A line of `tests/wrong/*.bg` that is at fault ends in `// error: BG123`, one that is only odd in
+`// warning: BG123`. Nothing else may be reported, no message is without its place and its way
+out, and nothing ends in a traceback.
 """
 
 import random
@@ -16,33 +17,41 @@ from bgc.elaboration.resolve import load, load_text
 from bgc.equations.derive import derive_equations
 from bgc.grammar.diagnostics import BgError, Diagnostic, Severity
 from bgc.grammar.render import render
+from bgc.physics.checks import check_physics
 
 WRONG = sorted((Path(__file__).parent / "wrong").glob("*.bg"))
 GOOD = sorted((Path(__file__).parent / "models").glob("*.bg"))
-EXPECTED = re.compile(r"// error: (BG\d+)")
+EXPECTED = re.compile(r"// (error|warning): (BG\d+)")
 
 
-def errors_of(compile_all, *arguments) -> list[Diagnostic]:
+def diagnostics_of(compile_all, *arguments) -> list[Diagnostic]:
     try:
-        package = compile_all(*arguments)
-        derive_equations(assign_causality(elaborate(package)))
+        graph = elaborate(compile_all(*arguments))
+        causal = assign_causality(graph)
+        derive_equations(causal)
     except BgError as err:
         return [d for d in err.diagnostics if d.severity is Severity.ERROR]
-    return []
+    return [*graph.warnings, *check_physics(graph), *causal.warnings]
+
+
+def place_of(diagnostic: Diagnostic) -> tuple[int, str, str]:
+    assert diagnostic.span is not None
+    line, _ = diagnostic.span.source.position(diagnostic.span.start)
+    return line, diagnostic.severity.value, diagnostic.code
 
 
 @pytest.mark.parametrize("path", WRONG, ids=lambda p: p.stem)
 def test_wrong_model_gives_its_code_at_its_line(path):
     expected = {
-        (number, code)
+        (number, severity, code)
         for number, line in enumerate(path.read_text().splitlines(), 1)
-        for code in EXPECTED.findall(line)
+        for severity, code in EXPECTED.findall(line)
     }
-    errors = errors_of(load, path)
-    found = {(d.span.source.position(d.span.start)[0], d.code) for d in errors if d.span}
-    assert found == expected
-    assert all(d.help or d.note or d.labels for d in errors)
-    shown = render(errors, colour=False)
+    diagnostics = diagnostics_of(load, path)
+    found = {place_of(d) for d in diagnostics}
+    assert found == expected and len(diagnostics) == len(expected), "one message per cause"
+    assert all(d.help for d in diagnostics)
+    shown = render(diagnostics, colour=False)
     assert "^" in shown and path.name in shown
 
 
@@ -68,5 +77,5 @@ def test_mutated_models_never_give_a_traceback(seed):
     rng = random.Random(seed)
     for _ in range(50):
         text = mutated(rng.choice(GOOD).read_text(), rng)
-        for diagnostic in errors_of(load_text, text, "mutated.bg"):
+        for diagnostic in diagnostics_of(load_text, text, "mutated.bg"):
             assert re.fullmatch(r"BG\d{3}", diagnostic.code)
