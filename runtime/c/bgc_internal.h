@@ -99,6 +99,7 @@ typedef struct {
     int f_valid, jac_valid; /* at the present t, x, u */
     int f_ahead;            /* f at the end of the step is in d->error */
     int algebraic;          /* empty rows of M: equations without a rate */
+    int coarse, halvings;   /* a fixed step was too coarse for them; it is halved so often */
 
     /* The last step, for rows inside it; its dense output goes to t_end, beyond t after an event. */
     double t_old, t_end;

@@ -14,11 +14,15 @@
 #include <math.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 100, MAX_STAGES = 60 };
+enum { MAX_ITERATIONS = 100, MAX_STAGES = 60, MAX_HALVINGS = 6 };
 static const double least_damping = 1e-6;
 static const double solved = 1e-9;      /* last correction, over what the states amount to */
 static const double rounding = 1e-3;    /* one within tolerance by so much is as good as it gets */
 static const double left_alone = 1e-3;  /* correction after a fixed step, over scale plus size */
+static const double unbent = 1e-5;      /* one that says nothing of the step's length, over these */
+static const double bent = 0.03;        /* any other, over how far the state went in the step */
+static const double small = 0.1;        /* correction after an adaptive step, over the tolerance */
+static const double too_much = 100.0;   /* so much more than that: the step was too long */
 static const double near = 1e-5;        /* a correction, over what the states have been */
 static const double aside = 1e-2;       /* a second start, over scale or size */
 static const double negligible = 1e-9;  /* of a state's scale: smaller values are measured by that */
@@ -133,12 +137,18 @@ static double size_of(const bgc_data *d, const double *change, const double *siz
     return sqrt(sum / d->n_block);
 }
 
+/* The tolerance of a state of this size. */
+static double tolerance_of(const bgc_data *d, int i, double size) {
+    const double atol = d->core.atol > 0.0 ? d->core.atol : d->core.rtol * d->scale[i];
+
+    return atol + d->core.rtol * size;
+}
+
 /* Whether a correction is within the tolerances by so much. */
 static int is_within(const bgc_data *d, const double *change, const double *x, double part) {
     for (int k = 0; k < d->n_block; k++) {
         const int i = d->block[k];
-        const double atol = d->core.atol > 0.0 ? d->core.atol : d->core.rtol * d->scale[i];
-        if (!(fabs(change[k]) <= part * (atol + d->core.rtol * fabs(x[i])))) {
+        if (!(fabs(change[k]) <= part * tolerance_of(d, i, fabs(x[i])))) {
             return 0;
         }
     }
@@ -297,9 +307,15 @@ bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d) {
     return bgc_satisfy(m, d, d->core.t, d->x);
 }
 
-/* By how much the algebraic rows of f in d->error miss, as the largest correction that the step's
- * own factorisation gives, over scale plus size; which state that is goes to `at_fault`. */
-static bgc_status miss(const bgc_model *m, bgc_data *d, double *worst, int *at_fault) {
+/* How far the step to d->next missed the algebraic rows, whose f is in d->error. */
+typedef struct {
+    double excess; /* the largest correction over what may be left alone */
+    double bend;   /* the largest that is not negligible, over how far its state went in the step */
+    int at_fault;  /* the state with that excess */
+} distance;
+
+/* By the correction that the step's own factorisation gives. */
+static bgc_status measure(const bgc_model *m, bgc_data *d, int fixed, distance *found) {
     bgc_status status;
 
     for (int i = 0; i < m->n_state; i++) {
@@ -310,45 +326,55 @@ static bgc_status miss(const bgc_model *m, bgc_data *d, double *worst, int *at_f
         return BGC_NOT_FINITE;
     }
     status = bgc_solve(m, d, d->right);
-    *worst = 0.0;
+    *found = (distance){0.0, 0.0, -1};
     for (int k = 0; k < d->n_block; k++) {
         const int i = d->block[k];
-        const double part = fabs(d->right[i]) / (d->scale[i] + fabs(d->next[i]));
-        if (part > *worst || isnan(part)) { /* a NaN stays */
-            *worst = part;
-            *at_fault = i;
+        const double size = fabs(d->next[i]), change = fabs(d->right[i]);
+        const double allowed =
+            fixed ? left_alone * (d->scale[i] + size) : small * tolerance_of(d, i, size);
+        if (change > found->excess * allowed || isnan(change)) { /* a NaN stays */
+            found->excess = change / allowed;
+            found->at_fault = i;
+        }
+        if (change > unbent * (d->scale[i] + size)) {
+            found->bend = fmax(found->bend, change / fabs(d->next[i] - d->x[i]));
         }
     }
     return status;
 }
 
-/* After a step to d->next that no error estimate watches: the algebraic rows there. What a linearly
- * implicit method misses by little is its error and left to the next step, which takes it up;
- * otherwise the step was too coarse for one iteration, or the solution is lost, and d->next is
- * corrected or refused. Other methods leave it all to this. */
+/* After a step to d->next: the algebraic rows there. What a linearly implicit method misses by
+ * little is its error, and is left to the next step, which takes it up. Where the states without a
+ * rate did not go where one linear iteration sends them, the step was too long; otherwise, and if it
+ * cannot be shorter, d->next is corrected, or refused. Other methods leave these rows to this. */
 bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, const bgc_method *method,
                                double t) {
-    int at_fault = -1;
+    const int fixed = bgc_embedded(method) == 0;
+    distance found = {0.0, 0.0, -1};
 
     if (d->core.algebraic == 0) {
         return BGC_OK;
     }
     if (method->tableau != NULL && !bgc_is_explicit(method)) {
-        double worst;
         bgc_status status;
         m->rhs(d->h, t, d->next, d->u, d->error, d->work);
         d->core.counts.rhs++;
-        status = miss(m, d, &worst, &at_fault);
+        status = measure(m, d, fixed, &found);
         if (status != BGC_OK) {
             return status;
         }
-        if (worst <= left_alone) {
+        if (fixed ? found.bend > bent && d->core.halvings < MAX_HALVINGS
+                  : found.excess > too_much) {
+            d->core.coarse = 1;
+            return BGC_OK;
+        }
+        if (found.excess <= 1.0) {
             d->core.f_ahead = 1;
             return BGC_OK;
         }
     }
     if (bgc_satisfy(m, d, t, d->next) != BGC_OK) {
-        d->core.failed_state = at_fault >= 0 ? at_fault : d->core.failed_state;
+        d->core.failed_state = found.at_fault >= 0 ? found.at_fault : d->core.failed_state;
         return BGC_INCONSISTENT;
     }
     return BGC_OK;

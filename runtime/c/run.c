@@ -66,7 +66,7 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     core->t_old = core->t_end = core->t;
     core->ticks = core->sample = core->between = 0;
     core->dense = BGC_NO_DENSE;
-    core->held = core->rejected = 0;
+    core->held = core->rejected = core->halvings = 0;
     core->h_next = 0.0;
     core->error_old = 1.0;
     return BGC_OK;

@@ -44,8 +44,8 @@ bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const do
     return BGC_OK;
 }
 
-/* Completes a step in d->next: quaternions normalised, all finite; and where no error estimate
- * watches over them, algebraic equations satisfied. Its dense output is stored, and where a law
+/* Completes a step in d->next: quaternions normalised, all finite, algebraic equations satisfied;
+ * a step that turns out too coarse for them is left as it is. Its dense output is stored, and where a law
  * switches on the way, d->next and *t_new are there. Assertions hold at the end. */
 static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *method,
                            double *t_new) {
@@ -59,9 +59,9 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *me
     if (m->project != NULL) {
         m->project(d->h, end, d->next, d->work);
     }
-    if (bgc_embedded(method) == 0 || bgc_is_explicit(method)) {
+    if (bgc_embedded(method) == 0 || method->tableau != NULL) {
         const bgc_status status = bgc_keep_consistent(m, d, method, end);
-        if (status != BGC_OK) {
+        if (status != BGC_OK || d->core.coarse) {
             return status;
         }
     }
@@ -142,11 +142,13 @@ static bgc_status advance_held(const bgc_model *m, bgc_data *d, const bgc_method
 
 /* --- fixed steps ------------------------------------------------------------------------- */
 
-/* From one multiple of the step to the next, or to the next event in between. */
+/* From one multiple of the step to the next, or to the next event in between; in parts of a half, a
+ * quarter and so on where that is too coarse for the algebraic equations. */
 static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double grid = core->origin + (double)(core->ticks + 1) * core->step;
-    const double stop = bgc_stop_for_switch(m, d, grid);
+    const double part = core->t + ldexp(core->step, -core->halvings);
+    const double stop = bgc_stop_for_switch(m, d, core->halvings > 0 && part < grid ? part : grid);
     const int whole = !core->between && stop == grid;
     double t_new = stop;
     bgc_status status;
@@ -166,6 +168,12 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
         core->held = 0;
         return status;
     }
+    if (core->coarse) {
+        core->held = 0;
+        core->halvings++;
+        return BGC_OK;
+    }
+    core->halvings -= core->halvings > 0;
     core->between = t_new < grid;
     core->ticks += t_new >= grid;
     core->held = whole && !core->between && core->held > 0 ? core->held - 1 : 0;
@@ -296,6 +304,9 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
                       h * fmax(least_factor, safety * pow(error, -1.0 / q)));
     }
     status = complete(m, d, method, &t_new);
+    if (core->coarse) {
+        return reject(d, BGC_STEP_TOO_SMALL, 0.5 * h);
+    }
     if (status != BGC_OK) {
         return reject(d, status, core->unresolved > 0 ? 0.4 * h : 0.1 * h);
     }
@@ -319,7 +330,7 @@ bgc_status bgc_attempt(const bgc_model *m, bgc_data *d) {
     const bgc_method *method = &bgc_methods[d->core.method];
     bgc_status status;
 
-    d->core.f_ahead = 0;
+    d->core.f_ahead = d->core.coarse = 0;
     status = bgc_embedded(method) > 0 ? attempt_adaptive(m, d, method)
                                       : attempt_fixed(m, d, method);
     bgc_hold_modes(m, d);

@@ -192,7 +192,7 @@ def test_order_with_an_algebraic_equation(c_model: Any, method: str) -> None:
 def test_explicit_methods_solve_algebraic_equations_at_every_stage(
     c_model: Any, method: str, order: int
 ) -> None:
-    steps = [0.2, 0.1, 0.05]
+    steps = [0.1, 0.05, 0.025]
     errors = []
     for step in steps:
         robertson = c_model("robertson")

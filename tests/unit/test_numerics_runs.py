@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import subprocess
 import threading
 import time
@@ -191,8 +192,7 @@ def test_fixed_steps_end_where_the_algebraic_equations_lose_their_solution(
     status, rows = fold.run(step * np.arange(round(2.0 / step)))
     assert status in ("INCONSISTENT", "SINGULAR")
     assert 1.0 - 1.01 * step < fold.time < 1.0 + 1e-9
-    assert len(rows) == fold.counts.steps + 1
-    np.testing.assert_array_equal(rows[-1], fold.state)
+    assert len(rows) == math.floor(fold.time / step + 1e-9) + 1  # the last steps are shorter
     np.testing.assert_allclose(rows[:, 1] ** 2, rows[:, 0], atol=5e-3)
     assert (rows[:, 1] >= 0.0).all()
     assert fold.library.bgc_failed_state(fold.data) == 1
