@@ -76,7 +76,7 @@ def open_scene(
         The model is at fault, or an input or output cannot be used; BG522 where an output
         needs the rate of an input.
     """
-    graph = elaborate(package, options.scene, options.overrides, outputs)
+    graph = elaborate(package, options.scene, options.overrides, outputs, options.uses)
     if outputs and graph.scene.accounts:
         (account, *_) = graph.scene.accounts
         raise BgError([catalogue.account_as_output(f"energy.{account}")])
