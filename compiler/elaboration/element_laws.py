@@ -45,7 +45,7 @@ def _read(laws: Laws, checks: LawChecks, element: Element) -> list[FlatElement]:
         case "TF":
             return [*read_transformers(laws, checks, element)]
         case "GY" if element.faces["out"].joints:
-            return [*read_gyrators(laws, element)]
+            return [*read_gyrators(laws, checks, element)]
         case "GY":
             return [read_gyristor(laws, checks, element)]
         case _:

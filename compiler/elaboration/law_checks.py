@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Sequence
 
@@ -45,6 +46,10 @@ class LawChecks:
         ]
         left = [node for node in differences if not self._fingerprints.is_zero(node)]
         return all(abs(number) <= _TOLERANCE for number in self._numbers(left))
+
+    def is_finite(self, matrix: Matrix) -> bool:
+        """Whether all entries are numbers at the parameters' defaults."""
+        return all(map(math.isfinite, self._numbers([node for row in matrix for node in row])))
 
     def _first(
         self, places: list[tuple[int, int]], nodes: list[Node], matrix: Matrix

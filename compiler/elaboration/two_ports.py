@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from bgc.algebra.linalg import SingularMatrixError, inverse
 from bgc.algebra.linear import linear_coefficients
 from bgc.elaboration.law_blocks import Laws, arguments_of, left_name, missing_law
 from bgc.elaboration.law_checks import LawChecks, varies
@@ -37,23 +38,23 @@ def read_transformers(laws: Laws, checks: LawChecks, element: Element) -> list[T
     assert element.law
     found = _read_equations(laws, element, element.law)
     left, matrix = found[0]
-    inverse: Matrix | None = None
+    backwards: Matrix | None = None
     if len(found) > 1:
-        other, inverse = found[1]
+        other, backwards = found[1]
         if other != _BACKWARDS[left]:
             raise BgError(
                 [law_messages.law_too_many(element.law[1].span, element.path, "keep one")]
             )
-        if not checks.inverts(inverse, matrix):
+        if not checks.inverts(backwards, matrix):
             raise BgError([law_messages.inverse_differs(element.law[1].span, element.path)])
     if left in {"e1", "e2"}:  # e1 = m' e2, e2 = w' e1
         matrix = _transposed(matrix)
-        inverse = _transposed(inverse) if inverse is not None else None
-    return [Transformer(element.path, left, ports1, ports2, matrix, inverse, element.span)]
+        backwards = _transposed(backwards) if backwards is not None else None
+    return [Transformer(element.path, left, ports1, ports2, matrix, backwards, element.span)]
 
 
-def read_gyrators(laws: Laws, element: Element) -> list[Gyrator]:
-    """The same for gyrators."""
+def read_gyrators(laws: Laws, checks: LawChecks, element: Element) -> list[Gyrator]:
+    """The same for gyrators; a law of flows is turned round into one of efforts."""
     ratio = _read_ratio(laws, element)
     ports1, ports2 = laws.ports(element, "in"), laws.ports(element, "out")
     if isinstance(ratio, list):
@@ -70,7 +71,7 @@ def read_gyrators(laws: Laws, element: Element) -> list[Gyrator]:
             )
         left, matrix = found[0]
         if left in {"f1", "f2"}:
-            ratio = _turned_round(laws, element, element.law[0], matrix)
+            ratio = _turned_round(laws, checks, element, element.law[0], left, matrix)
         else:
             ratio = matrix if left == "e2" else _transposed(matrix)
     return [Gyrator(element.path, ports1, ports2, ratio, element.span)]
@@ -138,16 +139,35 @@ def _read_equations(
 
 
 def _turned_round(
-    laws: Laws, element: Element, equation: syntax.LawEquation, matrix: Matrix
+    laws: Laws,
+    checks: LawChecks,
+    element: Element,
+    equation: syntax.LawEquation,
+    left: str,
+    matrix: Matrix,
 ) -> Matrix:
-    """The ratio of a scalar gyrator given by its flows: `f2 = e1/r`, `f1 = e2/r`."""
-    if len(matrix) != 1 or len(matrix[0]) != 1:
-        have = ["e2 = ..", "e1 = .."]
-        text = " ".join(equation.left.span.text.split())
-        what = f"a wide {element.kind}"
-        raise BgError([law_messages.law_not_of_this(equation.left.span, what, text, have)])
-    dag = laws.world.dag
-    return ((dag.div(dag.one, matrix[0][0]),),)
+    """The ratio r of a gyrator given by its flows: `f1 = w e2` and `f2 = w' e1`, with w r = 1.
+
+    A wide one must have a matrix of constants and parameters that can be inverted: nothing would
+    keep a varying one from becoming singular during the run.
+    """
+    dag, at = laws.world.dag, equation.left.span
+    if len(matrix) == len(matrix[0]) == 1 and matrix[0][0] != dag.zero:
+        return ((dag.div(dag.one, matrix[0][0]),),)
+    if len(matrix) != len(matrix[0]):
+        why = f"a matrix of {len(matrix)} x {len(matrix[0])} has no inverse"
+        raise BgError([law_messages.flows_not_invertible(at, element.path, why)])
+    if varies(dag, matrix):
+        why = "a matrix that varies may become singular"
+        raise BgError([law_messages.flows_not_invertible(at, element.path, why)])
+    try:
+        turned = inverse(dag, matrix)
+    except SingularMatrixError:
+        turned = None
+    if turned is None or not checks.is_finite(turned):
+        why = "its matrix is singular"
+        raise BgError([law_messages.flows_not_invertible(at, element.path, why)])
+    return turned if left == "f1" else _transposed(turned)
 
 
 def _require_modulated(laws: Laws, element: Element, matrix: Matrix) -> None:

@@ -284,14 +284,14 @@ def initial_unusable(span: Span, name: str, variable: str) -> Diagnostic:
     What: the state that belongs to an initial effort or flow could not be found.
     Why: the element's law could not be solved for its charge or momentum.
     Example: `e0` of a C whose law is a table of conditions.
-    Way out: give `q0` of a C, `p0` of an I.
+    Way out: give `q0` of a C, `p0` of an I; of several that are joined rigidly, all or none.
     """
-    state = "q0" if variable == "e0" else "p0"
+    instead = {"e0": "give `q0` instead", "f0": "give `p0` instead"}
     return error(
         "BG515",
         f"the state of `{name}` cannot be found from `{variable}`",
         span,
-        help=f"give `{state}` instead",
+        help=instead.get(variable, "give the values of all that it is joined to rigidly, or none"),
     )
 
 

@@ -79,6 +79,28 @@ def law_not_of_this(span: Span, kind: str, left: str, have: Sequence[str]) -> Di
     )
 
 
+def flows_not_invertible(span: Span, name: str, why: str) -> Diagnostic:
+    """BG447: a gyrator given by flows that cannot be turned round
+
+    What: the law of a GY or MGY gives flows, `f1 = g*e2` or `f2 = g*e1`, and its matrix has no
+    inverse that is known to exist.
+
+    Why: a gyrator is its ratio r, `e1 = r' f2` and `e2 = r f1`, of which a law of flows is the
+    inverse. One number, and a matrix of constants and parameters, is inverted; a matrix that
+    varies might become singular during the run.
+
+    Example: `pump : GY { f1 = [[1, 2], [2, 4]]*e2; }`
+
+    Way out: give efforts, `e2 = r*f1` or `e1 = r*f2`.
+    """
+    return error(
+        "BG447",
+        f"the ratio of `{name}` cannot be found from its flows: {why}",
+        span,
+        help="give its efforts: `e2 = r*f1` or `e1 = r*f2`",
+    )
+
+
 def law_variable_misplaced(span: Span, kind: str, left: str, found: str, right: str) -> Diagnostic:
     """BG434: a law in terms of the wrong variable
 

@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import pytest
 
-from bgc.algebra.dag import Kind
+from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.resolve import load_text
@@ -354,6 +354,28 @@ def test_each_equation_of_a_gyrator(body):
     text = f"model M {{ s : Se(e = 1); g : GY {{ {body} }} r : R(1); s -> g -> r; }}"
     graph = flat(text)
     assert number(graph, element(graph, "g").matrix[0][0]) == 4
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "e2 = [[1, 2], [3, 5]]*f1;",
+        "e1 = [[1, 3], [2, 5]]*f2;",
+        "f1 = [[-5, 2], [3, -1]]*e2;",
+        "f2 = [[-5, 3], [2, -1]]*e1;",
+        "f1 = inv([[1, k], [3, 5]])*e2;",
+    ],
+)
+def test_each_equation_of_a_wide_gyrator(body):
+    text = (
+        f"model M {{ param k = 2; s : Se[2](e = 1); g : GY {{ {body} }} r : R[2](1);"
+        "s -> g -> r; } scene x of M { observe r.f; run 1 s; }"
+    )
+    graph = flat(text)
+    (two,) = (p.index for p in graph.parameters)
+    entries = [node for row in element(graph, "g").matrix for node in row]
+    values = {Symbol(Kind.PARAM, two): 2.0}
+    assert evaluate_nodes(graph.dag, entries, values) == pytest.approx([1, 2, 3, 5])
 
 
 def test_matrices_of_efforts_are_transposed():

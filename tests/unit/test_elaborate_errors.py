@@ -120,6 +120,10 @@ WRONG: dict[str, list[str]] = {
     "BG414": [chain("t : Se(e = 5 V); u : Se(e = 2 N); n : J1; z : R(1); y : R(1);"
                     "t, u -> n -> z; s -> y;")],
     "BG241": ["model M { r = R(3); }"],
+    "BG447": [f"model M {{ state x = 1; der(x) = 1; param k = 4; s : Se[2](e = 1); r : R[{n}](1);"
+              f"g : MGY {{ {law} }} s -> g -> r; }}"
+              for n, law in ((2, "f1 = [[1, 2], [2, 4]]*e2;"), (2, "f1 = [[1, 2], [2, k]]*e2;"),
+                             (2, "f2 = [[1, x], [0, 1]]*e1;"), (1, "f2 = [[1, 2]]*e1;"))],
     "BG240": ["model M { param m = 1 t in 100 t .. 0 t; r : R(m); s : Se(e = 1); s -> r; }"],
     "BG632": [scene("solver rodas5p(tolerance = 1e-6);")],
     "BG423": [chain("m : I(2 kg); t : Se(e = 5 V); t -> m; z : R(1); s -> z;")],
