@@ -23,6 +23,7 @@ from bgc.equations.merged_compliances import merge_along_motions
 from bgc.equations.merged_inertias import merge_inertias
 from bgc.equations.resolving import Resolver
 from bgc.equations.scales import port_scales
+from bgc.equations.starting import with_start_values
 from bgc.equations.settling import settle_motions
 from bgc.equations.storage import (
     IntegratedState,
@@ -88,6 +89,7 @@ def derive_equations(causal: CausalGraph) -> Program:
         loops=tuple(resolver.loops),
     )
     program = settle_motions(program, variables, resolver, numbers)
+    program = with_start_values(program, range(len(states) - len(resolver.algebraic), len(states)))
     assert_power_balance(program)
     return program
 

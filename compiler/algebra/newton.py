@@ -1,0 +1,121 @@
+"""Newton's method on a few equations given as nodes: numbers for what a model leaves implicit.
+
+For start values and checks while compiling; a run solves the same equations in C
+(`runtime/c/consistent.c`), damped by the same test.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator, Mapping, Sequence
+
+from bgc.algebra.dag import Dag, Symbol
+from bgc.algebra.derivatives import gradient
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.graph import Node
+
+_MOST = 100  # unknowns: beyond that elimination in Python takes too long
+_ITERATIONS = 100
+_SOLVED = 1e-9  # the last correction, over the sizes of the unknowns
+_NEGLIGIBLE = 1e-9  # smaller unknowns are measured by this
+_LEAST_DAMPING = 1e-6
+
+
+class Rows:
+    """Equations `residual = 0` in as many unknowns."""
+
+    def __init__(self, dag: Dag, residuals: Sequence[Node], unknowns: Sequence[Symbol]) -> None:
+        self._dag = dag
+        self._unknowns = unknowns
+        self._residuals = list(residuals)
+        symbols = [dag.symbol(u.kind, u.index) for u in unknowns]
+        small = len(unknowns) <= _MOST
+        self._slopes = [s for r in residuals for s in gradient(dag, r, symbols)] if small else []
+
+    def solve(self, known: Mapping[Symbol, float], start: Sequence[float]) -> list[float] | None:
+        """A solution for given values of all other symbols; None where none is found.
+
+        It is searched from `start`, then from points all over, since a law may be undefined or
+        flat at the first.
+        """
+        if len(self._unknowns) > _MOST:
+            return None
+        points = (start, *_points(len(start)))
+        found = (self._newton(known, list(point)) for point in points)
+        return next((x for x in found if x is not None), None)
+
+    def _newton(self, known: Mapping[Symbol, float], x: list[float]) -> list[float] | None:
+        damping = 1.0
+        for _ in range(_ITERATIONS):
+            residual, slopes = self._at(known, x, self._residuals, self._slopes)
+            change = _solved(slopes, residual)
+            if change is None:
+                return None
+            length = _length(change, x)
+            if length <= _SOLVED:
+                return _moved(x, change, 1.0)
+            while damping >= _LEAST_DAMPING:
+                trial = _moved(x, change, damping)
+                missed, _ = self._at(known, trial, self._residuals, [])
+                following = _solved(slopes, missed)
+                if following is not None and _length(following, x) <= (1 - damping / 4) * length:
+                    break
+                damping /= 2
+            else:
+                return None
+            x = trial
+            damping = min(1.0, 4 * damping)
+        return None
+
+    def _at(
+        self,
+        known: Mapping[Symbol, float],
+        x: Sequence[float],
+        residuals: Sequence[Node],
+        slopes: Sequence[Node],
+    ) -> tuple[list[float], list[list[float]]]:
+        values = {**known, **dict(zip(self._unknowns, x, strict=True))}
+        numbers = evaluate_nodes(self._dag, [*residuals, *slopes], values)
+        size = len(residuals)
+        rows = [numbers[k : k + size] for k in range(size, len(numbers), size)]
+        return numbers[:size], rows
+
+
+def _points(size: int) -> Iterator[list[float]]:
+    """Where else to start: all unknowns alike, then each of its own sign and size."""
+    for value in (1e-3, -1e-3, 1.0, -1.0, 1e3, -1e3):
+        yield [value] * size
+    rng = random.Random(1)
+    for _ in range(10):
+        yield [rng.choice((-1, 1)) * 10 ** rng.uniform(-3, 2) for _ in range(size)]
+
+
+def _length(change: Sequence[float], x: Sequence[float]) -> float:
+    parts = (c / max(abs(v), _NEGLIGIBLE) for c, v in zip(change, x, strict=True))
+    return math.hypot(*parts) / math.sqrt(len(x))
+
+
+def _moved(x: Sequence[float], change: Sequence[float], part: float) -> list[float]:
+    return [v + part * c for v, c in zip(x, change, strict=True)]
+
+
+def _solved(slopes: Sequence[Sequence[float]], residual: Sequence[float]) -> list[float] | None:
+    """`-slopes^-1 residual` by elimination with scaled pivots; None where that is not finite."""
+    rows = [[*row, -value] for row, value in zip(slopes, residual, strict=True)]
+    sizes = [max(map(abs, row[:-1])) for row in rows]
+    for k in range(len(rows)):
+        best = max(range(k, len(rows)), key=lambda i: abs(rows[i][k]) / (sizes[i] or 1.0))
+        if rows[best][k] == 0 or not math.isfinite(rows[best][k]):
+            return None
+        rows[k], rows[best] = rows[best], rows[k]
+        sizes[k], sizes[best] = sizes[best], sizes[k]
+        for row in rows[k + 1 :]:
+            if row[k] != 0:
+                factor = row[k] / rows[k][k]
+                row[k:] = [x - factor * y for x, y in zip(row[k:], rows[k][k:], strict=True)]
+    x = [0.0] * len(rows)
+    for k in reversed(range(len(rows))):
+        known = sum(a * b for a, b in zip(rows[k][k + 1 : -1], x[k + 1 :], strict=True))
+        x[k] = (rows[k][-1] - known) / rows[k][k]
+    return x if all(map(math.isfinite, x)) else None
