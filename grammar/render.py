@@ -52,9 +52,7 @@ def _one(diagnostic: Diagnostic, paint: _Paint) -> str:
     colour = _COLOUR_OF[diagnostic.severity]
     head = paint(colour, f"{diagnostic.severity.value}[{diagnostic.code}]")
     lines = [f"{head}{paint(_BOLD, f': {diagnostic.message}')}"]
-    places = list(diagnostic.labels)
-    if diagnostic.span is not None:
-        places.insert(0, Label(diagnostic.span, ""))
+    places = _places(diagnostic)
     gutter = max((_gutter_width(place.span) for place in places), default=1)
     for at, (source, group) in enumerate(_by_source(places)):
         main = diagnostic.span if at == 0 else None
@@ -65,6 +63,21 @@ def _one(diagnostic: Diagnostic, paint: _Paint) -> str:
             lines.append(f"{' ' * gutter} {paint(_BLUE, '=')} {paint(_BOLD, word)}: {first}")
             lines += [f"{' ' * (gutter + len(word) + 5)}{line}" for line in more]
     return "\n".join(lines) + "\n"
+
+
+def _places(diagnostic: Diagnostic) -> list[Label]:
+    """The place at fault, with what a label says of the same place, then the other labels."""
+    span = diagnostic.span
+    if span is None:
+        return list(diagnostic.labels)
+    same = [label for label in diagnostic.labels if _is_at(label, span)]
+    others = [label for label in diagnostic.labels if not _is_at(label, span)]
+    return [Label(span, "; ".join(label.text for label in same)), *others]
+
+
+def _is_at(label: Label, span: Span) -> bool:
+    here = label.span
+    return here.source is span.source and (here.start, here.end) == (span.start, span.end)
 
 
 def _gutter_width(span: Span) -> int:

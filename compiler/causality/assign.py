@@ -8,8 +8,7 @@ A graph that has no such assignment is refused with the elements at fault.
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.fingerprint import Fingerprints
@@ -25,7 +24,8 @@ from bgc.causality.causal import (
 )
 from bgc.causality.certificates import Certifier
 from bgc.causality.elimination import Elimination, eliminate
-from bgc.causality.regions import Structure, junction_structure, ports_of
+from bgc.causality.paths import connections, holding, rigid_path
+from bgc.causality.regions import Structure, junction_structure
 from bgc.causality.sequence import sequence_rows
 from bgc.causality.strokes import place_strokes
 from bgc.grammar.catalogue import causality as catalogue
@@ -171,7 +171,9 @@ def _basis(
         else:
             kind = BasisKind.INDETERMINATE
             if elements:
-                errors.append(_effort_conflict(graph, structure, number, list(elements)))
+                column = len(basis)
+                through = [n for n, entries in enumerate(flows) if column in entries]
+                errors.append(_effort_conflict(graph, structure, number, list(elements), through))
         basis.append(Basis(number, kind))
     if errors:
         raise BgError(errors)
@@ -205,48 +207,37 @@ def _refuse_shared_flows(graph: FlatGraph, structure: Structure) -> None:
         sources = [k for k in members.ports if structure.ports[k].role is Role.FLOW_SOURCE]
         for k in sources[1:]:
             pair = [structure.ports[sources[0]].element, structure.ports[k].element]
-            errors.append(_conflict(graph, pair, dual=structure.dual[members.bonds[0]]))
+            dual = structure.dual[members.bonds[0]]
+            errors.append(_conflict(graph, pair, members.bonds, dual=dual))
     if errors:
         raise BgError(errors)
 
 
 def _effort_conflict(
-    graph: FlatGraph, structure: Structure, number: int, elements: Sequence[int]
+    graph: FlatGraph,
+    structure: Structure,
+    number: int,
+    elements: Sequence[int],
+    through: Sequence[int],
 ) -> Diagnostic:
-    """An independent flow on which there are only sources of effort."""
+    """An independent flow on which there are only sources of effort; the classes it is in."""
     dual = structure.dual[structure.classes[number].bonds[0]]
-    return _conflict(graph, sorted(elements), dual=not dual)
+    bonds = {bond for n in through for bond in structure.classes[n].bonds}
+    return _conflict(graph, sorted(elements), bonds, dual=not dual)
 
 
-def _conflict(graph: FlatGraph, sources: Sequence[int], *, dual: bool) -> Diagnostic:
+def _conflict(
+    graph: FlatGraph, sources: Sequence[int], bonds: Collection[int], *, dual: bool
+) -> Diagnostic:
+    """Sources that set one variable, and how they meet along some bonds."""
     what = "effort" if dual else "flow"
-    first = graph.elements[sources[0]]
     if len(sources) == 1:
-        return catalogue.source_without_load(first.span, first.name, what)
-    second = graph.elements[sources[1]]
-    path = _path(graph, sources[0], sources[1])
-    return catalogue.causal_conflict(first.name, first.span, second.name, second.span, what, path)
-
-
-def _path(graph: FlatGraph, start: int, end: int) -> list[str]:
-    """The elements on a shortest way along bonds."""
-    on_bond: dict[int, list[int]] = {}
-    for index, element in enumerate(graph.elements):
-        for port in ports_of(element):
-            on_bond.setdefault(port.bond, []).append(index)
-    came_from = {start: start}
-    queue = deque([start])
-    while queue and end not in came_from:
-        here = queue.popleft()
-        for port in ports_of(graph.elements[here]):
-            for other in on_bond[port.bond]:
-                if other not in came_from:
-                    came_from[other] = here
-                    queue.append(other)
-    way = [end]
-    while way[-1] != start and way[-1] in came_from:
-        way.append(came_from[way[-1]])
-    return [graph.elements[index].name for index in reversed(way)]
+        (source,) = connections(graph, sources)
+        return catalogue.source_without_load(source.span, source.name, what)
+    pair = sorted(sources)[:2]
+    first, second = connections(graph, pair)
+    way = rigid_path(graph, *pair, bonds)
+    return catalogue.causal_conflict(first, second, what, connections(graph, way))
 
 
 def _judge_remaining(
@@ -265,7 +256,8 @@ def _judge_remaining(
         certain = all(certifier.certify(entry) is not None for _, entry in left)
         if certain and len(left) <= 2 and None not in sources:
             dual = structure.dual[elimination.rows[row].ends[0].bond]
-            errors.append(_conflict(graph, [s for s in sources if s is not None], dual=dual))
+            met = _bonds_of(structure, elimination, elimination.origins[row])
+            errors.append(_conflict(graph, [s for s in sources if s is not None], met, dual=dual))
             continue
         vanishes = any(
             graph.dag.level[entry] <= Level.PARAM and certifier.certify(entry) is None
@@ -278,11 +270,19 @@ def _judge_remaining(
             element = graph.elements[moduli[0]]
             errors.append(catalogue.zero_modulus(element.span, element.name))
             continue
-        others = [index for index in elements if index not in moduli]
-        errors.append(catalogue.rigid_chain(span, _names(graph, moduli), _names(graph, others)))
+        met = {bond for number, _ in left for bond in structure.classes[number].bonds}
+        others = [index for index in (*elements, *holding(graph, met)) if index not in moduli]
+        chain = connections(graph, moduli), connections(graph, others)
+        errors.append(catalogue.rigid_chain(span, *chain))
     if errors:
         raise BgError(errors)
     return warnings
+
+
+def _bonds_of(structure: Structure, elimination: Elimination, rows: Iterable[int]) -> set[int]:
+    """The bonds that share a variable with an end of some rows."""
+    numbers = {structure.class_of[end.bond] for row in rows for end in elimination.rows[row].ends}
+    return {bond for number in numbers for bond in structure.classes[number].bonds}
 
 
 def _flow_source(structure: Structure, number: int) -> int | None:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from bgc.algebra.dag import Kind, Symbol
 from bgc.causality.causal import CausalGraph, Role
 from bgc.grammar.catalogue import causality as catalogue
-from bgc.grammar.diagnostics import BgError
+from bgc.grammar.diagnostics import BgError, Label
 from bgc.grammar.source import Span
 from bgc.graph import Gyrator, Node
 
@@ -80,6 +80,12 @@ class Places:
         element = graph.elements[self._elements[symbol]]
         return element.name, element.span
 
+    def _around(self, names: Sequence[str]) -> list[tuple[str, Span]]:
+        """Bonds by their names, with their places, in the order of the graph."""
+        wanted = set(names)
+        bonds = (bond for bond in self._causal.graph.bonds if bond.name in wanted)
+        return [(bond.name, bond.span) for bond in bonds]
+
     # --- errors -----------------------------------------------------------------------------
 
     def unsolvable(
@@ -104,7 +110,15 @@ class Places:
         if gyrators:
             listed = [gyrator.name for gyrator in gyrators]
             return BgError([catalogue.gyrator_loop(gyrators[0].span, listed, names)])
-        return BgError([catalogue.singular_loop(places[0][1], bonds or names, elements, solutions)])
+        named = bonds or names
+        marked = [Label(span, f"`{name}` is in the loop") for name, span in self._around(named)]
+        marked += [
+            Label(element.span, f"its law takes part: `{element.name}`")
+            for element in graph.elements
+            if element.name in elements
+        ]
+        span = places[0][1]
+        return BgError([catalogue.singular_loop(span, named, elements, solutions, marked)])
 
     def rate_in_loop(self, symbols: Sequence[Node]) -> BgError:
         """A loop runs through the rate of a merged variable."""

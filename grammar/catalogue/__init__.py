@@ -43,6 +43,31 @@ def with_article(kind: str) -> str:
     return f"an {kind}" if kind[0] in "EFILMRS" and kind != "Mux" else f"a {kind}"
 
 
+def underlined(labels: Iterable[Label], most: int = 8) -> list[Label]:
+    """Labels with one for each place; of more than `most` the first and the last.
+
+    Several labels on one place (of parts that share a declaration) become one.
+    """
+    texts: dict[tuple[str, int, int], list[Label]] = {}
+    for label in labels:
+        place = (label.span.source.name, label.span.start, label.span.end)
+        texts.setdefault(place, []).append(label)
+    gathered = [_together(found) for found in texts.values()]
+    if len(gathered) > most:
+        head, tail = gathered[: most - most // 2], gathered[-(most // 2) :]
+        hidden = len(gathered) - most
+        head[-1] = Label(head[-1].span, f"{head[-1].text}; {hidden} more follow")
+        gathered = head + tail
+    return gathered
+
+
+def _together(labels: Sequence[Label]) -> Label:
+    different = list(dict.fromkeys(label.text for label in labels))
+    more = f", and so on for {len(different) - 1} more" if len(different) > 2 else ""
+    shown = different[:1] if more else different
+    return Label(labels[0].span, "; ".join(shown) + more)
+
+
 def did_you_mean(name: str, candidates: Iterable[str]) -> str:
     """Return a help text that names the candidates closest to `name`, or an empty one.
 
