@@ -53,7 +53,7 @@ def causal_conflict(
         f"`{first.name}` and `{second.name}` both set the same {what}",
         second.span,
         note=f"they meet along {' - '.join(_shortened(way))}",
-        labels=underlined(labels, second.span),
+        labels=underlined(labels),
         help="remove one of them, or put an R or a C between them",
     )
 
@@ -67,7 +67,7 @@ def _passing(connection: Connection, variable: str) -> str:
     match connection.kind, variable:
         case ("J0", "the effort") | ("J1", "the flow"):
             return f"`{connection.name}` has one {variable[4:]}"
-        case ("J0" | "J1"), _:
+        case (("J0" | "J1"), _):
             return f"{variable}s add up at `{connection.name}`"
         case "GY", _:
             return f"`{connection.name}` makes {variable} of it"
@@ -96,9 +96,9 @@ def rigid_chain(
     Way out: make one connection compliant: a C (with an R in parallel) at one of the joints.
     """
     through = _names_of(transformers or others)
-    labels = [
-        Label(c.span, f"the modulus of `{c.name}` is in the chain") for c in transformers
-    ] + [Label(c.span, f"`{c.name}` is in the chain") for c in others]
+    labels = [Label(c.span, f"the modulus of `{c.name}` is in the chain") for c in transformers] + [
+        Label(c.span, f"`{c.name}` is in the chain") for c in others
+    ]
     return error(
         "BG502",
         f"a closed chain of rigid connections through {_listed(through)}",
@@ -106,7 +106,7 @@ def rigid_chain(
         note=f"the chain also passes {_listed(_names_of(others))}"
         if transformers and others
         else "",
-        labels=underlined(labels, span),
+        labels=underlined(labels),
         help="make one of its connections compliant: a C with an R in parallel",
     )
 
@@ -313,6 +313,23 @@ def initial_conflict(span: Span, name: str, variable: str, others: Sequence[str]
     )
 
 
+def no_momentum(span: Span, name: str) -> Diagnostic:
+    """BG518: a momentum that is not there
+
+    What: the momentum of a port of an IC is asked for, and its energy does not hold it.
+    Why: such a port stores by its charge alone, as that of a C does.
+    Example: `plate : IC[2] { H = p[1]^2/2 + q[2]^2/(1 + q[1]); }` has no `plate.p[2]`, so
+    `observe plate.p` cannot be answered.
+    Way out: ask for the components that there are: `observe plate.p[1]`.
+    """
+    return error(
+        "BG518",
+        f"there is no `{name}`: the energy does not hold it",
+        span,
+        help="leave it out; that port stores by its charge `q` alone",
+    )
+
+
 def initial_incomplete(span: Span, name: str, others: Sequence[str]) -> Diagnostic:
     """BG517: initial values of which some are missing
 
@@ -360,7 +377,7 @@ def singular_loop(
         f"the algebraic loop through {_listed(bonds)} {which}",
         span,
         note=note,
-        labels=underlined(places, span),
+        labels=underlined(places),
         help="break it with a storage element, or remove what cancels in it",
     )
 
