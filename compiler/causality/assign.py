@@ -148,18 +148,19 @@ def _basis(
     graph: FlatGraph, structure: Structure, independent: Sequence[int], flows: _Flows
 ) -> tuple[Basis, ...]:
     """What determines each independent flow: the elements whose power it takes part in."""
-    found: list[dict[int, Role]] = [{} for _ in independent]  # element -> role
+    found: list[set[tuple[int, Role]]] = [set() for _ in independent]  # element, role
     for number, members in enumerate(structure.classes):
         for k in members.ports:
             port = structure.ports[k]
             held = _columns_in_value(graph, structure, port, flows)
             for column in flows[number]:
-                found[column][port.element] = Role.RESISTANCE if column in held else port.role
+                role = Role.RESISTANCE if column in held else port.role
+                found[column].add((port.element, role))
     errors: list[Diagnostic] = []
-    basis = []
+    basis: list[Basis] = []
     for number, elements in zip(independent, found, strict=True):
         own = {structure.ports[k].role for k in structure.classes[number].ports}
-        roles = set(elements.values())
+        roles = {role for _, role in elements}
         if Role.FLOW_SOURCE in own:
             kind = BasisKind.FLOW_SOURCE
         elif Role.INERTIA in roles:
@@ -173,7 +174,8 @@ def _basis(
             if elements:
                 column = len(basis)
                 through = [n for n, entries in enumerate(flows) if column in entries]
-                errors.append(_effort_conflict(graph, structure, number, list(elements), through))
+                sources = sorted({element for element, _ in elements})
+                errors.append(_effort_conflict(graph, structure, number, sources, through))
         basis.append(Basis(number, kind))
     if errors:
         raise BgError(errors)
@@ -223,7 +225,7 @@ def _effort_conflict(
     """An independent flow on which there are only sources of effort; the classes it is in."""
     dual = structure.dual[structure.classes[number].bonds[0]]
     bonds = {bond for n in through for bond in structure.classes[n].bonds}
-    return _conflict(graph, sorted(elements), bonds, dual=not dual)
+    return _conflict(graph, elements, bonds, dual=not dual)
 
 
 def _conflict(
@@ -234,9 +236,9 @@ def _conflict(
     if len(sources) == 1:
         (source,) = connections(graph, sources)
         return catalogue.source_without_load(source.span, source.name, what)
-    pair = sorted(sources)[:2]
-    first, second = connections(graph, pair)
-    way = rigid_path(graph, *pair, bonds)
+    start, end = sorted(sources)[:2]
+    first, second = connections(graph, (start, end))
+    way = rigid_path(graph, start, end, bonds)
     return catalogue.causal_conflict(first, second, what, connections(graph, way))
 
 

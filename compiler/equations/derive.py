@@ -23,8 +23,8 @@ from bgc.equations.merged_compliances import merge_along_motions
 from bgc.equations.merged_inertias import merge_inertias
 from bgc.equations.resolving import Resolver
 from bgc.equations.scales import port_scales
-from bgc.equations.starting import with_start_values
 from bgc.equations.settling import settle_motions
+from bgc.equations.starting import with_start_values
 from bgc.equations.storage import (
     IntegratedState,
     StorageElement,

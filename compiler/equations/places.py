@@ -9,7 +9,7 @@ from bgc.causality.causal import CausalGraph, Role
 from bgc.grammar.catalogue import causality as catalogue
 from bgc.grammar.diagnostics import BgError, Label
 from bgc.grammar.source import Span
-from bgc.graph import Gyrator, Node
+from bgc.graph import Gyrator, Node, Storage
 
 
 class Places:
@@ -130,6 +130,16 @@ class Places:
         """A rate would need the rate of an input or of a loop's unknown."""
         name, span = self._place(symbol)
         return BgError([catalogue.rate_unknown(span, name)])
+
+    def no_momentum(self, index: int) -> BgError:
+        """A port of an IC is asked for a momentum that its energy does not hold."""
+        storage = next(
+            e
+            for e in self._causal.graph.elements
+            if isinstance(e, Storage) and 0 <= index - e.first_state < len(e.ports)
+        )
+        name = f"{storage.name}.p[{index - storage.first_state + 1}]"
+        return BgError([catalogue.no_momentum(storage.span, name)])
 
     def undetermined(self, bond: int, *, through: bool) -> BgError:
         """Nothing determines a bond's through or across variable."""

@@ -288,6 +288,8 @@ class Variables:
         if known is None:
             leaf = self.dag.symbol_of(symbol)
             assert leaf is not None, symbol
+            if leaf.kind is Kind.MOMENTUM:
+                raise self.places.no_momentum(leaf.index)
             assert leaf.kind in {Kind.EFFORT, Kind.FLOW}, leaf
             if symbol == self.symbols.through(leaf.index):
                 known = Explicit(self._through_of(leaf.index))

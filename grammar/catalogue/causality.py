@@ -265,6 +265,24 @@ def dependent_storage(span: Span, name: str, others: Sequence[str], why: str) ->
     )
 
 
+def motion_without_inertia(span: Span, names: Sequence[str]) -> Diagnostic:
+    """BG513: a motion that nothing with inertia takes part in
+
+    What: inertias that rigid connections make one have no common inertia along one of their
+    motions: the mass matrix of the mechanism is singular, or so nearly that the accelerations
+    would be noise (scaled to a diagonal of ones, its least eigenvalue is below 1e-9).
+    Why: a force along that motion would give an infinite acceleration.
+    Example: a rigid arm whose last link has the mass 0; masses in the ratio 1e10 on rigid joints.
+    Way out: give what moves an inertia of its own, or join it by a compliance.
+    """
+    return error(
+        "BG513",
+        f"{_listed(names)} can move without inertia",
+        span,
+        help="give what moves an inertia of its own, or join it by a C",
+    )
+
+
 def initial_twice(span: Span, name: str, first: str, second: str) -> Diagnostic:
     """BG514: an initial value given twice
 

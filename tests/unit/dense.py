@@ -9,15 +9,13 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import pairwise
 from typing import assert_never
 
 import numpy as np
 from graphs import GraphBuilder
 
-from bgc.algebra.dag import Kind, Symbol
+from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.algebra.fingerprint import PRIME
 from bgc.causality.certificates import default_values
 from bgc.graph import (
     EnergyLaw,
@@ -46,11 +44,12 @@ def observe_everything(g: GraphBuilder) -> None:
     graph = g.build()
     for element in graph.elements:
         if isinstance(element, Storage):
+            momenta = _with_momentum(g.dag, element)
             for k in range(len(element.ports)):
                 index = element.first_state + k
                 if element.kind in ("C", "IC"):
                     g.observe(f"q{index}", g.dag.symbol(Kind.DISPLACEMENT, index))
-                if element.kind in ("I", "IC"):
+                if k in momenta:
                     g.observe(f"p{index}", g.dag.symbol(Kind.MOMENTUM, index))
 
 
@@ -159,12 +158,13 @@ def largest_misfit(graph: FlatGraph, point: Point) -> float:
                 letter = "e" if element.kind == "Se" else "f"
                 zero(value[f"{letter}{element.port.bond}"], -number(element.value))
             case Storage():
+                momenta = _with_momentum(dag, element)
                 for k, port in enumerate(element.ports):
                     index = element.first_state + k
                     e, f = value[f"e{port.bond}"], port.sign * value[f"f{port.bond}"]
-                    if element.kind == "C":
+                    if element.kind in ("C", "IC"):
                         zero(rate[f"q{index}"], -f, loose=1e4)
-                    else:
+                    if element.kind == "I":
                         zero(rate[f"p{index}"], -e, loose=1e4)
                     match element.law:
                         case LinearLaw(form=form, matrix=matrix):
@@ -184,8 +184,20 @@ def largest_misfit(graph: FlatGraph, point: Point) -> float:
                             zero(-left[k], *row)
                         case ExplicitLaw(nodes=nodes):
                             zero(number(nodes[k]), -(e if element.kind == "C" else f))
-                        case EnergyLaw():
-                            raise AssertionError("the random graphs hold no energy laws")
+                        case EnergyLaw(energy=energy):
+                            own = (
+                                Symbol(Kind.DISPLACEMENT, index),
+                                Symbol(Kind.MOMENTUM, index),
+                            )
+                            by_charge, by_momentum = (
+                                _slope(dag, energy, leaves, symbol) for symbol in own
+                            )
+                            if element.kind == "IC" and k in momenta:
+                                zero(rate[f"p{index}"], by_charge, -e, loose=1e4)
+                            elif element.kind != "I":
+                                zero(by_charge, -e)
+                            if k in momenta:
+                                zero(by_momentum, -f)
             case Resistor():
                 e_own = [value[f"e{p.bond}"] for p in element.ports]
                 f_own = [p.sign * value[f"f{p.bond}"] for p in element.ports]
@@ -227,26 +239,107 @@ def largest_misfit(graph: FlatGraph, point: Point) -> float:
     return worst
 
 
+def _with_momentum(dag: Dag, storage: Storage) -> set[int]:
+    """The ports of a storage element whose momentum its energy holds."""
+    if not isinstance(storage.law, EnergyLaw):
+        return set() if storage.kind == "C" else set(range(len(storage.ports)))
+    held = {dag.symbol_of(node) for node in dag.reachable([storage.law.energy])}
+    first = storage.first_state
+    return {k for k in range(len(storage.ports)) if Symbol(Kind.MOMENTUM, first + k) in held}
+
+
+def _slope(dag: Dag, node: int, at: dict[Symbol, float], symbol: Symbol) -> float:
+    """A partial derivative of a quadratic node, by central differences (exact but for rounding)."""
+    there = [
+        evaluate_nodes(dag, [node], at | {symbol: at.get(symbol, 0.0) + h})[0] for h in (-1, 1)
+    ]
+    return (there[1] - there[0]) / 2
+
+
+_PRIME = 2**31 - 1  # products of residues fit into 64 bits
+
+
 def pencil_degree(graph: FlatGraph) -> int | None:
     """The number of states that a linear graph has: the degree of det(s E - A), modulo a prime.
 
     None of a singular pencil, whose graph has no or no single solution.
     """
+    rows = _pencil_rows(graph)
+    size = len(rows)
+    columns = {c for a, b in rows for c in (*a, *b)}
+    assert len(columns) == size, (size, len(columns))
+    order = {column: k for k, column in enumerate(sorted(columns))}
+    moving = [i for i, (_, b) in enumerate(rows) if b]
+    whole = np.zeros((size, size + len(moving)), dtype=np.int64)
+    rate = np.zeros((len(moving), size), dtype=np.int64)
+    for i, (a, b) in enumerate(rows):
+        for column, x in a.items():
+            whole[i, order[column]] -= x
+        for column, x in b.items():
+            whole[i, order[column]] += 7919 * x
+    for n, i in enumerate(moving):
+        whole[i, size + n] = 1
+        for column, x in rows[i][1].items():
+            rate[n, order[column]] = x % _PRIME
+    if _reduce(whole, size) < size:
+        return None
+    # Finite eigenvalues of the pencil are nonzero ones of (s E - A)^-1 E; infinite ones vanish
+    # in its powers.
+    power = _times(rate, whole[:, size:])
+    rank = _reduce(power.copy(), len(moving))
+    while True:
+        power = _times(power, power)
+        lower = _reduce(power.copy(), len(moving))
+        if lower == rank:
+            return rank
+        rank = lower
+
+
+def _times(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    total = np.zeros((left.shape[0], right.shape[1]), dtype=np.int64)
+    for k in range(left.shape[1]):
+        total = (total + left[:, k : k + 1] * right[k : k + 1, :]) % _PRIME
+    return total
+
+
+def _reduce(table: np.ndarray, width: int) -> int:
+    """Gauss and Jordan's elimination in place, modulo the prime; the rank of the first columns."""
+    table %= _PRIME
+    rank = 0
+    for column in range(width):
+        found = np.flatnonzero(table[rank:, column])
+        if not len(found):
+            continue
+        table[[rank, rank + found[0]]] = table[[rank + found[0], rank]]
+        table[rank] = table[rank] * pow(int(table[rank, column]), -1, _PRIME) % _PRIME
+        others = np.flatnonzero(table[:, column])
+        others = others[others != rank]
+        factors = table[others, column : column + 1]
+        table[others] = (table[others] - factors * table[rank]) % _PRIME
+        rank += 1
+    return rank
+
+
+_Column = tuple[str, int]  # the effort or flow of a bond, the charge or momentum of a port
+_PencilRow = tuple[dict[_Column, int], dict[_Column, int]]  # A and E of an equation
+
+
+def _pencil_rows(graph: FlatGraph) -> list[_PencilRow]:
+    """All equations of elements and junctions; of sources only that their value is given."""
     dag = graph.dag
     defaults = default_values(dag, graph.parameters)
 
     def number(node: int) -> int:
-        exact = Fraction(evaluate_nodes(dag, [node], defaults)[0])
-        return exact.numerator * pow(exact.denominator, -1, PRIME) % PRIME
+        exact = Fraction(evaluate_nodes(dag, [node], defaults)[0]).limit_denominator(10**6)
+        return exact.numerator * pow(exact.denominator, -1, _PRIME) % _PRIME
 
-    size = 2 * len(graph.bonds)
-    rows: list[tuple[dict[int, int], dict[int, int]]] = []  # A and E of each equation
+    rows: list[_PencilRow] = []
 
-    def e(bond: int) -> int:
-        return 2 * bond
+    def e(bond: int) -> _Column:
+        return ("e", bond)
 
-    def f(bond: int) -> int:
-        return 2 * bond + 1
+    def f(bond: int) -> _Column:
+        return ("f", bond)
 
     for element in graph.elements:
         match element:
@@ -257,6 +350,8 @@ def pencil_degree(graph: FlatGraph) -> int | None:
                 rows.append(({summed(p.bond): p.sign for p in element.ports}, {}))
             case Source():
                 rows.append(({(e if element.kind == "Se" else f)(element.port.bond): 1}, {}))
+            case Storage(law=EnergyLaw()):
+                rows.extend(_rows_of_energy(dag, element))
             case Storage(law=LinearLaw(matrix=matrix, form=form)):
                 inverse = form in (Form.DISPLACEMENT, Form.MOMENTUM)
                 plain = element.kind == "C"
@@ -302,46 +397,46 @@ def pencil_degree(graph: FlatGraph) -> int | None:
                     a = {e2(q.bond): m[i][j] for i, q in enumerate(two)}
                     a[e(p.bond)] = -1
                     rows.append((a, {}))
+            case Gyristor(matrix=matrix):
+                for k, port in enumerate(element.ports):
+                    a = {
+                        f(p.bond): p.sign * number(x)
+                        for p, x in zip(element.ports, matrix[k], strict=True)
+                    }
+                    rows.append(({**a, e(port.bond): -1}, {}))
             case _:
                 raise AssertionError(f"the pencil has no rows for {element}")
-    assert len(rows) == size, (len(rows), size)
-    values = [_determinant(rows, size, s) for s in range(1, size + 2)]
-    return _degree(values)
+    return rows
 
 
-def _determinant(rows: list[tuple[dict[int, int], dict[int, int]]], size: int, s: int) -> int:
-    table = []
-    for a, b in rows:
-        row = [0] * size
-        for k, x in a.items():
-            row[k] += x
-        for k, x in b.items():
-            row[k] -= s * x
-        table.append([x % PRIME for x in row])
-    result = 1
-    for k in range(size):
-        chosen = next((i for i in range(k, size) if table[i][k]), None)
-        if chosen is None:
-            return 0
-        if chosen != k:
-            table[k], table[chosen] = table[chosen], table[k]
-            result = -result
-        pivot = table[k]
-        result = result * pivot[k] % PRIME
-        inverse = pow(pivot[k], -1, PRIME)
-        for i in range(k + 1, size):
-            if table[i][k]:
-                factor = table[i][k] * inverse % PRIME
-                table[i] = [(x - factor * y) % PRIME for x, y in zip(table[i], pivot, strict=True)]
-    return result % PRIME
+def _rows_of_energy(dag: Dag, element: Storage) -> list[_PencilRow]:
+    """`q' = f`, `p' = e - dH/dq`, `f = dH/dp` of a quadratic energy, in its charges and momenta."""
+    assert isinstance(element.law, EnergyLaw)
+    energy, first, momenta = element.law.energy, element.first_state, _with_momentum(dag, element)
+    places = range(first, first + len(element.ports))
+    charges = [] if element.kind == "I" else [Symbol(Kind.DISPLACEMENT, k) for k in places]
+    symbols = charges + [Symbol(Kind.MOMENTUM, first + k) for k in sorted(momenta)]
+    names = {Kind.DISPLACEMENT: "q", Kind.MOMENTUM: "p"}
 
+    def slope(symbol: Symbol) -> dict[_Column, int]:
+        def at(*chosen: Symbol) -> float:
+            values = {s: float(chosen.count(s)) for s in symbols}
+            return evaluate_nodes(dag, [energy], values)[0]
 
-def _degree(values: list[int]) -> int | None:
-    """The degree of the polynomial with these values at 1, 2, 3, ... (Newton's differences)."""
-    degree = None
-    table = list(values)
-    for k in range(len(values)):
-        if table[0]:
-            degree = k
-        table = [(b - a) % PRIME for a, b in pairwise(table)]
-    return degree
+        entries = {s: at(s, symbol) - at(s) - at(symbol) + at() for s in symbols}
+        assert all(x == round(x) for x in entries.values()), "a random energy is not whole"
+        return {(names[s.kind], s.index): round(x) for s, x in entries.items()}
+
+    rows: list[_PencilRow] = []
+    for k, port in enumerate(element.ports):
+        q, p = ("q", first + k), ("p", first + k)
+        effort, flow = ("e", port.bond), ("f", port.bond)
+        by_charge = {} if element.kind == "I" else slope(Symbol(Kind.DISPLACEMENT, first + k))
+        if element.kind != "I":
+            rows.append(({flow: port.sign}, {q: 1}))
+        if k in momenta:
+            rows.append(({effort: 1} | {c: -x for c, x in by_charge.items()}, {p: 1}))
+            rows.append((slope(Symbol(Kind.MOMENTUM, first + k)) | {flow: -port.sign}, {}))
+        else:
+            rows.append((by_charge | {effort: -1}, {}))
+    return rows

@@ -7,48 +7,63 @@ from fractions import Fraction
 
 from graphs import GraphBuilder
 
-from bgc.graph import Form
+from bgc.algebra.dag import Kind
+from bgc.graph import EnergyLaw, Form, Matrix, Node
+
+_ELEMENTS = ["R", "R", "C", "I", "C", "I", "Se", "Sf"]
 
 
-def random_graph(seed: int, size: int = 6, *, gyrators: bool = True) -> GraphBuilder:
-    """A graph of up to `size` junctions and twice as many elements."""
+def random_graph(
+    seed: int, size: int = 6, *, gyrators: float = 0.25, fields: float = 0.5
+) -> GraphBuilder:
+    """A graph of up to `size` junctions and twice as many elements.
+
+    `gyrators` is their share among the edges, `fields` the chance of each of three fields: C, I
+    and R with a matrix, C, I and IC with an energy, gyristors, transformers and gyrators with a
+    matrix.
+    """
     rng = random.Random(seed)
     g = GraphBuilder()
     count = rng.randint(1, size)
-
-    def bond(a: str, b: str) -> None:
-        g.bond(a, b) if rng.random() < 0.5 else g.bond(b, a)
-
     for k in range(count):
         g.junction(rng.choice(["J0", "J1"]), f"j{k}")
-    edges = [(rng.randrange(k), k) for k in range(1, count)]
-    for _ in range(rng.choice([0, 0, 0, 1, 2]) if count > 2 else 0):
+    edges = [(rng.randrange(max(0, k - 6), k), k) for k in range(1, count)]
+    for _ in range(rng.choice([0, 0, 0, 1, 2, count // 6]) if count > 2 else 0):
         a, b = rng.sample(range(count), 2)
         edges.append((a, b))
     for i, (a, b) in enumerate(edges):
-        choice = rng.random()
-        if choice < 0.5:
-            bond(f"j{a}", f"j{b}")
-            continue
-        modulus = Fraction(rng.choice([-3, -2, -1, 2, 3, 5]), rng.choice([1, 1, 2, 3]))
-        if choice < 0.75 or not gyrators:
-            g.transformer(f"t{i}", modulus, given=rng.choice(["f2", "f1"]))
-        else:
-            g.gyrator(f"t{i}", modulus)
-        if rng.random() < 0.5:
-            a, b = b, a
-        g.bond(f"j{a}", f"t{i}")
-        g.bond(f"t{i}", f"j{b}")
+        _join(g, rng, f"t{i}", a, b, gyrators)
     for i in range(rng.randint(1, 2 * size)):
-        kind = rng.choice(["R", "R", "C", "I", "C", "I", "Se", "Sf"])
+        kind = rng.choice(_ELEMENTS)
         _element(g, rng, kind, f"{kind}{i}")
-        bond(f"j{rng.randrange(count)}", f"{kind}{i}")
-    if rng.random() < 0.3:
-        _field(g, rng)
-        for _ in range(2):
-            bond(f"j{rng.randrange(count)}", "field")
+        _bond(g, rng, f"j{rng.randrange(count)}", f"{kind}{i}")
+    for i in range(3):
+        if rng.random() < fields:
+            _field(g, rng, f"field{i}", count)
     g.drop_unbonded()
     return g
+
+
+def _bond(g: GraphBuilder, rng: random.Random, a: str, b: str) -> None:
+    """A bond whose arrow points either way."""
+    g.bond(a, b) if rng.random() < 0.5 else g.bond(b, a)
+
+
+def _join(g: GraphBuilder, rng: random.Random, name: str, a: int, b: int, gyrators: float) -> None:
+    """Two junctions joined by a bond, a transformer or a gyrator."""
+    choice = rng.random()
+    modulus = Fraction(rng.choice([-3, -2, -1, 2, 3, 5]), rng.choice([1, 1, 2, 3]))
+    if choice < gyrators:
+        g.gyrator(name, modulus)
+    elif choice < gyrators + 0.25:
+        g.transformer(name, modulus, given=rng.choice(["f2", "f1"]))
+    else:
+        _bond(g, rng, f"j{a}", f"j{b}")
+        return
+    if rng.random() < 0.5:
+        a, b = b, a
+    g.bond(f"j{a}", name)
+    g.bond(name, f"j{b}")
 
 
 def _element(g: GraphBuilder, rng: random.Random, kind: str, name: str) -> None:
@@ -61,13 +76,73 @@ def _element(g: GraphBuilder, rng: random.Random, kind: str, name: str) -> None:
         g.source(kind, name, g.node(value))
 
 
-def _field(g: GraphBuilder, rng: random.Random) -> None:
-    a, b, c = rng.randint(2, 5), rng.randint(2, 5), rng.choice([-1, 1])
-    kind = rng.choice("CIR")
-    if kind == "R":
-        g.resistor("field", [[a, c], [-c, b]], rng.choice([Form.EFFORT, Form.FLOW]))
+def _field(g: GraphBuilder, rng: random.Random, name: str, count: int) -> None:
+    """A field on junctions at random."""
+    kind = rng.choice(["C", "I", "R", "damper", "H", "H", "IC", "IC", "TF", "GY", "gyristor"])
+    width = rng.choice([2, 2, 3])
+    if kind in ("TF", "GY"):
+        _matrix_two_port(g, rng, kind, name, count)
+        return
+    if kind in ("C", "I"):
+        g.storage(kind, name, _definite(rng, width), rng.choice(_forms(kind)))
+    elif kind == "R":
+        a, b, c = rng.randint(2, 5), rng.randint(2, 5), rng.choice([-1, 1])
+        width = 2
+        g.resistor(name, [[a, c], [-c, b]], rng.choice([Form.EFFORT, Form.FLOW]))
+    elif kind == "damper":  # between two flows or efforts: positive semidefinite only
+        a, width = rng.randint(1, 5), 2
+        g.resistor(name, [[a, -a], [-a, a]], rng.choice([Form.EFFORT, Form.FLOW]))
+    elif kind == "gyristor":
+        width = 3
+        x, y, z = (rng.randint(-3, 3) for _ in range(3))
+        g.gyristor(name, g.matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]]))
     else:
-        g.storage(kind, "field", [[a, c], [c, b]], rng.choice(_forms(kind)))
+        width = 2
+        kind = rng.choice(["C", "I"]) if kind == "H" else kind
+        g.storage(kind, name, EnergyLaw(_energy(g, rng, kind)), width=width)
+    for _ in range(width):
+        _bond(g, rng, f"j{rng.randrange(count)}", name)
+
+
+def _matrix_two_port(g: GraphBuilder, rng: random.Random, kind: str, name: str, count: int) -> None:
+    height = rng.choice([1, 2, 2])
+    matrix: Matrix = tuple(
+        tuple(g.node(rng.randint(-2, 3)) for _ in range(2)) for _ in range(height)
+    )
+    if kind == "GY":
+        g.gyrator(name, matrix)
+        given = "f2"
+    else:
+        given = rng.choice(["f2", "f1"])
+        g.transformer(name, matrix, given=given)
+    one, two = (2, height) if given == "f2" else (height, 2)
+    for _ in range(one):
+        g.bond(f"j{rng.randrange(count)}", name)
+    for _ in range(two):
+        g.bond(name, f"j{rng.randrange(count)}")
+
+
+def _definite(rng: random.Random, width: int) -> list[list[int | float | Fraction | str]]:
+    """A symmetric positive definite matrix: its diagonal outweighs the rest."""
+    rows: list[list[int | float | Fraction | str]] = [[0] * width for _ in range(width)]
+    for i in range(width):
+        rows[i][i] = rng.randint(3, 6)
+        for j in range(i):
+            rows[i][j] = rows[j][i] = rng.choice([-1, 0, 1])
+    return rows
+
+
+def _energy(g: GraphBuilder, rng: random.Random, kind: str) -> Node:
+    """A quadratic energy of two ports, positive definite; an IC's first port may lack momentum."""
+    q = [g.next_state(Kind.DISPLACEMENT, k) for k in range(2)]
+    p = [g.next_state(Kind.MOMENTUM, k) for k in range(2)]
+    held = {"C": q, "I": p, "IC": rng.choice([[*q, *p], [*q, p[1]], [q[1], *p]])}[kind]
+    dag, rows = g.dag, _definite(rng, len(held))
+    terms = []
+    for i, a in enumerate(held):
+        terms.append(dag.mul(g.node(Fraction(rows[i][i]) / 2), dag.mul(a, a)))
+        terms += [dag.mul(g.node(rows[i][j]), dag.mul(a, held[j])) for j in range(i)]
+    return dag.sum(terms)
 
 
 def _forms(kind: str) -> list[Form]:
