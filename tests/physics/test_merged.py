@@ -132,7 +132,9 @@ def test_a_pendulum_on_a_cart_turns_over(load):
     def potential(q):
         return 8 * q[0] ** 2 / 2 - 2 * GRAVITY * 1.2 * np.cos(q[1])
 
-    q, v = motion(of_points((3, cart), (2, bob)), potential, np.zeros(2), [0, 11 / 1.2], result.time)
+    q, v = motion(
+        of_points((3, cart), (2, bob)), potential, np.zeros(2), [0, 11 / 1.2], result.time
+    )
     assert q[:, 1].max() > np.pi, "it has to turn over"
     found = np.column_stack([result["x"], result["theta"], result["v"], result["rate"]])
     np.testing.assert_allclose(found, np.hstack([q, v]), atol=1e-7)
