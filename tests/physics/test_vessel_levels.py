@@ -1,0 +1,96 @@
+"""Levels of fidelity of a vessel: at rest, guided, in three and in six degrees of freedom."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+
+def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
+    (a, b, c), (s, t, u) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    about_x = [[1, 0, 0], [0, a, -s], [0, s, a]]
+    about_y = [[b, 0, t], [0, 1, 0], [-t, 0, b]]
+    about_z = [[c, -u, 0], [u, c, 0], [0, 0, 1]]
+    return np.array(about_z) @ about_y @ about_x
+
+
+@pytest.mark.parametrize("scene", ["moored", "swell"])
+def test_the_deck_moves_as_its_twist_says(load, scene):
+    """Central differences of the pose against the twist on the bond, in the deck's axes."""
+    result = load("vessel_levels", scene).simulate()
+    time, r = result.time, result["r"]
+    A = np.stack([[result[f"A[{i},{j}]"] for j in (1, 2, 3)] for i in (1, 2, 3)]).transpose(2, 0, 1)
+    step = time[1] - time[0]
+    velocity = np.einsum("tji,tj->ti", A[1:-1], (r[2:] - r[:-2]) / (2 * step))
+    turning = np.einsum("tji,tjk->tik", A[1:-1], (A[2:] - A[:-2]) / (2 * step))
+    spin = np.stack([turning[:, 2, 1], turning[:, 0, 2], turning[:, 1, 0]], axis=1)
+    twist = result["twist"][1:-1]
+    assert np.ptp(twist, axis=0).min() > 1e-3, "it has to move in every direction"
+    np.testing.assert_allclose(velocity, twist[:, :3], atol=1e-4)
+    np.testing.assert_allclose(spin, twist[:, 3:], atol=1e-4)
+
+
+@pytest.mark.parametrize("scene", ["moored", "swell"])
+def test_its_books_balance(load, scene):
+    result = load("vessel_levels", scene).simulate()
+    heave = 0.5 * 12018034.8 * 0.5**2  # what the vessel starts with, or a swell lifts, and more
+    assert np.abs(result["energy.residual"]).max() < 1e-6 * heave
+
+
+def test_at_rest_the_deck_is_where_it_is_put(load):
+    result = load("vessel_levels", "still").simulate()
+    expected = np.array([3, 4, 0.5]) + rotation(0.3, 0.2, 0.7) @ [-20, 0, 3]
+    np.testing.assert_allclose(result["r"], [expected, expected], atol=1e-12)
+    assert not result["twist"].any()
+
+
+def test_a_swell_grows_from_rest(load):
+    result = load("vessel_levels", "swell").simulate()
+    time = result.time
+    grown = 1 - np.exp(-((time / 5) ** 2))
+    heave, roll, pitch = (
+        size * grown * np.sin(2 * np.pi / 8 * time + phase)
+        for size, phase in ((0.8, 0), (0.3, 1), (0.2, 2))
+    )
+    for k in (0, 300, len(time) - 1):
+        turned = rotation(0.1 + roll[k], 0.05 + pitch[k], 0.7) @ [-20, 2, 3]
+        expected = np.array([3, 4, 0.5 + heave[k]]) + turned
+        np.testing.assert_allclose(result["r"][k], expected, atol=1e-9)
+    assert not result["twist"][0].any()
+
+
+def test_periods_of_three_degrees_of_freedom(load):
+    """Of G x = w^2 M x, with the cargo's inertia about the vessel's origin."""
+    model = load("vessel_levels", "upright")
+
+    def matrix(name: str, rows: range) -> np.ndarray:
+        def entry(i: int, j: int) -> float:
+            key = f"vessel.{name}[{i},{j}]"
+            return model.parameters[key].value if key in model.parameters else 0.0
+
+        return np.array([[entry(i, j) for j in rows] for i in rows])
+
+    M = matrix("M_RB", range(3, 6)) + matrix("M_A", range(3, 6))
+    x, z = -20.0, 3.0
+    # Heave down, roll, pitch in NED axes; the deck aft and above.
+    J = np.array([[1, 0, -x], [0, z, 0], [0, 0, -z]])  # down, starboard, forward of the cargo
+    M = M + 50e3 * J.T @ J + np.diag([0, 1e5, 1e5])
+    omega = np.sqrt(np.linalg.eigvals(np.linalg.solve(M, matrix("G", range(1, 4)))).real)
+    values = model.eigenvalues()
+    found = np.sort(values.imag[values.imag > 1e-6])
+    np.testing.assert_allclose(found, np.sort(omega), rtol=1e-6)
+
+
+def test_heave_alone_is_the_same_in_three_and_six_degrees_of_freedom(load):
+    six, three = (load("vessel_levels", s) for s in ("barge", "barge_seakeeping"))
+    assert len(three.states) < len(six.states)
+    z = six.simulate()["z"]
+    assert np.ptp(z) > 0.4
+    np.testing.assert_allclose(three.simulate()["z"], z, atol=1e-8)
+    # 4e6 z'' + 1e6 z' + 1e7 z = 0 from 0.4 m.
+    time = six.simulate().time
+    decay, omega = 1e6 / 8e6, np.sqrt(1e7 / 4e6 - (1e6 / 8e6) ** 2)
+    expected = (
+        0.4 * np.exp(-decay * time) * (np.cos(omega * time) + decay / omega * np.sin(omega * time))
+    )
+    np.testing.assert_allclose(z, expected, atol=1e-8)
