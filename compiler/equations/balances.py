@@ -139,9 +139,10 @@ class Balances:
                     taken.setdefault(earlier, []).append((step.row, factor))
             for k in range(len(causal.steps) - 1, -1, -1):
                 row = causal.steps[k].row
-                if row not in causal.redundant:
-                    parts = (dag.mul(f, found[later]) for later, f in taken.get(row, ()))
-                    found[row] = dag.sub(forces[k], dag.sum(parts))
+                parts = (dag.mul(f, found[later]) for later, f in taken.get(row, ()))
+                found[row] = dag.sub(forces[k], dag.sum(parts))
+            for row in causal.redundant:  # others follow from one choice of these, but are unique
+                found.pop(row, None)
             self._multipliers = found
         return self._multipliers
 

@@ -161,12 +161,16 @@ class Variables:
 
     def ports_among(self, members: Collection[Node]) -> list[int]:
         """The ports of resistors (and gyrators) whose laws are among some raw nodes."""
+        return list(self.laws_among(members))
+
+    def laws_among(self, members: Collection[Node]) -> dict[int, Node]:
+        """Those ports, each with the node of its law."""
         laws = {**self._answers, **self._conductances}
-        return [
-            k
+        return {
+            k: laws[k]
             for k, port in enumerate(self.causal.ports)
             if port.role is Role.RESISTANCE and laws.get(k) in members
-        ]
+        }
 
     def new_speed(self, stored: Node, rate: Node) -> Node:
         """A symbol for the speed of a free motion, which adds to the rate of a quantity."""
@@ -258,11 +262,12 @@ class Variables:
                     continue
                 self.definitions[unknown] = Unknown()
                 for k in self.causal.classes[number].ports:
-                    if k in laws:
-                        port = self.causal.ports[k]
+                    port = self.causal.ports[k]
+                    across = self.symbols.across(port.bond)
+                    if k in laws and across not in self._rests:
                         given = self.symbols.turned(laws.pop(k), port.turn_through)
                         self.definitions[unknown] = Explicit(given)
-                        unknown = self.symbols.across(port.bond)
+                        unknown = across
                         break
                 self.add_equation(self.balances.balance(number), unknown)
         for k, node in laws.items():
