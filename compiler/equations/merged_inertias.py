@@ -17,6 +17,7 @@ from bgc.algebra.dag import Kind
 from bgc.algebra.quadratic import SingularFormError
 from bgc.causality.causal import Role
 from bgc.equations.integrating import charge_state, integrate_compliances
+from bgc.equations.merged_audit import MergedGroup, check_merged
 from bgc.equations.merged_flows import reduced_flows, turning_forces
 from bgc.equations.merged_groups import Group, cannot_merge, find_groups, shortened
 from bgc.equations.merged_initial import initial_momenta
@@ -32,16 +33,26 @@ def merge_inertias(
     groups = find_groups(variables, elements)
     together = [element for group in groups for element in group.elements]
     variables.balances.turning = turning_forces(variables, together)
-    return [state for group in groups for state in _merge_inertia_group(variables, group)]
+    states: list[IntegratedState] = []
+    checked: list[MergedGroup] = []
+    for group in groups:
+        states += _merge_inertia_group(variables, group, checked)
+    check_merged(variables, checked, complete=len(checked) == len(groups))
+    return states
 
 
-def _merge_inertia_group(variables: Variables, group: Group) -> list[IntegratedState]:
+def _merge_inertia_group(
+    variables: Variables, group: Group, checked: list[MergedGroup]
+) -> list[IntegratedState]:
+    """The states of a group, which is noted for a check where its laws are linear."""
     dag, causal = variables.dag, variables.causal
     merged = {k: variables.new_state(Kind.MOMENTUM) for k in group.flows}
     linear = all(element.law.capacity is not None for element in group.elements)
     for element in group.elements:
         _define_momenta(variables, element)
     flows = _reduced_flows(variables, group, merged) if linear else None
+    if flows is not None:
+        checked.append(MergedGroup(group, merged, flows))
     for k, state in merged.items():
         number = causal.basis[k].bond_class
         if flows is not None:
