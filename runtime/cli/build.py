@@ -20,6 +20,7 @@ from bgc.runtime.cli.options import (
     set_option,
     strict_option,
     use_option,
+    whole_option,
 )
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 @scene_option
 @set_option
 @use_option
+@whole_option
 @strict_option
 @click.option(
     "--target",
@@ -53,6 +55,7 @@ def build(
     scene: str | None,
     assignments: tuple[str, ...],
     uses: tuple[str, ...],
+    whole: bool,
     strict: bool,
     target: str,
     out: str,
@@ -65,7 +68,11 @@ def build(
     if out == "-" and target != "c":
         raise click.UsageError("only --target c can be written to standard output")
     options = Options(
-        scene, read_assignments(assignments), strict=strict, uses=read_assignments(uses)
+        scene,
+        read_assignments(assignments),
+        strict=strict,
+        whole=whole,
+        uses=read_assignments(uses),
     )
     seconds: dict[str, float] = {}
     if target == "c":

@@ -41,6 +41,12 @@ def use_option(command: _Command) -> _Command:
     return click.option("--use", "uses", multiple=True, metavar="SLOT=TYPE", help=text)(command)
 
 
+def whole_option(command: _Command) -> _Command:
+    """Add `--whole`."""
+    text = "Compile all that is written, not only what the scene requires."
+    return click.option("--whole", is_flag=True, help=text)(command)
+
+
 def strict_option(command: _Command) -> _Command:
     """Add `--strict`."""
     text = "Make every warning an error, with status 1."

@@ -18,6 +18,7 @@ from bgc.runtime.cli.options import (
     set_option,
     strict_option,
     use_option,
+    whole_option,
 )
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ _PICTURES = (".png", ".svg", ".pdf")
 @scene_option
 @set_option
 @use_option
+@whole_option
 @strict_option
 @click.option("--out", metavar="FILE", help="Write the rows: .csv, .npz, or - for CSV here.")
 @click.option("--plot", metavar="FILE", help="Draw them: .png, .svg or .pdf.")
@@ -56,6 +58,7 @@ def run(
     scene: str | None,
     assignments: tuple[str, ...],
     uses: tuple[str, ...],
+    whole: bool,
     strict: bool,
     out: str | None,
     plot: str | None,
@@ -90,6 +93,7 @@ def run(
         scene,
         dict(read_assignments(assignments)),
         strict=strict,
+        whole=whole,
         uses=dict(read_assignments(uses)),
     )
     print_diagnostics(model.warnings)

@@ -12,6 +12,7 @@ from bgc.runtime.cli.options import (
     scene_option,
     set_option,
     use_option,
+    whole_option,
 )
 
 
@@ -20,12 +21,14 @@ from bgc.runtime.cli.options import (
 @scene_option
 @set_option
 @use_option
+@whole_option
 @click.option("--after", "name", metavar="PASS", default="equations", show_default=True)
 def show(
     file: Path,
     scene: str | None,
     assignments: tuple[str, ...],
     uses: tuple[str, ...],
+    whole: bool,
     name: str,
 ) -> None:
     """Print what a pass of the compiler made of a scene of FILE."""
@@ -34,5 +37,7 @@ def show(
 
     if name not in PASSES:
         raise click.UsageError(f"there is no pass {name}; there are {', '.join(PASSES)}")
-    options = Options(scene, read_assignments(assignments), uses=read_assignments(uses))
+    options = Options(
+        scene, read_assignments(assignments), whole=whole, uses=read_assignments(uses)
+    )
     click.echo(show_pass(name, file, options), nl=False)

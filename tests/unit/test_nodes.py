@@ -1,0 +1,42 @@
+"""Every place that holds a node is known to the passes that move a program to another graph."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bgc.algebra.dag import Dag
+from bgc.driver import Compilation
+from bgc.emission.rewrite import map_program
+from bgc.options import Options
+from bgc.slicing.graph_nodes import map_graph
+
+MODELS = Path(__file__).parents[1] / "models"
+MOVED = 10**9  # no graph has so many nodes
+SCENES = [("rigid_chain", None), ("vessel_at_rest", "rolling_euler"), ("handle", None),
+          ("balance", None), ("duffing", None), ("typologies", None)]  # fmt: skip
+
+
+def nodes_in(value: Any, annotation: str) -> Iterator[int]:
+    """The nodes in a value, told by how its field is annotated."""
+    if is_dataclass(value):
+        for field in fields(value):
+            yield from nodes_in(getattr(value, field.name), str(field.type))
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from nodes_in(item, annotation)
+    elif isinstance(value, int) and ("Node" in annotation or "Matrix" in annotation):
+        yield value
+
+
+@pytest.mark.parametrize(("name", "scene"), SCENES)
+def test_all_nodes_are_moved(name: str, scene: str | None) -> None:
+    compilation = Compilation(MODELS / f"{name}.bg", Options(scene))
+    for holder, move in ((compilation.graph, map_graph), (compilation.sliced, map_program)):
+        before = list(nodes_in(holder, ""))
+        after = list(nodes_in(move(holder, Dag(), lambda n: n + MOVED), ""))  # type: ignore[operator]
+        assert before and after == [n + MOVED for n in before]
