@@ -114,7 +114,12 @@ void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
     for (int i = 0; i < n; i++) {
         x[i] = r * d->y0[i] + s * (d->y1[i] + r * (k1[i] + s * (k2[i] + s * k3[i])));
     }
-    bgc_satisfy(m, d, t, x); /* where no solution is found, what was interpolated is kept */
+    if (d->core.algebraic > 0) { /* in the modes and inputs of that step */
+        double *present = d->u;
+        d->u = d->u_step;
+        bgc_satisfy(m, d, t, x); /* where no solution is found, what was interpolated is kept */
+        d->u = present;
+    }
     if (m->project != NULL) {
         m->project(d->h, t, x, d->work);
     }

@@ -23,7 +23,7 @@ static const double foretold[2][4] = {
 static const double too_far_off = 0.1; /* of the range of an argument, between it and the cubic */
 
 static const double brief_excursion = 1e-3;     /* of a step: an excursion from one event to the next */
-enum { MOST_RETURNS = 100, MOST_UNRESOLVED = 8 };
+enum { MOST_RETURNS = 100, MOST_UNRESOLVED = 8, MOST_ROUNDS = 10 };
 
 /* --- modes --------------------------------------------------------------------------------- */
 
@@ -209,20 +209,18 @@ double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
     return locate_first(m, d, AHEAD, d->core.t, end, d->argument, d->after);
 }
 
-/* Where the parabola through three arguments inside the mode comes closest to its edge, if that is
- * between the outer two and near the edge: there the switch may have left and come back. */
+/* Where the parabola through the depths of three arguments is least, if that is between the outer
+ * two and near the edge: there the switch may have left its mode and come back. */
 static double closest_approach(const double t[3], const double inside[3]) {
     const double left = (inside[1] - inside[0]) / (t[1] - t[0]);
     const double right = (inside[2] - inside[1]) / (t[2] - t[1]);
     const double curvature = (right - left) / (t[2] - t[0]);
-    double at, least;
+    const double at = 0.5 * (t[0] + t[1] - left / curvature);
+    const double least = inside[0] + (at - t[0]) * (left + curvature * (at - t[1]));
 
-    if (!(left < 0.0 && right > 0.0)) {
-        return (double)NAN;
-    }
-    at = 0.5 * (t[0] + t[1] - left / curvature);
-    least = inside[0] + (at - t[0]) * (left + curvature * (at - t[1]));
-    return least < 0.1 * fmax(inside[0], inside[2]) ? at : (double)NAN;
+    return curvature > 0.0 && at > t[0] && at < t[2] && least < 0.1 * fmax(inside[0], inside[2])
+               ? at
+               : (double)NAN;
 }
 
 /* Whether an argument that comes near its edge does so too fast for the samples of this step, in
@@ -328,6 +326,28 @@ static bgc_status count_returns(const bgc_model *m, bgc_data *d, const double *b
     return status;
 }
 
+/* Puts the states on their algebraic equations in the modes that they give themselves: other
+ * switches may change with what jumps. Modes are held meanwhile, so that the equations are smooth;
+ * where modes and states do not settle, comparisons are made in the equations. */
+static bgc_status settle(const bgc_model *m, bgc_data *d) {
+    const size_t size = (size_t)m->n_switch * sizeof *d->mode;
+    bgc_status status;
+
+    bgc_find_modes(m, d);
+    for (int round = 0; round < MOST_ROUNDS && d->core.algebraic > 0; round++) {
+        bgc_hold_modes(m, d);
+        memcpy(d->after, d->mode, size);
+        status = bgc_make_consistent(m, d);
+        bgc_find_modes(m, d);
+        if (status == BGC_OK && memcmp(d->after, d->mode, size) == 0) {
+            return BGC_OK;
+        }
+    }
+    status = bgc_make_consistent(m, d);
+    bgc_find_modes(m, d);
+    return status;
+}
+
 /* After an accepted step: nothing more, or, where it ended at an event, the new modes and states
  * that jump with them. `whole` is the length that was tried. */
 bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole) {
@@ -345,10 +365,8 @@ bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole) {
     core->counts.events++;
     core->f_valid = core->jac_valid = core->held = 0;
     memcpy(d->probe, d->mode, (size_t)m->n_switch * sizeof *d->mode);
-    bgc_release_modes(m, d);
-    status = bgc_make_consistent(m, d);
+    status = settle(m, d);
     if (status == BGC_OK) {
-        bgc_find_modes(m, d);
         status = count_returns(m, d, d->probe, in_a_row);
     }
     bgc_hold_modes(m, d);

@@ -209,20 +209,36 @@ class CompiledModel:
         function = ctypes.CFUNCTYPE(ctypes.c_int, *types)(getattr(self.model, name))
         return int(function(*values))
 
-    def _evaluate(self, name: str, size: int, t: float, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+    def _evaluate(
+        self,
+        name: str,
+        size: int,
+        t: float,
+        x: np.ndarray,
+        u: np.ndarray,
+        modes: Sequence[float] | None = None,
+    ) -> np.ndarray:
         out = self._poisoned(size)
-        self._call(name, self.h, t, x, self._without_modes(u), out, self.work)
+        self._call(name, self.h, t, x, self._with_modes(u, modes), out, self.work)
         return out[:size]
 
-    def _without_modes(self, u: np.ndarray) -> np.ndarray:
-        """Inputs, and no mode for any switch: all comparisons are made."""
-        return np.concatenate([u[: self.model.n_input], self._poisoned(self.model.n_switch)])
+    def _with_modes(self, u: np.ndarray, modes: Sequence[float] | None) -> np.ndarray:
+        """Inputs, then modes; without any, all comparisons are made."""
+        held = self._poisoned(self.model.n_switch) if modes is None else np.array(modes)
+        return np.concatenate([u[: self.model.n_input], held])
 
-    def rhs(self, t: float, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        return self._evaluate("rhs", self.model.n_state, t, x, u)
+    def switches(self, t: float, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+        return self._evaluate("switches", self.model.n_switch, t, x, u)
 
-    def outputs(self, t: float, x: np.ndarray, u: np.ndarray) -> np.ndarray:
-        return self._evaluate("outputs", self.model.n_output, t, x, u)
+    def rhs(
+        self, t: float, x: np.ndarray, u: np.ndarray, modes: Sequence[float] | None = None
+    ) -> np.ndarray:
+        return self._evaluate("rhs", self.model.n_state, t, x, u, modes)
+
+    def outputs(
+        self, t: float, x: np.ndarray, u: np.ndarray, modes: Sequence[float] | None = None
+    ) -> np.ndarray:
+        return self._evaluate("outputs", self.model.n_output, t, x, u, modes)
 
     def asserts(self, t: float, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         return self._evaluate("asserts", self.model.n_assert, t, x, u)
@@ -250,10 +266,12 @@ class CompiledModel:
         self._call("defaults", out, np.array(is_set, dtype=np.uint8), self.work)
         return out
 
-    def entries(self, t: float, x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def entries(
+        self, t: float, x: np.ndarray, u: np.ndarray, modes: Sequence[float] | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Stored entries of the Jacobian, and df/dt."""
         jac, dfdt = self._poisoned(self.model.n_jac), self._poisoned(self.model.n_state)
-        self._call("jacobian", self.h, t, x, self._without_modes(u), jac, dfdt, self.work)
+        self._call("jacobian", self.h, t, x, self._with_modes(u, modes), jac, dfdt, self.work)
         return jac[: self.model.n_jac], dfdt
 
     def dense(self, entries: np.ndarray, which: str = "jac") -> np.ndarray:

@@ -1,0 +1,2 @@
+#define UNLOCATED
+#include "stop.c"

@@ -1,0 +1,165 @@
+"""Which operations become modes, and what kernels make of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from programs import CompiledModel, at, make_program, states
+
+from bgc.algebra.dag import Dag, Kind, Op
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.emission.emit import emit_model
+from bgc.emission.lowered import Operation, Switch
+from bgc.emission.switches import hold_modes
+from bgc.grammar.source import Source, Span
+
+
+class Maker:
+    """A program of one state x and the time, from a function of the graph."""
+
+    def __init__(self) -> None:
+        self.dag = Dag()
+        (self.x,) = states(self.dag, 1)
+        self.t = self.dag.symbol(Kind.TIME)
+        self.p = self.dag.symbol(Kind.PARAM, 0)
+        self.u = self.dag.symbol(Kind.INPUT, 0)
+
+    def program(self, node: int, outputs: Sequence[int] = ()):
+        parameters = [("p", self.dag.const(2))]
+        return make_program(self.dag, [node], parameters=parameters, inputs=1, outputs=outputs)
+
+    def switches(self, node: int) -> tuple[Switch, ...]:
+        return hold_modes(self.program(node))[1]
+
+
+@pytest.fixture
+def make() -> Maker:
+    return Maker()
+
+
+@pytest.mark.parametrize("op", [Op.ABS, Op.MIN, Op.MAX, Op.EQ, Op.TANH])
+def test_continuous_operations_raise_no_events(make: Maker, op: Op) -> None:
+    operands = (make.x,) if op in {Op.ABS, Op.TANH} else (make.x, make.t)
+    program = make.program(make.dag.call(op, *operands))
+    held, switches = hold_modes(program)
+    assert switches == ()
+    assert held is program
+
+
+def test_what_only_parameters_or_held_inputs_decide_raises_none(make: Maker) -> None:
+    dag = make.dag
+    for other in (make.p, make.u):
+        condition = dag.call(Op.LT, other, dag.one)
+        assert make.switches(dag.select(condition, make.x, dag.one)) == ()
+
+
+@pytest.mark.parametrize(
+    ("op", "operation"),
+    [
+        (Op.LT, Operation.ABOVE),
+        (Op.LE, Operation.NOT_BELOW),
+        (Op.SIGN, Operation.SIGN),
+        (Op.FLOOR, Operation.FLOOR),
+        (Op.CEIL, Operation.CEIL),
+        (Op.FMOD, Operation.TRUNC),
+    ],
+)
+def test_discontinuous_operations_do(make: Maker, op: Op, operation: Operation) -> None:
+    single = op in {Op.SIGN, Op.FLOOR, Op.CEIL}
+    (switch,) = make.switches(make.dag.call(op, *((make.x,) if single else (make.p, make.x))))
+    assert switch.operation is operation
+    assert switch.jumps and not switch.timed
+    assert switch.states == ("x0",)
+
+
+def test_switches_of_time_come_first_and_inputs_do_not_make_them_less_timed(make: Maker) -> None:
+    dag = make.dag
+    of_state = dag.call(Op.LT, make.x, make.p)
+    of_time = dag.call(Op.LT, dag.mul(make.u, make.t), make.p)
+    first, second = make.switches(dag.add(of_state, of_time))
+    assert first.timed and not second.timed
+
+
+def test_a_law_that_is_continuous_at_its_switch_is_known_to_be(make: Maker) -> None:
+    dag, x, p = make.dag, make.x, make.p
+    over = dag.sub(x, p)
+    slack = dag.select(dag.call(Op.LT, p, x), dag.mul(p, over), dag.zero)
+    damped = dag.select(dag.call(Op.LT, p, x), dag.mul(p, x), dag.zero)
+    negated = dag.select(dag.call(Op.NOT, dag.call(Op.LE, x, dag.zero)), x, dag.zero)
+    assert [s.jumps for s in make.switches(slack)] == [False]
+    assert [s.jumps for s in make.switches(damped)] == [True]
+    assert [s.jumps for s in make.switches(negated)] == [False]
+    # One of two laws that it switches jumps.
+    assert [s.jumps for s in make.switches(dag.add(slack, damped))] == [True]
+
+
+def test_a_sign_of_what_multiplies_it_to_zero_raises_no_event(make: Maker) -> None:
+    dag, x = make.dag, make.x
+    root = dag.call(Op.SQRT, dag.call(Op.ABS, x))
+    assert make.switches(dag.mul(dag.call(Op.SIGN, x), root)) == ()
+    assert len(make.switches(dag.mul(dag.call(Op.SIGN, x), dag.add(root, dag.one)))) == 1
+
+
+def test_places_in_the_source_stay_with_an_operation(make: Maker) -> None:
+    dag = make.dag
+    source = Source("a.bg", "if x < y then 1")
+    less = dag.call(Op.LT, make.x, make.p)
+    dag.mark(less, Span(source, 3, 8))
+    dag.mark(less, Span(source, 0, 1))  # the first one stays
+    (moved,) = dag.substitute([less], {make.x: dag.mul(make.x, make.t)})
+    (switch,) = make.switches(moved)
+    assert switch.place is not None and switch.place.text == "x < y"
+    dag.mark(make.x, Span(source, 3, 4))
+    assert make.x not in dag.places
+
+
+# --- kernels -----------------------------------------------------------------------------------
+
+
+def test_kernels_read_modes_and_compare_without(make: Maker, tmp_path) -> None:
+    dag, x, t = make.dag, make.x, make.t
+    node = dag.sum(
+        (
+            dag.select(dag.call(Op.LT, x, dag.const(1)), dag.mul(x, x), dag.neg(x)),
+            dag.mul(dag.const(100), dag.call(Op.SIGN, dag.sub(x, dag.const(3)))),
+            dag.mul(dag.const(1000), dag.call(Op.FMOD, t, dag.const(2))),
+            dag.mul(dag.const(10000), dag.call(Op.FLOOR, x)),
+        )
+    )
+    program = make.program(node, outputs=[node])
+    emitted = emit_model(program, "0")
+    kinds = [switch.operation for switch in emitted.lowered.switches]
+    assert sorted(kinds) == [Operation.ABOVE, Operation.SIGN, Operation.FLOOR, Operation.TRUNC]
+    model = CompiledModel(emitted, tmp_path, [2.0])
+    u = np.zeros(1)
+    for value, time in ((0.5, 1.0), (1.5, 5.0), (4.0, 7.5)):
+        (expected,) = evaluate_nodes(program.dag, [node], at([value], t=time, u=u))
+        assert model.rhs(time, np.array([value]), u)[0] == pytest.approx(expected)
+    held = {Operation.ABOVE: 1, Operation.SIGN: -1, Operation.TRUNC: 2, Operation.FLOOR: 7}
+    modes = [float(held[kind]) for kind in kinds]
+    expected = 4.5**2 - 100 + 1000 * (7.5 - 2 * 2) + 10000 * 7
+    found = model.rhs(7.5, np.array([4.5]), u, modes)
+    assert found[0] == pytest.approx(expected)
+    assert model.outputs(7.5, np.array([4.5]), u, modes)[0] == pytest.approx(expected)
+    jac, dfdt = model.entries(7.5, np.array([4.5]), u, modes)
+    assert jac[0] == pytest.approx(9) and dfdt[0] == pytest.approx(1000)
+    arguments = dict(zip(kinds, model.switches(7.5, np.array([4.5]), u), strict=True))
+    assert arguments == pytest.approx(
+        {Operation.ABOVE: -3.5, Operation.SIGN: 1.5, Operation.TRUNC: 3.75, Operation.FLOOR: 4.5}
+    )
+
+
+def test_one_switch_in_the_argument_of_another(make: Maker) -> None:
+    """`fmod(time, 2) < 1` has a linear argument in each mode of the quotient."""
+    dag = make.dag
+    phase = dag.call(Op.FMOD, make.t, dag.const(2))
+    condition = dag.call(Op.LT, phase, dag.one)
+    held, switches = hold_modes(make.program(dag.select(condition, make.x, dag.zero)))
+    assert [s.operation for s in switches] == [Operation.TRUNC, Operation.ABOVE]
+    assert all(s.timed for s in switches)
+    modes = {1: 3.0, 2: math.nan}  # input 0 is the program's own
+    values = at([1.0], t=7.5, u=[0.0, modes[1], modes[2]])
+    assert evaluate_nodes(held.dag, [switches[1].argument], values) == [1 - (7.5 - 6)]
