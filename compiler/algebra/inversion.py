@@ -1,12 +1,17 @@
 """Solve one equation for one variable in closed form, where its law can be turned round.
 
-Only operations that are one to one are undone, so that a solution found is the only one; the
-laws `k x abs(x)` of flow through an orifice and odd powers are among them. Everything else is
-left to the integrators (`loops`).
+Only operations that are one to one are undone, so that a solution found is the only one: sums with
+and products by what does not hold the variable, functions with an inverse, signed powers such as
+`k x abs(x)` and `k sign(x) sqrt(abs(x))` of flow through an orifice, and `a x + b x abs(x)` and
+`a x + b x^3` where both terms rise or both fall. Everything else is left to the integrators
+(`loops`). Where the equation has no real solution, the value is not a number.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Level, Op
@@ -25,20 +30,56 @@ _INVERSES = {
 }
 
 
-def solve_for(dag: Dag, node: Node, target: Node, symbol: Node) -> Node | None:
+def solve_for(
+    dag: Dag,
+    node: Node,
+    target: Node,
+    symbol: Node,
+    default: Callable[[Node], float] | None = None,
+    note: Callable[[Node], None] = lambda node: None,
+) -> Node | None:
     """The value of a symbol at which `node = target`; None where no closed form is known.
 
-    Where there is no real solution the value is not a number.
+    `default` gives the value of a node of PARAM level at the parameters' defaults; without it
+    only numbers are known to have a sign. `note` is told of nodes of parameters that have to be
+    positive for the solution to be the one.
     """
+    signs = _Signs(dag, default, note)
     while node != symbol:
-        inner = _undo_sum_of_powers(dag, node, target, symbol)
+        inner = _undo_sum_of_powers(dag, node, target, symbol, signs)
         if inner is not None:
             return inner
-        undone = _undo(dag, node, target, _dependent(dag, node, symbol))
+        undone = _undo_signed_power(dag, node, target, symbol) or _undo(
+            dag, node, target, _dependent(dag, node, symbol)
+        )
         if undone is None:
             return None
         node, target = undone
     return target
+
+
+class _Signs:
+    def __init__(
+        self, dag: Dag, default: Callable[[Node], float] | None, note: Callable[[Node], None]
+    ) -> None:
+        self._dag = dag
+        self._default = default
+        self._note = note
+
+    def of(self, node: Node) -> int:
+        """1 or -1; 0 where it is not known."""
+        exact = self._dag.value(node)
+        if exact is not None:
+            return (exact > 0) - (exact < 0)
+        if self._default is None or not _is_fixed(self._dag, node):
+            return 0
+        value = self._default(node)
+        return int((value > 0) - (value < 0))
+
+    def rely_on(self, positive: Node) -> None:
+        """Note that a node has to stay positive."""
+        if self._dag.value(positive) is None:
+            self._note(positive)
 
 
 def _dependent(dag: Dag, node: Node, symbol: Node) -> list[bool]:
@@ -69,6 +110,14 @@ def _undo(dag: Dag, node: Node, target: Node, dependent: list[bool]) -> tuple[No
             return operands[0], dag.mul(target, operands[1])
         case Op.CBRT, _:
             return operands[0], dag.pow(target, dag.const(3))
+        case Op.SQRT, _:  # the fourth power of a root: not a number where the target is negative
+            return operands[0], dag.pow(dag.call(Op.SQRT, target), dag.const(4))
+        case Op.LOG10, _:
+            return operands[0], dag.pow(dag.const(10), target)
+        case Op.ATAN, _:
+            return operands[0], _within_a_quarter(dag, dag.call(Op.TAN, target), target)
+        case Op.ASIN, _:
+            return operands[0], _within_a_quarter(dag, dag.call(Op.SIN, target), target)
         case _ if op in _INVERSES:
             return operands[0], dag.call(_INVERSES[op], target)
         case _:
@@ -80,26 +129,133 @@ def _is_fixed(dag: Dag, node: Node) -> bool:
     return dag.level[node] <= Level.PARAM
 
 
-def _undo_sum_of_powers(dag: Dag, node: Node, target: Node, symbol: Node) -> Node | None:
-    """Solve `c x^n + d = target`, or with `x^n abs(x)`, where the power is odd."""
+def _within_a_quarter(dag: Dag, value: Node, angle: Node) -> Node:
+    """A value, where an angle is less than a right one; not a number beyond."""
+    room = dag.sub(dag.const(Fraction(math.pi / 2)), dag.call(Op.ABS, angle))
+    return dag.select(dag.call(Op.LT, dag.zero, room), value, dag.call(Op.SQRT, room))
+
+
+# --- powers with a sign -------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _Power:
+    """`factor * sign(base)^sign * abs(base)^degree`; base None: the factor alone."""
+
+    base: Node | None
+    sign: int
+    degree: Fraction
+    factor: Node
+
+
+def _undo_signed_power(
+    dag: Dag, node: Node, target: Node, symbol: Node
+) -> tuple[Node, Node] | None:
+    """The base of an odd power, also a broken one, and what it has to be."""
+    if dag.op[node] not in {Op.MUL, Op.DIV, Op.POW}:
+        return None
+    power = _power_in(dag, node, symbol)
+    if power is None or power.base is None or power.degree <= 0 or power.base == node:
+        return None
+    if power.sign % 2 == 0 or not _is_fixed(dag, power.factor):
+        return None
+    value = dag.div(target, power.factor)
+    return power.base, _signed_root(dag, value, power.degree)
+
+
+def _signed_root(dag: Dag, value: Node, degree: Fraction) -> Node:
+    """`sign(value) abs(value)^(1 / degree)`."""
+    size = dag.call(Op.ABS, value)
+    if degree == 1:
+        return value
+    if degree == 3:
+        return dag.call(Op.CBRT, value)
+    if degree == 2:
+        return dag.mul(dag.call(Op.SIGN, value), dag.call(Op.SQRT, size))
+    if degree == Fraction(1, 2):
+        return dag.mul(value, size)
+    return dag.mul(dag.call(Op.SIGN, value), dag.pow(size, dag.const(1 / degree)))
+
+
+def _power_in(dag: Dag, node: Node, symbol: Node) -> _Power | None:
+    """A product as a power of one base; None of anything else."""
+    if symbol not in dag.reachable([node]):
+        return _Power(None, 0, Fraction(0), node)
+    operands = dag.operands(node)
+    match Op(dag.op[node]):
+        case Op.MUL | Op.DIV as op:
+            left, right = (_power_in(dag, x, symbol) for x in operands)
+            return None if left is None or right is None else _product(dag, op, left, right)
+        case Op.SIGN:
+            return _Power(operands[0], 1, Fraction(0), dag.one)
+        case Op.ABS:
+            return _Power(operands[0], 0, Fraction(1), dag.one)
+        case Op.SQRT if dag.op[operands[0]] == Op.ABS:
+            return _Power(dag.a[operands[0]], 0, Fraction(1, 2), dag.one)
+        case Op.POW if dag.op[operands[0]] == Op.ABS and dag.value(operands[1]) is not None:
+            return _Power(dag.a[operands[0]], 0, Fraction(dag.value(operands[1]) or 0), dag.one)
+        case _:
+            return _Power(node, 1, Fraction(1), dag.one)
+
+
+def _product(dag: Dag, op: Op, left: _Power, right: _Power) -> _Power | None:
+    if left.base is not None and right.base is not None and left.base != right.base:
+        return None
+    turn = 1 if op == Op.MUL else -1
+    combine = dag.mul if op == Op.MUL else dag.div
+    return _Power(
+        left.base if left.base is not None else right.base,
+        left.sign + right.sign,
+        left.degree + turn * right.degree,
+        combine(left.factor, right.factor),
+    )
+
+
+# --- sums of powers -----------------------------------------------------------------------------
+
+
+def _undo_sum_of_powers(
+    dag: Dag, node: Node, target: Node, symbol: Node, signs: _Signs
+) -> Node | None:
+    """Solve `a x + b x abs(x)`, `a x + b x^3` or one odd power, plus a rest, for x."""
     terms = terms_in(dag, node, symbol)
     if terms is None:
         return None
-    rest = terms.pop((0, 0), dag.zero)
-    if len(terms) != 1:
+    value = dag.sub(target, terms.pop((0, 0), dag.zero))
+    if not all(_is_fixed(dag, factor) for factor in terms.values()):
         return None
-    ((power, absolute), factor) = next(iter(terms.items()))
-    if power % 2 == 0 or not _is_fixed(dag, factor):
+    if len(terms) == 1:
+        ((power, absolute), factor) = next(iter(terms.items()))
+        if power % 2 == 0:
+            return None
+        return _signed_root(dag, dag.div(value, factor), Fraction(power + absolute))
+    linear = terms.pop((1, 0), None)
+    if linear is None or len(terms) != 1:
         return None
-    value = dag.div(dag.sub(target, rest), factor)
-    degree = power + absolute
-    match degree:
-        case 1:
-            return value
-        case 3:
-            return dag.call(Op.CBRT, value)
-        case 2:
-            root = dag.call(Op.SQRT, dag.call(Op.ABS, value))
-        case _:
-            root = dag.pow(dag.call(Op.ABS, value), dag.const(Fraction(1, degree)))
-    return dag.mul(dag.call(Op.SIGN, value), root)
+    (key, factor) = next(iter(terms.items()))
+    turn = signs.of(linear)
+    if turn == 0 or turn != signs.of(factor):
+        return None
+    if turn < 0:
+        linear, factor, value = dag.neg(linear), dag.neg(factor), dag.neg(value)
+    if key not in {(1, 1), (3, 0)}:
+        return None
+    signs.rely_on(linear)
+    signs.rely_on(factor)
+    if key == (1, 1):
+        return _quadratic(dag, linear, factor, value)
+    return _cubic(dag, linear, factor, value)
+
+
+def _quadratic(dag: Dag, a: Node, b: Node, y: Node) -> Node:
+    """The solution of `a x + b x abs(x) = y`, without cancellation: 2 y / (a + root)."""
+    under = dag.add(dag.mul(a, a), dag.mul(dag.mul(dag.const(4), b), dag.call(Op.ABS, y)))
+    return dag.div(dag.mul(dag.const(2), y), dag.add(a, dag.call(Op.SQRT, under)))
+
+
+def _cubic(dag: Dag, a: Node, b: Node, y: Node) -> Node:
+    """The solution of `a x + b x^3 = y` with a, b > 0, by hyperbolic functions (Cardano)."""
+    size = dag.mul(dag.const(2), dag.call(Op.SQRT, dag.div(a, dag.mul(dag.const(3), b))))
+    argument = dag.div(dag.mul(dag.const(3), y), dag.mul(a, size))
+    third = dag.div(dag.call(Op.ASINH, argument), dag.const(3))
+    return dag.mul(size, dag.call(Op.SINH, third))

@@ -8,7 +8,7 @@ algebraic state with a zero row in the mass matrix, which the integrators solve.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
@@ -21,7 +21,7 @@ from bgc.algebra.solving import SingularSystemError, solve_general
 from bgc.equations.variables import Explicit, Rate, Variables
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import Node
-from bgc.program import Loop, LoopKind, LoopSolution
+from bgc.program import Loop, LoopKind, LoopSolution, PositiveParameter
 
 
 @dataclass(frozen=True, slots=True)
@@ -345,7 +345,33 @@ class _Loop:
         dag = self._dag
         value = final[target] if target in final else self._outside[target]
         residual = value if symbol in self._equation_of else dag.sub(value, stand_in)
-        return solve_for(dag, residual, dag.zero, stand_in)
+        self._refuse_flat(residual, symbol, stand_in)
+        return solve_for(
+            dag, residual, dag.zero, stand_in, self._variables.default, self._rely_on(symbol)
+        )
+
+    def _rely_on(self, symbol: Node) -> Callable[[Node], None]:
+        name = self._variables.places.name_of(symbol)
+        message = f"the law that gives `{name}` rises only while its coefficients are positive"
+
+        def note(node: Node) -> None:
+            self._variables.watched.append(PositiveParameter(node, message, strictly_positive=True))
+
+        return note
+
+    def _refuse_flat(self, residual: Node, symbol: Node, stand_in: Node) -> None:
+        """Refuse a law that gives the same for a value and its opposite, or for a whole range."""
+        dag = self._dag
+        (mirrored,) = dag.substitute([residual], {stand_in: dag.neg(stand_in)})
+        why = None
+        if self._fingerprints.equal(mirrored, residual):
+            why = "the same for a value and its opposite"
+        elif _is_flat(dag, *gradient(dag, residual, [stand_in])):
+            why = "the same for a whole range of values"
+        if why is not None:
+            ports = self._variables.ports_among(self._members)
+            places = self._variables.places
+            raise places.not_invertible(symbol, places.elements_of(ports), why)
 
     def require_regular(self, states: Sequence[AlgebraicState], unknowns: Sequence[Node]) -> None:
         """Refuse residuals whose Jacobian is singular for all values."""
@@ -355,6 +381,19 @@ class _Loop:
         if found is not Solutions.ONE:
             right = [state.residual for state in states]
             raise self._unsolvable([state.symbol for state in states], rows, right)
+
+
+def _is_flat(dag: Dag, slope: Node) -> bool:
+    """Whether a slope is zero on one side of a condition."""
+    while dag.op[slope] in {Op.NEG, Op.MUL, Op.DIV}:
+        operands = dag.operands(slope)
+        varying = [x for x in operands if dag.level[x] > Level.PARAM]
+        if len(varying) != 1 or (dag.op[slope] == Op.DIV and varying[0] != operands[0]):
+            return False
+        slope = varying[0]
+    if dag.op[slope] != Op.SELECT:
+        return slope == dag.zero
+    return any(_is_flat(dag, branch) for branch in dag.operands(slope)[1:])
 
 
 def _sum(dag: Dag, a: Mapping[Node, Node], b: Mapping[Node, Node]) -> dict[Node, Node]:

@@ -105,7 +105,10 @@ class Places:
         graph = self._causal.graph
         ports = {port.element for port in self._causal.ports}
         gyrators = [
-            graph.elements[k] for k in sorted(ports) if isinstance(graph.elements[k], Gyrator)
+            graph.elements[k]
+            for k in sorted(ports)
+            if isinstance(graph.elements[k], Gyrator)
+            and (not elements or graph.elements[k].name in elements)
         ]
         if gyrators:
             listed = [gyrator.name for gyrator in gyrators]
@@ -119,6 +122,11 @@ class Places:
         ]
         span = places[0][1]
         return BgError([catalogue.singular_loop(span, named, elements, solutions, marked)])
+
+    def not_invertible(self, symbol: Node, elements: Sequence[str], why: str) -> BgError:
+        """A law gives no single value of the variable that is asked for."""
+        name, span = self.name_of(symbol), self.span_of(symbol)
+        return BgError([catalogue.not_invertible(span, name, elements, why)])
 
     def rate_in_loop(self, symbols: Sequence[Node]) -> BgError:
         """A loop runs through the rate of a merged variable."""

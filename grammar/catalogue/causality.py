@@ -455,6 +455,27 @@ def gyrator_loop(span: Span, gyrators: Sequence[str], bonds: Sequence[str]) -> D
     )
 
 
+def not_invertible(span: Span, variable: str, elements: Sequence[str], why: str) -> Diagnostic:
+    """BG524: a law that cannot be turned round
+
+    What: the graph gives the variable that a law computes, and asks for the one that it is
+    computed from; but the law is the same for a value and its opposite, or for a whole range.
+    Why: there are then two or infinitely many answers, and no reason to take one of them.
+    Example: `R { e = k*f^2; }` on a junction whose effort a source sets, or a valve that is
+    closed for a range of efforts on one whose flow a source sets.
+    Way out: write the law with its sign (`k*f*abs(f)`), with a small leak where it is flat, or
+    the other way round (`f = ...` instead of `e = ...`).
+    """
+    return error(
+        "BG524",
+        f"the law of {_listed(elements)} cannot be turned round: it is {why}",
+        span,
+        note=f"`{variable}` is asked for",
+        help="write it with its sign, as `f*abs(f)`, give it a small slope, or write it the"
+        " other way round",
+    )
+
+
 def singular_equations(span: Span, names: Sequence[str]) -> Diagnostic:
     """BG531: equations that do not determine their unknowns
 
