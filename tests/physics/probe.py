@@ -31,6 +31,8 @@ MODELS = Path(__file__).parents[1] / "models"
 def with_rates(program: Program) -> Program:
     """The program that also observes `x'` for each observed x, its derivative along the flow,
     and as `stored` the energy stored (where the scene observes that).
+
+    Its states stand still: what they would do is in the rates, and the C stays small.
     """
     assert program.mass is None, "states without rates of their own have no accelerations"
     dag = program.dag
@@ -40,7 +42,13 @@ def with_rates(program: Program) -> Program:
         for o in program.observations
     )
     stored = replace(rates[0], name="stored", unit="J", node=program.energy.stored)
-    return optimise(replace(program, observations=(*program.observations, *rates, stored)))
+    return optimise(
+        replace(
+            program,
+            states=tuple(replace(state, derivative=dag.zero) for state in program.states),
+            observations=(*program.observations, *rates, stored),
+        )
+    )
 
 
 class Probe:

@@ -90,6 +90,21 @@ tip telescope fixed  0 0 0  0.7 -1.2 0.5  0 0 0
   0  0 0 0  0 0 0 0 0 0
 """
 
+EVERY_JOINT = """
+ship - floats  0 0 0  0 0 0  0 0 0
+  90  0.2 -0.1 0.3  9 -1 2 7 0.5 8
+stone ship swings  0 0 0  0.5 0.2 -0.4  25 -40 70
+  20  0.1 0.3 -0.2  2 0.3 -0.2 1.5 0.4 1.8
+plate stone clamped  0.36 0.48 0.8  -0.3 0.6 0.2  50 0 0
+  5  -0.2 0.1 0.4  0.4 0.1 0 0.6 -0.1 0.5
+bar plate turns  -0.64 0.6 0.48  0.4 -0.1 0.7  0 0 0
+  12  0.5 0.1 0  0.8 0.2 -0.3 1.4 0.1 1.6
+load bar slides  0.48 -0.8 0.36  0.9 -0.2 0.1  -60 10 35
+  8  0.1 -0.3 0.2  0.5 0 0.1 0.7 -0.2 0.9
+tip load fixed  0 0 0  0.1 -0.3 0.2  0 0 0
+  0  0 0 0  0 0 0 0 0 0
+"""
+
 
 def pinocchio_model(table: str, gravity: float, *, free: bool = False) -> Any:
     """The arm of a table; with `free`, its first body floats."""
@@ -104,10 +119,13 @@ def pinocchio_model(table: str, gravity: float, *, free: bool = False) -> Any:
         axis, origin, angles = np.reshape(np.array(numbers, float), (3, 3))
         mass, x, y, z, *inertia = map(float, body_line.split())
         parent, place = placed[before]
-        place = place * pin.SE3(pin.rpy.rpyToMatrix(np.radians(angles)), origin)
+        turn = np.radians(angles)
+        clamped = kind == "clamped"  # turned about its axis by the first angle
+        axes = pin.exp3(turn[0] * axis) if clamped else pin.rpy.rpyToMatrix(turn)
+        place = place * pin.SE3(axes, origin)
         if free and before == "-":
             kind = "floats"
-        if kind != "fixed":
+        if kind not in ("fixed", "clamped"):
             parent, place = (
                 model.addJoint(parent, _joint(kind, axis), place, name),
                 pin.SE3.Identity(),
@@ -130,5 +148,7 @@ def _joint(kind: str, axis: Any) -> Any:
             return pin.JointModelRevoluteUnaligned(*axis)
         case "slides":
             return pin.JointModelPrismaticUnaligned(*axis)
+        case "swings":
+            return pin.JointModelSpherical()
         case _:
             return pin.JointModelFreeFlyer()

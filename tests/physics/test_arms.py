@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from probe import probe
-from published_arms import PANDA, SKEWED, UR5, UR10, pinocchio_model
+from published_arms import EVERY_JOINT, PANDA, SKEWED, UR5, UR10, pinocchio_model
 
 pin = pytest.importorskip("pinocchio")
 
@@ -63,6 +63,34 @@ def test_mass_matrix_bias_forces_and_tip_are_pinocchios(arm):
         pin.framesForwardKinematics(model, data, q)
         found = arm.vector(state, "tip")
         np.testing.assert_allclose(found, data.oMf[tip].translation, rtol=0, atol=1e-12)
+
+
+def test_every_joint_moves_as_pinocchios_at_any_orientation():
+    names = (*rates(("twist", 6), ("spin", 3)), "turn", "slide")
+    chain = probe("arms", "every_joint", *names)
+    model = pinocchio_model(EVERY_JOINT, GRAVITY)
+    data = model.createData()
+    tip = model.getFrameId("tip")
+    rng = np.random.default_rng(11)
+    for _ in range(STATES):
+        position, angle, extension = rng.normal(size=3), rng.uniform(-4, 4), rng.normal()
+        attitudes = rng.normal(size=(2, 4))
+        attitudes /= np.linalg.norm(attitudes, axis=1)[:, None]
+        v = rng.normal(size=11)
+        declared = {"bar.joint.angle": angle, "slide.extension": extension}
+        declared |= {f"float.position[{k}]": x for k, x in enumerate(position, 1)}
+        for joint, attitude in zip(("float", "ball"), attitudes, strict=True):
+            declared |= {f"{joint}.attitude.h[{k}]": x for k, x in enumerate(attitude, 1)}
+        state = chain.at(declared, v)
+
+        h, b = np.roll(attitudes, -1, axis=1)  # scalar last
+        q = np.concatenate([position, h, b, [angle, extension]])
+        exact = pin.aba(model, data, q, v, np.zeros(11))
+        found = chain.accelerations(state)
+        np.testing.assert_allclose(found, exact, rtol=0, atol=1e-11 * np.abs(exact).max())
+        pin.framesForwardKinematics(model, data, q)
+        place = data.oMf[tip].translation
+        np.testing.assert_allclose(chain.vector(state, "tip"), place, rtol=0, atol=1e-12)
 
 
 def test_an_arm_in_free_fall_keeps_its_momentum(load):
