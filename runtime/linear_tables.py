@@ -38,9 +38,14 @@ def linear_tables(linear: Linearisation, full: bool) -> list[Table]:
 
 
 def mode_table(modes: Sequence[Mode], full: bool) -> Table:
-    """Eigenvalues by rising frequency with what follows from them, and the states in each."""
-    largest = max((abs(mode.eigenvalue) for mode in modes), default=0.0)
-    rows = [_mode_row(mode, _ALMOST_ZERO * largest) for mode in modes]
+    """Eigenvalues by rising frequency with what follows from them, and the states in each.
+
+    One that is zero but for rounding is shown as zero, before the others.
+    """
+    zero = _ALMOST_ZERO * max((abs(mode.eigenvalue) for mode in modes), default=0.0)
+    still = [mode for mode in modes if abs(mode.eigenvalue) <= zero]
+    moving = [mode for mode in modes if abs(mode.eigenvalue) > zero]
+    rows = [_mode_row(mode, zero) for mode in (*still, *moving)]
     header = (
         "eigenvalue 1/s", "period s", "natural period s", "damping", "time constant s", "states",
     )  # fmt: skip

@@ -7,9 +7,9 @@ Only what is asked for is visited, every node once.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
-from bgc.algebra.dag import Dag, Kind, Symbol
+from bgc.algebra.dag import Dag, Kind, Op, Symbol
 from bgc.algebra.derivatives import directional_derivative
 from bgc.equations.loops import AlgebraicState, solve_loop
 from bgc.equations.variables import Explicit, Rate, Unknown, Variables
@@ -179,4 +179,49 @@ class Resolver:
         )
         self.final.update(solved.final)
         self.algebraic.extend(solved.states)
-        self.loops.append(solved.loop)
+        if solved.states or not self._is_one_law(members):
+            self.loops.append(solved.loop)
+
+    def _is_one_law(self, members: Sequence[Node]) -> bool:
+        """Whether a circle is only the law of one element, turned round: no loop of the graph."""
+        ports = self._variables.ports_among(members)
+        if len({self._variables.causal.ports[k].element for k in ports}) != 1:
+            return False
+        laws = self._variables.laws_of(ports)
+        inside = set(members) - laws
+        for node in members:
+            if self._dag.symbol_of(node) is None:
+                continue
+            terms = [term for needed in self._needs(node) for term in self._terms(needed, laws)]
+            if node in laws:
+                if node not in terms:
+                    continue
+                terms.remove(node)  # what the law gives, in the balance that it is found from
+            if node in terms or self._leads_to(node, terms, inside):
+                return False
+        return True
+
+    def _terms(self, node: Node, whole: Collection[Node]) -> list[Node]:
+        """What a sum is made of; some nodes are not taken apart."""
+        terms: list[Node] = []
+        stack = [node]
+        while stack:
+            inner = stack.pop()
+            if self._dag.op[inner] in {Op.ADD, Op.SUB, Op.NEG} and inner not in whole:
+                stack.extend(self._dag.operands(inner))
+            else:
+                terms.append(inner)
+        return terms
+
+    def _leads_to(self, node: Node, terms: Iterable[Node], inside: Collection[Node]) -> bool:
+        """Whether terms need a node, by way of the nodes inside."""
+        stack = [term for term in terms if term in inside]
+        seen = set(stack)
+        while stack:
+            for needed in self._needs(stack.pop()):
+                if needed == node:
+                    return True
+                if needed in inside and needed not in seen:
+                    seen.add(needed)
+                    stack.append(needed)
+        return False

@@ -8,7 +8,7 @@ raw symbols, an unknown of an equation to be solved, the rate of another node, o
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -161,16 +161,16 @@ class Variables:
 
     def ports_among(self, members: Collection[Node]) -> list[int]:
         """The ports of resistors (and gyrators) whose laws are among some raw nodes."""
-        return list(self.laws_among(members))
-
-    def laws_among(self, members: Collection[Node]) -> dict[int, Node]:
-        """Those ports, each with the node of its law."""
-        laws = {**self._answers, **self._conductances}
-        return {
-            k: laws[k]
+        return [
+            k
             for k, port in enumerate(self.causal.ports)
-            if port.role is Role.RESISTANCE and laws.get(k) in members
-        }
+            if port.role is Role.RESISTANCE and not self.laws_of([k]).isdisjoint(members)
+        ]
+
+    def laws_of(self, ports: Iterable[int]) -> set[Node]:
+        """The nodes that the laws of ports give."""
+        laws = ((self._answers.get(k), self._conductances.get(k)) for k in ports)
+        return {node for pair in laws for node in pair if node is not None}
 
     def new_speed(self, stored: Node, rate: Node) -> Node:
         """A symbol for the speed of a free motion, which adds to the rate of a quantity."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 
 from bgc.causality.causal import CausalGraph, Role, Rule
@@ -10,6 +11,8 @@ from bgc.driver import Compilation
 from bgc.graph import Bond, FlatGraph, Storage
 from bgc.printing.tables import Table
 from bgc.program import Loop, Program, ProgramState
+
+_COMPONENT = re.compile(r"(?P<base>.+)\[(?P<index>\d+)\]")
 
 
 def stroke_table(causal: CausalGraph) -> Table:
@@ -123,13 +126,18 @@ def _whole(name: str, bond: Bond) -> str:
 def _listed(names: Iterable[str], most: int = 4) -> str:
     """Names, of many the first few; components of one vector as `p[1..6]`."""
     whole: dict[str, list[int]] = {}
+    namesakes: dict[str, int] = {}  # merged states of the same elements: `merged(a, b).p#2`
     for name in names:
-        base, bracket, index = name.removesuffix("]").rpartition("[")
-        if bracket and name.endswith("]") and index.isdigit():
-            whole.setdefault(base, []).append(int(index))
-        else:
-            whole.setdefault(name, [])
-    texts = [f"{base}{ranges(found).strip()}" for base, found in whole.items()]
+        first, again, _ = name.partition("#")
+        found = _COMPONENT.fullmatch(first)
+        base = found["base"] if found else first
+        namesakes[base] = namesakes.get(base, 0) + bool(again)
+        whole.setdefault(base, []).extend([int(found["index"])] if found else [])
+    texts = [
+        f"{base}{ranges(found).strip()}"
+        + (f" (1 to {namesakes[base] + 1})" * bool(namesakes[base]))
+        for base, found in whole.items()
+    ]
     if len(texts) > most:
         return f"{', '.join(texts[: most - 1])} and {len(texts) - most + 1} more"
     return ", ".join(texts)

@@ -22,6 +22,7 @@ from bgc.runtime.cli.options import (
     read_point,
     scene_option,
     set_option,
+    use_option,
 )
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ _PICTURES = (".png", ".svg", ".pdf")
 @model_file
 @scene_option
 @set_option
+@use_option
 @input_option(multiple=False)
 @output_option(multiple=False)
 @point_options
@@ -46,6 +48,7 @@ def bode(
     file: Path,
     scene: str | None,
     assignments: tuple[str, ...],
+    uses: tuple[str, ...],
     input_: str,
     output: str,
     at: str | None,
@@ -67,7 +70,7 @@ def bode(
     check_target(out, (*_TABLES, "-"))
     check_target(plot, _PICTURES)
     point = read_point(at, steady)
-    options = Options(scene, read_assignments(assignments))
+    options = Options(scene, read_assignments(assignments), uses=read_assignments(uses))
     opened = OpenedModel(file, options, [input_], [output])
     linear = opened.linearise(opened.operating_point(point))
     _require_one("input", input_, linear.inputs)

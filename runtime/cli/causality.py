@@ -7,14 +7,23 @@ from pathlib import Path
 import click
 
 from bgc.runtime.cli.app import print_diagnostics
-from bgc.runtime.cli.options import model_file, read_assignments, scene_option, set_option
+from bgc.runtime.cli.options import (
+    model_file,
+    read_assignments,
+    scene_option,
+    set_option,
+    use_option,
+)
 
 
 @click.command()
 @model_file
 @scene_option
 @set_option
-def causality(file: Path, scene: str | None, assignments: tuple[str, ...]) -> None:
+@use_option
+def causality(
+    file: Path, scene: str | None, assignments: tuple[str, ...], uses: tuple[str, ...]
+) -> None:
     """Tell how a scene of FILE is computed: strokes with reasons, storage, algebraic loops.
 
     A stroke, |-> or ->|, stands at the end of the bond that is given the effort.
@@ -24,6 +33,8 @@ def causality(file: Path, scene: str | None, assignments: tuple[str, ...]) -> No
     from bgc.printing.causality import causality_tables
     from bgc.runtime.cli.printing import print_tables
 
-    compilation = Compilation(file, Options(scene, read_assignments(assignments)))
+    compilation = Compilation(
+        file, Options(scene, read_assignments(assignments), uses=read_assignments(uses))
+    )
     print_tables(causality_tables(compilation))
     print_diagnostics(compilation.warnings)

@@ -19,6 +19,7 @@ from bgc.runtime.cli.options import (
     read_point,
     scene_option,
     set_option,
+    use_option,
 )
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ _KINDS = (".csv", ".npz")
 @model_file
 @scene_option
 @set_option
+@use_option
 @click.option("--latex", is_flag=True, help="The equations as LaTeX, for the package amsmath.")
 @click.option(
     "--linear",
@@ -50,6 +52,7 @@ def equations(
     file: Path,
     scene: str | None,
     assignments: tuple[str, ...],
+    uses: tuple[str, ...],
     latex: bool,
     linear: bool,
     at: str | None,
@@ -71,7 +74,7 @@ def equations(
         raise click.UsageError("--latex is for the equations; --linear has --out FILE")
     if not linear and (inputs or outputs or at is not None or steady or out is not None):
         raise click.UsageError("--input, --output, --at, --steady and --out need --linear")
-    options = Options(scene, read_assignments(assignments))
+    options = Options(scene, read_assignments(assignments), uses=read_assignments(uses))
     if linear:
         _print_linear(file, options, at, steady, inputs, outputs, full, out)
         return

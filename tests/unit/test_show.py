@@ -66,3 +66,57 @@ def test_a_mass_matrix_is_shown_on_the_left(tmp_path):
     text = show_pass("equations", path, Options())
     assert "  (2) * x' = -z\n" in text or "  (-2) * x' = z\n" in text
     assert "  0 = " in text
+
+
+def loops(tmp_path, text: str) -> str:
+    path = tmp_path / "m.bg"
+    path.write_text(f"model M {{ {text} }}")
+    return show_pass("causality", path, Options()).partition("algebraic loops")[2]
+
+
+def test_algebraic_loops_are_named(tmp_path):
+    ladder = """
+        s : Se(e = 4); r1 : R(2); r2 : R(3); r3 : R(5); c : C(1); a : J1; b : J0; d : J1;
+        s -> a -> r1; a -> b; b -> r2; b -> d; d -> r3, c;
+    """
+    assert "r2.f, r3.f  r1, r2, r3  linear, its matrix from parameters alone" in loops(
+        tmp_path, ladder
+    )
+
+
+@pytest.mark.parametrize(
+    ("law", "feedback", "expected"),
+    [
+        ("R(2)", "3", False),
+        ("R(1)", "3", False),
+        ("R { e = f*abs(f) + f; }", "3", False),
+        ("R(2)", "-0.5*line.f", True),
+        ("R(1)", "-0.5*line.f", True),
+    ],
+)
+def test_a_law_that_is_turned_round_is_no_loop(tmp_path, law, feedback, expected):
+    text = f"""
+        push : MSe(e = {feedback}); line : J1; load : {law}; store : C(1, q0 = 1);
+        push -> line -> load, store;
+    """
+    assert bool(loops(tmp_path, text)) == expected
+
+
+def test_a_motor_has_no_algebraic_loop():
+    assert "algebraic" not in show_pass("causality", MODELS / "dc_motor.bg", Options())
+
+
+def test_merged_storage_names_its_generalised_momentum_and_the_others(tmp_path):
+    path = tmp_path / "m.bg"
+    path.write_text(
+        """model M {
+          push : Se(e = 1); line : J1; a : I(2); gear : TF(2); b : I(3); c : C(1); far : J1;
+          push -> line -> a; line -> gear -> far -> b; far -> c;
+        }"""
+    )
+    text = show_pass("causality", path, Options())
+    (a,) = (line for line in text.splitlines() if line.startswith("  a "))
+    (c,) = (line for line in text.splitlines() if line.startswith("  c "))
+    assert "the generalised momentum merged(a, b).p, with b" in a
+    assert c.split() == ["c", "C", "integral", "c.q"]
+    assert "derivative" in text and "what `b` stores follows from other elements" in text
