@@ -38,23 +38,29 @@ class MergedGroup:
     flows: Mapping[int, Node]
 
 
-def check_merged(variables: Variables, groups: Sequence[MergedGroup], *, complete: bool) -> None:
-    """Check merged inertias at a random point; says nothing where a function has no value there.
-
-    `complete` tells that there are no others, whose laws are not linear.
+def require_definite(variables: Variables, group: Group) -> None:
+    """Refuse a group of linear laws whose reduced mass is (nearly) singular at a random point.
 
     Raises
     ------
     BgError
-        Inertias have no common inertia along one of their motions; they are named.
+        Names what can move without inertia.
+    """
+    point = _Point(variables, [])
+    if all(map(math.isfinite, point.flows.values())):
+        _require_definite(point, group)
+
+
+def check_merged(variables: Variables, groups: Sequence[MergedGroup], *, complete: bool) -> None:
+    """Check what was written for merged inertias; nothing where a function has no value.
+
+    `complete` tells that there are no others, whose laws are not linear.
     """
     if not groups:
         return
     point = _Point(variables, groups)
     if not point.is_finite():
         return
-    for merged in groups:
-        _require_definite(point, merged.group)
     _assert_solved(point, groups)
     if complete:
         _assert_powerless(point, groups)

@@ -17,7 +17,7 @@ from bgc.algebra.dag import Kind
 from bgc.algebra.quadratic import SingularFormError
 from bgc.causality.causal import Role
 from bgc.equations.integrating import charge_state, integrate_compliances
-from bgc.equations.merged_audit import MergedGroup, check_merged
+from bgc.equations.merged_audit import MergedGroup, check_merged, require_definite
 from bgc.equations.merged_flows import reduced_flows, turning_forces
 from bgc.equations.merged_groups import Group, cannot_merge, find_groups, shortened
 from bgc.equations.merged_initial import initial_momenta
@@ -50,8 +50,10 @@ def _merge_inertia_group(
     linear = all(element.law.capacity is not None for element in group.elements)
     for element in group.elements:
         _define_momenta(variables, element)
-    flows = _reduced_flows(variables, group, merged) if linear else None
-    if flows is not None:
+    flows = None
+    if linear:
+        require_definite(variables, group)
+        flows = _reduced_flows(variables, group, merged)
         checked.append(MergedGroup(group, merged, flows))
     for k, state in merged.items():
         number = causal.basis[k].bond_class
