@@ -14,6 +14,7 @@ from bgc.building.build import Unit, build_shared_object
 from bgc.building.built import Built, RunFacts
 from bgc.building.cache import Cache
 from bgc.building.toolchain import find_toolchain
+from bgc.grammar.catalogue.pages import pages
 from bgc.runtime import model as runtime_model
 from bgc.runtime.cli.app import application
 
@@ -270,6 +271,28 @@ def test_explain_prints_the_page_of_a_code():
     result = bgc("explain", "bg055")
     assert result.output.startswith("BG055: a file cannot be written")
     assert "Way out:" in result.output
+
+
+@pytest.mark.parametrize("code", ["501", "BG501", "bg501"])
+def test_a_code_may_be_given_as_its_number(code):
+    assert bgc("explain", code).output.startswith("BG501: ")
+
+
+def test_explain_lists_all_diagnostics_by_topic():
+    output = bgc("explain").output
+    lines = output.splitlines()
+    codes = [line.split(":")[0].strip() for line in lines if line.startswith("  BG")]
+    assert sorted(codes) == list(pages())
+    heading = lines.index("causality, storage and algebraic loops")
+    assert lines[heading + 1].startswith("  BG501: ")
+
+
+def test_explain_finds_diagnostics_by_a_word_and_suggests_near_codes():
+    assert "BG501: " in bgc("explain", "prescribe").output
+    for wrong in ("BG5O1", "BG500"):
+        result = bgc("explain", wrong)
+        assert result.exit_code == 2 and "  BG501: " in result.stderr
+    assert bgc("explain", "nothing-like-this").exit_code == 2
 
 
 def test_doctor_is_well_here(monkeypatch, tmp_path):
