@@ -50,6 +50,7 @@ class Builder:
         self.slots: list[Slot] = []
         self._parts = 0
         self._turns = 0
+        self._is_too_large = False
 
     # --- models ---------------------------------------------------------------------
 
@@ -259,7 +260,14 @@ class Builder:
     def _count_turn(self, loop: syntax.For) -> None:
         self._turns += 1
         if self._turns > MAX_PARTS:
-            raise BgError([graph.too_many_parts(loop.span, MAX_PARTS)])
+            raise self._too_many(loop.span)
+
+    def _too_many(self, span: Span) -> BgError:
+        """Too many parts or turns, told once."""
+        if self._is_too_large:
+            return already_reported()
+        self._is_too_large = True
+        return BgError([graph.too_many_parts(span, MAX_PARTS)])
 
     def _register_value(
         self,
@@ -354,7 +362,7 @@ class Builder:
         try:
             self._parts += 1
             if self._parts > MAX_PARTS:
-                raise BgError([graph.too_many_parts(pending.part.span, MAX_PARTS)])
+                raise self._too_many(pending.part.span)
             pending.built = self._build(pending)
         except BgError as err:
             pending.status = Status.FAILED

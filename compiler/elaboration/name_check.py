@@ -113,6 +113,8 @@ class _Checker:
             self.expression(expression, seen)
 
     def expression(self, expr: syntax.Expr | syntax.Range, seen: set[str]) -> None:
+        if self._report.is_full:
+            return  # to look for names that are near takes time
         match expr:
             case syntax.Name():
                 if expr.name not in seen and expr.name not in self._module.constants:

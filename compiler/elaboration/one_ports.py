@@ -20,6 +20,7 @@ from bgc.elaboration.quantities import component_name
 from bgc.elaboration.tree import Element
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import laws as law_messages
+from bgc.grammar.catalogue import values
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import (
     EnergyLaw,
@@ -41,6 +42,7 @@ _LAWS: dict[str, dict[str, tuple[str, Form]]] = {
     "R": {"e": ("f", Form.EFFORT), "f": ("e", Form.FLOW)},
     "IC": {},
 }
+_MAX_PORTS = 1000  # of a field: its matrix has as many rows and columns
 _ENERGY_VARIABLES = {"C": ("q",), "I": ("p",), "IC": ("q", "p")}
 _OWN = {
     "C": {Kind.DISPLACEMENT},
@@ -137,6 +139,8 @@ def read_resistor(laws: Laws, element: Element) -> Resistor:
 
 
 def _read_law(laws: Laws, element: Element, given: dict[str, syntax.Argument]) -> Law:
+    if len(laws.ports(element, "all")) > _MAX_PORTS:
+        raise BgError([values.too_large(element.use.span, f"the matrix of `{element.path}`")])
     forms = LAW_ARGUMENTS.get(element.basic, {})
     named = [name for name in forms if name in given]
     if element.law is not None and named:

@@ -7,7 +7,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
+from bgc.grammar.catalogue.syntax import too_many_errors
 from bgc.grammar.diagnostics import BgError, Diagnostic, Severity
+from bgc.grammar.parse import MAX_ERRORS
 
 _INDEX = re.compile(r"\[[-\d, ]+\]")
 
@@ -16,12 +18,14 @@ class Report:
     """The diagnostics of a pass so far, each once.
 
     What depends on something that failed raises `already_reported()`, which adds nothing, so
-    that one cause gives one message.
+    that one cause gives one message. After `MAX_ERRORS` it is full: a last error says that
+    there are more, and these are dropped.
     """
 
     def __init__(self) -> None:
         self._diagnostics: dict[tuple[object, ...], Diagnostic] = {}
         self._aside = 0
+        self._errors = 0
 
     def add(self, *diagnostics: Diagnostic, note: str = "") -> None:
         """Record diagnostics, with a note on those that have none yet."""
@@ -31,8 +35,23 @@ class Report:
             # An array of parts repeats a mistake for each of its parts.
             if note and not diagnostic.note:
                 diagnostic = replace(diagnostic, note=note)
-            message = _INDEX.sub("[..]", diagnostic.message)
-            self._diagnostics.setdefault((diagnostic.code, place, message), diagnostic)
+            key = (diagnostic.code, place, _INDEX.sub("[..]", diagnostic.message))
+            if key not in self._diagnostics:
+                self._enter(key, diagnostic)
+
+    def _enter(self, key: tuple[object, ...], diagnostic: Diagnostic) -> None:
+        if diagnostic.severity is Severity.ERROR:
+            if self.is_full:
+                return
+            self._errors += 1
+            if self._errors > MAX_ERRORS and diagnostic.span is not None:
+                diagnostic = too_many_errors(diagnostic.span, MAX_ERRORS)
+        self._diagnostics[key] = diagnostic
+
+    @property
+    def is_full(self) -> bool:
+        """Whether more errors would be dropped."""
+        return self._errors > MAX_ERRORS
 
     @contextmanager
     def collecting(self, note: str = "") -> Iterator[None]:
@@ -58,7 +77,7 @@ class Report:
 
     def raise_new_errors(self) -> None:
         """Raise BgError when there are errors that were not set aside."""
-        if len(self.errors) > self._aside:
+        if len(self.errors) > self._aside or self.is_full:
             self.raise_errors()
 
     def raise_errors(self) -> None:
