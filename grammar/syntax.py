@@ -90,7 +90,7 @@ class Binary:
 
 @dataclass(frozen=True, slots=True)
 class Conditional:
-    """`if condition then yes else no`."""
+    """`if condition then yes else no`; where states or time decide, a change is an event."""
 
     condition: Expr
     yes: Expr

@@ -15,9 +15,10 @@ def summarise(result: Result) -> str:
     factor = f", {reached / spent:.3g} x real time" if spent > 0 and reached > 0 else ""
     ended = "" if result.status == "done" else f" ({result.status})"
     rejected = f" ({counts['rejected']:.0f} rejected)" if counts["rejected"] else ""
+    events = f", {counts['events']:,.0f} events" if counts["events"] else ""
     lines = [
         f"{result.scene}: {_seconds(reached)} simulated in {_seconds(spent)}{factor}{ended}",
-        f"  {result.solver}: {counts['steps']:,.0f} steps{rejected}, "
+        f"  {result.solver}: {counts['steps']:,.0f} steps{rejected}{events}, "
         f"{len(result.time):,} rows, worst step {_seconds(counts['worst_step_seconds'])}",
     ]
     if counts["fallbacks"]:

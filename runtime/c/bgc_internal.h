@@ -220,6 +220,7 @@ void bgc_hold_modes(const bgc_model *m, bgc_data *d);
 void bgc_release_modes(const bgc_model *m, bgc_data *d);
 void bgc_find_modes(const bgc_model *m, bgc_data *d);
 void bgc_reset_modes(const bgc_model *m, bgc_data *d);
+bgc_status bgc_settle(const bgc_model *m, bgc_data *d);
 double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end);
 bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_shorten,
                           double *found);

@@ -22,7 +22,7 @@ static const double foretold[2][4] = {
 };
 static const double too_far_off = 0.1; /* of the range of an argument, between it and the cubic */
 
-static const double brief_excursion = 1e-3;     /* of a step: an excursion from one event to the next */
+static const double brief_excursion = 1e-3; /* of a step: from one event to the next */
 enum { MOST_RETURNS = 100, MOST_UNRESOLVED = 8, MOST_ROUNDS = 10 };
 
 /* --- modes --------------------------------------------------------------------------------- */
@@ -328,11 +328,15 @@ static bgc_status count_returns(const bgc_model *m, bgc_data *d, const double *b
 
 /* Puts the states on their algebraic equations in the modes that they give themselves: other
  * switches may change with what jumps. Modes are held meanwhile, so that the equations are smooth;
- * where modes and states do not settle, comparisons are made in the equations. */
-static bgc_status settle(const bgc_model *m, bgc_data *d) {
+ * where modes and states do not settle, comparisons are made in the equations. Leaves the modes
+ * released. */
+bgc_status bgc_settle(const bgc_model *m, bgc_data *d) {
     const size_t size = (size_t)m->n_switch * sizeof *d->mode;
     bgc_status status;
 
+    if (m->n_switch == 0) {
+        return bgc_make_consistent(m, d);
+    }
     bgc_find_modes(m, d);
     for (int round = 0; round < MOST_ROUNDS && d->core.algebraic > 0; round++) {
         bgc_hold_modes(m, d);
@@ -352,7 +356,8 @@ static bgc_status settle(const bgc_model *m, bgc_data *d) {
  * that jump with them. `whole` is the length that was tried. */
 bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole) {
     bgc_core *core = &d->core;
-    const int in_a_row = core->event_at == core->t_old && core->t - core->t_old <= brief_excursion * whole;
+    const int in_a_row =
+        core->event_at == core->t_old && core->t - core->t_old <= brief_excursion * whole;
     bgc_status status;
 
     core->unresolved = 0;
@@ -365,7 +370,7 @@ bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole) {
     core->counts.events++;
     core->f_valid = core->jac_valid = core->held = 0;
     memcpy(d->probe, d->mode, (size_t)m->n_switch * sizeof *d->mode);
-    status = settle(m, d);
+    status = bgc_settle(m, d);
     if (status == BGC_OK) {
         status = count_returns(m, d, d->probe, in_a_row);
     }

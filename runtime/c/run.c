@@ -89,9 +89,7 @@ static bgc_status accept_inputs(const bgc_model *m, bgc_data *d) {
     }
     d->core.f_valid = d->core.jac_valid = 0;
     memcpy(d->u_seen, d->u, size);
-    bgc_release_modes(m, d);
-    status = bgc_make_consistent(m, d);
-    bgc_find_modes(m, d);
+    status = bgc_settle(m, d);
     bgc_hold_modes(m, d);
     return status;
 }
