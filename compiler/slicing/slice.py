@@ -18,8 +18,9 @@ def slice_program(program: Program) -> Program:
 
     What is read: observations, requirements, commands to devices, guards, what `keep` names,
     and the energy accounts if the scene observes one. A scene that reads nothing keeps
-    everything, and a model without a scene is not sliced. What is left out is said in
-    `dropped`; outputs are the same functions of the time as before.
+    everything, and a model without a scene is not sliced. One in which nothing moves keeps what
+    reaches the outputs: it is compiled for its modes. What is left out is said in `dropped`;
+    outputs are the same functions of the time as before.
     """
     if not program.scene.name or not _roots(program):
         return program
@@ -28,7 +29,7 @@ def slice_program(program: Program) -> Program:
         program = replace(program, energy=Energy(zero, zero, zero))
     program = without_unread(program)
     values = invariant_states(program)
-    if values:
+    if len(values) < len(program.states):
         program = without_unread(_without_invariants(program, values))
     return _without_useless_checks(program)
 

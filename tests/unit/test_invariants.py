@@ -32,6 +32,12 @@ def equations(*lines: str, observe: str, scene: str = "") -> str:
     return f"model M {{ {body} }}\nscene s of M {{ observe {observe}; {scene} run 1 s; }}"
 
 
+def beside(text: str, observe: str, scene: str = "") -> str:
+    """The equations beside one that moves in any case."""
+    moving = "state moving = 1; der(moving) = -moving;"
+    return equations(moving, text, observe=f"moving, {observe}", scene=scene)
+
+
 OSCILLATORS = (
     "state a = 1; state b = 0; der(a) = b; der(b) = -a;",
     "state c = 0; state d = 0; der(c) = d; der(d) = -c + c*a;",
@@ -53,18 +59,25 @@ def test_keep_leaves_it() -> None:
     assert invariants(equations(*OSCILLATORS, observe="a, c", scene="keep c;")) == {}
 
 
+def test_where_nothing_moves_everything_is_kept() -> None:
+    """Such a scene is there for its modes."""
+    still = equations("state c; state d; der(c) = d; der(d) = -c;", observe="c")
+    program = slice_program(program_of(still))
+    assert [s.name for s in program.states] == ["c", "d"] and not program.dropped
+
+
 def test_a_start_that_may_be_set_is_no_zero() -> None:
     text = "param start = 0; state c = start; state d = 0; der(c) = d; der(d) = -c;"
-    assert invariants(equations(text, observe="c")) == {}
-    fixed = equations(text, observe="c", scene="set start = 0;")
+    assert invariants(beside(text, observe="c")) == {}
+    fixed = beside(text, observe="c", scene="set start = 0;")
     assert invariants(fixed) == {"c": "ZERO", "d": "ZERO"}
 
 
 def test_a_device_may_push() -> None:
     text = """
-    model M { input x = 0; state c; der(c) = x - c; }
+    model M { input x = 0; state c; der(c) = x - c; state a = 1; der(a) = -a; }
     scene s of M { device hand = trace(file = "a.csv"); drive x = hand.position[1];
-      observe c; run 1 s; }
+      observe a, c; run 1 s; }
     """
     assert invariants(text) == {}
     assert invariants(text.replace("hand.position[1]", "0*hand.position[1]")) == {"c": "ZERO"}
@@ -84,8 +97,8 @@ def test_what_never_changes_becomes_its_start() -> None:
 
 def test_an_equilibrium_for_all_parameters_is_one() -> None:
     text = "param m = 2; param k = 3; state q = m*9.81/k; state v; der(q) = v; "
-    assert set(invariants(equations(text + "der(v) = 9.81 - k*q/m;", observe="q"))) == {"q", "v"}
-    assert invariants(equations(text + "der(v) = 9.8 - k*q/m;", observe="q")) == {}
+    assert set(invariants(beside(text + "der(v) = 9.81 - k*q/m;", observe="q"))) == {"q", "v"}
+    assert invariants(beside(text + "der(v) = 9.8 - k*q/m;", observe="q")) == {}
 
 
 def test_zeros_that_only_an_identity_shows_are_seen() -> None:
@@ -104,7 +117,7 @@ def test_zeros_that_only_an_identity_shows_are_seen() -> None:
 )
 def test_clamps_are_told_by_the_ranges_of_parameters(clamp: str, stays: bool) -> None:
     text = f"param limit = 2 in 0 .. 5; param low = -1; state c; der(c) = {clamp};"
-    assert bool(invariants(equations(text, observe="c"))) is stays
+    assert bool(invariants(beside(text, observe="c"))) is stays
 
 
 def test_a_quaternion_that_turns_about_one_axis_keeps_two_components() -> None:
