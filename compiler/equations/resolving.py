@@ -11,9 +11,9 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from bgc.algebra.dag import Dag, Kind, Op, Symbol
 from bgc.algebra.derivatives import directional_derivative
+from bgc.equations.implicit_rates import implicit_rates
 from bgc.equations.loops import AlgebraicState, solve_loop
 from bgc.equations.variables import Explicit, Rate, Unknown, Variables
-from bgc.grammar.diagnostics import BgError
 from bgc.graph import Node
 from bgc.program import Loop
 
@@ -124,20 +124,33 @@ class Resolver:
 
     def _rates_behind(self, node: Node, of: Node) -> Iterator[Node]:
         """The derivatives of the states that a final node depends on."""
-        for inner in self._dag.reachable([of]):
+        for inner in self._varying_in(of):
             symbol = self._dag.symbol_of(inner)
-            if symbol is None:
-                continue
-            if symbol.kind is Kind.INPUT or inner in self._variables.speeds:
-                raise self._no_rate(node)
-            if symbol.kind is Kind.STATE:
-                rate = self._rates.get(symbol.index)
-                if rate is None:
-                    raise self._no_rate(node)
+            rate = self._rates.get(symbol.index) if symbol and symbol.kind is Kind.STATE else None
+            if rate is not None:
                 yield rate
+            elif inner not in self._residuals():
+                raise self._variables.places.no_rate(node)
 
-    def _no_rate(self, node: Node) -> BgError:
-        return self._variables.places.no_rate(node)
+    def _varying_in(self, of: Node) -> list[Node]:
+        """The states, inputs and speeds in a final node, and in the residuals of unknowns in it."""
+        residuals, found, waiting = self._residuals(), dict[Node, None](), [of]
+        while waiting:
+            for inner in self._dag.reachable([waiting.pop()]):
+                symbol = self._dag.symbol_of(inner)
+                if symbol is None or symbol.kind in {Kind.PARAM, Kind.TIME} or inner in found:
+                    continue
+                found[inner] = None
+                if inner in residuals:
+                    waiting.append(residuals[inner])
+        return list(found)
+
+    def _residuals(self) -> dict[Node, Node]:
+        """Of each unknown of a loop, as a final node, what has to be zero."""
+        return {
+            self._dag.symbol(Kind.STATE, self._first_algebraic + k): state.residual
+            for k, state in enumerate(self.algebraic)
+        }
 
     def _finish(self, node: Node) -> Node:
         """The final node of one whose needs are all final."""
@@ -162,10 +175,17 @@ class Resolver:
     def _rate(self, of: Node) -> Node:
         dag = self._dag
         direction = {dag.symbol(Kind.TIME): dag.one}
-        for inner in dag.reachable([of]):
+        residuals = self._residuals()
+        unknown = {}
+        for inner in self._varying_in(of):
             symbol = dag.symbol_of(inner)
-            if symbol is not None and symbol.kind is Kind.STATE:
+            assert symbol is not None
+            if inner in residuals:
+                unknown[inner] = residuals[inner]
+            else:
                 direction[inner] = self.final[self._rates[symbol.index]]
+        fingerprints = self._variables.causal.fingerprints
+        direction |= implicit_rates(dag, fingerprints, unknown, direction)
         return directional_derivative(dag, of, direction)
 
     def _close(self, members: list[Node]) -> None:

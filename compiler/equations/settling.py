@@ -13,6 +13,7 @@ from dataclasses import replace
 from bgc.algebra.dag import Kind
 from bgc.algebra.derivatives import directional_derivative
 from bgc.emission.rewrite import map_program, program_roots
+from bgc.equations.implicit_rates import implicit_rates
 from bgc.equations.resolving import Resolver
 from bgc.equations.variables import Variables
 from bgc.graph import Node
@@ -68,14 +69,31 @@ class _Settling:
         """`d/dt x_d - (x_d' at rest)`."""
         dag, speed = self._dag, self._variables.speeds[symbol]
         stored = self.at_rest(self._resolver.resolve(speed.stored), speed.stored)
-        direction = {dag.symbol(Kind.TIME): dag.one}
-        for inner in dag.reachable([stored]):
-            leaf = dag.symbol_of(inner)
-            if leaf is None or leaf.kind not in {Kind.STATE, Kind.INPUT}:
-                continue
-            if leaf.kind is Kind.INPUT or states[leaf.index].kind == "algebraic":
-                raise self._variables.places.no_rate(speed.stored)
-            rate = states[leaf.index].derivative
-            direction[inner] = self.at_rest(rate, speed.stored)
         (own,) = dag.substitute([self._resolver.resolve(speed.rate)], self._rest)
+        direction = self._direction(stored, states, speed.stored)
         return dag.sub(directional_derivative(dag, stored, direction), own)
+
+    def _direction(
+        self, node: Node, states: Sequence[ProgramState], symbol: Node
+    ) -> dict[Node, Node]:
+        """How fast time and the states in a node change, those of algebraic rows too."""
+        dag = self._dag
+        direction = {dag.symbol(Kind.TIME): dag.one}
+        unknown: dict[Node, Node] = {}  # algebraic state -> its residual
+        waiting = [node]
+        while waiting:
+            for inner in dag.reachable([waiting.pop()]):
+                leaf = dag.symbol_of(inner)
+                if leaf is None or leaf.kind not in {Kind.STATE, Kind.INPUT}:
+                    continue
+                if leaf.kind is Kind.INPUT:
+                    raise self._variables.places.no_rate(symbol)
+                if inner in direction or inner in unknown:
+                    continue
+                rate = self.at_rest(states[leaf.index].derivative, symbol)
+                if states[leaf.index].kind == "algebraic":
+                    unknown[inner] = rate
+                    waiting.append(rate)
+                else:
+                    direction[inner] = rate
+        return direction | implicit_rates(dag, self._fingerprints, unknown, direction)

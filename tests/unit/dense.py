@@ -267,6 +267,7 @@ def pencil_degree(graph: FlatGraph) -> int | None:
     rows = _pencil_rows(graph)
     size = len(rows)
     columns = {c for a, b in rows for c in (*a, *b)}
+    columns |= {(letter, bond) for letter in "ef" for bond in range(len(graph.bonds))}
     assert len(columns) == size, (size, len(columns))
     order = {column: k for k, column in enumerate(sorted(columns))}
     moving = [i for i, (_, b) in enumerate(rows) if b]

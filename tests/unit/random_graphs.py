@@ -10,17 +10,22 @@ from graphs import GraphBuilder
 from bgc.algebra.dag import Kind
 from bgc.graph import EnergyLaw, Form, Matrix, Node
 
-_ELEMENTS = ["R", "R", "C", "I", "C", "I", "Se", "Sf"]
+_ELEMENTS = ["R", "R", "C", "I", "C", "I"]
 
 
 def random_graph(
-    seed: int, size: int = 6, *, gyrators: float = 0.25, fields: float = 0.5
+    seed: int,
+    size: int = 6,
+    *,
+    gyrators: float = 0.25,
+    sources: float = 0.25,
+    fields: float = 0.25,
 ) -> GraphBuilder:
     """A graph of up to `size` junctions and twice as many elements.
 
-    `gyrators` is their share among the edges, `fields` the chance of each of three fields: C, I
-    and R with a matrix, C, I and IC with an energy, gyristors, transformers and gyrators with a
-    matrix.
+    The shares are those of gyrators among the edges, of sources among the elements, and of
+    fields for each junction: C, I and R with a matrix, C, I and IC with an energy, gyristors,
+    transformers and gyrators with a matrix.
     """
     rng = random.Random(seed)
     g = GraphBuilder()
@@ -34,10 +39,10 @@ def random_graph(
     for i, (a, b) in enumerate(edges):
         _join(g, rng, f"t{i}", a, b, gyrators)
     for i in range(rng.randint(1, 2 * size)):
-        kind = rng.choice(_ELEMENTS)
+        kind = rng.choice(["Se", "Sf"] if rng.random() < sources else _ELEMENTS)
         _element(g, rng, kind, f"{kind}{i}")
         _bond(g, rng, f"j{rng.randrange(count)}", f"{kind}{i}")
-    for i in range(3):
+    for i in range(count):
         if rng.random() < fields:
             _field(g, rng, f"field{i}", count)
     g.drop_unbonded()

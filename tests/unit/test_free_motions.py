@@ -1,0 +1,344 @@
+"""Free motions: what odd gyrator loops and compliances alone leave open, and what keeps them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from dense import evaluate_at_random, largest_misfit, observe_everything, pencil_degree
+from graphs import GraphBuilder
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_graphs import random_graph
+from test_equations import assert_solves_everything, energy_defect, initials, program_of, refusal
+
+from bgc.algebra.dag import Kind, Op, Symbol
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.causality.assign import assign_causality
+from bgc.equations.audit import power_defect
+from bgc.equations.derive import derive_equations
+from bgc.grammar.diagnostics import BgError
+from bgc.graph import EnergyLaw, ExplicitLaw, Form, Node
+
+
+def ring(
+    g: GraphBuilder, kinds: str, moduli: tuple[Node, Node, Node], **initial: float
+) -> GraphBuilder:
+    """Three elements on a ring of three gyrators, whose regions no two colours fit.
+
+    Their values are 2, 3 and 4; `f01=5` gives element 1 the initial flow 5.
+    """
+    for k, kind in enumerate(kinds):
+        g.junction("J1", f"n{k}")
+        start = {key[:2]: value for key, value in initial.items() if key[2:] == str(k)}
+        if kind in "CI":
+            g.storage(kind, f"{kind}{k}", k + 2, **start)
+        elif kind == "R":
+            g.resistor(f"R{k}", k + 2)
+        else:
+            g.source("Se", f"{kind}{k}", g.node(k + 2))
+        g.bond(f"n{k}", f"{kind}{k}")
+    for k, modulus in enumerate(moduli):
+        g.gyrator(f"g{k}", ((modulus,),))
+        g.bond(f"n{k}", f"g{k}")
+        g.bond(f"g{k}", f"n{(k + 1) % 3}")
+    return g
+
+
+def constant_ring(kinds: str, **initial: float) -> GraphBuilder:
+    g = GraphBuilder()
+    return ring(g, kinds, (g.node(2), g.node(3), g.node(5)), **initial)
+
+
+# --- odd loops of gyrators ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("kinds", "states"), [("CCC", 2), ("CCI", 3), ("CII", 2), ("III", 3), ("CCR", 2), ("CRI", 2)]
+)
+def test_a_ring_of_three_gyrators_has_the_states_of_its_pencil(kinds: str, states: int) -> None:
+    g = constant_ring(kinds)
+    assert pencil_degree(g.build()) == states
+    g.accounts = ("residual",)
+    program = assert_solves_everything(g)
+    assert len(program.states) == states
+    assert abs(energy_defect(program)) < 1e-8
+
+
+def test_storage_that_a_ring_joins_is_named_by_what_it_is_merged_from() -> None:
+    program = program_of(constant_ring("CCC"))
+    assert [s.name for s in program.states] == ["merged(C0, C1).q", "merged(C2, C1).q"]
+
+
+def test_a_ring_without_storage_on_its_free_motion_is_refused_by_its_gyrators() -> None:
+    with pytest.raises(BgError) as caught:
+        program_of(constant_ring("EEE"))
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code in {"BG508", "BG523"}
+
+
+def test_a_modulus_of_a_ring_may_vanish_where_another_is_certain() -> None:
+    """Two of its moduli vanish at an angle of 0, where the equations stay as good as elsewhere."""
+    g = GraphBuilder()
+    angle = g.state("angle", 0.5)
+    turning = g.dag.call(Op.SIN, angle)
+    ring(g, "CCC", (g.node(3), turning, turning))
+    g.derivative(angle, g.dag.one)
+    g.accounts = ("residual",)
+    program = assert_solves_everything(g)
+    assert len(program.states) == 2 + 1
+    assert abs(energy_defect(program)) < 1e-6
+    at_zero = {Symbol(Kind.STATE, k): x for k, x in enumerate([0.3, -0.2, 0.0])}
+    values = evaluate_nodes(program.dag, [s.derivative for s in program.states], at_zero)
+    assert all(map(math.isfinite, values))
+
+
+def test_a_ring_all_of_whose_moduli_may_vanish_is_refused() -> None:
+    g = GraphBuilder()
+    angle = g.state("angle", 0.5)
+    g.derivative(angle, g.node(1))
+    turning = [g.dag.call(op, angle) for op in (Op.SIN, Op.COS, Op.TANH)]
+    ring(g, "CCC", (turning[0], turning[1], turning[2]))
+    assert refusal(g) == ["BG513"]
+
+
+def test_three_capacitors_on_a_gyristor_keep_two_charges() -> None:
+    g = GraphBuilder()
+    g.gyristor("spin", g.matrix([[0, -3, 2], [3, 0, -1], [-2, 1, 0]]))
+    for k in range(3):
+        g.junction("J1", f"n{k}")
+        g.storage("C", f"c{k}", k + 1)
+        g.fan(f"n{k}", f"c{k}", "spin")
+    assert pencil_degree(g.build()) == 2
+    assert len(assert_solves_everything(g).states) == 2
+
+
+def test_a_damper_field_lets_both_ends_move_together() -> None:
+    """Two springs and a damper between their ends: what both do alike is not damped."""
+    g = GraphBuilder()
+    g.resistor("damper", [[4, -4], [-4, 4]])
+    for k in range(2):
+        g.junction("J1", f"n{k}")
+        g.storage("C", f"c{k}", k + 1)
+        g.fan(f"n{k}", f"c{k}", "damper")
+    assert pencil_degree(g.build()) == 1
+    assert [s.name for s in assert_solves_everything(g).states] == ["merged(c1, c0).q"]
+
+
+def test_a_motion_may_join_a_momentum_that_is_merged_itself() -> None:
+    g = constant_ring("CCC")
+    g.storage("C", "more", 7)
+    g.junction("J0", "beside")
+    g.bonds[0] = ("n0", "beside", True)
+    g.fan("beside", "C0", "more")
+    assert pencil_degree(g.build()) == 2
+    program = assert_solves_everything(g)
+    assert [s.name for s in program.states] == ["merged(C2, C1).q", "merged(C0, more, C1).p"]
+
+
+# --- initial values -----------------------------------------------------------------------------
+
+
+def at_start(g: GraphBuilder, *nodes: Node) -> list[float]:
+    """The values of nodes at the start."""
+    for k, node in enumerate(nodes):
+        g.observe(f"o{k}", node)
+    program = program_of(g)
+    start = evaluate_nodes(program.dag, [s.initial for s in program.states], {})
+    at = {Symbol(Kind.STATE, k): x for k, x in enumerate(start)}
+    return evaluate_nodes(program.dag, [o.node for o in program.observations], at)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{}, {"q00": 2}, {"f01": 3}, {"p02": 5}, {"f01": 3, "f02": 4}, {"e00": 1, "f02": 1}],
+    ids=str,
+)
+def test_initial_values_keep_the_balance_on_a_ring_of_one_c(given: dict[str, float]) -> None:
+    """On n0: the effort of C0 and that of g0, 2 f of I1, against that of g2, 5 f of I2."""
+    g = constant_ring("CII", **given)
+    q, f1, f2 = at_start(g, g.q("C0"), g.flow(1), g.flow(2))
+    assert q / 2 + 2 * f1 == pytest.approx(5 * f2, abs=1e-12)
+    told = {"q00": q, "e00": q / 2, "f01": f1, "f02": f2, "p02": 4 * f2}
+    assert {key: told[key] for key in given} == pytest.approx(given)
+
+
+@pytest.mark.parametrize(
+    "given", [{}, {"q00": 2}, {"e01": 1}, {"q01": 3, "q02": -1}, {"e00": 1, "q02": 2}], ids=str
+)
+def test_initial_values_keep_the_balance_on_a_ring_of_three_c(given: dict[str, float]) -> None:
+    """With e0 = 5 f2 - 2 f1, e1 = 2 f0 - 3 f2, e2 = 3 f1 - 5 f0: 3 e0 + 5 e1 + 2 e2 = 0."""
+    g = constant_ring("CCC", **given)
+    q0, q1, q2 = at_start(g, g.q("C0"), g.q("C1"), g.q("C2"))
+    e0, e1, e2 = q0 / 2, q1 / 3, q2 / 4
+    assert 3 * e0 + 5 * e1 + 2 * e2 == pytest.approx(0, abs=1e-12)
+    told = {"q00": q0, "e00": e0, "q01": q1, "e01": e1, "q02": q2}
+    assert {key: told[key] for key in given} == pytest.approx(given)
+
+
+@pytest.mark.parametrize(
+    ("kinds", "given", "culprit"),
+    [
+        ("CII", {"q00": 2, "f01": 3, "f02": 4}, "`f0` of `I2`"),
+        ("CCC", {"q00": 2, "q01": 3, "e02": 4}, "`q0` of `C0`"),
+    ],
+)
+def test_initial_values_that_break_the_balance_name_the_culprit(
+    kinds: str, given: dict[str, float], culprit: str
+) -> None:
+    with pytest.raises(BgError) as caught:
+        program_of(constant_ring(kinds, **given))
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "BG516"
+    assert diagnostic.message.startswith(f"{culprit} contradicts the initial values of ")
+
+
+def springs_in_parallel(**initial: float) -> GraphBuilder:
+    """A cubic and a linear spring on one effort: q^3 = q / 2."""
+    g = GraphBuilder()
+    g.junction("J0", "node")
+    q = g.next_state(Kind.DISPLACEMENT)
+    cubic = ExplicitLaw(Form.EFFORT, (g.dag.mul(q, g.dag.mul(q, q)),))
+    g.storage("C", "cubic", cubic, **({"q0": initial["cubic"]} if "cubic" in initial else {}))
+    g.storage("C", "plain", 2, **({"q0": initial["plain"]} if "plain" in initial else {}))
+    g.resistor("leak", 1)
+    g.fan("node", "cubic", "plain", "leak")
+    return g
+
+
+def test_joined_charges_of_laws_that_are_not_linear_are_all_given_or_none() -> None:
+    assert set(initials(program_of(springs_in_parallel())).values()) == {0}
+    start = initials(program_of(springs_in_parallel(cubic=2, plain=16)))
+    assert start["merged(plain, cubic).q"] == 18
+    assert refusal(springs_in_parallel(cubic=2)) == ["BG517"]
+    assert refusal(springs_in_parallel(cubic=2, plain=10)) == ["BG516"]
+
+
+# --- sources that prescribe what is stored ------------------------------------------------------
+
+
+def prescribed(kind: str, value: str) -> GraphBuilder:
+    """Two C beside an Se, or two I in series with an Sf: nothing of them is independent."""
+    g = GraphBuilder()
+    if value == "constant":
+        node = g.node(3)
+    elif value == "time":
+        node = g.dag.call(Op.SIN, g.dag.symbol(Kind.TIME))
+    elif value == "device":
+        node = g.dag.symbol(Kind.INPUT)
+    else:
+        x = g.state("x", 0.5)
+        g.derivative(x, g.dag.neg(x))
+        node = g.dag.mul(x, x)
+    g.source("Se" if kind == "C" else "Sf", "drive", node)
+    g.junction("J0" if kind == "C" else "J1", "node")
+    g.storage(kind, "one", 2)
+    g.storage(kind, "two", 1)
+    g.bond("drive", "node")
+    g.fan("node", "one", "two")
+    return g
+
+
+@pytest.mark.parametrize("kind", ["C", "I"])
+@pytest.mark.parametrize("value", ["constant", "time", "state"])
+def test_what_a_source_bears_is_derived(kind: str, value: str) -> None:
+    g = prescribed(kind, value)
+    g.accounts = ("supplied",)
+    program = assert_solves_everything(g)
+    assert len(program.states) == (1 if value == "state" else 0)
+    assert abs(energy_defect(program)) < 1e-8
+
+
+@pytest.mark.parametrize("kind", ["C", "I"])
+def test_what_a_device_bears_is_refused_by_name_only_where_it_is_read(kind: str) -> None:
+    g = prescribed(kind, "device")
+    g.observe("stored", g.q("one") if kind == "C" else g.p("one"))
+    assert program_of(g).states == ()
+    g.observe("reaction", g.flow(0) if kind == "C" else g.effort(0))
+    with pytest.raises(BgError) as caught:
+        program_of(g)
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "BG522"
+    assert "`one`" in diagnostic.message or "drive" in diagnostic.message
+
+
+# --- IC fields ----------------------------------------------------------------------------------
+
+
+def solenoid(g: GraphBuilder) -> None:
+    """An IC whose first port stores by a momentum, the second by its charge: p^2/(2 L(q)) + q^2."""
+    p, q = g.next_state(Kind.MOMENTUM, 0), g.next_state(Kind.DISPLACEMENT, 1)
+    inductance = g.dag.add(g.node(2), g.dag.call(Op.SIN, q))
+    energy = g.dag.div(g.dag.mul(p, p), g.dag.mul(g.node(2), inductance))
+    g.storage("IC", "coil", EnergyLaw(g.dag.add(energy, g.dag.mul(q, q))), width=2)
+
+
+@pytest.mark.parametrize("joined", ["nothing", "inertia", "compliance", "both"])
+def test_an_ic_of_an_inertia_and_a_compliance_merges_by_port(joined: str) -> None:
+    g = GraphBuilder()
+    solenoid(g)
+    g.junction("J1", "winding")
+    g.junction("J0", "armature")
+    g.bond("winding", "coil")
+    g.bond("armature", "coil")
+    g.resistor("wire", 1)
+    g.bond("winding", "wire")
+    g.resistor("friction", 3)
+    g.bond("armature", "friction")
+    if joined in ("inertia", "both"):
+        g.storage("I", "leakage", 0.5)
+        g.bond("winding", "leakage")
+    if joined in ("compliance", "both"):
+        g.storage("C", "spring", 2)
+        g.bond("armature", "spring")
+    g.accounts = ("residual",)
+    observe_everything(g)
+    program = program_of(g)
+    kinds = [s.kind for s in program.states]
+    assert kinds.count("momentum") == 1
+    assert kinds.count("displacement") == 2  # the inertia's charge, which nothing reads, and q
+    if program.mass is None:
+        assert abs(energy_defect(program)) < 1e-8
+
+
+def test_a_momentum_that_an_energy_does_not_hold_cannot_be_observed() -> None:
+    g = GraphBuilder()
+    solenoid(g)
+    g.junction("J1", "winding", "armature")
+    g.bond("winding", "coil")
+    g.bond("armature", "coil")
+    g.observe("p", g.p("coil", 1))
+    assert refusal(g) == ["BG518"]
+
+
+# --- random graphs ------------------------------------------------------------------------------
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 10**6), gyrators=st.sampled_from([0.0, 0.25, 0.6]))
+def test_random_graphs_are_solved_or_refused(seed: int, gyrators: float) -> None:
+    """Every regular graph is solved right, every other refused with a diagnostic."""
+    check_random_graph(seed, 6, gyrators)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_graphs_of_hundreds_of_elements(seed: int) -> None:
+    check_random_graph(seed + 3000, 70, 0.3)
+
+
+def check_random_graph(seed: int, size: int, gyrators: float) -> None:
+    g = random_graph(seed, size, gyrators=gyrators)
+    degree = pencil_degree(g.build())
+    observe_everything(g)
+    g.accounts = ("residual",)
+    graph = g.build()
+    try:
+        program = derive_equations(assign_causality(graph))
+    except BgError:
+        assert degree is None
+        return
+    assert degree is not None
+    assert len([s for s in program.states if s.kind != "declared"]) == degree
+    defect = power_defect(program)
+    assert defect is None or defect < 1e-9
+    assert largest_misfit(graph, evaluate_at_random(program, seed)) < 1e-8
