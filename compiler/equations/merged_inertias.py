@@ -33,7 +33,7 @@ def merge_inertias(
     groups = find_groups(variables, elements)
     together = [element for group in groups for element in group.elements]
     variables.balances.turning = turning_forces(variables, together)
-    states: list[IntegratedState] = []
+    states = [s for element in together for s in integrate_compliances(variables, element)]
     checked: list[MergedGroup] = []
     for group in groups:
         states += _merge_inertia_group(variables, group, checked)
@@ -69,8 +69,6 @@ def _merge_inertia_group(
         for position, port in enumerate(element.ports)
         if port.charge is not None and port.port.role is Role.INERTIA
     ]
-    for element in group.elements:
-        states += integrate_compliances(variables, element)
     held = {k: _held(group, k) for k in merged}
     names = _merged_names(held, "p")
     start = initial_momenta(variables, group.elements, list(merged))
