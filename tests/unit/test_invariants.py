@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import random
+from itertools import combinations
+
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from bgc.algebra.dag import Kind
 from bgc.causality.assign import assign_causality
@@ -152,6 +157,40 @@ def test_algebraic_rows_that_hold_at_zero() -> None:
 def test_a_model_without_a_scene_keeps_everything() -> None:
     program = program_of("model M { state c; der(c) = -c; }")
     assert len(slice_program(program).states) == 1
+
+
+TERMS = st.tuples(st.integers(-2, 2), st.integers(0, 3), st.integers(0, 3))
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.lists(st.lists(TERMS, max_size=3), min_size=4, max_size=4),
+    st.lists(st.sampled_from([0, 0, 0, 1]), min_size=4, max_size=4),
+)
+def test_the_greatest_set_that_confirms_itself_is_found(
+    rates: list[list[tuple[int, int, int]]], start: list[int]
+) -> None:
+    """Against all subsets of four states with x[i]' = sum of c x[j] x[k], in whole numbers."""
+    lines = [
+        f"state x{i} = {start[i]}; der(x{i}) = "
+        + " + ".join(["0", *(f"({c})*x{j}*x{k}" for c, j, k in rates[i])])
+        + ";"
+        for i in range(4)
+    ]
+    program = program_of(beside("\n".join(lines), observe="x0, x1, x2, x3"))
+    found = {program.states[index].name for index in invariant_states(program)}
+
+    def confirms(members: tuple[int, ...]) -> bool:
+        rng = random.Random(1)
+        for _ in range(3):
+            x = [start[i] if i in members else rng.randint(2, 10**6) for i in range(4)]
+            if any(sum(c * x[j] * x[k] for c, j, k in rates[i]) for i in members):
+                return False
+        return True
+
+    subsets = (m for size in range(5) for m in combinations(range(4), size))
+    expected = {f"x{i}" for members in subsets if confirms(members) for i in members}
+    assert found == expected
 
 
 def chain(count: int) -> Program:
