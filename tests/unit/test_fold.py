@@ -150,6 +150,24 @@ def test_a_folded_parameter_is_refused_afterwards(file: Path) -> None:
     assert model.simulate()["rotor.body.p"][-1] == pytest.approx(2)
 
 
+def test_a_vector_may_be_set_where_its_folded_components_stay(tmp_path: Path) -> None:
+    file = tmp_path / "field.bg"
+    file.write_text(
+        "model Field { port p[2] in; param M[2, 2] = [[1, 0], [0, 2]]; body : I[2](M); p -> body; }"
+        "model Whole { force : Se[2](e = [1, 1]); field : Field; force -> field; }"
+        "scene s of Whole { observe field.body.f as v; run 1 s; }"
+    )
+    model = bgc.compile(file)
+    model.parameters["field.M"] = [[2, 0], [0, 4]]
+    assert model.simulate()["v"][-1] == pytest.approx([1 / 2, 1 / 4])
+    with pytest.raises(BgError, match="BG078"):
+        model.parameters["field.M"] = [[2, 1], [1, 4]]
+    with pytest.raises(BgError, match="BG077"):
+        model.parameters["field.M"] = [2, 4]
+    coupled = bgc.compile(file, parameters={"field.M": [[2, 1], [1, 3]]})
+    assert coupled.simulate()["v"][-1] == pytest.approx([2 / 5, 1 / 5])
+
+
 def test_the_whole_model_has_all_parameters(file: Path) -> None:
     assert not Compilation(file, Options(whole=True)).folding.parameters
     assert "rotor.friction" in bgc.compile(file, whole=True).parameters
