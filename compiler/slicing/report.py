@@ -24,11 +24,9 @@ def dropped_lines(dropped: Sequence[Dropped], left: Iterable[str]) -> tuple[str,
             reasons.setdefault(prefix, set()).add(item.reason)
     groups: dict[tuple[str, Reason], list[str]] = {}
     for item in dropped:
-        *outer, vector, name = ["", *_prefixes(item.name)]
-        whole = [p for p in (*outer, vector, name) if p in reasons and p not in partly]
-        alike = [p for p in whole if len(reasons[p]) == 1]
-        stem = vector if name.endswith("]") else name
-        group = alike[0] if alike and alike[0] != name else stem
+        parts = (p for p in _prefixes(item.name) if p not in partly and len(reasons[p]) == 1)
+        part = next(parts, item.name)
+        group = _vector(part) if part == item.name else part
         groups.setdefault((group, item.reason), []).append(item.name)
     return tuple(_line(name, reason, names) for (name, reason), names in groups.items())
 
@@ -37,8 +35,7 @@ def folded_lines(folded: Sequence[tuple[str, float]]) -> tuple[str, ...]:
     """One line for each parameter that was compiled in, components of one value together."""
     groups: dict[tuple[str, float], int] = {}
     for name, value in folded:
-        whole = name.partition("[")[0] if name.endswith("]") else name
-        groups[whole, value] = groups.get((whole, value), 0) + 1
+        groups[_vector(name), value] = groups.get((_vector(name), value), 0) + 1
     return tuple(
         f"`{name}` = {value:g}" + (f" ({count} components)" if count > 1 else "")
         for (name, value), count in groups.items()
@@ -52,6 +49,11 @@ def _line(name: str, reason: Reason, names: list[str]) -> str:
         return f"`{name}[{which}]`: {reason.value}"
     count = "" if names == [name] else f" ({len(names)} state{'s' * (len(names) > 1)})"
     return f"`{name}`{count}: {reason.value}"
+
+
+def _vector(name: str) -> str:
+    """The vector or matrix that a name is a component of; else the name itself."""
+    return name.rpartition("[")[0] if name.endswith("]") else name
 
 
 def _prefixes(name: str) -> list[str]:

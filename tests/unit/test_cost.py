@@ -156,7 +156,7 @@ def test_lines_of_what_was_left_out() -> None:
         "`mast[2]` (1 state): nothing that the scene reads depends on it",
         "`top`: nothing that the scene reads depends on it",
     )
-    assert folded_lines([("a.M[1,2]", 0.0), ("a.M[2,1]", 0.0), ("b", 1.0)]) == (
-        "`a.M` = 0 (2 components)",
+    assert folded_lines([("a[3].M[1,2]", 0.0), ("a[3].M[2,1]", 0.0), ("b", 1.0)]) == (
+        "`a[3].M` = 0 (2 components)",
         "`b` = 1",
     )
