@@ -20,6 +20,7 @@ from bgc.program import Program
 
 _LINE = 80  # visible characters of a line, about
 _LONG = 30  # operations after which an expression is cut
+_DENOMINATOR = 12  # the largest of a number that is set as a fraction
 _SHORT = 4  # operations below which a repeated expression stays where it is
 _SUM, _PRODUCT, _POWER, _ATOM = 1, 2, 3, 4
 _AUXILIARY = (r"\eta", r"\xi", r"\zeta", r"\chi")
@@ -47,13 +48,14 @@ def latex_equations(program: Program, name: Callable[[Symbol], str]) -> str:
     start = [
         (f"{symbol}(0)", state.initial)
         for symbol, state in zip(symbols, program.states, strict=True)
+        if state.initial != program.dag.zero
     ]
     printer = _Printer(program.dag, name, [node for _, node in (*start, *equations)])
     bodies = [(text, printer.terms(node)) for text, node in (*start, *equations)]
     first, second = len(start), len(start) + len(left)
     blocks = (
-        ("start", bodies[:first]),
         ("auxiliary quantities", printer.auxiliaries),
+        ("start; states that are not listed start at zero", bodies[:first]),
         ("equations", bodies[first:second]),
         ("observed", bodies[second:]),
     )
@@ -143,37 +145,36 @@ class _Printer:
     # --- sums -------------------------------------------------------------------------------
 
     def terms(self, node: Node) -> _Terms:
-        """The terms of a sum as text, with their signs."""
-        found: list[tuple[bool, Node]] = []
-        self._collect(node, False, found)
-        texts = []
-        for k, (negative, term) in enumerate(found):
-            sign, text = self._signed(negative, term)
-            texts.append(
-                f"-{text}"
-                if sign and k == 0
-                else text
-                if k == 0
-                else f"{'-' if sign else '+'} {text}"
-            )
-        return texts
+        """The terms of a sum as text, with their signs; equal ones together."""
+        found: dict[Node, int] = {}
+        self._collect(node, found)
+        texts: _Terms = []
+        for term, count in found.items():
+            if count == 0:
+                continue
+            negative, text = self._times(count, term)
+            if not texts:
+                texts.append(f"-{text}" if negative else text)
+            else:
+                texts.append(f"- {text}" if negative else f"+ {text}")
+        return texts or ["0"]
 
-    def _collect(self, node: Node, negative: bool, found: list[tuple[bool, Node]]) -> None:
-        stack = [(node, negative)]
+    def _collect(self, node: Node, found: dict[Node, int]) -> None:
+        """Count the terms of a sum, in order; those taken away count negative."""
+        stack = [(node, 1)]
         while stack:
-            inner, minus = stack.pop()
+            inner, sign = stack.pop()
             op = self._dag.op[inner]
             if op not in {Op.ADD, Op.SUB, Op.NEG} or inner in self._named:
-                found.append((minus, inner))
+                found[inner] = found.get(inner, 0) + sign
                 continue
             operands = self._dag.operands(inner)
-            signs = [minus != (op == Op.NEG), minus != (op == Op.SUB)]
+            signs = [-sign if op == Op.NEG else sign, -sign if op == Op.SUB else sign]
             stack.extend(reversed(list(zip(operands, signs, strict=False))))
 
-    def _signed(self, negative: bool, node: Node) -> tuple[bool, str]:
-        """A term without its sign, and the sign."""
-        text = self.bracketed(node, _PRODUCT)
-        return (not negative, text[1:]) if text.startswith("-") else (negative, text)
+    def _times(self, count: int, node: Node) -> tuple[bool, str]:
+        """A term that is there `count` times: whether it is negative, and the rest."""
+        return self._fraction(Fraction(count), *self._factors(node))
 
     # --- all else ---------------------------------------------------------------------------
 
@@ -232,40 +233,49 @@ class _Printer:
 
     def _product(self, node: Node) -> tuple[str, int]:
         """A product or quotient as one fraction of powers."""
-        above: Counter[Node] = Counter()
-        below: Counter[Node] = Counter()
-        negative = False
-        stack = [(node, False)]
-        while stack:
-            inner, inverse = stack.pop()
-            op = self._dag.op[inner]
-            if inner in self._named or op not in {Op.MUL, Op.DIV, Op.NEG}:
-                (below if inverse else above)[inner] += 1
-                continue
-            operands = self._dag.operands(inner)
-            negative ^= op == Op.NEG
-            inverses = [inverse, inverse != (op == Op.DIV)]
-            stack.extend(reversed(list(zip(operands, inverses, strict=False))))
-        sign = "-" if negative else ""
-        top, bottom = self._powers(above), self._powers(below)
-        if not bottom:
-            return sign + (top or "1"), _SUM if negative else _PRODUCT
-        return rf"{sign}\frac{{{top or '1'}}}{{{bottom}}}", _SUM if negative else _PRODUCT
+        negative, text = self._fraction(Fraction(1), *self._factors(node))
+        return (f"-{text}", _SUM) if negative else (text, _PRODUCT)
 
-    def _powers(self, factors: Counter[Node]) -> str:
-        """Factors side by side, numbers first; nothing of none but ones."""
-        number_of = {x: self._dag.value(x) for x in factors}
-        ordered = sorted(factors, key=lambda x: number_of[x] is None)
-        texts = []
-        alone = len(factors) == 1 and sum(factors.values()) == 1
-        for x in ordered:
-            if number_of[x] == 1:
-                continue
-            count = factors[x]
+    def _factors(self, node: Node) -> tuple[Fraction, dict[Node, int]]:
+        """A product as a number, and factors with their exponents, in order."""
+        number_, exponents = Fraction(1), dict[Node, int]()
+        stack = [(node, 1)]
+        while stack:
+            inner, sign = stack.pop()
+            op, value = self._dag.op[inner], self._dag.value(inner)
+            if value is not None and value != 0:
+                number_ *= value**sign
+            elif inner in self._named or op not in {Op.MUL, Op.DIV, Op.NEG}:
+                exponents[inner] = exponents.get(inner, 0) + sign
+            else:
+                number_ *= -1 if op == Op.NEG else 1
+                signs = [sign, -sign if op == Op.DIV else sign]
+                operands = self._dag.operands(inner)
+                stack.extend(reversed(list(zip(operands, signs, strict=False))))
+        return number_, exponents
+
+    def _fraction(
+        self, times: Fraction, number_: Fraction, exponents: dict[Node, int]
+    ) -> tuple[bool, str]:
+        """Factors as one fraction: whether it is negative, and the rest."""
+        number_ *= times
+        size = abs(number_)
+        split = size.denominator <= _DENOMINATOR
+        above = Fraction(size.numerator) if split else size
+        below = Fraction(size.denominator) if split else Fraction(1)
+        top = self._powers(above, {x: n for x, n in exponents.items() if n > 0})
+        bottom = self._powers(below, {x: -n for x, n in exponents.items() if n < 0})
+        text = top if bottom == "1" else rf"\frac{{{top}}}{{{bottom}}}"
+        return number_ < 0, text
+
+    def _powers(self, number_: Fraction, factors: dict[Node, int]) -> str:
+        """A number and factors side by side."""
+        alone = number_ == 1 and list(factors.values()) == [1]
+        texts = [] if number_ == 1 and factors else [_number(number_)[0]]
+        for x, count in factors.items():
             text = self.bracketed(x, _SUM if alone else _PRODUCT if count == 1 else _ATOM)
             texts.append(text if count == 1 else f"{text}^{{{count}}}")
-        plain = [k for k, x in enumerate(ordered) if number_of[x] is not None and number_of[x] != 1]
-        return (r" \cdot " if len(plain) > 1 else r"\,").join(texts)
+        return r"\,".join(texts)
 
 
 def _number(value: Fraction) -> tuple[str, int]:

@@ -83,7 +83,7 @@ def equations(
         from bgc.printing.latex import latex_equations
         from bgc.show import symbol_names
 
-        program = compilation.sliced
+        program = compilation.optimised
         click.echo(latex_equations(program, symbol_names(program)), nl=False)
     else:
         _print_equations(compilation, full)
@@ -96,7 +96,7 @@ def _print_equations(compilation: Compilation, full: bool) -> None:
     from bgc.runtime.cli.printing import print_tables
     from bgc.show import show_equations
 
-    program = compilation.sliced
+    program = compilation.optimised
     text = show_equations(program)
     length = text.count("\n")
     if full or length <= _LINES:
