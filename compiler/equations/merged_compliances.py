@@ -235,27 +235,17 @@ class _Merging:
     def _define_flows(self) -> None:
         """The flows and efforts that take part in motions."""
         variables, dag = self._variables, self._dag
-        causal, symbols = variables.causal, variables.symbols
         shares: dict[Node, Node] = {}
         for j, motion in enumerate(self._motions):
             state = self._slots[self._leaders[j]].state
             speed = variables.new_speed(state.symbol, state.derivative)
-            parts = {
-                symbols.of_class(causal.basis[k].bond_class): node
-                for k, node in motion.flows.items()
-            }
+            parts = {variables.symbol_of(("flow", k)): node for k, node in motion.flows.items()}
             for k, node in motion.efforts.items():
-                port = causal.ports[k]
-                turned = symbols.turned(node, port.turn_across)
-                parts[symbols.across(port.bond)] = turned
+                turned = variables.symbols.turned(node, variables.causal.ports[k].turn_across)
+                parts[variables.symbol_of(("port", k))] = turned
             for symbol, node in parts.items():
                 shares[symbol] = dag.add(shares.get(symbol, dag.zero), dag.mul(node, speed))
-        alone = {
-            symbols.of_class(causal.basis[k].bond_class)
-            if what == "flow"
-            else symbols.across(causal.ports[k].bond)
-            for what, k in self._dependent
-        }
+        alone = {variables.symbol_of(column) for column in self._dependent}
         for symbol, share in shares.items():
             variables.set_share(symbol, share, alone=symbol in alone)
 
@@ -431,15 +421,10 @@ class _Merging:
         """Nothing that is stored moves with a motion, or only by moduli that may vanish."""
         if self._moved_by.get(j):
             return self._cannot_merge([j], "the modulus that joins them may vanish")
-        causal = self._variables.causal
-        symbols = [
-            self._variables.symbols.of_class(causal.basis[k].bond_class)
-            for k in self._motions[j].flows
-        ]
-        symbols += [
-            self._variables.symbols.across(causal.ports[k].bond) for k in self._motions[j].efforts
-        ]
-        return self._variables.places.unsolvable(symbols)
+        variables, motion = self._variables, self._motions[j]
+        symbols = [variables.symbol_of(("flow", k)) for k in motion.flows]
+        symbols += [variables.symbol_of(("port", k)) for k in motion.efforts]
+        return variables.places.unsolvable(symbols)
 
     def _cannot_merge(self, members: Sequence[int], why: str) -> BgError:
         first, *others = (self._slots[i] for i in self._moved_slots(members))

@@ -27,13 +27,10 @@ from bgc.causality.causal import BasisKind, CausalGraph, Role
 from bgc.causality.regions import Forest
 from bgc.equations.laws import gyrator_matrix
 from bgc.equations.storage import own_flow
-from bgc.equations.variables import Variables
+from bgc.equations.variables import Column, Variables
 from bgc.grammar.catalogue import causality as catalogue
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import Form, Gyrator, Gyristor, LinearLaw, Matrix, Node, Resistor, Source
-
-Column: TypeAlias = tuple[str, int]
-"""A resistive unknown: ("flow", independent flow), or ("port", port whose law gives a flow)."""
 
 _Row: TypeAlias = dict[Column, Node]
 _Any = TypeVar("_Any")
@@ -323,7 +320,7 @@ class _Search:
         }
 
     def _refused(self, columns: set[Column]) -> BgError:
-        """An error that names the gyrators on the unknowns."""
+        """An error that names the gyrators on the unknowns, if there are any."""
         causal = self._causal
         flows = {k for what, k in columns if what == "flow"}
         gyrators, bonds = [], []
@@ -332,6 +329,9 @@ class _Search:
                 if ("port", port) in columns or not flows.isdisjoint(self._flow[port]):
                     gyrators.append(causal.ports[port].element)
                     bonds.append(causal.graph.bonds[causal.ports[port].bond].name)
+        if not gyrators:
+            symbols = [self._variables.symbol_of(column) for column in sorted(columns)]
+            return self._variables.places.unsolvable(symbols)
         first = causal.graph.elements[min(gyrators)]
         names = [causal.graph.elements[k].name for k in sorted(set(gyrators))]
         return BgError([catalogue.gyrator_loop(first.span, names, list(dict.fromkeys(bonds)))])

@@ -45,6 +45,9 @@ class Rate:
 
 Definition: TypeAlias = Explicit | Unknown | Rate
 
+Column: TypeAlias = tuple[str, int]
+"""A resistive unknown: ("flow", independent flow), or ("port", port whose law gives a flow)."""
+
 
 @dataclass(frozen=True, slots=True)
 class Speed:
@@ -190,6 +193,13 @@ class Variables:
         if rest is not None:
             self.definitions[rest] = Unknown()
             self.places.call(rest, symbol)
+
+    def symbol_of(self, column: Column) -> Node:
+        """The variable that a resistive unknown is."""
+        what, k = column
+        if what == "flow":
+            return self.symbols.of_class(self.causal.basis[k].bond_class)
+        return self.symbols.across(self.causal.ports[k].bond)
 
     def certificate(self, node: Node) -> Certificate | None:
         """The proof that a node never vanishes, None where there is none."""

@@ -17,6 +17,7 @@ from graphs import GraphBuilder
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.causality.certificates import default_values
+from bgc.causality.regions import ports_of
 from bgc.graph import (
     EnergyLaw,
     ExplicitLaw,
@@ -237,6 +238,17 @@ def largest_misfit(graph: FlatGraph, point: Point) -> float:
             case _:
                 assert_never(element)
     return worst
+
+
+def power_imbalance(graph: FlatGraph, point: Point) -> float:
+    """The sum of the powers into all elements but junctions, relative to their sizes and 1."""
+    powers = [
+        port.sign * point.values[f"e{port.bond}"] * point.values[f"f{port.bond}"]
+        for element in graph.elements
+        if not isinstance(element, Junction)
+        for port in ports_of(element)
+    ]
+    return abs(sum(powers)) / (1 + sum(map(abs, powers)))
 
 
 def _with_momentum(dag: Dag, storage: Storage) -> set[int]:

