@@ -160,3 +160,13 @@ def test_lines_of_what_was_left_out() -> None:
         "`a[3].M` = 0 (2 components)",
         "`b` = 1",
     )
+
+
+def test_the_whole_model_and_other_slots_can_be_shown(file: Path) -> None:
+    def shown(*arguments: str) -> str:
+        command = ["show", str(file), "--after", "slice", *arguments]
+        return CliRunner().invoke(application, command).output
+
+    assert "dropped" in shown() and "dropped" not in shown("--whole")
+    assert "rod.q[2]" in shown("--whole")
+    assert "rod.q" not in shown("--use", "mount=Stop[2]")
