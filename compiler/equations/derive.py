@@ -64,7 +64,7 @@ def derive_equations(causal: CausalGraph) -> Program:
         _raw_rates(graph, stored),
         pair_equations(variables),
     )
-    rows = implicit_rows(graph, resolver, len(stored))
+    rows = implicit_rows(variables, resolver, len(stored))
     declared = _declared_states(graph, resolver, len(stored), rows)
     states = _integrated_states(causal, resolver, stored, elements) + declared
     energy = (dag.zero,) * 3 if accounts is None else resolver.resolve_all(accounts.nodes)

@@ -8,6 +8,7 @@ linear in the rates with coefficients that no state changes, or else by a rate a
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from bgc.algebra.dag import Dag, Kind, Level
@@ -17,7 +18,7 @@ from bgc.equations.resolving import Resolver
 from bgc.equations.variables import Explicit, Rate, Unknown, Variables
 from bgc.grammar.catalogue import causality as catalogue
 from bgc.grammar.diagnostics import BgError
-from bgc.graph import Equation, FlatGraph, Node
+from bgc.graph import Equation, Node
 
 # --- unknowns of the graph ----------------------------------------------------------------------
 
@@ -95,17 +96,18 @@ ImplicitRows: TypeAlias = dict[int, tuple[Node, dict[int, Node]]]
 """Program row -> its final right-hand side and entries of the mass matrix (none: algebraic)."""
 
 
-def implicit_rows(graph: FlatGraph, resolver: Resolver, first: int) -> ImplicitRows:
+def implicit_rows(variables: Variables, resolver: Resolver, first: int) -> ImplicitRows:
     """The rows for declared states without a derivative, and for unknowns.
 
-    `first` is the number of the first declared state.
+    `first` is the number of the first declared state. Equations whose rates are a combination of
+    other equations' are combined with these, so that what they say without rates stands alone.
 
     Raises
     ------
     BgError
         The equations do not hold what they have to determine.
     """
-    dag = graph.dag
+    graph, dag = variables.causal.graph, variables.dag
     open_states = [s for s in graph.states if s.derivative is None]
     wanted = [first + s.index for s in open_states]
     wanted += [first + len(graph.states) + u.index for u in graph.unknowns]
@@ -124,6 +126,7 @@ def implicit_rows(graph: FlatGraph, resolver: Resolver, first: int) -> ImplicitR
         _linear_in_rates(dag, resolver.resolve(node), rates, equation)
         for node, equation in zip(raw, graph.equations, strict=True)
     ]
+    forms = _with_algebraic_rows(variables, forms)
     place = {number: k for k, number in enumerate(wanted)}
     candidates = []
     for right, entries in forms:
@@ -153,3 +156,58 @@ def _linear_in_rates(
         raise BgError([catalogue.rate_not_linear(equation.span)])
     (rest,) = dag.substitute([residual], dict.fromkeys(present, dag.zero))
     return dag.neg(rest), {rates[n]: slope for n, slope in zip(present, slopes, strict=True)}
+
+
+_Form: TypeAlias = tuple[Node, dict[int, Node]]
+
+
+@dataclass(frozen=True, slots=True)
+class _Reduced:
+    """A form less multiples of earlier ones, and the pivots that were divided by for that."""
+
+    right: Node
+    entries: dict[int, Node]
+    pivots: tuple[Node, ...]
+
+
+def _with_algebraic_rows(variables: Variables, forms: Sequence[_Form]) -> list[_Form]:
+    """The forms, those that elimination leaves without rates as what it leaves of them."""
+    result = list(forms)
+    earlier: list[tuple[int, _Reduced]] = []  # column of the pivot
+    for k, (right, entries) in enumerate(forms):
+        row = _Reduced(right, dict(entries), ())
+        for column, pivot_row in earlier:
+            if column in row.entries:
+                row = _less(variables, row, column, pivot_row)
+        if row.entries:
+            best = min(row.entries, key=lambda j: _preference(variables, row.entries[j]))
+            earlier.append((best, row))
+        elif entries:
+            result[k] = (row.right, {})
+            for pivot in row.pivots:
+                if variables.dag.level[pivot] == Level.PARAM:
+                    variables.watch(pivot, "the equations for the rates are singular")
+    return result
+
+
+def _less(variables: Variables, row: _Reduced, column: int, pivot_row: _Reduced) -> _Reduced:
+    """A row less the multiple of a pivot row that removes a column."""
+    dag, fingerprints = variables.dag, variables.causal.fingerprints
+    pivot = pivot_row.entries[column]
+    factor = dag.div(row.entries[column], pivot)
+    entries = {j: node for j, node in row.entries.items() if j != column}
+    for j, node in pivot_row.entries.items():
+        if j == column:
+            continue
+        left = dag.sub(entries.pop(j, dag.zero), dag.mul(factor, node))
+        if not fingerprints.is_zero(left):
+            entries[j] = left
+    right = dag.sub(row.right, dag.mul(factor, pivot_row.right))
+    return _Reduced(right, entries, (*row.pivots, pivot, *pivot_row.pivots))
+
+
+def _preference(variables: Variables, node: Node) -> int:
+    """Numbers are the best pivots, then parameters that are not zero by default."""
+    if variables.dag.level[node] == Level.CONST:
+        return 0
+    return 1 if variables.default(node) else 2

@@ -1,0 +1,198 @@
+"""Algebraic loops: what is reported of them, how they are solved, and what is refused."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bgc
+from bgc.driver import Compilation
+from bgc.equations.audit import power_defect
+from bgc.grammar.diagnostics import BgError
+from bgc.options import Options
+from bgc.program import Loop, LoopKind, LoopSolution
+
+MODELS = Path(__file__).parents[1] / "models" / "loops.bg"
+
+
+@pytest.fixture
+def compilation(tmp_path):
+    def of(text: str) -> Compilation:
+        path = tmp_path / "loop.bg"
+        path.write_text(text)
+        return Compilation(path, Options())
+
+    return of
+
+
+def loops_of(scene: str) -> tuple[Loop, ...]:
+    return Compilation(MODELS, Options(scene=scene)).equations.loops
+
+
+# --- what is reported ---------------------------------------------------------------------------
+
+
+def test_a_linear_loop_is_reported_with_its_bonds_and_elements():
+    (loop,) = loops_of("ladder")
+    assert loop.elements == ("first", "shunt", "last")
+    assert {"left -> first", "node -> shunt", "right -> last"} <= set(loop.bonds)
+    assert (loop.kind, loop.solution) == (LoopKind.CONSTANT, LoopSolution.ELIMINATION)
+
+
+@pytest.mark.parametrize(
+    ("scene", "kind", "solution"),
+    [
+        ("diodes", LoopKind.NONLINEAR, LoopSolution.NEWTON),
+        ("lever", LoopKind.VARYING, LoopSolution.ELIMINATION),
+    ],
+)
+def test_the_kind_of_a_loop_and_its_solution(scene, kind, solution):
+    (loop,) = loops_of(scene)
+    assert (loop.kind, loop.solution) == (kind, solution)
+
+
+def test_a_loop_in_one_unknown_is_closed_for_good_where_its_law_allows(compilation):
+    program = compilation(
+        "model M { s : Se(e = 5); j : J1; a : R { e = f*abs(f); } b : R(2); s -> j -> a, b; }"
+        "scene s1 of M { observe j.f; run 1 s; }"
+    ).equations
+    (loop,) = program.loops
+    assert (loop.kind, loop.solution) == (LoopKind.NONLINEAR, LoopSolution.CLOSED_FORM)
+    assert program.states == ()
+
+
+@pytest.mark.parametrize(("scene", "turned"), [("tank", False), ("turned_tank", True)])
+def test_a_law_is_turned_round_only_where_it_has_to_be(scene, turned):
+    program = Compilation(MODELS, Options(scene=scene)).equations
+    assert program.loops == ()
+    (state,) = program.states
+    numbers = {program.dag.value(n) for n in program.dag.reachable([state.derivative])}
+    assert (1_000_000 in numbers) == turned  # of the law that gives the pressure
+
+
+# --- linear loops -------------------------------------------------------------------------------
+
+
+def test_the_factors_of_a_constant_matrix_are_made_once(compilation):
+    text = "".join(unit.text for unit in Compilation(MODELS, Options(scene="ladder")).emitted.units)
+    (rhs,) = re.findall(r"void \w*rhs\([^)]*\)\s*\{(.*?)\n\}", text, re.S)
+    (prepare,) = re.findall(r"void \w*prepare\([^)]*\)\s*\{(.*?)\n\}", text, re.S)
+    assert "/" in prepare
+    assert "/" not in rhs
+
+
+def test_divisors_that_change_their_sign_are_left_to_newton(compilation):
+    # [[a, b], [b, c]] with a = x, b = 1, c = -x: regular everywhere, but no pivot is.
+    equations = compilation(
+        "model M { state x = -1; der(x) = 1; let g = x; pair : MR[2] { e = [x*f[1] + cos(x)*f[2],"
+        " cos(x)*f[1] - x*f[2]]; } s : MSe[2](e = [1, 2]); j : J1[2]; s -> j -> pair; }"
+        "scene s1 of M { observe pair.f; run 2 s; }"
+    ).equations
+    (loop,) = equations.loops
+    assert (loop.kind, loop.solution) == (LoopKind.VARYING, LoopSolution.NEWTON)
+
+
+def test_divisors_that_change_their_sign_do_no_harm(compilation):
+    path = compilation(
+        "model M { state x = -1; der(x) = 1; pair : MR[2] { e = [x*f[1] + cos(x)*f[2],"
+        " cos(x)*f[1] - x*f[2]]; } s : MSe[2](e = [1, 2]); j : J1[2]; s -> j -> pair; }"
+        "scene s1 of M { observe pair.f, x; run 2 s every 0.25 s; }"
+    ).path
+    result = bgc.compile(path).simulate()
+    for x, f in zip(result["x"], result["pair.f"], strict=True):
+        exact = np.linalg.solve([[x, np.cos(x)], [np.cos(x), -x]], [1, 2])
+        np.testing.assert_allclose(f, exact, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("rest", "which"), [(", store", "has no solution"), ("", "has infinitely many solutions")]
+)
+def test_a_singular_loop_has_no_solution_or_any(compilation, rest, which):
+    with pytest.raises(BgError) as error:
+        _ = compilation(
+            "model M { boost : MSe(e = 2*loop.f); loop : J1; load : R(2); "
+            f"{'store : C(1);' if rest else ''} boost -> loop -> load{rest}; }}"
+        ).equations
+    (diagnostic,) = error.value.diagnostics
+    assert diagnostic.code == "BG520"
+    assert which in diagnostic.message
+    assert "`loop -> load`" in diagnostic.message
+
+
+@pytest.mark.parametrize("k", [0.3, 0.1 + 0.2])  # the same but for rounding
+def test_parameters_that_make_a_loop_singular_are_refused_at_run_time(compilation, k):
+    model = bgc.compile(
+        compilation(
+            "model M { param k = 1; s : Se(e = 1); boost : MSe(e = k*loop.f); loop : J1;"
+            "load : R(0.3); s -> loop; boost -> loop -> load; }"
+            "scene s1 of M { observe loop.f; run 1 s; }"
+        ).path
+    )
+    assert model.simulate()["loop.f"][0] == pytest.approx(1 / (0.3 - 1))
+    with pytest.raises(BgError) as error:
+        model.simulate(parameters={"k": k})
+    assert [d.code for d in error.value.diagnostics] == ["BG707"]
+    assert "loop" in error.value.diagnostics[0].message
+
+
+# --- nonlinear loops ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "law", ["2*log(f) + f^2", "sqrt(f - 3) + f^2/8", "f^3 + f^5 + 1/f", "f*abs(f)*cosh(f)"]
+)
+def test_a_loop_that_is_undefined_or_flat_at_zero_is_started_elsewhere(compilation, law):
+    model = bgc.compile(
+        compilation(
+            "model M { s : Se(e = 7); j : J1; "
+            f"a : R {{ e = {law}; }} b : R(1); s -> j -> a, b; }}"
+            "scene s1 of M { observe j.f, a.e; run 1 s; }"
+        ).path
+    )
+    result = model.simulate(0.1)
+    f = result["j.f"][0]
+    names = {"log": np.log, "sqrt": np.sqrt, "cosh": np.cosh, "f": f}
+    assert eval(law.replace("^", "**"), names) + f == pytest.approx(7, abs=1e-8)
+
+
+def test_the_audit_sees_a_slip_beside_a_loop(compilation):
+    right = compilation(
+        "model M { s : Se(e = 5); j : J1; a : R { e = f + sinh(f); } n : J0; "
+        "b : R { f = e + e^3; } c : C(1); k : J1; d : R(2); "
+        "s -> j -> a; j -> n -> b; n -> k -> c, d; }"
+        "scene s1 of M { observe c.q, energy.residual; run 1 s; }"
+    ).equations
+    assert [state.kind for state in right.states].count("algebraic") > 0
+    assert power_defect(right) < 1e-9
+    k = [state.name for state in right.states].index("c.q")
+    states = list(right.states)
+    states[k] = replace(states[k], derivative=right.dag.neg(states[k].derivative))
+    assert power_defect(replace(right, states=tuple(states))) > 1e-3
+
+
+# --- equations with a singular mass matrix ------------------------------------------------------
+
+HIDDEN = (
+    "model M {{ param k = 1; state x = 1; state y = 5; equation k*der(x) + k*der(y) = -x;"
+    "equation 2*der(x) + 2*der(y) = y - 3*x; }} scene s1 of M {{ observe x, y; run 1 s; {} }}"
+)
+
+
+@pytest.mark.parametrize("method", ["", "step 10 ms; solver ros34prw;", "solver radau5;"])
+def test_what_equations_say_without_rates_is_found(compilation, method):
+    # Less twice the first, the second says y = x; x + y = 6 is what the rates leave.
+    result = bgc.compile(compilation(HIDDEN.format(method)).path).simulate(every=0.1)
+    exact = 3 * np.exp(-result.time / 2)
+    np.testing.assert_allclose(result["x"], exact, rtol=1e-5)
+    np.testing.assert_allclose(result["y"], exact, rtol=1e-5)
+
+
+def test_equations_whose_rates_vanish_with_a_parameter_are_refused(compilation):
+    model = bgc.compile(compilation(HIDDEN.format("")).path)
+    with pytest.raises(BgError) as error:
+        model.simulate(parameters={"k": 0})
+    assert [d.code for d in error.value.diagnostics] == ["BG707"]
