@@ -45,6 +45,9 @@ def place_strokes(
     for number, members in enumerate(classes):
         bond, sign = givers.get(number, (members.bonds[0], -1))
         _spread(graph, dual, at, bond, sign, giving)
+        for bond in members.bonds:  # in a loop that nothing determines any stroke will do
+            if bond not in giving:
+                _spread(graph, dual, at, bond, -1, giving)
     by_port = {(p.bond, p.sign): p for p in ports}
     return tuple(
         _stroke(graph, dual, at, by_port, bond, giving[bond]) for bond in range(len(graph.bonds))

@@ -48,6 +48,7 @@ def unclosed_bracket(span: Span, opened: Span, closer: str, found: str) -> Diagn
         f"expected `{closer}`, found {found}",
         span,
         labels=(Label(opened, f"this `{opened.text}` is not closed"),),
+        help=f"close it with `{closer}`",
     )
 
 
