@@ -252,10 +252,12 @@ def dependent_storage(span: Span, name: str, others: Sequence[str], why: str) ->
     """BG512: dependent storage that cannot be merged
 
     What: an element's stored energy is not independent of others (derivative causality), and
-    its law or connection is not one that can be merged with theirs.
-    Why: equations that differentiate what is not known would be wrong or unstable.
-    Example: a C with a nonlinear law in parallel with another, joined by a modulated transformer.
-    Way out: put a small compliance (between inertias) or resistance between the elements.
+    what joins them does not tell how they move: all moduli between them may vanish, or their
+    stiffnesses cancel.
+    Why: where the moduli vanish nothing holds the motion, and equations that divide by them are
+    wrong there without a sign.
+    Example: a lever without mass that acts on springs by modulated transformers only.
+    Way out: put an I on the motion, or an R or a C that acts on it directly.
     """
     return error(
         "BG512",
@@ -437,21 +439,22 @@ def rate_unknown(span: Span, name: str) -> Diagnostic:
 
 
 def gyrator_loop(span: Span, gyrators: Sequence[str], bonds: Sequence[str]) -> Diagnostic:
-    """BG523: storage joined by an odd loop of gyrators
+    """BG523: an odd loop of gyrators that leaves a flow open
 
-    What: a loop with an odd number of gyrators joins elements so that what they store is not
-    independent, or cannot be solved for.
-    Why: no choice of efforts and flows makes transformers of all its gyrators, so dependent
-    storage in it cannot be merged.
-    Example: a capacitor on each port of a gyrator whose ports are joined by a transformer.
-    Way out: put an R into the loop, which every real one has, or join the ports otherwise.
+    What: a loop with an odd number of gyrators leaves a direction of flow on which the gyrators
+    have no say, and no storage element or resistance decides on it either; or it could only be
+    found by dividing by moduli that may vanish.
+    Why: the balance on that flow is a condition on sources alone, which holds never or always.
+    (With storage in the loop it is a condition on what is stored, which is merged.)
+    Example: three gyrators in a ring between three junctions with nothing but an `Se` each.
+    Way out: put an R, C or I into the loop, which every real one has, or leave a gyrator out.
     """
     return error(
         "BG523",
         f"the odd loop of gyrators through {_listed(gyrators)} cannot be solved",
         span,
         note=f"it leaves {_listed(bonds)} undetermined",
-        help="put an R into the loop, or replace one of the gyrators",
+        help="put an R, C or I into the loop, or leave one of the gyrators out",
     )
 
 
