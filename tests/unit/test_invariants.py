@@ -117,6 +117,8 @@ def test_zeros_that_only_an_identity_shows_are_seen() -> None:
     [
         ("min(max(c, -limit), limit)", True),  # limit is never negative
         ("max(c, low)", False),
+        ("min(c, low)", False),
+        ("max(c, limit)", False),
         ("max(c, -limit) - min(c, limit*2)", True),
     ],
 )
@@ -135,8 +137,14 @@ def test_a_quaternion_that_turns_about_one_axis_keeps_two_components() -> None:
 
 
 def test_a_projection_has_to_leave_it_too() -> None:
-    text = "state c; der(c) = 0; project c = 1; state d; der(d) = c;"
-    assert invariants(equations(text, observe="d")) == {}
+    text = "state c; der(c) = 0; project c = {to}; state d; der(d) = c;"
+    assert invariants(beside(text.format(to="1"), observe="d")) == {}
+    assert set(invariants(beside(text.format(to="2*c"), observe="d"))) == {"c", "d"}
+
+
+def test_a_start_that_depends_on_when_it_is_stays_a_state() -> None:
+    text = "state c = cos(time); der(c) = 0; state d; der(d) = c;"
+    assert invariants(beside(text, observe="d")) == {}
 
 
 COUPLED = "state a = 1; state b; equation der(a) + {m}*der(b) = -a; equation der(b) = -b*a;"
