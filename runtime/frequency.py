@@ -11,7 +11,7 @@ from typing import TextIO
 
 import numpy as np
 
-from bgc.grammar.catalogue.analysis import no_range
+from bgc.grammar.catalogue.analysis import no_range, no_response
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.files import written_whole
 from bgc.runtime.linear import Complex, Linearisation, Mode, Real
@@ -20,6 +20,7 @@ _POINTS_A_DECADE = 60
 _NEAR_A_MODE = 15  # points on either side of a resonance
 _MOST_DECADES = 12.0
 _ALMOST_ZERO = 1e-9  # of the largest eigenvalue
+_FAINT = 1e-9  # of the largest response: its last digits are rounding
 _LIGHTLY = 0.7  # damping ratio below which a mode has a resonance
 
 HEADER = ("omega", "magnitude_db", "phase_deg", "real", "imag")
@@ -69,21 +70,27 @@ def frequency_response(
     """The response of a linear model of one input and one output.
 
     Frequencies from `low` to `high` in rad/s, by default a decade beyond the slowest and the
-    fastest mode; close together around resonances.
+    fastest mode, or up to where the response has faded to 1e-9 of its largest value (-180 dB);
+    close together around resonances.
 
     Raises
     ------
     BgError
-        BG085 where the range is none.
+        BG085 where the range is none, BG086 where the response is zero throughout.
     """
     modes = linear.modes()
     first, last = _range(modes)
-    low, high = low if low is not None else first, high if high is not None else last
-    if not (0 < low < high and math.isfinite(high)):
-        raise BgError([no_range(low, high)])
-    omega = _frequencies(modes, low, high)
+    start, end = first if low is None else low, last if high is None else high
+    if not (0 < start < end and math.isfinite(end)):
+        raise BgError([no_range(start, end)])
+    omega = _frequencies(modes, start, end)
     above, below = (linear.units[name] for name in (linear.outputs[0], linear.inputs[0]))
     value = linear.response(omega)[:, 0, 0]
+    if not value.any():
+        raise BgError([no_response(linear.inputs[0], linear.outputs[0])])
+    if high is None:  # beyond all modes it fades, in the end into rounding
+        loud = np.flatnonzero(np.abs(value) > _FAINT * np.nanmax(np.abs(value)))[-1] + 1
+        omega, value = omega[:loud], value[:loud]
     return Response(linear.inputs[0], linear.outputs[0], _per(above, below), omega, value)
 
 

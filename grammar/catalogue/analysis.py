@@ -91,6 +91,22 @@ def several_components(option: str, text: str, names: Sequence[str]) -> Diagnost
     )
 
 
+def no_response(input_: str, output: str) -> Diagnostic:
+    """BG086: an output that does not respond to the input
+
+    What: at the operating point the output does not change with the input, at any frequency.
+    Why: nothing leads from one to the other, or what does is flat there: a dead band, a stop, a
+    valve that is shut.
+    Example: the tip of a crane by a lever that rests in its dead band.
+    Way out: linearise elsewhere (`--at 10 s`), or choose an input behind the dead band.
+    """
+    return error(
+        "BG086",
+        f"`{output}` does not respond to `{input_}` at this operating point",
+        help="linearise elsewhere, as `--at 10 s`, or choose an input behind a dead band or stop",
+    )
+
+
 def no_range(low: float, high: float) -> Diagnostic:
     """BG085: a range of frequencies that is none
 

@@ -279,7 +279,7 @@ def test_strokes_are_told_even_where_the_equations_cannot_be_derived(rc):
 def test_equations_as_text_and_as_latex(rc):
     assert "capacitor.q' = " in bgc("equations", rc).stdout
     latex = bgc("equations", rc, "--latex").stdout
-    assert r"\dot{q}_{\mathrm{capacitor}} &= " in latex and latex.count(r"\begin{align*}") == 3
+    assert r"\dot{q}_{\mathrm{capacitor}} &= " in latex and latex.count(r"\begin{align*}") == 2
 
 
 def test_linear_equations_and_their_modes(rc):

@@ -307,6 +307,22 @@ def test_a_range_that_is_none(tmp_path, low, high):
     assert code_of(error) == "BG085"
 
 
+def test_an_output_that_does_not_respond(tmp_path):
+    text = """
+    model M {
+      param lever = 0; push : Se(e = 3*max(abs(lever) - 1, 0)); body : I(1); drag : R(1); hub : J1;
+      push -> hub -> body, drag;
+    }
+    scene s of M { observe hub.f; run 1 s; }
+    """
+    with pytest.raises(BgError) as error:
+        frequency_response(linear(tmp_path, text, ["lever"]))
+    assert code_of(error) == "BG086"
+    moved = text.replace("lever = 0", "lever = 2")
+    response = frequency_response(linear(tmp_path, moved, ["lever"]))
+    np.testing.assert_allclose(response.value, 3 / (1j * response.omega + 1), rtol=1e-12)
+
+
 # --- what may be asked for --------------------------------------------------------------------
 
 
