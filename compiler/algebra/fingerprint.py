@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 
-from bgc.algebra.dag import Dag, Op
+from bgc.algebra.dag import Dag, Level, Op
 
 PRIME = 2**61 - 1
 _MASK = 2**64 - 1
@@ -28,6 +28,8 @@ class Fingerprints:
     def __init__(self, dag: Dag, points: int = 2) -> None:
         self.dag = dag
         self._points = [_Point(dag, seed) for seed in range(1, points + 1)]
+        self._steady: dict[tuple[int, ...], int] = {}  # nodes that no state or time moves
+        self._looked_at = 0
 
     def value(self, node: int) -> tuple[int, ...]:
         """The residues of a node, one a point."""
@@ -53,6 +55,28 @@ class Fingerprints:
             return exact
         first, *others = self.value(node)
         return _rational(first) if all(other == first for other in others) else None
+
+    def simplified(self, node: int) -> int:
+        """A node that always equals this one and changes less often, if there is one.
+
+        A number, or an expression of constants and parameters that is in the DAG already:
+        `cos(x) (c cos(x)) + sin(x) (c sin(x))` is c, also where c is no simple fraction.
+        """
+        dag = self.dag
+        exact = self.constant(node)
+        if exact is not None:
+            return dag.const(exact)
+        if dag.level[node] <= Level.PARAM:
+            return node
+        for known in range(self._looked_at, len(dag)):
+            if dag.level[known] <= Level.PARAM:
+                self._steady.setdefault(self.value(known), known)
+        self._looked_at = len(dag)
+        residues = self.value(node)
+        if (same := self._steady.get(residues)) is not None:
+            return same
+        opposite = self._steady.get(tuple(-x % PRIME for x in residues))
+        return node if opposite is None else dag.neg(opposite)
 
 
 class _Point:

@@ -209,16 +209,11 @@ class _Work:
 
     def _set(self, entries: dict[int, Node], number: int, node: Node) -> None:
         """Set an entry, or remove it where it is always zero."""
-        node = self._simplified(node)
+        node = self._fingerprints.simplified(node)
         if node == self._dag.zero:
             entries.pop(number, None)
         else:
             entries[number] = node
-
-    def _simplified(self, node: Node) -> Node:
-        """The constant that a node always equals, if there is one."""
-        value = self._fingerprints.constant(node)
-        return node if value is None else self._dag.const(value)
 
     # --- rows and blocks -------------------------------------------------------------------
 
@@ -299,7 +294,8 @@ class _Work:
                 place = (end.bond, end.sign)
                 term = dag.mul(weight, end.coefficient)
                 totals[place] = dag.add(totals.get(place, dag.zero), term)
-        ends = (RowEnd(bond, sign, self._simplified(node)) for (bond, sign), node in totals.items())
+        simplified = self._fingerprints.simplified
+        ends = (RowEnd(bond, sign, simplified(node)) for (bond, sign), node in totals.items())
         kept = tuple(end for end in ends if end.coefficient != dag.zero)
         return Row(rows[0].element, kept)
 

@@ -72,7 +72,7 @@ class _Sequence:
             self._forms[step.row] = {
                 number: entry
                 for number, node in form.items()
-                if (entry := self._simplified(node)) != dag.zero
+                if (entry := self._fingerprints.simplified(node)) != dag.zero
             }
             self._factors[step.row] = {}
             self._left[step.row] = set(self._forms[step.row]) & set(self._where)
@@ -154,15 +154,10 @@ class _Sequence:
             if other == number:
                 continue
             changed = dag.sub(form.get(other, dag.zero), dag.mul(factor, entry))
-            form[other] = self._simplified(changed)
+            form[other] = self._fingerprints.simplified(changed)
             if form[other] == dag.zero:
                 del form[other]
             if other in self._where:
                 held = other in form
                 (self._left[row].add if held else self._left[row].discard)(other)
                 (self._where[other].add if held else self._where[other].discard)(row)
-
-    def _simplified(self, node: Node) -> Node:
-        """The constant that a node always equals, if there is one."""
-        value = self._fingerprints.constant(node)
-        return node if value is None else self._dag.const(value)

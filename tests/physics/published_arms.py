@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-# Two lines each body: its name, the body before, the joint between them and its axis (in the
-# body's axes), origin and roll, pitch, yaw (deg) of the joint in the axes of the body before;
-# mass, centre of mass, and ixx ixy ixz iyy iyz izz about it.
+# Two lines each body: its name, the body before, the joint between them and its axis (of any
+# length, in the body's axes), origin and roll, pitch, yaw (deg) of the joint in the axes of the
+# body before; mass, centre of mass, and ixx ixy ixz iyy iyz izz about it.
 UR5 = """
 foot - fixed  0 0 0  0 0 0  0 0 0
   4  0 0 0  0.00443333156 0 0 0.00443333156 0 0.0072
@@ -82,9 +82,9 @@ tip hand fixed  0 0 0  0 0 0.1034  0 0 0
 SKEWED = """
 slew - turns  0.36 0.48 0.8  0.4 -0.7 1.1  20 -35 50
   700  0.3 -0.2 0.9  310 -25 40 270 -35 190
-luff slew turns  -0.64 0.6 0.48  0.2 0.5 1.9  -75 15 110
+luff slew turns  -1 2 0.5  0.2 0.5 1.9  -75 15 110
   900  2.1 0.4 -0.3  120 60 -45 1400 25 1350
-telescope luff slides  0.48 -0.8 0.36  1.7 -0.6 0.8  130 40 -25
+telescope luff slides  3 -1 2  1.7 -0.6 0.8  130 40 -25
   400  0.7 -1.2 0.5  260 70 -55 310 30 240
 tip telescope fixed  0 0 0  0.7 -1.2 0.5  0 0 0
   0  0 0 0  0 0 0 0 0 0
@@ -119,6 +119,8 @@ def pinocchio_model(table: str, gravity: float, *, free: bool = False) -> Any:
         axis, origin, angles = np.reshape(np.array(numbers, float), (3, 3))
         mass, x, y, z, *inertia = map(float, body_line.split())
         parent, place = placed[before]
+        if axis.any():
+            axis /= np.linalg.norm(axis)
         turn = np.radians(angles)
         clamped = kind == "clamped"  # turned about its axis by the first angle
         axes = pin.exp3(turn[0] * axis) if clamped else pin.rpy.rpyToMatrix(turn)

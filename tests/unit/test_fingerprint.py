@@ -37,6 +37,24 @@ def test_a_rotation_has_determinant_one(dag: Dag) -> None:
     assert prints.constant(s) is None
 
 
+def test_a_constant_behind_a_rotation_is_found(dag: Dag) -> None:
+    """Also one that is no fraction, a parameter, and their opposites; nothing that varies."""
+    angle, load = dag.symbol(Kind.STATE, 1), dag.symbol(Kind.PARAM, 0)
+    s, c = dag.call(Op.SIN, angle), dag.call(Op.COS, angle)
+    root = dag.call(Op.SQRT, dag.const(3))
+
+    def there_and_back(node: int) -> int:
+        return dag.add(dag.mul(s, dag.mul(s, node)), dag.mul(c, dag.mul(c, node)))
+
+    prints = Fingerprints(dag)
+    for node in (dag.const(Fraction(2, 7)), root, dag.neg(root), load, dag.neg(load)):
+        turned = there_and_back(node)
+        assert turned != node
+        assert prints.simplified(turned) == node
+    assert prints.simplified(dag.mul(s, root)) == dag.mul(s, root)
+    assert prints.simplified(load) == load
+
+
 def test_simple_fractions_are_recovered(dag: Dag) -> None:
     x = dag.symbol(Kind.STATE, 0)
     prints = Fingerprints(dag)
