@@ -33,9 +33,33 @@ def nodes_in(value: Any, annotation: str) -> Iterator[int]:
         yield value
 
 
-@pytest.mark.parametrize(("name", "scene"), SCENES)
-def test_all_nodes_are_moved(name: str, scene: str | None) -> None:
-    compilation = Compilation(MODELS / f"{name}.bg", Options(scene))
+EVERYTHING = """
+model All {
+  param a = 2;
+  push : Se[2](e = [a, a*time]);
+  hub : J1; body : I[2](a); spin : MGY[2] { e = [[0, -body.p[1]], [body.p[1], 0]]*f; }
+  turn : MTF { f2 = [[cos(y), -sin(y)], [sin(y), cos(y)]]*f1;
+               f1 = [[cos(y), sin(y)], [-sin(y), cos(y)]]*f2; }
+  far : J1; spring : C[2] { H = a*(q[1]^2 + q[2]^2)/2; } loss : R[2] { e = a*f; }
+  push -> hub -> body, spin; hub -> turn -> far -> spring, loss;
+  state y = a; der(y) = -y; project y = a*y/a;
+  unknown z = a; equation z^3 + z = y;
+  assert y < 100*a, "too far";
+}
+scene s of All { observe body.f as v, z; keep y; require body.f within 1e-3; run 1 s; }
+"""
+
+
+@pytest.fixture(scope="module")
+def everything(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("nodes") / "all.bg"
+    path.write_text(EVERYTHING)
+    return path
+
+
+@pytest.mark.parametrize(("name", "scene"), [("", None), *SCENES])
+def test_all_nodes_are_moved(name: str, scene: str | None, everything: Path) -> None:
+    compilation = Compilation(MODELS / f"{name}.bg" if name else everything, Options(scene))
     for holder, move in ((compilation.graph, map_graph), (compilation.sliced, map_program)):
         before = list(nodes_in(holder, ""))
         after = list(nodes_in(move(holder, Dag(), lambda n: n + MOVED), ""))  # type: ignore[operator]
