@@ -15,7 +15,7 @@ from bgc.grammar.diagnostics import BgError
 from bgc.grammar.source import Span
 from bgc.graph import DeviceUse
 from bgc.values.scope import Namespace
-from bgc.values.units import Dimension
+from bgc.values.units import Dimension, si_symbol
 from bgc.values.value import Shape, Value
 
 _METRE: Dimension = (0, 1, 0, 0, 0, 0, 0)
@@ -38,6 +38,12 @@ _COMMANDS: dict[str, tuple[Shape, Dimension | None]] = {
     "torque": ((3,), _TORQUE),
     "gripper_force": ((), _FORCE),
 }
+
+
+def channel_unit(channel: str) -> str:
+    """The SI unit of what a device gives."""
+    unit = _INPUTS[channel][1]
+    return si_symbol(unit) if unit is not None else ""
 
 
 @dataclass(frozen=True, slots=True)
