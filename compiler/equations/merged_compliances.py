@@ -17,11 +17,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import assert_never
 
 from bgc.algebra.dag import Dag, Kind, Level
-from bgc.algebra.solving import SingularSystemError, solve_definite
+from bgc.algebra.solving import solve_definite
 from bgc.causality.causal import BasisKind, Role
 from bgc.causality.regions import Forest
+from bgc.equations.common_stiffness import Stiffness, judge_stiffness
 from bgc.equations.joined_initial import Momenta, Stored, initial_quantities
 from bgc.equations.merged_groups import shortened
 from bgc.equations.motions import FreeMotions, free_motions
@@ -305,7 +307,10 @@ class _Merging:
     def _solve_linear(
         self, members: Sequence[int], rests: Mapping[int, Node]
     ) -> dict[int, Node] | None:
-        """The designated charges of a group of linear compliances; None of other groups."""
+        """The designated charges of a group of linear compliances.
+
+        None of other groups, and where their common stiffness is not positive definite.
+        """
         dag = self._dag
         slots = {i: self._slots[i] for i in self._moved_slots(members)}
         if not all(slot.is_charge and slot.element.law.response for slot in slots.values()):
@@ -313,6 +318,7 @@ class _Merging:
         order = {j: n for n, j in enumerate(members)}
         at = {slot.port.index: i for i, slot in slots.items() if slot.port is not None}
         matrix: list[dict[int, Node]] = [{} for _ in members]
+        parts: list[list[Node]] = [[] for _ in members]  # of the diagonal
         right = [dag.neg(self._driven(j)) for j in members]
         for slot in slots.values():
             assert slot.port is not None and slot.element.law.response is not None
@@ -329,13 +335,21 @@ class _Merging:
                 row = matrix[order[j]]
                 for other_j, node in effort.items():
                     column = order[other_j]
-                    row[column] = dag.add(row.get(column, dag.zero), dag.mul(weight, node))
+                    term = dag.mul(weight, node)
+                    row[column] = dag.add(row.get(column, dag.zero), term)
+                    if other_j == j:
+                        parts[column].append(term)
                 right[order[j]] = dag.sub(right[order[j]], dag.mul(weight, rest))
-        try:
-            (solution,) = solve_definite(dag, self._fingerprints, matrix, [right])
-        except SingularSystemError:
-            raise self._cannot_merge(members, "their common stiffness is singular") from None
-        return {j: solution[n] for j, n in order.items()}
+        match judge_stiffness(self._variables, matrix, parts):
+            case Stiffness.DEFINITE:
+                (solution,) = solve_definite(dag, self._fingerprints, matrix, [right])
+                return {j: solution[n] for j, n in order.items()}
+            case Stiffness.REGULAR:
+                return None
+            case Stiffness.SINGULAR:
+                raise self._cannot_merge(members, "their common stiffness is singular")
+            case other:
+                assert_never(other)
 
     # --- what is left -------------------------------------------------------------------------
 

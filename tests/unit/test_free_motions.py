@@ -141,6 +141,35 @@ def test_a_motion_may_join_a_momentum_that_is_merged_itself() -> None:
     assert [s.name for s in program.states] == ["merged(C2, C1).q", "merged(C0, more, C1).p"]
 
 
+def springs_side_by_side(*stiffness: float | list[list[int]]) -> GraphBuilder:
+    """Springs, the last perhaps a field of two, on one effort, with a leak."""
+    g = GraphBuilder()
+    g.junction("J0", "node")
+    g.resistor("leak", 1)
+    g.bond("node", "leak")
+    for k, value in enumerate(stiffness):
+        rows = value if isinstance(value, list) else [[value]]
+        g.storage("C", f"c{k}", rows, Form.EFFORT)  # type: ignore[arg-type]
+        for _ in rows:
+            g.bond("node", f"c{k}")
+    return g
+
+
+@pytest.mark.parametrize("stiffness", [(2, 3), (-2, 1), (1, [[2, 1], [0, 3]])], ids=str)
+def test_stiffnesses_in_parallel_are_solved_as_they_are(
+    stiffness: tuple[float | list[list[int]], ...],
+) -> None:
+    """Positive definite, negative, and of a field that has no energy: each has one solution."""
+    g = springs_side_by_side(*stiffness)
+    assert pencil_degree(g.build()) == 1
+    assert len(assert_solves_everything(g).states) == 1
+
+
+@pytest.mark.parametrize("second", [-2, -2 + 1e-12])
+def test_stiffnesses_that_cancel_are_refused(second: float) -> None:
+    assert refusal(springs_side_by_side(2, second)) == ["BG512"]
+
+
 # --- initial values -----------------------------------------------------------------------------
 
 
