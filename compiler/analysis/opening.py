@@ -146,12 +146,18 @@ def _source_name(graph: FlatGraph, source: Source) -> tuple[str, str]:
 
 
 def _choose(candidates: Mapping[str, _Candidate], texts: Sequence[str]) -> list[str]:
-    """The names of the inputs asked for, each once; a vector's name gives its components."""
+    """The names of the inputs asked for, each once.
+
+    A vector's name gives its components, a source's name what it sets.
+    """
     if not texts:
         return [name for name, candidate in candidates.items() if candidate.kind == "channel"]
     vectors: dict[str, list[str]] = {}
-    for name in candidates:
-        vectors.setdefault(_COMPONENT.sub("", name), []).append(name)
+    for name, candidate in candidates.items():
+        whole = _COMPONENT.sub("", name)
+        vectors.setdefault(whole, []).append(name)
+        if candidate.kind == "source":
+            vectors.setdefault(whole.rpartition(".")[0], []).append(name)
     chosen: dict[str, None] = {}
     errors = []
     for text in texts:

@@ -336,6 +336,7 @@ def test_names_of_inputs(tmp_path):
     scene s of M { observe body.f as v, drag.e; run 1 s; }
     """
     assert linear(tmp_path, text, ["push.e"]).inputs == ("push.e[1]", "push.e[2]", "push.e[3]")
+    assert linear(tmp_path, text, ["push"]).inputs == ("push.e[1]", "push.e[2]", "push.e[3]")
     assert linear(tmp_path, text, ["F[2]", "push.e[3]"]).inputs == ("F[2]", "push.e[3]")
     lin = linear(tmp_path, text, ["F"], ["v[2]", "drag.e"])
     assert lin.outputs == ("v[2]", "drag.e[1]", "drag.e[2]", "drag.e[3]")
