@@ -12,6 +12,8 @@
 
 enum { BGC_MAX_STAGES = 8, BGC_MAX_IMPLICIT = 3, BGC_MAX_DENSE = 3, BGC_LANES = 8, BGC_SAMPLES = 5 };
 
+enum { BGC_MAX_HALVINGS = 6 }; /* of a fixed step that is too coarse for algebraic equations */
+
 /* Vectors of states take whole cache lines; what is beyond n stays zero. */
 static inline size_t bgc_padded(int n) {
     return ((size_t)n + BGC_LANES - 1) / BGC_LANES * BGC_LANES;

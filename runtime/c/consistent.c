@@ -14,7 +14,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 100, MAX_STAGES = 60, MAX_HALVINGS = 6 };
+enum { MAX_ITERATIONS = 100, MAX_STAGES = 60 };
 static const double least_damping = 1e-6;
 static const double solved = 1e-9;      /* last correction, over what the states amount to */
 static const double rounding = 1e-3;    /* one within tolerance by so much is as good as it gets */
@@ -268,10 +268,12 @@ static void nudge(const bgc_data *d, double *x) {
     }
 }
 
+enum { FROM_HERE = 2, FROM_AFAR = 4 }; /* attempts: by Newton's method, also by deformation */
+
 /* Puts x on its algebraic equations at t, from the values it has. BGC_SINGULAR if the equations do
  * not determine the states, and BGC_INCONSISTENT where no solution is found from here: x is then
  * as it was. */
-bgc_status bgc_satisfy(const bgc_model *m, bgc_data *d, double t, double *x) {
+static bgc_status satisfy(const bgc_model *m, bgc_data *d, double t, double *x, int attempts) {
     const size_t size = (size_t)m->n_state * sizeof *x;
     bgc_status first = BGC_OK;
 
@@ -279,12 +281,12 @@ bgc_status bgc_satisfy(const bgc_model *m, bgc_data *d, double t, double *x) {
         return BGC_OK;
     }
     memcpy(d->start, x, size);
-    for (int attempt = 0; attempt < 4; attempt++) {
+    for (int attempt = 0; attempt < attempts; attempt++) {
         bgc_status status;
         if (attempt % 2 == 1) {
             nudge(d, x);
         }
-        status = attempt < 2 ? newton(m, d, t, 0.0, x) : deform(m, d, t, x);
+        status = attempt < FROM_HERE ? newton(m, d, t, 0.0, x) : deform(m, d, t, x);
         if (status == BGC_OK) {
             d->core.failed_state = -1;
             return BGC_OK;
@@ -293,6 +295,11 @@ bgc_status bgc_satisfy(const bgc_model *m, bgc_data *d, double t, double *x) {
         memcpy(x, d->start, size);
     }
     return first == BGC_SINGULAR ? BGC_SINGULAR : BGC_INCONSISTENT;
+}
+
+/* The same within a run, where a solution is near or lost. */
+bgc_status bgc_satisfy(const bgc_model *m, bgc_data *d, double t, double *x) {
+    return satisfy(m, d, t, x, FROM_HERE);
 }
 
 /* --- when ---------------------------------------------------------------------------------- */
@@ -304,7 +311,7 @@ bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d) {
         return BGC_OK;
     }
     d->core.f_valid = d->core.jac_valid = d->core.held = 0;
-    return bgc_satisfy(m, d, d->core.t, d->x);
+    return satisfy(m, d, d->core.t, d->x, FROM_AFAR);
 }
 
 /* How far the step to d->next missed the algebraic rows, whose f is in d->error. */
@@ -363,7 +370,7 @@ bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, const bgc_method
         if (status != BGC_OK) {
             return status;
         }
-        if (fixed ? found.bend > bent && d->core.halvings < MAX_HALVINGS
+        if (fixed ? found.bend > bent && d->core.halvings < BGC_MAX_HALVINGS
                   : found.excess > too_much) {
             d->core.coarse = 1;
             return BGC_OK;

@@ -142,13 +142,21 @@ static bgc_status advance_held(const bgc_model *m, bgc_data *d, const bgc_method
 
 /* --- fixed steps ------------------------------------------------------------------------- */
 
+/* Whether a step of half the length may do better: a law of the algebraic equations is steep. */
+static int may_halve(const bgc_core *core, bgc_status status) {
+    return core->algebraic > 0 && core->halvings < BGC_MAX_HALVINGS &&
+           (core->coarse || status == BGC_NOT_FINITE || status == BGC_INCONSISTENT ||
+            status == BGC_SINGULAR || status == BGC_NOT_CONVERGED);
+}
+
 /* From one multiple of the step to the next, or to the next event in between; in parts of a half, a
  * quarter and so on where that is too coarse for the algebraic equations. */
 static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double grid = core->origin + (double)(core->ticks + 1) * core->step;
     const double part = core->t + ldexp(core->step, -core->halvings);
-    const double stop = bgc_stop_for_switch(m, d, core->halvings > 0 && part < grid ? part : grid);
+    const int halved = core->halvings > 0 && part < grid - 1e-3 * core->step;
+    const double stop = bgc_stop_for_switch(m, d, halved ? part : grid);
     const int whole = !core->between && stop == grid;
     double t_new = stop;
     bgc_status status;
@@ -164,14 +172,14 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
     if (status == BGC_OK) {
         status = complete(m, d, method, &t_new);
     }
-    if (status != BGC_OK) {
-        core->held = 0;
-        return status;
-    }
-    if (core->coarse) {
+    if (may_halve(core, status)) {
         core->held = 0;
         core->halvings++;
         return BGC_OK;
+    }
+    if (status != BGC_OK) {
+        core->held = 0;
+        return status;
     }
     core->halvings -= core->halvings > 0;
     core->between = t_new < grid;
