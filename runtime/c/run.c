@@ -169,6 +169,10 @@ static bgc_status write_row(const bgc_model *m, bgc_data *d, double t, double *r
         bgc_interpolate(m, d, t, d->point);
         x = d->point;
         u = d->u_step;
+    } else if (core->algebraic > 0) { /* what a step leaves of their equations is not shown */
+        memcpy(d->point, d->x, (size_t)m->n_state * sizeof *d->x);
+        bgc_satisfy(m, d, core->t, d->point);
+        x = d->point;
     }
     m->outputs(d->h, t, x, u, row, d->work);
     if (core->accounts) {

@@ -127,6 +127,60 @@ def test_a_loop_through_a_modulus_that_passes_zero(load):
     np.testing.assert_allclose(result["store.q"], reference.y[0], atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("options", "tolerance"),
+    [
+        ({"rtol": 1e-7}, 1e-6),
+        ({"solver": "radau5", "rtol": 1e-7}, 1e-6),
+        ({"solver": "dopri5", "rtol": 1e-7}, 1e-5),
+        ({"solver": "ros34prw", "step": 1e-4}, 1e-3),
+        ({"solver": "ros34prw", "step": 1e-3}, 1e-2),  # fails unless such a step is halved
+    ],
+)
+def test_a_full_wave_rectifier_keeps_kirchhoff_and_its_energy(load, options, tolerance):
+    result = load("loops", "full_wave").simulate(0.05, every=1e-3, **options)
+
+    def diode(e):
+        return 1e-12 * np.expm1(e / 0.03) + 1e-9 * e
+
+    e = {k: result[f"d{k}.e"] for k in (1, 2, 3, 4)}
+    i = {k: diode(e[k]) for k in e}
+    source = 10 * np.sin(314 * result.time) - result["rs.f"]
+    np.testing.assert_allclose(e[4] - e[3], source, atol=1e-6)  # a - b
+    np.testing.assert_allclose(e[1] - e[2], source, atol=1e-6)
+    np.testing.assert_allclose(e[1] + e[3] + result["c.e"], 0, atol=1e-6)
+    np.testing.assert_allclose(result["rs.f"], i[1] - i[3], atol=1e-9)
+    np.testing.assert_allclose(result["rs.f"], i[4] - i[2], atol=1e-9)
+    exact = load("loops", "full_wave").simulate(0.05, every=1e-3, solver="rk4", step=1e-5)
+    np.testing.assert_allclose(result["c.e"], exact["c.e"], atol=10 * tolerance)
+
+
+@pytest.mark.parametrize(
+    ("options", "tolerance"),
+    [
+        ({"rtol": 1e-8}, 1e-5),
+        ({"solver": "radau5"}, 1e-4),
+        ({"solver": "ros34prw", "step": 5e-3}, 1e-3),  # 8e-3 without the halving of steps
+        ({"solver": "ros34prw", "step": 1e-3}, 5e-4),
+        ({"solver": "rk4", "step": 1e-3}, 1e-4),
+    ],
+)
+def test_stick_slip_is_right_with_coarse_steps_too(load, options, tolerance):
+    def dry(f: float) -> float:
+        return (2 + math.exp(-abs(f) / 0.02)) * math.tanh(f / 1e-4)
+
+    def rate(_t, state):
+        p, q = state
+        slip = 0.1 - p
+        f = brentq(lambda f: 300 * (slip - f) - dry(f) - 0.1 * f, -3, 3, xtol=1e-16, rtol=1e-14)
+        return [300 * (slip - f) - q / 0.01, p]
+
+    times = np.linspace(0, 4, 81)
+    exact = solve_ivp(rate, (0, 4), [0, 0], "LSODA", times, rtol=1e-9, atol=1e-12).y[0]
+    result = load("loops", "stick_slip").simulate(4.0, every=0.05, **options)
+    np.testing.assert_allclose(result["m.p"], exact, atol=tolerance * np.abs(exact).max())
+
+
 def ladder_source(size: int) -> str:
     """A ladder of nonlinear resistors, each its own."""
     parts = ["model L { param v = 3; supply : Se(e = v); j0 : J1; supply -> j0;"]

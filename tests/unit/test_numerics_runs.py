@@ -216,8 +216,10 @@ def test_check_of_algebraic_equations_costs_one_solution_a_step(c_model: Any) ->
     fold.start("lie", step=0.01)
     fold.finish([1.0])
     assert fold.counts.solves == 2 * fold.counts.steps
-    assert fold.counts.rhs == fold.counts.steps + 1
-    assert fold.counts.factorisations == fold.counts.jacobians == fold.counts.steps
+    assert fold.counts.factorisations == fold.counts.steps
+    row = 10  # evaluations at most that the one row takes, which satisfies the equations exactly
+    assert fold.counts.rhs - fold.counts.steps in range(1, row)
+    assert fold.counts.jacobians - fold.counts.steps in range(row)
 
 
 def test_failed_assertion_stops_where_it_fails(c_model: Any) -> None:
