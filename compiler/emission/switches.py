@@ -38,6 +38,8 @@ def hold_modes(program: Program) -> tuple[Program, tuple[Switch, ...]]:
     Initial values and projections go without: they are computed between steps. The program given
     is left as it is; the one returned is on a graph of its own.
     """
+    if _OPERATIONS.keys().isdisjoint(program.dag.op):
+        return program, ()
     integrated = [state.derivative for state in program.states]
     integrated += [program.energy.supplied, program.energy.dissipated]
     found = _discontinuous(program.dag, integrated)

@@ -130,12 +130,13 @@ static void evaluate(const bgc_model *m, bgc_data *d, route way, double t, doubl
 }
 
 /* The end of a bracket around the first time after `low` at which switch k has left its mode; it
- * has at `high`, where its argument is z_high. By the method ITP, which is never slower than
- * bisection and mostly as fast as the secant's: I. F. D. Oliveira, R. H. C. Takahashi, ACM
- * Transactions on Mathematical Software 47 (2020) 5. */
+ * has at `high`, where its argument is z_high. To the last bit where only time matters. By the
+ * method ITP, which is never slower than bisection and mostly as fast as the secant's: I. F. D.
+ * Oliveira, R. H. C. Takahashi, ACM Transactions on Mathematical Software 47 (2020) 5. */
 static double locate(const bgc_model *m, bgc_data *d, route way, int k, double low, double high,
                      double z_low, double z_high) {
-    const double resolution = 2.0 * DBL_EPSILON * fmax(fabs(low), fabs(high));
+    const double resolution =
+        (way == AHEAD ? 0.25 : 2.0) * DBL_EPSILON * fmax(fabs(low), fabs(high));
     const double width = high - low, bend = 0.2 / width;
     double at_low = depth_of(m, d, k, z_low), at_high = depth_of(m, d, k, z_high);
     double most = ceil(log2(fmax(width / (2.0 * resolution), 1.0))) + 1.0;

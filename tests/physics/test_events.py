@@ -65,10 +65,10 @@ def test_switches_of_time_are_landed_on(load):
         passed = [np.clip(result.time - at, 0, None) for at, _ in edges]
         exact = sum(size * (1 - np.exp(-t)) for t, (_, size) in zip(passed, edges, strict=True))
         np.testing.assert_allclose(result["lag.x"], exact, atol=2e-7)
-        rows = {
-            round(t, 9): value for t, value in zip(result.time, result["lag.source"], strict=True)
-        }
-        assert rows[1.1] in (0, 1) and rows[1.15] == 2 and rows[1.2] == 2
+        phase = np.fmod(result.time + 1e-9, 0.25)
+        clear = (phase > 0.02) & (abs(phase - 0.1) > 0.02)
+        source = (phase < 0.1) + 2 * (result.time > 1.149)  # in the new mode at 1.15 s
+        np.testing.assert_array_equal(result["lag.source"][clear], source[clear])
         assert result.counts["events"] in (16, 17)  # one of them is at the end
 
 
@@ -106,6 +106,11 @@ def test_a_switch_in_an_algebraic_equation(load):
         first = quad(lambda s: (3 * s**2 + 1) / (2 - s), 0, 0.5, epsabs=1e-13)[0]
         return first + quad(lambda s: (3 * s**2 + 3) / (2 - s), 0.5, z, epsabs=1e-13)[0]
 
+    at_one = time_at(brentq(lambda z: z**3 + 3 * z - 2, 0.5, 1))  # when x is 1
+    # Also where most rows are inside of steps, and those before the event in the old mode.
+    for run in (result, load("events", "loop").simulate(rtol=1e-4)):
+        np.testing.assert_allclose(run["w"], np.where(run.time < at_one, 1, 2), atol=1e-9)
+    assert result["y"][-1] == pytest.approx(4 - at_one, abs=1e-8)
     z = brentq(lambda z: time_at(z) - 2, 0.5, 1.5, xtol=1e-14)
     assert result["z"][-1] == pytest.approx(z, abs=1e-9)
     assert result["x"][-1] == pytest.approx(z**3 + 3 * z - 1, abs=1e-9)
@@ -134,3 +139,11 @@ def test_a_law_that_is_undefined_beyond_its_switch(load, solver):
     result = load("events", "tank").simulate(solver=solver, rtol=1e-8)
     exact = np.clip(1 - result.time / 2, 0, None) ** 2
     np.testing.assert_allclose(result["level"], exact, atol=1e-6)
+
+
+def test_a_continuous_law_that_comes_to_rest_on_its_switch_goes_on_without_events(load):
+    """It chatters by rounding, which does no harm: error control sees to it from there on."""
+    result = load("events", "level").simulate(solver="ros34prw", step=0.01)
+    exact = np.clip(1 - result.time / 2, 0, None) ** 2
+    np.testing.assert_allclose(result["level"], exact, atol=1e-4)
+    assert result.counts["events"] <= 110

@@ -161,6 +161,15 @@ def test_a_switch_of_time_is_landed_on(c_model: Any, setup: str) -> None:
     assert error < {"adaptive": 2e-6, "collocation": 2e-5}.get(setup, 1e-3)
 
 
+@pytest.mark.parametrize("setup", SETUPS)
+def test_a_step_ends_exactly_at_a_switch_of_time(c_model: Any, setup: str) -> None:
+    stop = c_model("stop")
+    stop.set(p1=1.2345)
+    stop.start(**SETUPS[setup])
+    stop.finish([1.2345])
+    assert stop.time == np.nextafter(1.2345, 2)  # the first time that is greater
+
+
 # --- steps -----------------------------------------------------------------------------------
 
 
