@@ -152,7 +152,10 @@ class BondUnits:
         source = self.dimension(*link.source)
         target = self.dimension(*link.target)
         if source is not None:
-            return self.know(*link.target, multiply(source, link.dimension), link.span)
+            news = self.know(*link.target, multiply(source, link.dimension), link.span)
+            if self._root(link.target[1]) in self._told:  # one cause, both ends of it
+                self._told.add(self._root(link.source[1]))
+            return news
         if target is not None:
             return self.know(*link.source, divide(target, link.dimension), link.span)
         return False

@@ -120,6 +120,10 @@ class BondValues:
         domain = face.net.root().domain
         return self.domains.facts(domain.declared) if domain is not None else None
 
+    def is_power(self, bond: int) -> bool:
+        """Whether effort times flow of a scalar bond is a power."""
+        return self.units is not None and self.units.is_power(bond)
+
     # --- variables of faces ---------------------------------------------------------
 
     def variable(self, face: Face, name: str) -> Value:

@@ -6,6 +6,7 @@ from bgc.elaboration.modules import Declared, ancestors, flatten
 from bgc.elaboration.report import Report
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import names
+from bgc.values.units import parse_unit
 
 _FITTING = {
     "param": {"param", "const"},
@@ -44,9 +45,11 @@ def _missing(item: syntax.Value | syntax.Port | syntax.Part, member: syntax.Item
     match item:
         case syntax.Value():
             kind = member.kind if isinstance(member, syntax.Value) else ""
-            return (
-                "" if kind in _FITTING.get(item.kind, _READABLE) else f"{item.kind} `{item.name}`"
-            )
+            if kind not in _FITTING.get(item.kind, _READABLE):
+                return f"{item.kind} `{item.name}`"
+            assert isinstance(member, syntax.Value)
+            fits = _same_kind(item.unit, member.unit)
+            return "" if fits else f"{item.kind} `{item.name}` in {item.unit}"
         case syntax.Port():
             wanted = f"`{item.direction.value}` " if item.direction else ""
             if isinstance(member, syntax.Port) and item.direction in (None, member.direction):
@@ -54,3 +57,10 @@ def _missing(item: syntax.Value | syntax.Port | syntax.Part, member: syntax.Item
             return f"{wanted}port `{item.name}`"
         case syntax.Part():
             return "" if isinstance(member, syntax.Part) else f"part `{item.name}`"
+
+
+def _same_kind(wanted: str | None, given: str | None) -> bool:
+    """Whether two units as written are of one kind; what is not written, or no unit, may be."""
+    one = parse_unit(wanted) if wanted else None
+    two = parse_unit(given) if given else None
+    return one is None or two is None or one.dimension == two.dimension

@@ -16,6 +16,7 @@ from bgc.values.units import Dimension, describe_dimension, multiply, parse_unit
 from bgc.values.value import Shape
 
 WATT: Dimension = (1, 2, -3, 0, 0, 0, 0)
+JOULE: Dimension = (1, 2, -2, 0, 0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)

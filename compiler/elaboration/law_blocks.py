@@ -18,6 +18,7 @@ from bgc.grammar.catalogue import names, with_article
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.source import Span
 from bgc.graph import Form, Matrix, Node, Port
+from bgc.values.units import divide
 from bgc.values.value import Value, describe_shape
 
 # The names that the law of an element has as an argument, and the form each gives it.
@@ -84,6 +85,27 @@ class Laws:
         return tuple(
             tuple(nodes[i] if i == j else zero for j in range(width)) for i in range(width)
         )
+
+    def check_entries(
+        self, element: Element, value: Value, left: str, right: str, span: Span, what: str
+    ) -> None:
+        """BgError where `left = value * right` does not go with the units of the two variables.
+
+        A scalar or vector is a diagonal. While units are spread over bonds only the diagonal is
+        looked at, and not what depends on bonds itself.
+        """
+        rows, columns = self.variable(element, left).units, self.variable(element, right).units
+        count = len(columns)
+        for k, unit in enumerate(value.units):
+            if len(value.shape) == 2:
+                (i, j), label = divmod(k, count), f"entry [{k // count + 1}, {k % count + 1}] of "
+            else:
+                i, j, label = k, k, f"component [{k + 1}] of " if value.shape else ""
+            effect, cause = rows[i], columns[j]
+            if unit is not None and effect is not None and cause is not None:
+                scalar = Value.scalar(value.nodes[k], unit)
+                wanted = divide(effect, cause)
+                self.world.quantities.check_units(scalar, wanted, span, f"{label}{what}")
 
     # --- law blocks -----------------------------------------------------------------
 

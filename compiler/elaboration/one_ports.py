@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from bgc.algebra.dag import Kind, Level
 from bgc.algebra.linear import linear_coefficients
+from bgc.elaboration.domains import JOULE
 from bgc.elaboration.law_blocks import (
     INITIAL_ARGUMENTS,
     LAW_ARGUMENTS,
@@ -66,6 +67,12 @@ def read_sources(laws: Laws, element: Element) -> list[Source]:
     ports = laws.ports(element, "all")
     what = f"the value of `{element.path}`"
     nodes = laws.vector(value, len(ports), element.use.span, what, spread=True)
+    own = laws.variable(element, variable).units
+    units = value.units * (len(ports) if value.is_scalar else 1)
+    for node, unit, expected in zip(nodes, units, own, strict=True):
+        laws.world.quantities.check_units(
+            Value.scalar(node, unit), expected, element.use.span, what
+        )
     return [
         Source(
             component_name(element.path, (k + 1,) if len(ports) > 1 else ()),
@@ -153,7 +160,13 @@ def _read_law(laws: Laws, element: Element, given: dict[str, syntax.Argument]) -
         value = laws.world.evaluate(argument.value, element.env)
         width = len(laws.ports(element, "all"))
         what = f"the {named[0]} of `{element.path}`"
-        return LinearLaw(forms[named[0]], laws.square(value, width, argument.span, what))
+        matrix = laws.square(value, width, argument.span, what)
+        form = forms[named[0]]
+        (left, right), *_ = (
+            (left, right) for left, (right, f) in _LAWS[element.basic].items() if f is form
+        )
+        laws.check_entries(element, value, left, right, argument.span, what)
+        return LinearLaw(form, matrix)
     if not element.law:
         raise missing_law(element)
     if left_name(element.law[0]) == "H" and element.basic in _ENERGY_VARIABLES:
@@ -168,6 +181,9 @@ def _read_energy(laws: Laws, element: Element, law: Sequence[syntax.LawEquation]
     if len(value.nodes) != 1:
         found = describe_shape(value.shape)
         raise BgError([law_messages.wrong_matrix(law[0].right.span, "`H`", "a scalar", found)])
+    if all(laws.values.is_power(port.bond) for port in laws.ports(element, "all")):
+        at = law[0].right.span
+        laws.world.quantities.check_units(value, JOULE, at, f"`H` of `{element.path}`")
     return EnergyLaw(value.node)
 
 

@@ -109,6 +109,9 @@ def _read_ratio(laws: Laws, element: Element) -> Matrix | list[Node] | None:
     _require_modulated(laws, element, (value.nodes,))
     columns, rows = len(laws.ports(element, "in")), len(laws.ports(element, "out"))
     what = f"the ratio of `{element.path}`"
+    if value.is_scalar or len(value.nodes) == columns or value.shape == (rows, columns):
+        left = "f2" if element.basic == "TF" else "e2"
+        laws.check_entries(element, value, left, "f1", argument.span, what)
     if len(value.shape) == 2:
         return laws.matrix(value, rows, columns, argument.span, what)
     return list(laws.vector(value, columns, argument.span, what, spread=True))

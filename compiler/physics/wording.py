@@ -11,7 +11,7 @@ def spectrum_of(bad: Indefinite, variable: str) -> str:
     along = listed_direction(variable, bad.direction)
     if bad.count == 1:
         return f"the eigenvalue {bad.eigenvalue:.6g} along {along}"
-    return f"{bad.count} such eigenvalues, the least {bad.eigenvalue:.6g} along {along}"
+    return f"{bad.count} negative eigenvalues, the least {bad.eigenvalue:.6g} along {along}"
 
 
 def pair_of(bad: Indefinite) -> str:
