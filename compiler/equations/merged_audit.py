@@ -10,15 +10,16 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import Evaluator
-from bgc.causality.causal import BasisKind, Role
+from bgc.causality.causal import BasisKind
 from bgc.equations.merged_flows import flow_definitions
 from bgc.equations.merged_groups import Group, inertias_of
-from bgc.equations.storage import StoragePort
+from bgc.equations.storage import StorageElement, StoragePort
 from bgc.equations.variables import Rate, Variables
 from bgc.grammar.catalogue import causality as catalogue
 from bgc.grammar.diagnostics import BgError
@@ -38,61 +39,99 @@ class MergedGroup:
     flows: Mapping[int, Node]
 
 
-def require_definite(variables: Variables, group: Group) -> None:
-    """Refuse a group of linear laws whose reduced mass is (nearly) singular at a random point.
+class MergedAudit:
+    """The checks of all groups of a graph; says nothing where a function has no value."""
 
-    Raises
-    ------
-    BgError
-        Names what can move without inertia.
-    """
-    point = _Point(variables, [])
-    if all(map(math.isfinite, point.flows.values())):
-        _require_definite(point, group)
+    def __init__(self, variables: Variables) -> None:
+        self._variables = variables
+        self._point = _Point(variables)
+        self._groups: list[MergedGroup] = []
+        self._flows: dict[int, float] = {}  # of the basis
 
+    def require_definite(self, group: Group) -> None:
+        """Refuse a group of linear laws whose reduced mass is (nearly) singular.
 
-def check_merged(variables: Variables, groups: Sequence[MergedGroup], *, complete: bool) -> None:
-    """Check what was written for merged inertias; nothing where a function has no value.
+        Raises
+        ------
+        BgError
+            Names what can move without inertia.
+        """
+        mass = _reduced_mass(self._point, group)
+        if not all(math.isfinite(entry) for row in mass for entry in row):
+            return
+        motion = motion_without_inertia(mass, _LEAST)
+        if motion is not None:
+            raise _moving_without_inertia(self._point, group, motion)
+        for i, k in enumerate(group.flows):
+            speed = random.Random(f"flow {k}").uniform(0.3, 1)
+            self._flows[k] = speed / mass[i][i] ** 0.5
 
-    `complete` tells that there are no others, whose laws are not linear.
-    """
-    if not groups:
-        return
-    point = _Point(variables, groups)
-    if not point.is_finite():
-        return
-    _assert_solved(point, groups)
-    if complete:
-        _assert_powerless(point, groups)
+    def note(self, merged: MergedGroup) -> None:
+        """Have what was written for a group checked by `finish`."""
+        self._groups.append(merged)
+
+    def finish(self, *, complete: bool) -> None:
+        """Assert what has to hold; `complete` tells that all laws were linear."""
+        if any(k not in self._flows for merged in self._groups for k in merged.momenta):
+            return
+        for k, independent in enumerate(self._variables.causal.basis):
+            if independent.kind is BasisKind.FLOW_SOURCE:
+                self._flows[k] = self._point.value(self._variables.independent(k))
+        self._assert_solved()
+        if complete and all(
+            port.bias == self._variables.dag.zero for m in self._groups for port in m.group.ports
+        ):  # otherwise forces of an energy that varies with charges are among the turning ones
+            self._assert_powerless()
+
+    def _assert_solved(self) -> None:
+        """The independent flows follow from the momenta that they have."""
+        variables, point = self._variables, self._point
+        basis = variables.causal.basis
+        classes = point.flows(self._flows)
+        known = {variables.symbols.of_class(number): flow for number, flow in classes.items()}
+        totals: dict[int, float] = {}
+        for merged in self._groups:
+            for port, momentum in _momenta(point, merged.group.elements, classes):
+                for k, x in point.row_of(port).items():
+                    totals[k] = totals.get(k, 0.0) + x * momentum
+            known |= {node: totals[k] for k, node in merged.momenta.items()}
+        point.set_known(known)
+        for merged in self._groups:
+            for k, node in merged.flows.items():
+                flow = classes[basis[k].bond_class]
+                error = abs(point.value(node) / flow - 1)
+                assert not error > _TOLERANCE, f"a flow of merged inertias is off by {error:.1e}"
+
+    def _assert_powerless(self) -> None:
+        """The forces of turning moduli take the power that turning moduli give the flows."""
+        point = self._point
+        before, after = (_Point(self._variables, shift) for shift in (-_SHIFT, _SHIFT))
+        now, first, last = (p.flows(self._flows) for p in (point, before, after))
+        class_of = self._variables.causal.class_of
+        powers = []
+        for merged in self._groups:
+            for port, momentum in _momenta(point, merged.group.elements, now):
+                point.set_known({port.state: momentum})
+                number, sign = class_of[port.port.bond], port.port.turn_through
+                rise = (last[number] - first[number]) / (2 * _SHIFT)
+                powers.append(momentum * sign * rise)
+        point.set_around(before, after)
+        for number, force in self._variables.balances.turning.items():
+            powers.append(point.value(force) * now[number])
+        defect, size = abs(sum(powers)), sum(map(abs, powers))
+        assert not defect > _TOLERANCE * size, f"turning moduli give the power {defect / size:.1e}"
 
 
 class _Point:
-    """Numbers at a random state, with random flows unless these are given.
+    """Numbers at a random state; `shift` moves it along a random direction."""
 
-    `shift` moves the state along a random direction.
-    """
-
-    def __init__(
-        self,
-        variables: Variables,
-        groups: Sequence[MergedGroup],
-        shift: float = 0.0,
-        independent: Sequence[float] = (),
-    ) -> None:
+    def __init__(self, variables: Variables, shift: float = 0.0) -> None:
         self.variables = variables
-        self.groups = groups
         self._shift = shift
         self._around: tuple[_Point, _Point] | None = None
         self._known: dict[Node, float] = {}
         self._numbers = Evaluator(variables.dag, self._leaf)
         self._rows = self._flow_rows()
-        self.independent = independent or [
-            self._independent(k) for k in range(len(variables.causal.basis))
-        ]
-        self.flows = {
-            number: sum(entry * self.independent[k] for k, entry in row.items())
-            for number, row in self._rows.items()
-        }
 
     def value(self, node: Node) -> float:
         """The value of a raw node."""
@@ -109,44 +148,20 @@ class _Point:
     def row_of(self, port: StoragePort) -> dict[int, float]:
         """A port's row of N in the element's sense."""
         number = self.variables.causal.class_of[port.port.bond]
-        return {k: port.port.turn_through * x for k, x in self._rows.get(number, {}).items()}
+        return {k: port.port.turn_through * x for k, x in self._rows[number].items()}
 
-    def flow_of(self, port: StoragePort) -> float:
-        """A port's flow in the element's sense."""
-        number = self.variables.causal.class_of[port.port.bond]
-        return port.port.turn_through * self.flows.get(number, 0.0)
-
-    def momenta(self) -> list[tuple[StoragePort, float]]:
-        """The ports of all groups with their momenta."""
-        found = []
-        for merged in self.groups:
-            for element in merged.group.elements:
-                assert element.law.capacity is not None
-                for port, line in zip(element.ports, element.law.capacity, strict=True):
-                    if port.port.role is Role.INERTIA:
-                        terms = zip(line, element.ports, strict=True)
-                        found.append(
-                            (port, sum(self.value(m) * self.flow_of(other) for m, other in terms))
-                        )
-        return found
-
-    def is_finite(self) -> bool:
-        """Whether all flows and momenta are numbers."""
-        numbers = [*self.flows.values(), *(p for _, p in self.momenta())]
-        return all(map(math.isfinite, numbers))
-
-    def _independent(self, k: int) -> float:
-        """An independent flow: what a source gives, or a random number."""
-        if self.variables.causal.basis[k].kind is BasisKind.FLOW_SOURCE:
-            return self.value(self.variables.independent(k))
-        return random.Random(f"flow {k}").uniform(-1, 1)
+    def flows(self, independent: Mapping[int, float]) -> dict[int, float]:
+        """The flows of all classes; what is not given stands still."""
+        return {
+            number: sum(entry * independent.get(k, 0.0) for k, entry in row.items())
+            for number, row in self._rows.items()
+        }
 
     def _flow_rows(self) -> dict[int, dict[int, float]]:
-        """Rows of N, as numbers, from the definitions."""
+        """Rows of N, as numbers, from the definitions; of classes that stand still empty."""
         basis = self.variables.causal.basis
         rows = {independent.bond_class: {k: 1.0} for k, independent in enumerate(basis)}
-        definitions = flow_definitions(self.variables)
-        for definition in reversed(definitions.values()):
+        for definition in reversed(flow_definitions(self.variables).values()):
             row: dict[int, float] = {}
             for number, node in definition.row.items():
                 entry = self.value(node)
@@ -156,8 +171,7 @@ class _Point:
         return rows
 
     def _leaf(self, symbol: Symbol) -> float:
-        dag = self.variables.dag
-        node = dag.symbol(symbol.kind, symbol.index)
+        node = self.variables.dag.symbol(symbol.kind, symbol.index)
         if node in self._known:
             return self._known[node]
         if symbol.kind is Kind.PARAM:
@@ -170,34 +184,44 @@ class _Point:
         return rng.uniform(0.2, 1) + self._shift * rng.uniform(-1, 1)
 
 
-def _require_definite(point: _Point, group: Group) -> None:
-    """Refuse a group whose reduced mass, scaled, has an eigenvalue that is (nearly) zero."""
+def _entries(
+    point: _Point, element: StorageElement
+) -> Iterator[tuple[StoragePort, StoragePort, float]]:
+    """The entries of an element's inertia that are not zero."""
+    capacity = element.law.capacity
+    assert capacity is not None
+    for port, other in product(inertias_of(element), repeat=2):
+        entry = point.value(capacity[port.port.position][other.port.position])
+        if entry:
+            yield port, other, entry
+
+
+def _momenta(
+    point: _Point, elements: Sequence[StorageElement], classes: Mapping[int, float]
+) -> Iterator[tuple[StoragePort, float]]:
+    """The inertias of elements with their momenta, given the flows of classes."""
+    class_of = point.variables.causal.class_of
+    for element in elements:
+        totals = {port.index: 0.0 for port in inertias_of(element)}
+        for port, other, entry in _entries(point, element):
+            flow = other.port.turn_through * classes[class_of[other.port.bond]]
+            totals[port.index] += entry * flow
+        yield from ((port, totals[port.index]) for port in inertias_of(element))
+
+
+def _reduced_mass(point: _Point, group: Group) -> list[list[float]]:
+    """`N' M N`."""
     order = {k: i for i, k in enumerate(group.flows)}
     mass = [[0.0] * len(order) for _ in order]
     for element in group.elements:
-        capacity = element.law.capacity
-        assert capacity is not None
-        for port, line in zip(element.ports, capacity, strict=True):
-            for other, node in zip(element.ports, line, strict=True):
-                entry = point.value(node)
-                for k, x in point.row_of(port).items() if entry else ():
-                    for m, y in point.row_of(other).items():
-                        if k in order and m in order:
-                            mass[order[k]][order[m]] += entry * x * y
-    motion = motion_without_inertia(mass, _LEAST)
-    if motion is None:
-        return
-    speeds = {
-        element.storage: max(
-            abs(sum(x * motion[order[k]] for k, x in point.row_of(p).items() if k in order))
-            for p in inertias_of(element)
-        )
-        for element in group.elements
-    }
-    least = 1e-3 * max(speeds.values())
-    moving = [storage for storage, speed in speeds.items() if speed > least]
-    names = [storage.name for storage in moving]
-    raise BgError([catalogue.motion_without_inertia(moving[0].span, names)])
+        for port, other, entry in _entries(point, element):
+            columns = [(order[m], y) for m, y in point.row_of(other).items() if m in order]
+            for k, x in point.row_of(port).items():
+                if k in order:
+                    line = mass[order[k]]
+                    for j, y in columns:
+                        line[j] += entry * x * y
+    return mass
 
 
 def motion_without_inertia(mass: Sequence[Sequence[float]], least: float) -> list[float] | None:
@@ -223,44 +247,26 @@ def motion_without_inertia(mass: Sequence[Sequence[float]], least: float) -> lis
                 for m in range(j):
                     line[m] -= factors[j][m] * line[j]
             scaled = [*(-x for x in line), 1.0]
-            return [x / s for x, s in zip(scaled, scale, strict=False)] + [0.0] * (
-                len(mass) - i - 1
-            )
+            found = [x / s for x, s in zip(scaled, scale, strict=False)]
+            return found + [0.0] * (len(mass) - len(found))
         factors.append([*line, pivot**0.5])
     return None
 
 
-def _assert_solved(point: _Point, groups: Sequence[MergedGroup]) -> None:
-    """The independent flows follow from the momenta that they have."""
-    variables = point.variables
-    totals: dict[int, float] = {}
-    for port, momentum in point.momenta():
-        for k, x in point.row_of(port).items():
-            totals[k] = totals.get(k, 0.0) + x * momentum
-    symbols = variables.symbols
-    point.set_known({symbols.of_class(number): flow for number, flow in point.flows.items()})
-    for merged in groups:
-        point.set_known({node: totals[k] for k, node in merged.momenta.items()})
-    for merged in groups:
-        for k, node in merged.flows.items():
-            flow = point.flows[variables.causal.basis[k].bond_class]
-            error = abs(point.value(node) - flow)
-            assert error < _TOLERANCE, f"an independent flow of inertias is wrong by {error:.1e}"
-
-
-def _assert_powerless(point: _Point, groups: Sequence[MergedGroup]) -> None:
-    """The forces of turning moduli take the power that turning moduli give the flows."""
-    variables = point.variables
-    if any(p.bias != variables.dag.zero for m in groups for p in m.group.ports):
-        return  # forces of an energy that varies with charges are among them
-    before, after = (_Point(variables, groups, s, point.independent) for s in (-_SHIFT, _SHIFT))
-    powers = []
-    for port, momentum in point.momenta():
-        point.set_known({port.state: momentum})
-        rise = (after.flow_of(port) - before.flow_of(port)) / (2 * _SHIFT)
-        powers.append(momentum * rise)
-    point.set_around(before, after)
-    for number, force in variables.balances.turning.items():
-        powers.append(point.value(force) * point.flows[number])
-    defect, size = abs(sum(powers)), sum(map(abs, powers))
-    assert not defect > _TOLERANCE * size, f"turning moduli give the power {defect / size:.1e}"
+def _moving_without_inertia(point: _Point, group: Group, motion: Sequence[float]) -> BgError:
+    """The error that names the elements that take part in a motion."""
+    speed_of = dict(zip(group.flows, motion, strict=True))
+    speeds = [
+        max(
+            abs(sum(x * speed_of.get(k, 0.0) for k, x in point.row_of(port).items()))
+            for port in inertias_of(element)
+        )
+        for element in group.elements
+    ]
+    moving = [
+        element.storage
+        for element, speed in zip(group.elements, speeds, strict=True)
+        if speed > 1e-3 * max(speeds)
+    ]
+    names = [storage.name for storage in moving]
+    return BgError([catalogue.motion_without_inertia(moving[0].span, names)])

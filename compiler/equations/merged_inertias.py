@@ -17,7 +17,7 @@ from bgc.algebra.dag import Kind
 from bgc.algebra.quadratic import SingularFormError
 from bgc.causality.causal import Role
 from bgc.equations.integrating import charge_state, integrate_compliances
-from bgc.equations.merged_audit import MergedGroup, check_merged, require_definite
+from bgc.equations.merged_audit import MergedAudit, MergedGroup
 from bgc.equations.merged_flows import reduced_flows, turning_forces
 from bgc.equations.merged_groups import Group, cannot_merge, find_groups, shortened
 from bgc.equations.merged_initial import initial_momenta
@@ -34,27 +34,26 @@ def merge_inertias(
     together = [element for group in groups for element in group.elements]
     variables.balances.turning = turning_forces(variables, together)
     states = [s for element in together for s in integrate_compliances(variables, element)]
-    checked: list[MergedGroup] = []
+    audit = MergedAudit(variables)
     for group in groups:
-        states += _merge_inertia_group(variables, group, checked)
-    check_merged(variables, checked, complete=len(checked) == len(groups))
+        states += _merge_inertia_group(variables, group, audit)
+    audit.finish(complete=all(_is_linear(group) for group in groups))
     return states
 
 
 def _merge_inertia_group(
-    variables: Variables, group: Group, checked: list[MergedGroup]
+    variables: Variables, group: Group, audit: MergedAudit
 ) -> list[IntegratedState]:
-    """The states of a group, which is noted for a check where its laws are linear."""
+    """The states of a group, which is checked where its laws are linear."""
     dag, causal = variables.dag, variables.causal
     merged = {k: variables.new_state(Kind.MOMENTUM) for k in group.flows}
-    linear = all(element.law.capacity is not None for element in group.elements)
     for element in group.elements:
         _define_momenta(variables, element)
     flows = None
-    if linear:
-        require_definite(variables, group)
+    if _is_linear(group):
+        audit.require_definite(group)
         flows = _reduced_flows(variables, group, merged)
-        checked.append(MergedGroup(group, merged, flows))
+        audit.note(MergedGroup(group, merged, flows))
     for k, state in merged.items():
         number = causal.basis[k].bond_class
         if flows is not None:
@@ -88,6 +87,10 @@ def _merge_inertia_group(
             )
         )
     return states
+
+
+def _is_linear(group: Group) -> bool:
+    return all(element.law.capacity is not None for element in group.elements)
 
 
 def _define_momenta(variables: Variables, element: StorageElement) -> None:
