@@ -75,7 +75,7 @@ class Compilation:
         """The graph with the zeros and ones that the scene fixes put in."""
         if self.options.whole:
             return Folding(self.graph, ())
-        return fold_parameters(self.graph)
+        return self._timed("fold", fold_parameters, self.graph)
 
     @cached_property
     def causal(self) -> CausalGraph:

@@ -20,14 +20,14 @@ def test_each_pass_runs_once_and_in_order():
     compilation = Compilation(RLC, Options())
     first, again = compilation.emitted, compilation.emitted
     assert first is again
-    passes = ["parse", "elaborate", "causality", "equations", "slice", "optimise", "emit"]
+    passes = ["parse", "elaborate", "fold", "causality", "equations", "slice", "optimise", "emit"]
     assert list(compilation.seconds) == passes
 
 
 def test_nothing_beyond_the_pass_that_is_asked_for_runs():
     compilation = Compilation(RLC, Options())
     assert compilation.causal.strokes
-    assert list(compilation.seconds) == ["parse", "elaborate", "causality"]
+    assert list(compilation.seconds) == ["parse", "elaborate", "fold", "causality"]
 
 
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
