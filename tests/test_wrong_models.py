@@ -21,6 +21,7 @@ from bgc.physics.checks import check_physics
 
 WRONG = sorted((Path(__file__).parent / "wrong").glob("*.bg"))
 GOOD = sorted((Path(__file__).parent / "models").glob("*.bg"))
+LIBRARY = sorted((Path(__file__).parents[1] / "library").rglob("*.bg"))
 EXPECTED = re.compile(r"// (error|warning): (BG\d+)")
 
 
@@ -79,3 +80,29 @@ def test_mutated_models_never_give_a_traceback(seed):
         text = mutated(rng.choice(GOOD).read_text(), rng)
         for diagnostic in diagnostics_of(load_text, text, "mutated.bg"):
             assert re.fullmatch(r"BG\d{3}", diagnostic.code)
+
+
+def reworded(text: str, rng: random.Random) -> str:
+    """The text with words, numbers or operators exchanged, or lines: most of it still parses."""
+    pieces = re.split(r"(\w+|->|[-+*/])", text)
+    kinds = (r"[A-Za-z]\w*", r"\d+", r"[-+*/]")
+    for _ in range(rng.randint(1, 3)):
+        kind = rng.choice(kinds)
+        places = [k for k, piece in enumerate(pieces) if re.fullmatch(kind, piece)]
+        if places:
+            pieces[rng.choice(places)] = pieces[rng.choice(places)]
+    lines = "".join(pieces).splitlines(keepends=True)
+    if rng.random() < 0.3:
+        lines.insert(rng.randrange(len(lines)), lines.pop(rng.randrange(len(lines))))
+    return "".join(lines)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_reworded_models_never_give_a_traceback(tmp_path, seed):
+    rng = random.Random(seed)
+    for _ in range(10):
+        path = rng.choice((*GOOD, *WRONG, *LIBRARY))
+        made = tmp_path / path.name
+        made.write_text(reworded(path.read_text(), rng))
+        for diagnostic in diagnostics_of(load, made):
+            assert diagnostic.help and re.fullmatch(r"BG\d{3}", diagnostic.code)
