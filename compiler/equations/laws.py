@@ -85,13 +85,9 @@ def storage_law(
             return StorageLaw(states, nodes, nothing, plain, None, None)
         case EnergyLaw(energy=energy):
             answers = tuple(gradient(dag, energy, states))
-            if len(set(inertial)) > 1:
-                response, capacity = None, _capacity_of_inertias(dag, answers, states, inertial)
-            else:
-                response = _quadratic(dag, answers, states)
-                capacity = None if response is None else _inverse_if_any(dag, response)
+            matrices = _matrices_of_energy(dag, answers, states, inertial)
             if storage.kind != "IC":
-                return StorageLaw(states, answers, nothing, plain, response, capacity)
+                return StorageLaw(states, answers, nothing, plain, *matrices)
             slopes = gradient(dag, energy, charges)
             bias = tuple(
                 slope if momentum else dag.zero
@@ -100,7 +96,17 @@ def storage_law(
             own = tuple(
                 q if momentum else None for q, momentum in zip(charges, has_momentum, strict=True)
             )
-            return StorageLaw(states, answers, bias, own, response, capacity)
+            return StorageLaw(states, answers, bias, own, *matrices)
+
+
+def _matrices_of_energy(
+    dag: Dag, answers: Sequence[Node], states: Sequence[Node], inertial: Sequence[bool]
+) -> tuple[Matrix | None, Matrix | None]:
+    """Response and capacity, where the energy is quadratic in what the answers belong to."""
+    if len(set(inertial)) > 1:
+        return None, _capacity_of_inertias(dag, answers, states, inertial)
+    response = _quadratic(dag, answers, states)
+    return response, None if response is None else _inverse_if_any(dag, response)
 
 
 def _quadratic(dag: Dag, answers: Sequence[Node], states: Sequence[Node]) -> Matrix | None:

@@ -348,8 +348,8 @@ class _Merging:
                 return None
             case Stiffness.SINGULAR:
                 raise self._cannot_merge(members, "their common stiffness is singular")
-            case other:
-                assert_never(other)
+            case unknown:
+                assert_never(unknown)
 
     # --- what is left -------------------------------------------------------------------------
 
