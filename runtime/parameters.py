@@ -76,7 +76,8 @@ class Parameters(Mapping[str, Parameter]):
         instance = self.instance({})
         found = (self._describe(index, instance) for index in self._index.values())
         lines = (f"  {p.name} = {p.value:g} {p.unit}".rstrip() for p in found)
-        return "\n".join(("parameters:", *lines))
+        compiled_in = [f"compiled in, see `folded`: {len(self.folded)}"] if self.folded else []
+        return "\n".join(("parameters:", *lines, *compiled_in))
 
     def can_set(self, name: str, value: Quantity) -> bool:
         """Whether there is a parameter of that name, or a vector for a vector's values."""

@@ -143,6 +143,7 @@ def test_a_folded_parameter_is_compiled_again_when_it_is_given(file: Path) -> No
 def test_a_folded_parameter_is_refused_afterwards(file: Path) -> None:
     model = bgc.compile(file)
     assert model.parameters.folded == {"rotor.friction": 0.0, "rotor.drag": 0.0}
+    assert repr(model.parameters).endswith("compiled in, see `folded`: 2")
     with pytest.raises(BgError, match="BG078"):
         model.parameters["rotor.friction"] = 3
     with pytest.raises(BgError, match="BG078"):
