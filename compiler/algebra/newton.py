@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
 
 from bgc.algebra.dag import Dag, Symbol
 from bgc.algebra.derivatives import gradient
@@ -16,7 +17,8 @@ from bgc.algebra.evaluate import evaluate_nodes
 from bgc.graph import Node
 
 _MOST = 100  # unknowns: beyond that elimination in Python takes too long
-_ITERATIONS = 100
+_ITERATIONS = 100  # from one point
+_WORK = 3e7  # cubes of the unknowns that all iterations together may take: some seconds
 _SOLVED = 1e-9  # the last correction, over the sizes of the unknowns
 _NEGLIGIBLE = 1e-9  # smaller unknowns are measured by this
 _LEAST_DAMPING = 1e-6
@@ -41,13 +43,18 @@ class Rows:
         """
         if len(self._unknowns) > _MOST:
             return None
-        points = (start, *_points(len(start)))
-        found = (self._newton(known, list(point)) for point in points)
-        return next((x for x in found if x is not None), None)
+        iterations = iter(range(int(_WORK / len(start) ** 3)))
+        for point in (start, *_points(len(start))):
+            found = self._newton(known, list(point), islice(iterations, _ITERATIONS))
+            if found is not None:
+                return found
+        return None
 
-    def _newton(self, known: Mapping[Symbol, float], x: list[float]) -> list[float] | None:
+    def _newton(
+        self, known: Mapping[Symbol, float], x: list[float], iterations: Iterator[int]
+    ) -> list[float] | None:
         damping = 1.0
-        for _ in range(_ITERATIONS):
+        for _ in iterations:
             residual, slopes = self._at(known, x, self._residuals, self._slopes)
             change = _solved(slopes, residual)
             if change is None:
