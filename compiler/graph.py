@@ -387,4 +387,5 @@ class FlatGraph:
     devices: tuple[DeviceUse, ...]
     kept: tuple[str, ...]
     warnings: tuple[Diagnostic, ...] = ()
+    varied: int = 0  # INPUT symbols beyond those of the devices, which the caller sets
     slots: tuple[Slot, ...] = ()

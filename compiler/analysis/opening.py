@@ -181,7 +181,7 @@ def _with_sources(graph: FlatGraph, added: Mapping[int, Node]) -> FlatGraph:
             value = graph.dag.add(element.value, added[index])
             element = replace(element, value=value)
         elements.append(element)
-    return replace(graph, elements=tuple(elements))
+    return replace(graph, elements=tuple(elements), varied=len(added))
 
 
 def _with_parameters(program: Program, added: Mapping[int, Node]) -> Program:

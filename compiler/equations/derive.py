@@ -77,7 +77,7 @@ def derive_equations(causal: CausalGraph) -> Program:
         parameters=graph.parameters,
         states=_with_closed_initials(graph, states),
         mass=_mass(graph, len(stored), len(states), rows),
-        inputs=sum(len(device.inputs) for device in graph.devices),
+        inputs=sum(len(device.inputs) for device in graph.devices) + graph.varied,
         observations=outputs.observations,
         requirements=outputs.requirements,
         devices=outputs.devices,

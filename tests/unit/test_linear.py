@@ -226,6 +226,26 @@ def test_algebraic_equations_are_solved(tmp_path):
     np.testing.assert_allclose(lin.C, [[1 + 10 / 13]], rtol=1e-9)
 
 
+def test_a_loop_that_newton_solves_is_linearised_about_its_solution(tmp_path):
+    """A diode and a resistor in series: d i/d e = 1 / (R + dv/di), i = (e - v)/R."""
+    text = """
+    model M {
+      s : Se(e = 3); d : R { f = 1e-3*(exp(e/0.1) - 1); } r : R(200); line : J1; c : C(1); n : J0;
+      s -> line -> d, r; line -> n -> c;
+    }
+    scene a of M { observe line.f; run 1 s; }
+    """
+    lin = linear(tmp_path, text, ["s"])
+    low, high = 0.0, 3.0
+    for _ in range(80):  # the diode's effort by bisection
+        v = (low + high) / 2
+        low, high = (v, high) if 1e-3 * (math.exp(v / 0.1) - 1) < (3 - v) / 200 else (low, v)
+    slope = 0.1 / (1e-3 * math.exp(v / 0.1))
+    assert lin.states == ("c.q",)
+    np.testing.assert_allclose(lin.D, [[1 / (200 + slope)]], rtol=1e-9)
+    np.testing.assert_allclose(lin.A, [[-1 / (200 + slope)]], rtol=1e-9)
+
+
 def test_a_descriptor_keeps_its_response(tmp_path):
     """x' + y' = u - x, 0 = x - y: 2 s X = U - X."""
     n = ("x", "y")
