@@ -49,6 +49,19 @@ def test_the_tip_moves_as_in_the_whole_model(scene: str) -> None:
         np.testing.assert_allclose(ours[name], theirs[name], atol=1e-10 * scale)
 
 
+def test_head_seas_leave_the_plane_alone() -> None:
+    """The vessel heaves and pitches; a swell that rolls it needs all states."""
+    head, quartering = "[0.5, 0, 0.01]", "[0.5, 0.02, 0.01]"
+    uses = {"vessel": f"OsvInSwell(amplitude = {head})"}
+    sliced, whole = (bgc.compile(SCENES, "planar", uses=uses, whole=w) for w in (False, True))
+    assert len(sliced.states) == 28 and len(whole.states) == 54
+    ours, theirs = sliced.simulate(4), whole.simulate(4)
+    assert np.ptp(theirs["tip"][:, 0]) > 0.02, "the vessel has to pitch"
+    np.testing.assert_allclose(ours["tip"], theirs["tip"], atol=1e-12)
+    aside = {"vessel": f"OsvInSwell(amplitude = {quartering})"}
+    assert len(bgc.compile(SCENES, "planar", uses=aside).states) > 50
+
+
 def test_a_hand_to_the_side_needs_all_states(tmp_path: Path) -> None:
     text = SCENES.read_text().replace(
         "hand.position.x, 0, hand.position.z", "0, hand.position.y, 0"
