@@ -19,7 +19,9 @@ from bgc.algebra.dag import Dag, Level, Op
 
 PRIME = 2**61 - 1
 _MASK = 2**64 - 1
+_OTHER_PRIME = 2**61 - 31  # tells whether a recovered fraction is the one it should be
 _LARGEST_RATIONAL = 2**30  # numerator and denominator below it are recovered uniquely
+_PLAIN = 2**12  # so few fractions are below it that a residue is none of them by chance
 
 
 class Fingerprints:
@@ -28,6 +30,7 @@ class Fingerprints:
     def __init__(self, dag: Dag, points: int = 2) -> None:
         self.dag = dag
         self._points = [_Point(dag, seed) for seed in range(1, points + 1)]
+        self._witness = _Point(dag, points + 1, _OTHER_PRIME)
         self._steady: dict[tuple[int, ...], int] = {}  # nodes that no state or time moves
         self._looked_at = 0
 
@@ -54,7 +57,14 @@ class Fingerprints:
         if exact is not None:
             return exact
         first, *others = self.value(node)
-        return _rational(first) if all(other == first for other in others) else None
+        if any(other != first for other in others):
+            return None
+        found = _rational(first)
+        if found is None or max(abs(found.numerator), found.denominator) < _PLAIN:
+            return found
+        # More than half of all residues are those of some fraction: only the right one has the
+        # right residue modulo another prime too.
+        return found if self._witness.value(node) == _residue(found, _OTHER_PRIME) else None
 
     def simplified(self, node: int) -> int:
         """A node that always equals this one and changes less often, if there is one.
@@ -80,11 +90,12 @@ class Fingerprints:
 
 
 class _Point:
-    """Residues of all nodes at one random point."""
+    """Residues of all nodes at one random point, modulo a prime."""
 
-    def __init__(self, dag: Dag, seed: int) -> None:
+    def __init__(self, dag: Dag, seed: int, prime: int = PRIME) -> None:
         self._dag = dag
         self._seed = seed
+        self._prime = prime
         self._values: list[int] = []
 
     def value(self, node: int) -> int:
@@ -98,27 +109,27 @@ class _Point:
         return self._values[: node + 1]
 
     def _extend(self) -> None:
-        dag, values = self._dag, self._values
+        dag, values, prime = self._dag, self._values, self._prime
         op, a, b, c = dag.op, dag.a, dag.b, dag.c
         for node in range(len(values), len(dag)):
             kind = op[node]
             if kind == Op.MUL:
-                result = values[a[node]] * values[b[node]] % PRIME
+                result = values[a[node]] * values[b[node]] % prime
             elif kind == Op.ADD:
-                result = (values[a[node]] + values[b[node]]) % PRIME
+                result = (values[a[node]] + values[b[node]]) % prime
             elif kind == Op.SUB:
-                result = (values[a[node]] - values[b[node]]) % PRIME
+                result = (values[a[node]] - values[b[node]]) % prime
             elif kind == Op.NEG:
-                result = -values[a[node]] % PRIME
+                result = -values[a[node]] % prime
             elif kind == Op.CONST:
-                result = _residue(dag.constants[a[node]])
+                result = _residue(dag.constants[a[node]], prime)
             elif kind == Op.SYMBOL:
                 symbol = dag.symbols[a[node]]
                 result = self._hash(kind, symbol.kind + 1, symbol.index + 1)
             elif kind == Op.SELECT:
                 condition, yes, no = values[a[node]], values[b[node]], values[c[node]]
                 weight = self._hash(kind, condition) if condition else 0
-                result = (no + weight * (yes - no)) % PRIME
+                result = (no + weight * (yes - no)) % prime
             elif b[node] >= 0:
                 result = self._of_two(kind, values[a[node]], values[b[node]])
             else:
@@ -127,7 +138,7 @@ class _Point:
 
     def _of_two(self, op: int, x: int, y: int) -> int:
         if op == Op.DIV:
-            return x * pow(y, -1, PRIME) % PRIME if y else self._hash(op, x)
+            return x * pow(y, -1, self._prime) % self._prime if y else self._hash(op, x)
         if op in {Op.MIN, Op.MAX, Op.AND, Op.OR, Op.EQ, Op.HYPOT}:
             x, y = min(x, y), max(x, y)
         return self._hash(op, x, y)
@@ -136,19 +147,19 @@ class _Point:
         curve = _CURVES.get(Op(op))
         if curve is not None:
             family, function = curve
-            return function(self._odd(family, x))
+            return function(self._odd(family, x), self._prime)
         if op in _ODD:
             return self._odd(op, x)
         if op == Op.ABS:
-            return self._hash(op, min(x, PRIME - x)) if x else 0
+            return self._hash(op, min(x, self._prime - x)) if x else 0
         return self._hash(op, x)
 
     def _odd(self, op: int, x: int) -> int:
         """A hash with f(-x) = -f(x)."""
         if x == 0:
             return 0
-        opposite = PRIME - x
-        return self._hash(op, x) if x < opposite else PRIME - self._hash(op, opposite)
+        opposite = self._prime - x
+        return self._hash(op, x) if x < opposite else self._prime - self._hash(op, opposite)
 
     def _hash(self, op: int, *words: int) -> int:
         """A well mixed residue, never zero (splitmix64 over the words)."""
@@ -158,13 +169,13 @@ class _Point:
             state = (state ^ state >> 30) * 0xBF58476D1CE4E5B9 & _MASK
             state = (state ^ state >> 27) * 0x94D049BB133111EB & _MASK
             state ^= state >> 31
-        return state % (PRIME - 1) + 1
+        return state % (self._prime - 1) + 1
 
 
-def _residue(exact: Fraction) -> int:
+def _residue(exact: Fraction, prime: int) -> int:
     if exact.denominator == 1:
-        return exact.numerator % PRIME
-    return exact.numerator * pow(exact.denominator, -1, PRIME) % PRIME
+        return exact.numerator % prime
+    return exact.numerator * pow(exact.denominator, -1, prime) % prime
 
 
 def _rational(residue: int) -> Fraction | None:
@@ -178,20 +189,20 @@ def _rational(residue: int) -> Fraction | None:
     return Fraction(r1, t1)
 
 
-def _quotient(x: int, y: int) -> int:
-    return x * pow(y, -1, PRIME) % PRIME if y % PRIME else 1
+def _quotient(x: int, y: int, prime: int) -> int:
+    return x * pow(y, -1, prime) % prime if y % prime else 1
 
 
 # Functions of a rational parameter t of the circle and of the hyperbola, odd in the argument.
 _CIRCLE, _HYPERBOLA = 101, 102
-_CURVES: dict[Op, tuple[int, Callable[[int], int]]] = {
-    Op.SIN: (_CIRCLE, lambda t: _quotient(2 * t, 1 + t * t)),
-    Op.COS: (_CIRCLE, lambda t: _quotient(1 - t * t, 1 + t * t)),
-    Op.TAN: (_CIRCLE, lambda t: _quotient(2 * t, 1 - t * t)),
-    Op.SINH: (_HYPERBOLA, lambda t: _quotient(2 * t, 1 - t * t)),
-    Op.COSH: (_HYPERBOLA, lambda t: _quotient(1 + t * t, 1 - t * t)),
-    Op.TANH: (_HYPERBOLA, lambda t: _quotient(2 * t, 1 + t * t)),
-    Op.EXP: (_HYPERBOLA, lambda t: _quotient(1 + t, 1 - t)),
-    Op.EXPM1: (_HYPERBOLA, lambda t: _quotient(2 * t, 1 - t)),
+_CURVES: dict[Op, tuple[int, Callable[[int, int], int]]] = {
+    Op.SIN: (_CIRCLE, lambda t, p: _quotient(2 * t, 1 + t * t, p)),
+    Op.COS: (_CIRCLE, lambda t, p: _quotient(1 - t * t, 1 + t * t, p)),
+    Op.TAN: (_CIRCLE, lambda t, p: _quotient(2 * t, 1 - t * t, p)),
+    Op.SINH: (_HYPERBOLA, lambda t, p: _quotient(2 * t, 1 - t * t, p)),
+    Op.COSH: (_HYPERBOLA, lambda t, p: _quotient(1 + t * t, 1 - t * t, p)),
+    Op.TANH: (_HYPERBOLA, lambda t, p: _quotient(2 * t, 1 + t * t, p)),
+    Op.EXP: (_HYPERBOLA, lambda t, p: _quotient(1 + t, 1 - t, p)),
+    Op.EXPM1: (_HYPERBOLA, lambda t, p: _quotient(2 * t, 1 - t, p)),
 }
 _ODD = frozenset({Op.ASIN, Op.ATAN, Op.ASINH, Op.ATANH, Op.CBRT, Op.ERF, Op.SIGN})

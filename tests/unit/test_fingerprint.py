@@ -102,3 +102,17 @@ def test_fingerprints_grow_with_the_dag_in_linear_time(dag: Dag) -> None:
         node = dag.add(dag.mul(node, node), dag.const(k))
         prints.is_zero(node)
     assert time.perf_counter() - start < 2
+
+
+def test_a_long_decimal_behind_a_rotation_is_not_taken_for_another_number() -> None:
+    """Most residues are those of some fraction of nine digits."""
+    dag = Dag()
+    x = dag.symbol(Kind.STATE)
+    sine, cosine = dag.call(Op.SIN, x), dag.call(Op.COS, x)
+    one = dag.add(dag.mul(sine, sine), dag.mul(cosine, cosine))
+    fingerprints = Fingerprints(dag)
+    for k in range(1, 40):
+        length = Fraction(123456789012 + 7 * k, 10**11)
+        assert fingerprints.constant(dag.mul(dag.const(length), one)) in {None, length}
+        short = Fraction(123456 + k, 10**5)
+        assert fingerprints.constant(dag.mul(dag.const(short), one)) == short
