@@ -39,6 +39,7 @@ _SIGN = {
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _USED_AS_NAME = re.compile(r"\s*(?::|->|,)")
 _PART_OR_CHAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*(?:\[[^\]\n]*\])?[ \t]*(?::|->)")
+_DECIMALS = re.compile(r"\d+")
 _POSTFIX = ("LPAR", "LSQB", "DOT", "EQUAL")
 _WORD_KINDS = frozenset(word.upper() for words in WORDS.values() for word in words) | frozenset(
     "IS OF IN OUT MAIN AS WITHIN EVERY THEN ELSE DER TIME".split()
@@ -242,6 +243,20 @@ def _first_word(trouble: Trouble, found: Token) -> Mistake | None:
     return None
 
 
+def _decimal_comma(trouble: Trouble, found: Token) -> Mistake | None:
+    """A comma where a number goes on: `1,5`."""
+    previous = trouble.previous
+    if found.type != "COMMA" or previous is None or previous.type != "NUMBER":
+        return None
+    decimals = _DECIMALS.match(trouble.source.text, trouble.offset + 1)
+    if decimals is None or not previous.isdigit():
+        return None
+    start = _span_of(trouble, previous)
+    span = Span(trouble.source, start.start, decimals.end())
+    help = f"write `{previous}.{decimals[0]}`"
+    return Mistake(wrong.misspelt_number(span, "a number has a decimal point, no comma", help))
+
+
 def _two_operands(trouble: Trouble, found: Token) -> Mistake | None:
     """A value directly behind another: an operator or a proper unit is missing."""
     previous = trouble.previous
@@ -272,6 +287,7 @@ _EXPLANATIONS: tuple[Callable[[Trouble, Token], Mistake | None], ...] = (
     _derivative,
     _empty_statement,
     _reserved,
+    _decimal_comma,
     _two_operands,
 )
 

@@ -11,6 +11,7 @@ from bgc.grammar.catalogue.syntax import too_many_errors
 from bgc.grammar.diagnostics import BgError, Diagnostic, Severity
 from bgc.grammar.parse import MAX_ERRORS
 
+_PATH = re.compile(r"(?:[A-Za-z_]\w*(?:\[\.\.\])?\.)+(?=[A-Za-z_])")
 _INDEX = re.compile(r"\[[-\d, ]+\]")
 
 
@@ -32,10 +33,11 @@ class Report:
         for diagnostic in diagnostics:
             span = diagnostic.span
             place = (span.source.name, span.start, span.end) if span else None
-            # An array of parts repeats a mistake for each of its parts.
+            # Each part of an array, and each part of one model, repeats the same mistake.
             if note and not diagnostic.note:
                 diagnostic = replace(diagnostic, note=note)
-            key = (diagnostic.code, place, _INDEX.sub("[..]", diagnostic.message))
+            message = _INDEX.sub("[..]", diagnostic.message)
+            key = (diagnostic.code, place, _PATH.sub("", message) if span else message)
             if key not in self._diagnostics:
                 self._enter(key, diagnostic)
 

@@ -150,7 +150,7 @@ def unknown_member(span: Span, name: str, owner: str, candidates: Iterable[str])
     """
     candidates = list(candidates)
     listing = ", ".join(f"`{c}`" for c in candidates[:12])
-    near = did_you_mean(name, candidates) or (f"it has {listing}" if listing else "")
+    near = did_you_mean(name, candidates) or (f"it has {listing}" if listing else "it has none")
     return error("BG210", f"{owner} has no `{name}`", span, help=near)
 
 

@@ -226,6 +226,16 @@ def test_mistake_gives_its_code_and_no_other(code: str, text: str):
     assert codes_of(text) == {code}
 
 
+def test_one_mistake_in_a_model_is_told_once_for_all_its_parts():
+    text = (
+        "model Load { port p in; x : R(1); p -> x; output y = x.q; }"
+        "model M { s : Se(e = 1); j : J1; a : Load; b : Load; s -> j -> a, b; }"
+    )
+    with pytest.raises(BgError) as caught:
+        elaborate(load_text(text))
+    assert [d.code for d in caught.value.diagnostics] == ["BG419"]
+
+
 def test_unknown_scene_names_the_scenes():
     with pytest.raises(BgError) as caught:
         elaborate(load_text(scene("run 1 s;")), "steep")
