@@ -320,7 +320,7 @@ class _Search:
         }
 
     def _refused(self, columns: set[Column]) -> BgError:
-        """An error that names the gyrators on the unknowns, if there are any."""
+        """An error that names the gyrators on the unknowns, or else the storage there."""
         causal = self._causal
         flows = {k for what, k in columns if what == "flow"}
         gyrators, bonds = [], []
@@ -330,11 +330,21 @@ class _Search:
                     gyrators.append(causal.ports[port].element)
                     bonds.append(causal.graph.bonds[causal.ports[port].bond].name)
         if not gyrators:
-            symbols = [self._variables.symbol_of(column) for column in sorted(columns)]
-            return self._variables.places.unsolvable(symbols)
+            return self._held_by_moduli(flows)
         first = causal.graph.elements[min(gyrators)]
         names = [causal.graph.elements[k].name for k in sorted(set(gyrators))]
         return BgError([catalogue.gyrator_loop(first.span, names, list(dict.fromkeys(bonds)))])
+
+    def _held_by_moduli(self, flows: set[int]) -> BgError:
+        """An error that names the compliances, or whatever there is, on some flows."""
+        causal = self._causal
+        on_flows = [port for port in causal.ports if not flows.isdisjoint(own_flow(causal, port))]
+        compliances = [port for port in on_flows if port.role is Role.COMPLIANCE]
+        found = {port.element for port in compliances or on_flows}
+        first, *others = (causal.graph.elements[k] for k in sorted(found))
+        why = "the modulus that joins them may vanish"
+        names = [element.name for element in others]
+        return BgError([catalogue.dependent_storage(first.span, first.name, names, why)])
 
 
 def _connected(rows: Sequence[_Row]) -> Iterator[list[_Row]]:

@@ -259,11 +259,12 @@ def dependent_storage(span: Span, name: str, others: Sequence[str], why: str) ->
     Example: a lever without mass that acts on springs by modulated transformers only.
     Way out: put an I on the motion, or an R or a C that acts on it directly.
     """
+    depends = f"depends on {_listed(others)}" if others else "is not independent"
     return error(
         "BG512",
-        f"the storage of `{name}` depends on {_listed(others)}, and {why}",
+        f"the storage of `{name}` {depends}, and {why}",
         span,
-        help="put a C or an R between them",
+        help="put an I on the motion that joins them, or an R or a C that acts on it directly",
     )
 
 

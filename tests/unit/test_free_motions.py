@@ -170,6 +170,64 @@ def test_stiffnesses_that_cancel_are_refused(second: float) -> None:
     assert refusal(springs_side_by_side(2, second)) == ["BG512"]
 
 
+@pytest.mark.parametrize("springs", [1, 2])
+def test_a_lever_that_only_moduli_hold_is_refused(springs: int) -> None:
+    """Where all its moduli vanish nothing tells how fast it moves."""
+    g = GraphBuilder()
+    angle = g.state("angle", 0.5)
+    g.derivative(angle, g.dag.one)
+    g.source("Se", "push", g.node(3))
+    g.junction("J1", "lever")
+    g.bond("push", "lever")
+    for k in range(springs):
+        g.transformer(f"t{k}", ((g.dag.call((Op.SIN, Op.COS)[k], angle),),))
+        g.storage("C", f"spring{k}", k + 2)
+        g.bond("lever", f"t{k}")
+        g.bond(f"t{k}", f"spring{k}")
+    with pytest.raises(BgError) as caught:
+        program_of(g)
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "BG512"
+    assert "`spring0`" in diagnostic.message and "may vanish" in diagnostic.message
+
+
+def cubic(g: GraphBuilder, kind: str, name: str, slope: int) -> None:
+    """A C or I that answers with `slope x + x^3`."""
+    x = g.next_state(Kind.DISPLACEMENT if kind == "C" else Kind.MOMENTUM)
+    node = g.dag.add(g.dag.mul(g.node(slope), x), g.dag.mul(x, g.dag.mul(x, x)))
+    g.storage(kind, name, ExplicitLaw(Form.EFFORT if kind == "C" else Form.FLOW, (node,)))
+
+
+def test_a_ring_of_cubic_capacitors_is_solved_by_iteration() -> None:
+    """Their flows too, which follow from how fast the unknown of the iteration changes."""
+    g = GraphBuilder()
+    for k in range(3):
+        g.junction("J1", f"n{k}")
+        cubic(g, "C", f"C{k}", k + 1)
+        g.bond(f"n{k}", f"C{k}")
+    for k in range(3):
+        g.gyrator(f"g{k}", k + 2)
+        g.bond(f"n{k}", f"g{k}")
+        g.bond(f"g{k}", f"n{(k + 1) % 3}")
+    program = assert_solves_everything(g)
+    assert [s.kind for s in program.states] == ["displacement"] * 2 + ["algebraic"]
+
+
+@pytest.mark.parametrize("kind", ["C", "I"])
+def test_cubic_storage_in_parallel_is_merged_and_its_rates_are_known(kind: str) -> None:
+    g = GraphBuilder()
+    g.junction("J0" if kind == "C" else "J1", "node")
+    for k in range(2):
+        cubic(g, kind, f"x{k}", k + 1)
+        g.bond("node", f"x{k}")
+    g.resistor("leak", 1)
+    g.bond("node", "leak")
+    program = assert_solves_everything(g)
+    assert [s.name for s in program.states if s.kind != "algebraic"] == [
+        "merged(x1, x0).q" if kind == "C" else "merged(x0, x1).p"
+    ]
+
+
 # --- initial values -----------------------------------------------------------------------------
 
 
