@@ -1,4 +1,4 @@
-"""Fingerprints: every node evaluated modulo a large prime at random points.
+"""Fingerprints: every node evaluated modulo two large primes, at a random point each.
 
 Two nodes that are equal as rational functions of their symbols have equal fingerprints; two
 that are not collide with a probability of about their degree in 2^61. So "is zero", "is
@@ -19,23 +19,21 @@ from bgc.algebra.dag import Dag, Level, Op
 
 PRIME = 2**61 - 1
 _MASK = 2**64 - 1
-_OTHER_PRIME = 2**61 - 31  # tells whether a recovered fraction is the one it should be
+_PRIMES = (PRIME, 2**61 - 31)  # two: modulo the first alone, 2^61 is 1
 _LARGEST_RATIONAL = 2**30  # numerator and denominator below it are recovered uniquely
-_PLAIN = 2**12  # so few fractions are below it that a residue is none of them by chance
 
 
 class Fingerprints:
     """The fingerprints of a DAG's nodes; they grow with the DAG, each node is visited once."""
 
-    def __init__(self, dag: Dag, points: int = 2) -> None:
+    def __init__(self, dag: Dag) -> None:
         self.dag = dag
-        self._points = [_Point(dag, seed) for seed in range(1, points + 1)]
-        self._witness = _Point(dag, points + 1, _OTHER_PRIME)
+        self._points = [_Point(dag, seed, prime) for seed, prime in enumerate(_PRIMES, start=1)]
         self._steady: dict[tuple[int, ...], int] = {}  # nodes that no state or time moves
         self._looked_at = 0
 
     def value(self, node: int) -> tuple[int, ...]:
-        """The residues of a node, one a point."""
+        """The residues of a node, one a point; the first is modulo `PRIME`."""
         return tuple(point.value(node) for point in self._points)
 
     def residues(self) -> list[tuple[int, ...]]:
@@ -57,14 +55,13 @@ class Fingerprints:
         if exact is not None:
             return exact
         first, *others = self.value(node)
-        if any(other != first for other in others):
-            return None
         found = _rational(first)
-        if found is None or max(abs(found.numerator), found.denominator) < _PLAIN:
-            return found
+        if found is None:
+            return None
         # More than half of all residues are those of some fraction: only the right one has the
         # right residue modulo another prime too.
-        return found if self._witness.value(node) == _residue(found, _OTHER_PRIME) else None
+        rest = zip(others, _PRIMES[1:], strict=True)
+        return found if all(other == _residue(found, prime) for other, prime in rest) else None
 
     def simplified(self, node: int) -> int:
         """A node that always equals this one and changes less often, if there is one.
@@ -85,14 +82,19 @@ class Fingerprints:
         residues = self.value(node)
         if (same := self._steady.get(residues)) is not None:
             return same
-        opposite = self._steady.get(tuple(-x % PRIME for x in residues))
+        opposite = self._steady.get(negative(residues))
         return node if opposite is None else dag.neg(opposite)
+
+
+def negative(residues: tuple[int, ...]) -> tuple[int, ...]:
+    """The residues of the opposite of a node."""
+    return tuple(-x % prime for x, prime in zip(residues, _PRIMES, strict=True))
 
 
 class _Point:
     """Residues of all nodes at one random point, modulo a prime."""
 
-    def __init__(self, dag: Dag, seed: int, prime: int = PRIME) -> None:
+    def __init__(self, dag: Dag, seed: int, prime: int) -> None:
         self._dag = dag
         self._seed = seed
         self._prime = prime

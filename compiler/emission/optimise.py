@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.algebra.dag import Dag, Op
-from bgc.algebra.fingerprint import PRIME, Fingerprints
+from bgc.algebra.fingerprint import Fingerprints, negative
 from bgc.emission.rewrite import map_program, program_roots
 from bgc.graph import Node
 from bgc.program import Program
@@ -41,9 +41,9 @@ def number_values(dag: Dag, roots: Sequence[Node]) -> tuple[Dag, dict[Node, Node
         new[node] = _known(simple, first, residues[node], _remake(dag, simple, node, new))
         if node in dag.places:
             simple.mark(new[node], dag.places[node])
-    after = Fingerprints(simple, points=1).residues()
+    after = Fingerprints(simple).residues()
     for root in roots:
-        assert after[new[root]][0] == residues[root][0], f"node {root} changed its value"
+        assert after[new[root]] == residues[root], f"node {root} changed its value"
     return simple, new
 
 
@@ -75,7 +75,7 @@ def _known(
         return dag.zero
     known = first.get(value)
     if known is None:
-        opposite = first.get(tuple(PRIME - x for x in value))
+        opposite = first.get(negative(value))
         if opposite is None or dag.level[node] < dag.level[opposite]:
             first[value] = node
             return node

@@ -116,3 +116,12 @@ def test_a_long_decimal_behind_a_rotation_is_not_taken_for_another_number() -> N
         assert fingerprints.constant(dag.mul(dag.const(length), one)) in {None, length}
         short = Fraction(123456 + k, 10**5)
         assert fingerprints.constant(dag.mul(dag.const(short), one)) == short
+
+
+def test_powers_of_two_are_told_apart() -> None:
+    """Modulo the Mersenne prime 2^61 - 1 alone, 2^61 and 1 are the same."""
+    dag = Dag()
+    fingerprints = Fingerprints(dag)
+    large = dag.const(2**61)
+    assert not fingerprints.equal(large, dag.one)
+    assert not fingerprints.is_zero(dag.sub(dag.mul(large, dag.symbol(Kind.STATE)), dag.one))
