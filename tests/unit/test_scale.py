@@ -1,0 +1,139 @@
+"""What compiling costs grows no faster than the model: counted in nodes and operations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bgc.algebra.dag import Kind, Level, Op, Symbol
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.quadratic import minimise, minimise_in_order
+from bgc.causality.certificates import default_values
+from bgc.driver import Compilation
+from bgc.equations import merged_flows
+from bgc.options import Options
+from bgc.program import Program
+
+
+def joints(count: int) -> str:
+    """Bars on rigid joints from a body that floats, axes in turn across each other."""
+    parts = [
+        f"""
+  j{k} : Revolute(axis = {"yz"[k % 2]}, angle0 = {10 + 3 * k} deg, lock = Rigid[5]);
+  b{k} : Beam(length = {10 + k} m, mass = {20 - k} kg, side = 0.1 m);"""
+        for k in range(count)
+    ]
+    names = " -> ".join(f"j{k} -> b{k}" for k in range(count))
+    return f"""
+import mechanics.joints;
+import mechanics.body;
+import crane.beam;
+model M {{
+  base : FreeBody(mass = 100 kg, inertia = 50*eye(3));
+  none : Se[6](e = zeros(6));{"".join(parts)}
+  base -> {names} -> none;
+}}"""
+
+
+def masses_and_springs(count: int) -> str:
+    """A row of masses, a spring between neighbours and to the wall."""
+    parts = [
+        f"  n{k} : J1; m{k} : I({1 + k % 3} kg); s{k} : C(stiffness = {100 + k} N/m); g{k} : J0;\n"
+        f"  n{k} -> m{k}; n{k} -> g{k} -> s{k}; g{k} -> n{k + 1};\n"
+        for k in range(count)
+    ]
+    return f"model M {{\n{''.join(parts)}  n{count} : J1; end : I(1 kg); n{count} -> end;\n}}"
+
+
+def one_shaft(count: int) -> str:
+    """Masses all locked to each other by gears."""
+    parts = [
+        f"  n{k} : J1; m{k} : I({1 + k % 3} kg); t{k} : TF({'2' if k % 2 else '0.5'});\n"
+        f"  n{k} -> m{k}; n{k} -> t{k} -> n{k + 1};\n"
+        for k in range(count)
+    ]
+    return f"model M {{\n{''.join(parts)}  n{count} : J1; end : I(1 kg); n{count} -> end;\n}}"
+
+
+def ladder(count: int) -> str:
+    """Two geared shafts, with a mass on the sum of their flows at each gear."""
+    parts = [
+        f"  a{k} : J1; p{k} : I(1 kg); u{k} : TF(1.5); b{k} : J1; q{k} : I(2 kg); v{k} : TF(1.5);\n"
+        f"  d{k} : J0; c{k} : I(3 kg); a{k} -> p{k}; b{k} -> q{k};\n"
+        f"  a{k} -> d{k}; b{k} -> d{k} -> c{k};\n"
+        f"  a{k} -> u{k} -> a{k + 1}; b{k} -> v{k} -> b{k + 1};\n"
+        for k in range(count)
+    ]
+    ends = "".join(
+        f"  {x}{count} : J1; end{x} : I(1 kg); {x}{count} -> end{x};\n" for x in ("a", "b")
+    )
+    return f"model M {{\n{''.join(parts)}{ends}}}"
+
+
+def compiled(tmp_path: Path, text: str) -> Compilation:
+    path = tmp_path / f"model{len(text)}.bg"  # compiled when asked, so each has its own
+    path.write_text(text)
+    return Compilation(path, Options())
+
+
+def operations(program: Program) -> int:
+    """Those of the right-hand sides that a state or time moves."""
+    dag = program.dag
+    nodes = dag.reachable(state.derivative for state in program.states)
+    return sum(dag.op[n] > Op.SYMBOL and dag.level[n] > Level.PARAM for n in nodes)
+
+
+def test_operations_of_rigid_joints_grow_in_proportion(tmp_path: Path) -> None:
+    few, many = (compiled(tmp_path, joints(n)) for n in (8, 16))
+    assert operations(many.optimised) / operations(few.optimised) < 2.3
+    nodes = [len(c.causal.graph.dag) for c in (few, many)]
+    assert nodes[1] / nodes[0] < 4, "the DAG grows with the entries of N at most"
+    assert nodes[1] < 20 * operations(many.optimised)
+
+
+@pytest.mark.parametrize("make", [masses_and_springs, one_shaft, ladder])
+def test_nodes_grow_in_proportion_to_a_row(tmp_path: Path, make: Callable[[int], str]) -> None:
+    few, many = (compiled(tmp_path, make(n)) for n in (20, 100))
+    assert [len(c.equations.states) for c in (few, many)] == {
+        masses_and_springs: [41, 201],
+        one_shaft: [1, 1],
+        ladder: [2, 2],
+    }[make]
+    assert len(many.causal.graph.dag) / len(few.causal.graph.dag) < 5.5
+    assert operations(many.optimised) <= 5.5 * operations(few.optimised)
+
+
+def derivatives(program: Program) -> np.ndarray:
+    """The right-hand sides at a fixed state, all parameters at their defaults."""
+    values = dict(default_values(program.dag, program.parameters))
+    values[Symbol(Kind.TIME, 0)] = 0.3
+    rng = np.random.default_rng(5)
+    for k in range(len(program.states)):
+        values[Symbol(Kind.STATE, k)] = float(rng.uniform(-1, 1))
+    nodes = [state.derivative for state in program.states]
+    return np.array(evaluate_nodes(program.dag, nodes, values))
+
+
+def test_the_factored_and_the_merged_form_agree(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also shows that the cheaper one is taken."""
+    programs = {}
+    for name, order in {
+        "either": minimise,
+        "factored": partial(minimise_in_order, early=True),
+        "merged": partial(minimise_in_order, early=False),
+    }.items():
+        monkeypatch.setattr(merged_flows, "minimise", order)
+        programs[name] = compiled(tmp_path, joints(5)).optimised
+    expected = derivatives(programs["merged"])
+    size = np.abs(expected).max()
+    np.testing.assert_allclose(
+        derivatives(programs["factored"]) / size, expected / size, atol=1e-12
+    )
+    counts = {name: operations(program) for name, program in programs.items()}
+    assert counts["either"] == min(counts.values()) < max(counts.values())
