@@ -56,16 +56,16 @@ class Probe:
 
     Parameters
     ----------
-    name, scene
-        A scene of tests/models/NAME.bg.
+    file, scene
+        A scene of a file.
     velocities
         Names of the observed columns.
     """
 
-    def __init__(self, name: str, scene: str, velocities: Sequence[str]) -> None:
-        compilation = Compilation(MODELS / f"{name}.bg", Options(scene, whole=True))
+    def __init__(self, file: Path, scene: str, velocities: Sequence[str]) -> None:
+        compilation = Compilation(file, Options(scene, whole=True))
         program = with_rates(compilation.optimised)
-        units = emit_model(program, f"rates of {name} {scene}").units
+        units = emit_model(program, f"rates of {scene}").units
         library = build_shared_object(units, find_toolchain(), open_cache())
         self.model = Model(Built(library, run_facts(program.scene)))
         self.velocities = tuple(velocities)
@@ -131,5 +131,5 @@ class Probe:
 
 @cache
 def probe(name: str, scene: str, *velocities: str) -> Probe:
-    """One compilation for all tests."""
-    return Probe(name, scene, velocities)
+    """A scene of tests/models/NAME.bg, compiled once for all tests."""
+    return Probe(MODELS / f"{name}.bg", scene, velocities)
