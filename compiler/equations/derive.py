@@ -1,6 +1,6 @@
 """Derive the state equations: from the causal graph to a program.
 
-Variables are defined one by one (`variables`, `storage`, `merging`) and put together on demand
+Variables are defined one by one (`variables`, `storage`, `merged_*`) and put together on demand
 (`resolving`, `loops`), so that only what the states, outputs and guards need is ever made.
 States come in the order storage (by element), declared, algebraic.
 """

@@ -139,10 +139,10 @@ class _Search:
                 self._skew.append(_Block(tuple(members), matrix, dual))
             case Resistor(law=LinearLaw(form=form, matrix=matrix)):
                 self._enter_resistance(members, matrix, (form is Form.FLOW) != dual)
-            case Resistor(law=law):
-                self._keep_still(members, (law.form is Form.FLOW) != dual)
+            case Resistor():
+                self._keep_still(members)
             case Source() if self._is_resistance(element, members[0]):
-                self._keep_still(members, gives_through=False)
+                self._keep_still(members)
             case _:
                 pass
 
@@ -156,7 +156,7 @@ class _Search:
         ]
         numbers = [{j: self._residue(x) for j, x in row.items()} for row in sums]
         if _rank(numbers) == len(matrix):
-            self._keep_still(members, gives_through)
+            self._keep_still(members)
             return
         skew = tuple(
             tuple(dag.mul(half, dag.sub(matrix[i][j], matrix[j][i])) for j in size) for i in size
@@ -175,14 +175,12 @@ class _Search:
         dag = self._dag
         return dag.mul(dag.const(Fraction(1, 2)), dag.add(matrix[i][j], matrix[j][i]))
 
-    def _keep_still(self, members: Sequence[int], gives_through: bool) -> None:
-        """Neither the flow through a resistance nor the effort at it takes part in a motion."""
+    def _keep_still(self, members: Sequence[int]) -> None:
+        """No flow through a resistance takes part in a motion, so no effort at it either."""
         for k in members:
             row: _Row = {}
             self._take(row, self._flow[k], self._dag.one)
             self._still.append(row)
-            if gives_through:
-                self._still.append({("port", k): self._dag.one})
 
     def _take(self, row: _Row, flow: Mapping[int, Node], weight: Node) -> None:
         """Add a weight times a row of N, of its resistive flows, to a row."""

@@ -1,7 +1,8 @@
 """Which storage is integrated as it is, and which is merged because it is not independent.
 
 A compliance whose flow the rest of the graph gives keeps its own charge as a state, an inertia
-alone on an independent flow its own momentum. All others are merged (`merging`).
+alone on an independent flow its own momentum. All others are merged (`merged_inertias`,
+`merged_compliances`).
 """
 
 from __future__ import annotations
