@@ -271,9 +271,9 @@ class _Work:
         if node == dag.zero or not (i in self._moving or j in self._moving):
             return
         total = dag.add(self._matrix.get(i, {}).get(j, dag.zero), node)
-        value = self._fingerprints.constant(total)
-        if value is not None:
-            total = dag.const(value)
+        if dag.op[total] != Op.CONST:  # those of long fractions are dear to look up
+            value = self._fingerprints.constant(total)
+            total = total if value is None else dag.const(value)
         for row, column in ((i, j), (j, i)):
             if total == dag.zero:
                 self._matrix.get(row, {}).pop(column, None)
