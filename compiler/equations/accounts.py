@@ -101,12 +101,12 @@ def _stored(variables: Variables, element: StorageElement) -> Node | None:
         case ExplicitLaw():
             return None
         case LinearLaw(matrix=matrix):
-            if not _is_symmetric(variables, matrix):
+            if not is_symmetric(variables, matrix):
                 return None
             return dag.mul(half, dag.dot(element.law.states, element.law.answers))
 
 
-def _is_symmetric(variables: Variables, matrix: Matrix) -> bool:
+def is_symmetric(variables: Variables, matrix: Matrix) -> bool:
     """Whether a law derives from an energy: proven, or so at the parameters' default values."""
     for i, row in enumerate(matrix):
         for j in range(i):

@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from bgc.algebra.dag import Kind
 from bgc.algebra.quadratic import SingularFormError
 from bgc.causality.causal import Role
+from bgc.equations.accounts import is_symmetric
 from bgc.equations.integrating import charge_state, integrate_compliances
 from bgc.equations.merged_audit import MergedAudit, MergedGroup
 from bgc.equations.merged_flows import reduced_flows, turning_forces
@@ -23,7 +24,7 @@ from bgc.equations.merged_groups import Group, cannot_merge, find_groups, shorte
 from bgc.equations.merged_initial import initial_momenta
 from bgc.equations.storage import IntegratedState, StorageElement, state_unit
 from bgc.equations.variables import Explicit, Unknown, Variables
-from bgc.graph import Node
+from bgc.graph import LinearLaw, Node
 
 
 def merge_inertias(
@@ -36,6 +37,7 @@ def merge_inertias(
     states = [s for element in together for s in integrate_compliances(variables, element)]
     audit = MergedAudit(variables)
     for group in groups:
+        _refuse_without_energy(variables, group)
         states += _merge_inertia_group(variables, group, audit)
     audit.finish(complete=all(_is_linear(group) for group in groups))
     return states
@@ -87,6 +89,14 @@ def _merge_inertia_group(
             )
         )
     return states
+
+
+def _refuse_without_energy(variables: Variables, group: Group) -> None:
+    """An inertia that is not symmetric has no kinetic energy, so none in common with others."""
+    for element in group.elements:
+        law = element.storage.law
+        if isinstance(law, LinearLaw) and not is_symmetric(variables, law.matrix):
+            raise cannot_merge(group, f"the inertia of `{element.storage.name}` is not symmetric")
 
 
 def _is_linear(group: Group) -> bool:

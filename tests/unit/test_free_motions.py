@@ -228,6 +228,19 @@ def test_cubic_storage_in_parallel_is_merged_and_its_rates_are_known(kind: str) 
     ]
 
 
+def test_a_dependent_inertia_that_is_not_symmetric_is_refused() -> None:
+    g = GraphBuilder()
+    g.junction("J1", "body")
+    g.storage("I", "odd", [[2, 1], [0, 3]])
+    g.storage("I", "mass", 1)
+    g.fan("body", "odd", "odd", "mass")
+    with pytest.raises(BgError) as caught:
+        program_of(g)
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "BG512"
+    assert diagnostic.message.endswith("the inertia of `odd` is not symmetric")
+
+
 # --- initial values -----------------------------------------------------------------------------
 
 
