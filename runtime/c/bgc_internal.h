@@ -10,7 +10,8 @@
 
 #include <stdatomic.h>
 
-enum { BGC_MAX_STAGES = 8, BGC_MAX_IMPLICIT = 3, BGC_MAX_DENSE = 3, BGC_LANES = 8, BGC_SAMPLES = 5 };
+enum { BGC_MAX_STAGES = 8, BGC_MAX_IMPLICIT = 3, BGC_MAX_DENSE = 3, BGC_LANES = 8 };
+enum { BGC_SAMPLES = 5 }; /* where a step is looked at for events */
 
 enum { BGC_MAX_HALVINGS = 6 }; /* of a fixed step that is too coarse for algebraic equations */
 
@@ -103,7 +104,7 @@ typedef struct {
     int algebraic;          /* empty rows of M: equations without a rate */
     int coarse, halvings;   /* a fixed step was too coarse for them; it is halved so often */
 
-    /* The last step, for rows inside it; its dense output goes to t_end, beyond t after an event. */
+    /* The last step, for rows inside it; its dense output goes to t_end, past t after an event. */
     double t_old, t_end;
     bgc_dense_state dense;
 
@@ -143,7 +144,8 @@ struct bgc_data {
     double *mode;          /* n_switch: modes at present; NaN where a switch has none any more */
     double *argument;      /* n_switch: arguments at present */
     double *extent;        /* n_switch: the largest size of each argument so far */
-    double *returns;       /* n_switch: how often in a row it has changed at once */
+    double *returns;       /* n_switch: how often in a row it has changed back at once */
+    double *change_of_mode; /* n_switch: by how much it changed last */
     double *inverse_mass;  /* 1 / m_ii where row i of M has that entry only, else 0 */
     double *algebraic;     /* 1 where row i of M is empty, else 0 */
     double *jac, *dfdt, *lu, *f;

@@ -60,8 +60,8 @@ static int is_smooth(double start, double end) {
     return fabs(start) <= most * fabs(end) && fabs(end) <= most * fabs(start);
 }
 
-/* f at the end of the last step, or of the one that is being looked at: there d->f is still f at its
- * start. */
+/* f at the end of the last step, or of the one that is being looked at: there d->f is still f at
+ * its start. */
 static const double *slope_at_end(const bgc_model *m, bgc_data *d) {
     bgc_core *core = &d->core;
     const size_t size = (size_t)m->n_state * sizeof *d->x;

@@ -23,7 +23,7 @@ static const double foretold[2][4] = {
 static const double too_far_off = 0.1; /* of the range of an argument, between it and the cubic */
 
 static const double brief_excursion = 1e-3; /* of a step: from one event to the next */
-enum { MOST_RETURNS = 100, MOST_UNRESOLVED = 8, MOST_ROUNDS = 10 };
+enum { MOST_RETURNS = 50, MOST_UNRESOLVED = 8, MOST_ROUNDS = 10 };
 
 /* --- modes --------------------------------------------------------------------------------- */
 
@@ -87,26 +87,45 @@ void bgc_release_modes(const bgc_model *m, bgc_data *d) {
     }
 }
 
-/* The modes at the present time and state, and leaves them released. */
+/* The modes of the arguments that kernels give at present; 1 where one of them changes. */
+static int update_modes(const bgc_model *m, bgc_data *d) {
+    int changed = 0;
+
+    m->switches(d->h, d->core.t, d->x, d->u, d->argument, d->work);
+    for (int k = 0; k < m->n_switch; k++) {
+        const double mode = value_of(m->switch_info[k].operation, d->argument[k]);
+        d->extent[k] = fmax(d->extent[k], fabs(d->argument[k]));
+        if (!isnan(d->mode[k])) {
+            changed |= d->mode[k] != mode;
+            d->mode[k] = mode;
+        }
+    }
+    return changed;
+}
+
+/* The modes at the present time and state, and leaves them released. An argument in which the mode
+ * of another switch is read may differ from the same without modes by rounding, and what a step
+ * meets is the former. */
 void bgc_find_modes(const bgc_model *m, bgc_data *d) {
     if (m->n_switch == 0) {
         return;
     }
     bgc_release_modes(m, d);
-    m->switches(d->h, d->core.t, d->x, d->u, d->argument, d->work);
-    for (int k = 0; k < m->n_switch; k++) {
-        d->extent[k] = fmax(d->extent[k], fabs(d->argument[k]));
-        if (!isnan(d->mode[k])) {
-            d->mode[k] = value_of(m->switch_info[k].operation, d->argument[k]);
+    update_modes(m, d);
+    for (int round = 0; round < MOST_ROUNDS; round++) {
+        bgc_hold_modes(m, d);
+        if (!update_modes(m, d)) {
+            break;
         }
     }
+    bgc_release_modes(m, d);
 }
 
 /* As at the start of a run: no switch has been given up. */
 void bgc_reset_modes(const bgc_model *m, bgc_data *d) {
     for (int k = 0; k < m->n_switch; k++) {
         d->mode[k] = 0.0;
-        d->extent[k] = d->returns[k] = 0.0;
+        d->extent[k] = d->returns[k] = d->change_of_mode[k] = 0.0;
     }
     bgc_release_modes(m, d);
     d->core.unresolved = 0;
@@ -312,11 +331,13 @@ static bgc_status count_returns(const bgc_model *m, bgc_data *d, const double *b
     bgc_status status = BGC_OK;
 
     for (int k = 0; k < m->n_switch; k++) {
+        const double change = d->mode[k] - before[k];
         d->returns[k] = in_a_row ? d->returns[k] : 0.0;
-        if (d->mode[k] == before[k] || isnan(before[k])) {
+        if (change == 0.0 || isnan(change)) {
             continue;
         }
-        d->returns[k] += 1.0;
+        d->returns[k] += change * d->change_of_mode[k] < 0.0;
+        d->change_of_mode[k] = change;
         if (d->returns[k] >= MOST_RETURNS && m->switch_info[k].jumps) {
             d->core.failed_switch = k;
             status = BGC_CHATTERING;

@@ -36,6 +36,7 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->argument = place(&l, switches);
     d->extent = place(&l, switches);
     d->returns = place(&l, switches);
+    d->change_of_mode = place(&l, switches);
     d->u_seen = place(&l, (size_t)m->n_input);
     d->scale = place(&l, n);
     d->mass = place(&l, (size_t)m->n_mass);

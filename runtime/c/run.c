@@ -79,7 +79,8 @@ static double slack(const bgc_core *core) {
     return fmax(8.0 * DBL_EPSILON * fabs(core->t), 1e-9 * (core->t - core->t_old));
 }
 
-/* Lets inputs that were written take effect: states without a derivative and modes jump with them. */
+/* Lets inputs that were written take effect: states without a derivative and modes jump with
+ * them. */
 static bgc_status accept_inputs(const bgc_model *m, bgc_data *d) {
     const size_t size = (size_t)m->n_input * sizeof *d->u;
     bgc_status status;

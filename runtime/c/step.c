@@ -45,8 +45,8 @@ bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const do
 }
 
 /* Completes a step in d->next: quaternions normalised, all finite, algebraic equations satisfied;
- * a step that turns out too coarse for them is left as it is. Its dense output is stored, and where a law
- * switches on the way, d->next and *t_new are there. Assertions hold at the end. */
+ * a step that turns out too coarse for them is left as it is. Its dense output is stored, and where
+ * a law switches on the way, d->next and *t_new are there. Assertions hold at the end. */
 static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *method,
                            double *t_new) {
     const double end = *t_new;
@@ -287,13 +287,13 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         core->h_next = core->step > 0.0 ? core->step : first_step(m, d, bgc_embedded(method));
     }
     h = limit_step(core, &t_new);
+    if (core->rejected && h < fmax(16.0 * DBL_EPSILON * fabs(core->t), 1e-30)) {
+        return core->reason;
+    }
     stop = bgc_stop_for_switch(m, d, t_new);
     if (stop < t_new) {
         t_new = stop;
         h = stop - core->t;
-    }
-    if (core->rejected && h < fmax(16.0 * DBL_EPSILON * fabs(core->t), 1e-30)) {
-        return core->reason;
     }
 
     /* The step, and its error where it has one. */
@@ -320,7 +320,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     }
 
     /* The next step from this error and the one before; one that a sample cut short says nothing
-     * against the longer step that was wanted, and one that an event ends nothing for a longer one. */
+     * against the longer step that was wanted, one that an event ends nothing for a longer one. */
     error = fmax(error, 1e-10);
     factor = safety * pow(error, -proportional / q) * pow(core->error_old, integral / q);
     factor = fmin(core->rejected || core->event ? 1.0 : largest_factor,

@@ -147,3 +147,24 @@ def test_a_continuous_law_that_comes_to_rest_on_its_switch_goes_on_without_event
     exact = np.clip(1 - result.time / 2, 0, None) ** 2
     np.testing.assert_allclose(result["level"], exact, atol=1e-4)
     assert result.counts["events"] <= 110
+
+
+@pytest.mark.parametrize("arguments", [{}, {"solver": "ros34prw", "step": 0.01}])
+def test_a_staircase_is_climbed_step_by_step(load, arguments):
+    """Each stair is an event, a thousandth of the step that the smooth equations would allow."""
+    result = load("events", "staircase").simulate(**arguments)
+    rise, period = 0.1635, 0.489
+
+    def climbed(x):  # the integral of floor(1000 x) over x
+        stairs = np.floor(1000 * x)
+        return stairs * (stairs - 1) / 2000 + stairs * (x - stairs / 1000)
+
+    x, area = 0.0, 0.0
+    for k in range(11):
+        top = x + min(rise, 5 - k * period)
+        area += climbed(top) - climbed(x)
+        area += np.floor(1000 * top) * max(0.0, min(period, 5 - k * period) - rise)
+        x = top
+    assert result["x"][-1] == pytest.approx(x, abs=1e-9)
+    assert result["area"][-1] == pytest.approx(area, rel=1e-9)
+    assert result.counts["events"] == pytest.approx(np.floor(1000 * x) + 21, abs=8)
