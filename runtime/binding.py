@@ -20,7 +20,7 @@ from bgc.grammar.catalogue.machine import cannot_load
 from bgc.grammar.catalogue.run import no_memory
 from bgc.grammar.diagnostics import BgError
 
-ABI = 2
+ABI = 3
 
 Array: TypeAlias = NDArray[np.float64]
 _Fields: TypeAlias = list[tuple[str, Any]]
@@ -157,6 +157,7 @@ class CountsStruct(ctypes.Structure):
         *((name, c_long) for name in ("steps", "rejected", "rhs", "jacobians", "factorisations")),
         *((name, c_long) for name in ("solves", "refinements", "fallbacks", "samples", "events")),
         *((name, c_double) for name in ("last_step", "worst_step_seconds", "run_seconds")),
+        ("worst_sample_seconds", c_double),
     ]
 
 

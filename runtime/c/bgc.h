@@ -14,7 +14,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 2
+#define BGC_ABI 3
 
 typedef enum {
     BGC_OK = 0,
@@ -233,6 +233,7 @@ typedef struct {
     long samples;       /* of devices */
     long events;        /* times at which a switch changed its mode */
     double last_step, worst_step_seconds, run_seconds;
+    double worst_sample_seconds; /* spent on the steps between two samples; 0: none were taken */
 } bgc_counts;
 
 /* Also counts steps and samples anew from the present time; rows inside the last step are lost. */
@@ -277,8 +278,8 @@ const bgc_driver *bgc_find_driver(const char *name);  /* NULL: unknown */
 
 /* Opens device k of the model with the given driver (NULL: the scene's) and options (NULL: the
  * scene's); on a fault `message` says why. Device inputs are read at every multiple of the sample
- * period (the step of a fixed-step method, otherwise m->step, or 1 ms without one), held over it,
- * and commands are written there. */
+ * period, held over it, and commands are written there. The period is m->step, or 1 ms without one;
+ * a fixed step that is no whole part of m->step is a period of its own. */
 bgc_status bgc_open_device(const bgc_model *m, bgc_data *d, int k, const bgc_driver *driver,
                            const char *options, char *message, size_t size);
 void bgc_close_devices(const bgc_model *m, bgc_data *d);  /* zero force first */

@@ -97,6 +97,7 @@ typedef struct {
     /* Time is origin + ticks step under a fixed step, and samples are at origin + k period. */
     double t, origin, period;
     int64_t ticks, sample;
+    double since_sample;   /* s of computing */
     int between; /* an event cut the fixed step that is under way */
 
     int f_valid, jac_valid; /* at the present t, x, u */

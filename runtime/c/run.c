@@ -33,6 +33,13 @@ const char *bgc_method_name(int k) {
     return k >= 0 && k < BGC_METHODS ? bgc_methods[k].name : NULL;
 }
 
+/* Whether the scene's step is a whole number of steps of this length. */
+static int divides(double step, double scene) {
+    const double parts = round(scene / step);
+
+    return parts >= 1.0 && fabs(scene - parts * step) <= 1e-9 * scene;
+}
+
 bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o) {
     bgc_core *core = &d->core;
     const double step = o->step > 0.0 ? o->step : m->step;
@@ -53,10 +60,10 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     core->accounts = o->accounts != 0 && m->energy != NULL;
     core->step = is_fixed(method) ? step : o->step;
 
-    /* Sampled models are sampled at every step of a fixed-step method. */
+    /* Sampled models see the same samples whatever the method, unless its step does not allow it. */
     core->period = 0.0;
     if (is_fixed(method)) {
-        core->period = step;
+        core->period = divides(step, m->step) ? m->step : step;
     } else if (m->n_device > 0 || m->n_input > 0) {
         core->period = m->step > 0.0 ? m->step : default_sample;
     }
@@ -69,6 +76,7 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     core->held = core->rejected = core->halvings = 0;
     core->h_next = 0.0;
     core->error_old = 1.0;
+    core->since_sample = 0.0;
     return BGC_OK;
 }
 
@@ -114,6 +122,9 @@ static bgc_status sample(const bgc_model *m, bgc_data *d) {
     if (status == BGC_OK) {
         core->sample++;
         core->counts.samples += m->n_device > 0;
+        core->counts.worst_sample_seconds =
+            fmax(core->counts.worst_sample_seconds, core->since_sample);
+        core->since_sample = 0.0;
     }
     return status;
 }
@@ -147,6 +158,7 @@ static bgc_status reach(const bgc_model *m, bgc_data *d, double t) {
         status = bgc_attempt(m, d);
         spent = seconds() - start;
         core->counts.worst_step_seconds = fmax(core->counts.worst_step_seconds, spent);
+        core->since_sample += spent;
         if (status != BGC_OK) {
             return status;
         }

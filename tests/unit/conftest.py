@@ -59,6 +59,7 @@ class Counts(ctypes.Structure):
             )
         ]
         + [(name, c_double) for name in ("last_step", "worst_step_seconds", "run_seconds")]
+        + [("worst_sample_seconds", c_double)]
     )
 
 
