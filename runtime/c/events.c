@@ -20,7 +20,7 @@ static const double foretold[2][4] = {
     {-0.4358413132694938, 1.1180784519150777, 0.6988299869998555, -0.3810671256454388},
     {-0.2677564979480164, 0.5506732813607370, 1.2906976744186045, -0.5736144578313251},
 };
-static const double too_far_off = 0.1; /* of the range of an argument, between it and the cubic */
+static const double too_far_off = 0.005; /* of the range of an argument, between it and the cubic */
 
 static const double brief_excursion = 1e-3; /* of a step: from one event to the next */
 enum { MOST_RETURNS = 50, MOST_UNRESOLVED = 8, MOST_ROUNDS = 10 };
