@@ -5,22 +5,29 @@ that are not collide with a probability of about their degree in 2^61. So "is ze
 constant" and "equal" are told without a simplifier, in time linear in the number of nodes.
 
 Trigonometric and hyperbolic functions and `exp` get a random point of their curve, hence
-`sin^2 + cos^2 = 1`, `tan = sin/cos`, `exp(-x) exp(x) = 1` and the symmetries hold. All other
-functions are hashes of their operands: identities among them (`sqrt(x)^2 = x`) are not seen. An
-answer "zero", "constant" or "equal" can therefore be relied on, a "no" only means "not proven".
+`sin^2 + cos^2 = 1`, `tan = sin/cos`, `exp(-x) exp(x) = 1` and the symmetries hold. The primes are
+such that all small numbers have square roots modulo them: those of rational constants multiply
+and square as they should, so that an axis `[1, -4, -1]/norm([1, -4, -1])` is known to have length
+1. All other functions are hashes of their operands: identities among them (`sqrt(x)^2 = x`) are
+not seen. An answer "zero", "constant" or "equal" can therefore be relied on, a "no" only means
+"not proven".
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from math import isqrt
 
 from bgc.algebra.dag import Dag, Level, Op
 
-PRIME = 2**61 - 1
+# Both are 7 modulo 8 and, with q up to 149, of a residue modulo q that makes each q a square
+# (quadratic reciprocity): of such primes, each 2^-35 of all, two just below 2^61.
+PRIME = 1_739_249_131_751_026_871
+_PRIMES = (PRIME, 1_947_198_889_117_256_519)  # two: modulo the first alone, PRIME + 1 is 1
 _MASK = 2**64 - 1
-_PRIMES = (PRIME, 2**61 - 31)  # two: modulo the first alone, 2^61 is 1
-_LARGEST_RATIONAL = 2**30  # numerator and denominator below it are recovered uniquely
+_LARGEST_RATIONAL = 2**29  # numerator and denominator below it are recovered uniquely
+_LARGEST_ROOT = 149  # primes up to it have square roots modulo both
 
 
 class Fingerprints:
@@ -132,6 +139,8 @@ class _Point:
                 condition, yes, no = values[a[node]], values[b[node]], values[c[node]]
                 weight = self._hash(kind, condition) if condition else 0
                 result = (no + weight * (yes - no)) % prime
+            elif kind == Op.SQRT and op[a[node]] == Op.CONST:
+                result = self._root(dag.constants[a[a[node]]], values[a[node]])
             elif b[node] >= 0:
                 result = self._of_two(kind, values[a[node]], values[b[node]])
             else:
@@ -156,6 +165,17 @@ class _Point:
             return self._hash(op, min(x, self._prime - x)) if x else 0
         return self._hash(op, x)
 
+    def _root(self, square: Fraction, residue: int) -> int:
+        """The square root of a number, of prime factors each to its own root; else a hash."""
+        factors = _square_free(square)
+        if factors is None:
+            return self._hash(Op.SQRT, residue)
+        outside, primes = factors
+        root = _residue(outside, self._prime)
+        for prime in primes:
+            root = root * pow(prime, (self._prime + 1) // 4, self._prime) % self._prime
+        return root
+
     def _odd(self, op: int, x: int) -> int:
         """A hash with f(-x) = -f(x)."""
         if x == 0:
@@ -178,6 +198,24 @@ def _residue(exact: Fraction, prime: int) -> int:
     if exact.denominator == 1:
         return exact.numerator % prime
     return exact.numerator * pow(exact.denominator, -1, prime) % prime
+
+
+def _square_free(square: Fraction) -> tuple[Fraction, tuple[int, ...]] | None:
+    """The root of a number as a fraction times the roots of small primes, each once, if it is."""
+    left = square.numerator * square.denominator
+    if left <= 0:
+        return None
+    outside, primes = Fraction(1, square.denominator), []
+    for factor in (2, *range(3, _LARGEST_ROOT + 1, 2)):  # what is not prime no longer divides
+        count = 0
+        while left % factor == 0:
+            left //= factor
+            count += 1
+        outside *= factor ** (count // 2)
+        if count % 2:
+            primes.append(factor)
+    rest = isqrt(left)
+    return (outside * rest, tuple(primes)) if rest * rest == left else None
 
 
 def _rational(residue: int) -> Fraction | None:

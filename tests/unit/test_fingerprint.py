@@ -5,10 +5,12 @@ from __future__ import annotations
 import time
 from fractions import Fraction
 
+import numpy as np
 import pytest
 
 from bgc.algebra.dag import Dag, Kind, Op
-from bgc.algebra.fingerprint import Fingerprints
+from bgc.algebra.fingerprint import PRIME, Fingerprints
+from bgc.algebra.linalg import multiply, transpose
 
 
 @pytest.fixture
@@ -119,9 +121,50 @@ def test_a_long_decimal_behind_a_rotation_is_not_taken_for_another_number() -> N
 
 
 def test_powers_of_two_are_told_apart() -> None:
-    """Modulo the Mersenne prime 2^61 - 1 alone, 2^61 and 1 are the same."""
+    """Modulo the Mersenne prime 2^61 - 1 alone, 2^61 and 1 are the same; any prime has such."""
     dag = Dag()
     fingerprints = Fingerprints(dag)
+    assert not fingerprints.equal(dag.const(PRIME + 1), dag.one)
     large = dag.const(2**61)
     assert not fingerprints.equal(large, dag.one)
     assert not fingerprints.is_zero(dag.sub(dag.mul(large, dag.symbol(Kind.STATE)), dag.one))
+
+
+def test_square_roots_of_numbers_multiply_as_they_should() -> None:
+    dag = Dag()
+    prints = Fingerprints(dag)
+
+    def root(number: int | Fraction) -> int:
+        return dag.call(Op.SQRT, dag.const(number))
+
+    assert prints.equal(root(20), dag.mul(dag.const(2), root(5)))
+    assert prints.equal(dag.mul(root(6), root(Fraction(7, 10))), root(Fraction(42, 10)))
+    assert prints.constant(dag.mul(root(149), root(149))) == 149
+    assert prints.constant(dag.mul(root(2 * 10007**2), root(2))) == 2 * 10007
+    assert not prints.equal(root(20), dag.mul(dag.const(-2), root(5)))
+    assert not prints.equal(dag.add(root(2), root(3)), root(5))
+    assert not prints.equal(root(151 * 157), dag.mul(root(151), root(157)))  # not proven
+
+
+def test_an_axis_divided_by_its_norm_turns_about_itself() -> None:
+    """`A n = n` and `A A' = 1` for a rotation by any angle about it."""
+    dag = Dag()
+    prints = Fingerprints(dag)
+    angle = dag.symbol(Kind.STATE)
+    norm = dag.call(Op.SQRT, dag.const(18))
+    x, y, z = (dag.div(dag.const(k), norm) for k in (1, -4, -1))
+    sine, cosine = dag.call(Op.SIN, angle), dag.call(Op.COS, angle)
+    skew = ((dag.zero, dag.neg(z), y), (z, dag.zero, dag.neg(x)), (dag.neg(y), x, dag.zero))
+    squared = multiply(dag, skew, skew)
+    versine = dag.sub(dag.one, cosine)
+    turn = tuple(
+        tuple(
+            dag.sum([dag.const(i == j), dag.mul(sine, s), dag.mul(versine, t)])
+            for j, (s, t) in enumerate(zip(line, line2, strict=True))
+        )
+        for i, (line, line2) in enumerate(zip(skew, squared, strict=True))
+    )
+    for row, component in zip(turn, (x, y, z), strict=True):
+        assert prints.equal(dag.dot(row, (x, y, z)), component)
+    product = multiply(dag, turn, transpose(turn))
+    assert [[prints.constant(node) for node in row] for row in product] == np.eye(3).tolist()
