@@ -76,14 +76,21 @@ void bgc_classify_states(const bgc_model *m, bgc_data *d) {
 /* --- the block's linear algebra ------------------------------------------------------------ */
 
 /* The algebraic rows of f at (t, x), less `part` of those in d->first, to `residual` in the order
- * of the block; whether all are finite. */
+ * of the block; whether all are finite. In the other rows it is what M (x - d->start) lacks to
+ * zero: a second start is not on it. */
 static int residual_at(const bgc_model *m, bgc_data *d, double t, const double *x, double part,
                        double *residual) {
     m->rhs(d->h, t, x, d->u, d->right, d->work);
     d->core.counts.rhs++;
+    for (int i = 0; i < m->n_state; i++) {
+        d->right[i] = d->algebraic[i] != 0.0 ? d->right[i] : 0.0;
+    }
+    for (int k = 0; k < m->n_mass; k++) {
+        const int i = m->mass_row[k], j = m->mass_col[k];
+        d->right[i] -= d->algebraic[i] != 0.0 ? 0.0 : d->mass[k] * (x[j] - d->start[j]);
+    }
     for (int k = 0; k < d->n_block; k++) {
-        const int i = d->block[k];
-        residual[k] = d->algebraic[i] != 0.0 ? d->right[i] : 0.0;
+        residual[k] = d->right[d->block[k]];
         residual[k] -= part != 0.0 ? part * d->first[k] : 0.0;
     }
     return bgc_first_bad(d->n_block, residual) < 0;
