@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.emission.lowered import Kernel, Reads, Store
-from bgc.emission.print_c import Printer
+from bgc.emission.print_c import DOUBLES, Numbers
 from bgc.graph import Node
 
 CHUNK = 250  # operations in one C function
@@ -60,7 +60,11 @@ def hoisted_nodes(dag: Dag, kernels: Sequence[Kernel]) -> tuple[Node, ...]:
 
 
 def print_kernel(
-    dag: Dag, kernel: Kernel, hoisted: dict[Node, int], shared: bool = False
+    dag: Dag,
+    kernel: Kernel,
+    hoisted: dict[Node, int],
+    shared: bool = False,
+    numbers: Numbers = DOUBLES,
 ) -> KernelText:
     """The C text of a kernel; `hoisted` maps a node to its place in h.
 
@@ -74,9 +78,9 @@ def print_kernel(
     if kernel.in_place:  # all new values are known before the first is stored
         stores = tuple(Store("w", k, s.node) for k, s in enumerate(stores))
         finish = [f"{s.array}[{s.index}] = w[{k}];" for k, s in enumerate(kernel.stores)]
-    body = _Body(dag, stores, floor, leaves, reserved=len(finish))
+    body = _Body(dag, stores, floor, leaves, reserved=len(finish), numbers=numbers)
     return KernelText(
-        text=_functions(kernel, body, finish, shared),
+        text=_functions(kernel, body, finish, shared, numbers),
         work=body.work,
         operations=body.operations,
         helpers=frozenset(body.helpers),
@@ -168,6 +172,7 @@ class _Body:
         leaves: dict[Node, str],
         reserved: int,
         chunk: int | None = CHUNK,
+        numbers: Numbers = DOUBLES,
     ) -> None:
         self._dag = dag
         self._targets: dict[Node, list[str]] = {}
@@ -183,7 +188,8 @@ class _Body:
         self._find_crossings()
         self.work = reserved
         self._slots = self._assign_slots(reserved)
-        self._printer = Printer(dag, leaves)
+        self._type = numbers.type
+        self._printer = numbers.printer(dag, leaves)
         self.chunks = self._print()
         self.helpers = self._printer.helpers
 
@@ -263,7 +269,7 @@ class _Body:
             if node in self._local or len(places) > 1:
                 count += 1
                 printer.name(node, f"v{count}")
-                lines.append(f"const double v{count} = {text};")
+                lines.append(f"const {self._type} v{count} = {text};")
                 text = f"v{count}"
             lines.extend(f"{place} = {text};" for place in places)
         for node, places in self._targets.items():
@@ -275,40 +281,48 @@ class _Body:
         return chunks
 
 
-def _functions(kernel: Kernel, body: _Body, finish: list[str], shared: bool) -> str:
+def _functions(
+    kernel: Kernel, body: _Body, finish: list[str], shared: bool, numbers: Numbers
+) -> str:
     """One function, or several and the one that calls them in turn."""
     results = kernel.results
     names = (*kernel.inputs, *results, "w")
     comment = f"/* {kernel.purpose} */\n"
-    head = f"void bgc_model_{kernel.name}" if shared else f"static void model_{kernel.name}"
+    own = f"{numbers.prefix}_{kernel.name}"
+    head = f"void {numbers.shared}_{kernel.name}" if shared else f"static void {own}"
     if len(body.chunks) == 1:
         chunk = body.chunks[0]
         used = chunk.used.union((*results, "w") if finish else ())
-        return comment + _function(head, _declared(names, results), chunk.lines + finish, used)
+        return comment + _function(
+            head, _declared(names, results, numbers), chunk.lines + finish, used
+        )
     parts, calls = [], []
     used = frozenset(results)
     for k, chunk in enumerate(body.chunks, 1):
         passed = [name for name in names if name in chunk.used]
         # What is written in place is only read here: new values wait in w.
-        declared = _declared(passed, () if kernel.in_place else results, "restrict ")
-        part = f"model_{kernel.name}_{k}"
+        declared = _declared(passed, () if kernel.in_place else results, numbers, "restrict ")
+        part = f"{own}_{k}"
         parts.append(_function(f"static void {part}", declared, chunk.lines, chunk.used))
         calls.append(f"{part}({', '.join(passed)});")
         used |= chunk.used
-    parts.append(_function(head, _declared(names, results), calls + finish, used))
+    parts.append(_function(head, _declared(names, results, numbers), calls + finish, used))
     return comment + "\n".join(parts)
 
 
-def _declared(names: Sequence[str], results: Sequence[str], restrict: str = "") -> dict[str, str]:
+def _declared(
+    names: Sequence[str], results: Sequence[str], numbers: Numbers, restrict: str = ""
+) -> dict[str, str]:
     """The C declarations of some arguments."""
+    number = numbers.type
     declared = {}
     for name in names:
         if name == "t":
-            declared[name] = "double t"
+            declared[name] = f"{number} t"
         elif name == "w" or name in results:
-            declared[name] = f"double *{restrict}{name}"
+            declared[name] = f"{number} *{restrict}{name}"
         else:
-            declared[name] = f"const double *{restrict}{name}"
+            declared[name] = f"const {number} *{restrict}{name}"
     return declared
 
 
@@ -334,7 +348,7 @@ def _fold(line: str) -> str:
     return "\n    ".join([*parts, line])
 
 
-def prototype(kernel: Kernel) -> str:
+def prototype(kernel: Kernel, numbers: Numbers = DOUBLES) -> str:
     """The declaration of a kernel that another unit calls."""
-    declared = _declared((*kernel.inputs, *kernel.results, "w"), kernel.results)
-    return f"void bgc_model_{kernel.name}(\n    {', '.join(declared.values())});\n"
+    declared = _declared((*kernel.inputs, *kernel.results, "w"), kernel.results, numbers)
+    return f"void {numbers.shared}_{kernel.name}(\n    {', '.join(declared.values())});\n"

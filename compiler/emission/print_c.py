@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Kind, Op
@@ -108,8 +109,7 @@ class Printer:
         if op > Op.SYMBOL:
             return self._write(node)
         if op == Op.CONST:
-            text = literal(self._dag.constants[self._a[node]])
-            return text, _UNARY if text[0] == "-" else _ATOM
+            return self._constant(literal(self._dag.constants[self._a[node]]))
         symbol = self._dag.symbols[self._a[node]]
         if symbol.kind is Kind.TIME:
             self.used.add("t")
@@ -141,15 +141,26 @@ class Printer:
         if op == Op.DIV:
             return f"{self._within(a, _PRODUCT)} / {self._within(b, _UNARY)}", _PRODUCT
         if op == Op.SELECT:
-            yes, no = self._within(b, _OR), self._within(self._c[node], _OR)
-            return f"{self._condition(a, _OR)} ? {yes} : {no}", _CHOICE
+            return self._choice(node)
         if op in _TRUTH:
-            return f"(double)({self._truth(node)[0]})", _UNARY
-        function = _FUNCTION[op]
-        if function in HELPERS:
-            self.helpers.add(function)
+            return self._from_truth(self._truth(node)[0])
         second = f", {self._operand(b)[0]}" if b >= 0 else ""
-        return f"{function}({self._operand(a)[0]}{second})", _ATOM
+        return f"{self._function(_FUNCTION[op])}({self._operand(a)[0]}{second})", _ATOM
+
+    def _constant(self, text: str) -> tuple[str, int]:
+        return text, _UNARY if text[0] == "-" else _ATOM
+
+    def _choice(self, node: Node) -> tuple[str, int]:
+        yes, no = self._within(self._b[node], _OR), self._within(self._c[node], _OR)
+        return f"{self._condition(self._a[node], _OR)} ? {yes} : {no}", _CHOICE
+
+    def _from_truth(self, text: str) -> tuple[str, int]:
+        return f"(double)({text})", _UNARY
+
+    def _function(self, name: str) -> str:
+        if name in HELPERS:
+            self.helpers.add(name)
+        return name
 
     def _open_reciprocal(self, node: Node) -> str | None:
         """The divisor of a reciprocal that has no name: its product is one division."""
@@ -164,7 +175,8 @@ class Printer:
         if self._op[node] in _TRUTH and node not in self._names:
             text, binding = self._truth(node)
         else:
-            text, binding = f"{self._within(node, _SUM)} != 0.0", _COMPARE
+            zero = self._constant("0.0")[0]
+            text, binding = f"{self._within(node, _SUM)} != {zero}", _COMPARE
         return text if binding >= least else f"({text})"
 
     def _truth(self, node: Node) -> tuple[str, int]:
@@ -178,3 +190,56 @@ class Printer:
             return f"{self._condition(a, _COMPARE)} || {self._condition(b, _COMPARE)}", _OR
         sign = {Op.LT: "<", Op.LE: "<=", Op.EQ: "=="}[Op(op)]
         return f"{self._within(a, _SUM)} {sign} {self._within(b, _SUM)}", _COMPARE
+
+
+class LanePrinter(Printer):
+    """The same for the vectors of `bgc_lanes.h`: a number for each instance of a batch.
+
+    Conditions are masks, and both sides of a choice are computed.
+    """
+
+    def _constant(self, text: str) -> tuple[str, int]:
+        return f"lane_of({text})", _ATOM
+
+    def _choice(self, node: Node) -> tuple[str, int]:
+        yes, no = self._operand(self._b[node])[0], self._operand(self._c[node])[0]
+        return f"lane_select({self._condition(self._a[node], _CHOICE)}, {yes}, {no})", _ATOM
+
+    def _from_truth(self, text: str) -> tuple[str, int]:
+        return f"lane_select({text}, lane_of(1.0), lane_of(0.0))", _ATOM
+
+    def _function(self, name: str) -> str:
+        return f"lane_{name.removeprefix('model_')}"
+
+    def _truth(self, node: Node) -> tuple[str, int]:
+        op, a, b = self._op[node], self._a[node], self._b[node]
+        if op == Op.NOT:
+            return f"lane_not({self._condition(a, _CHOICE)})", _ATOM
+        if op in {Op.AND, Op.OR}:
+            sign = "&" if op == Op.AND else "|"
+            return f"({self._condition(a, _ATOM)} {sign} {self._condition(b, _ATOM)})", _ATOM
+        text, _ = super()._truth(node)
+        return f"({text})", _ATOM
+
+
+@dataclass(frozen=True, slots=True)
+class Numbers:
+    """What the numbers of emitted functions are: their C type, and how the text differs.
+
+    `prefix` begins the names of functions that belong to one unit, `shared` of those that units
+    share, `function` of mathematical ones.
+    """
+
+    type: str
+    prefix: str
+    shared: str
+    function: str
+    printer: type[Printer]
+
+    def constant(self, text: str) -> str:
+        """A literal as such a number."""
+        return f"{self.type}_of({text})" if self.function else text
+
+
+DOUBLES = Numbers("double", "model", "bgc_model", "", Printer)
+LANES = Numbers("lane", "lanes", "bgc_lanes", "lane_", LanePrinter)

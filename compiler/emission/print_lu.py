@@ -15,6 +15,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from bgc.emission.lowered import LuPlan
+from bgc.emission.print_c import DOUBLES, LANES, Numbers
 
 UNROLLED = 30_000  # operations of a factorisation
 _CHUNK = 250  # operations in one C function
@@ -22,16 +23,11 @@ _PER_LINE = 5  # products in one line of text
 
 Position = tuple[int, int]
 
-_FACTOR = (
-    "{linkage}int {prefix}factor(\n"
-    "    const double *m, const double *jac, double c, double *lu, double *growth)"
-)
-_SOLVE = "{linkage}void {prefix}solve(const double *lu, double *b, double *w)"
 _ARGUMENTS = {
-    "m": "const double *restrict m",
-    "jac": "const double *restrict jac",
-    "c": "double c",
-    "lu": "double *restrict lu",
+    "m": "const {} *restrict m",
+    "jac": "const {} *restrict jac",
+    "c": "{} c",
+    "lu": "{} *restrict lu",
 }
 _SOLVE_PURPOSE = "/* b := W^-1 b. */\n"
 _PURPOSE = (
@@ -67,31 +63,46 @@ def print_lu(
     mass: dict[Position, int] | None,
     jacobian: dict[Position, int],
     shared: bool = False,
+    numbers: Numbers = DOUBLES,
 ) -> MatrixText:
     """The tables and the C text for a plan.
 
     `mass` and `jacobian` give the places of entries in m and jac. No text beyond `UNROLLED`
     operations. Functions `shared` with other units are `bgc_model_NAME`, else they are static.
+    On lanes, `growth` is all that `factor` tells.
     """
     tables = _pattern(plan, mass, jacobian)
     solve = 2 * plan.entries - len(plan.rows)
     if plan.operations > UNROLLED:
         return MatrixText("", tables, 0, plan.operations, solve)
     slots = _Slots(plan, _starts(plan))
-    text = f"{_unrolled_factor(slots, mass, jacobian)}\n{_unrolled_solve(slots)}"
-    text = text.replace(_FACTOR, _head(_FACTOR, shared)).replace(_SOLVE, _head(_SOLVE, shared))
+    factor = _unrolled_factor(slots, mass, jacobian, shared, numbers)
+    text = f"{factor}\n{_unrolled_solve(slots, shared, numbers)}"
     work = 0 if plan.rows == plan.columns else len(plan.rows)
     return MatrixText(text, tables, work, plan.operations, solve)
 
 
-def matrix_prototypes() -> str:
+def matrix_prototypes(numbers: Numbers = DOUBLES) -> str:
     """The declarations of `factor` and `solve` where they are shared."""
-    return f"{_head(_FACTOR, shared=True)};\n{_head(_SOLVE, shared=True)};\n"
+    return f"{_factor_head(True, numbers)};\n{_solve_head(True, numbers)};\n"
 
 
-def _head(signature: str, shared: bool) -> str:
-    linkage, prefix = ("", "bgc_model_") if shared else ("static ", "model_")
-    return signature.format(linkage=linkage, prefix=prefix)
+def _factor_head(shared: bool, numbers: Numbers) -> str:
+    number, result = numbers.type, "void" if numbers is LANES else "int"
+    return (
+        f"{_linkage(shared, result, numbers)}_factor(\n    const {number} *m, const {number} *jac, "
+        f"{number} c, {number} *lu, {number} *growth)"
+    )
+
+
+def _solve_head(shared: bool, numbers: Numbers) -> str:
+    number = numbers.type
+    head = _linkage(shared, "void", numbers)
+    return f"{head}_solve(const {number} *lu, {number} *b, {number} *w)"
+
+
+def _linkage(shared: bool, result: str, numbers: Numbers) -> str:
+    return f"{result} {numbers.shared}" if shared else f"static {result} {numbers.prefix}"
 
 
 def _starts(plan: LuPlan) -> tuple[int, ...]:
@@ -126,45 +137,56 @@ def _assembled(
 
 
 def _magnitude(
-    position: Position, mass: dict[Position, int] | None, jacobian: dict[Position, int]
+    position: Position,
+    mass: dict[Position, int] | None,
+    jacobian: dict[Position, int],
+    size: str,
 ) -> str:
-    """The sizes of the parts of an entry of W, added up."""
+    """The sizes of the parts of an entry of W, added up; `size` is the name of that function."""
     parts = []
     if mass is None:
         if position[0] == position[1]:
             parts.append("c")
     elif position in mass:
-        parts.append(f"fabs(c * m[{mass[position]}])")
+        parts.append(f"{size}(c * m[{mass[position]}])")
     if position in jacobian:
-        parts.append(f"fabs(jac[{jacobian[position]}])")
+        parts.append(f"{size}(jac[{jacobian[position]}])")
     return " + ".join(parts)
 
 
 def _unrolled_factor(
-    slots: _Slots, mass: dict[Position, int] | None, jacobian: dict[Position, int]
+    slots: _Slots,
+    mass: dict[Position, int] | None,
+    jacobian: dict[Position, int],
+    shared: bool,
+    numbers: Numbers,
 ) -> str:
     plan = slots.plan
+    number, zero = numbers.type, numbers.constant("0.0")
     chunks = _in_chunks(
         statement
         for k in range(len(plan.rows))
-        for statement in _factor_row(slots, k, mass, jacobian)
+        for statement in _factor_row(slots, k, mass, jacobian, f"{numbers.function}fabs")
     )
     parts, calls = [], []
-    for number, lines in enumerate(chunks, 1):
+    for count, lines in enumerate(chunks, 1):
         body = "\n".join(lines)
         used = [name for name in _ARGUMENTS if re.search(rf"\b{name}\b", body)]
+        declared = ", ".join(_ARGUMENTS[name].format(number) for name in used)
+        part = f"{numbers.prefix}_factor_{count}"
         parts.append(
-            f"static double model_factor_{number}({', '.join(_ARGUMENTS[name] for name in used)})\n"
-            f"{{\n    double g = 0.0;\n{body}\n    return g;\n}}\n\n"
+            f"static {number} {part}({declared})\n"
+            f"{{\n    {number} g = {zero};\n{body}\n    return g;\n}}\n\n"
         )
-        calls.append(f"    g += model_factor_{number}({', '.join(used)});\n")
+        calls.append(f"    g += {part}({', '.join(used)});\n")
     if not plan.rows:
         parts, calls = [], ["    (void)c;\n    (void)lu;\n"]
     return (
         _PURPOSE
         + "".join(parts)
-        + f"{_FACTOR}\n{{\n{_unused(mass, jacobian)}    double g = 0.0;\n{''.join(calls)}"
-        "    *growth = g;\n    return g < INFINITY ? 0 : 1;\n}\n"
+        + f"{_factor_head(shared, numbers)}\n{{\n{_unused(mass, jacobian)}"
+        f"    {number} g = {zero};\n{''.join(calls)}    *growth = g;\n"
+        + ("}\n" if numbers is LANES else "    return g < INFINITY ? 0 : 1;\n}\n")
     )
 
 
@@ -174,7 +196,11 @@ def _unused(mass: dict[Position, int] | None, jacobian: dict[Position, int]) -> 
 
 
 def _factor_row(
-    slots: _Slots, k: int, mass: dict[Position, int] | None, jacobian: dict[Position, int]
+    slots: _Slots,
+    k: int,
+    mass: dict[Position, int] | None,
+    jacobian: dict[Position, int],
+    fabs: str,
 ) -> Iterator[tuple[str, int]]:
     """The statements of row k, left to right, each with its count of operations."""
     plan = slots.plan
@@ -201,11 +227,11 @@ def _factor_row(
         elif j > k:
             yield f"    lu[{slot}] = {value};", operations
         else:
-            size = _magnitude(position, mass, jacobian)
-            size = size or " + ".join(f"fabs({term})" for term in terms)
+            size = _magnitude(position, mass, jacobian, fabs)
+            size = size or " + ".join(f"{fabs}({term})" for term in terms)
             size = f"({size})" if " + " in size else size
             yield (
-                f"    lu[{slot}] = 1.0 / {inner};\n    g += {size} * fabs(lu[{slot}]);",
+                f"    lu[{slot}] = 1.0 / {inner};\n    g += {size} * {fabs}(lu[{slot}]);",
                 operations + 4,
             )
 
@@ -213,8 +239,8 @@ def _factor_row(
 # --- solve ----------------------------------------------------------------------------
 
 
-def _unrolled_solve(slots: _Slots) -> str:
-    plan = slots.plan
+def _unrolled_solve(slots: _Slots, shared: bool, numbers: Numbers) -> str:
+    plan, number = slots.plan, numbers.type
     diagonal = plan.rows == plan.columns
     # With pivots off the diagonal the unknowns are kept in w, in the order of elimination.
     place = [f"b[{row}]" if diagonal else f"w[{k}]" for k, row in enumerate(plan.rows)]
@@ -237,16 +263,17 @@ def _unrolled_solve(slots: _Slots) -> str:
             line += f"\n    b[{plan.columns[k]}] = {place[k]};"
         statements.append((line, 1 + len(terms)))
     parts, calls = [], []
-    extra, more = ("", "") if diagonal else (", double *restrict w", ", w")
-    for number, lines in enumerate(_in_chunks(statements), 1):
+    extra, more = ("", "") if diagonal else (f", {number} *restrict w", ", w")
+    for count, lines in enumerate(_in_chunks(statements), 1):
+        part = f"{numbers.prefix}_solve_{count}"
         parts.append(
-            f"static void model_solve_{number}"
-            f"(const double *restrict lu, double *restrict b{extra})\n"
+            f"static void {part}(const {number} *restrict lu, {number} *restrict b{extra})\n"
             "{\n" + "\n".join(lines) + "\n}\n\n"
         )
-        calls.append(f"    model_solve_{number}(lu, b{more});\n")
+        calls.append(f"    {part}(lu, b{more});\n")
     head = "".join(["    (void)w;\n"] * diagonal + ["    (void)lu;\n    (void)b;\n"] * (not parts))
-    return f"{_SOLVE_PURPOSE}{''.join(parts)}{_SOLVE}\n{{\n{head}{''.join(calls)}}}\n"
+    signature = _solve_head(shared, numbers)
+    return f"{_SOLVE_PURPOSE}{''.join(parts)}{signature}\n{{\n{head}{''.join(calls)}}}\n"
 
 
 def _in_chunks(statements: Iterable[tuple[str, int]]) -> list[list[str]]:
