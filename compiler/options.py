@@ -12,7 +12,9 @@ class Options:
     `scene` is the scene's name, None for the file's first. `overrides` are the
     `--set name=value` texts that decide structure; the others are set at run time. `strict`
     makes every warning about the model an error. `whole` compiles all that is written: nothing
-    is folded or sliced. `uses` are slots to fill otherwise than the scene does.
+    is folded or sliced. `uses` are slots to fill otherwise than the scene does. `preview` asks for
+    C that is compiled fast and runs slowly, `lanes` for the functions that run many instances at
+    once, next to those of one.
     """
 
     scene: str | None = None
@@ -20,3 +22,5 @@ class Options:
     strict: bool = False
     whole: bool = False
     uses: tuple[tuple[str, str], ...] = ()
+    preview: bool = False
+    lanes: bool = False

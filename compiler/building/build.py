@@ -56,7 +56,16 @@ def runtime_directory() -> Path:
 
 def runtime_units() -> tuple[Unit, ...]:
     """Read the C sources that every model shares."""
-    paths = sorted(runtime_directory().glob("*.c"))
+    return _units_in(runtime_directory())
+
+
+def lane_runtime_units() -> tuple[Unit, ...]:
+    """Read the C sources that models share which run many instances at once."""
+    return _units_in(runtime_directory() / "lanes")
+
+
+def _units_in(folder: Path) -> tuple[Unit, ...]:
+    paths = sorted(folder.glob("*.c"))
     return tuple(Unit(path.stem, path.read_text(encoding="utf-8")) for path in paths)
 
 
@@ -116,7 +125,7 @@ def _build(
 
 def _shared_key(toolchain: Toolchain, headers: Mapping[str, str]) -> str:
     """Hash what all units of a build depend on."""
-    fixed = sorted(runtime_directory().glob("*.h"))
+    fixed = sorted(runtime_directory().rglob("*.h"))
     texts = [(path.name, path.read_text(encoding="utf-8")) for path in fixed]
     every = (*texts, *sorted(headers.items()))
     identity = (*toolchain.command, toolchain.version, machine_identity())

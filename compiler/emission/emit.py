@@ -11,11 +11,12 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from bgc.building.build import Unit
+from bgc.building.cache import digest_of
 from bgc.building.toolchain import COMMON_FLAGS
 from bgc.emission.kernels import KernelText, print_defaults, print_kernel, prototype
 from bgc.emission.lower import dependent_defaults, lower
 from bgc.emission.lowered import Lowered
-from bgc.emission.print_c import HELPERS
+from bgc.emission.print_c import DOUBLES, HELPERS, Numbers
 from bgc.emission.print_lu import MatrixText, matrix_prototypes, print_lu
 from bgc.emission.tables import Field, model_tables
 from bgc.program import Program
@@ -70,13 +71,18 @@ def emit_model(program: Program, source_hash: str) -> EmittedModel:
     return emit_lowered(lower(program), source_hash)
 
 
+def content_of(emitted: EmittedModel) -> str:
+    """A hash of what was emitted, without that of the text it came from: comments do not count."""
+    return digest_of(unit.text.replace(emitted.source_hash, "") for unit in emitted.units)
+
+
 def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> EmittedModel:
     """The C of a lowered program; with `split`, that of a large one in several units."""
     program = lowered.program
-    apart = split and len(program.dag) > _SPLIT
+    apart = split and is_large(program)
     shared = {"jacobian", "factor", "solve"} if apart else set[str]()
     texts = _print_kernels(lowered, shared)
-    matrix = _print_matrix(lowered, apart)
+    matrix = print_matrix(lowered, apart)
     work = max(matrix.work, *(text.work for text in texts.values()))
     tables, fields = model_tables(lowered, matrix.tables, source_hash)
     fields.append(("n_work", str(work)))
@@ -193,7 +199,13 @@ def _print_kernels(lowered: Lowered, shared: set[str]) -> dict[str, KernelText]:
     return texts
 
 
-def _print_matrix(lowered: Lowered, shared: bool) -> MatrixText:
+def is_large(program: Program) -> bool:
+    """Whether a model is cut into units that are compiled at the same time."""
+    return len(program.dag) > _SPLIT
+
+
+def print_matrix(lowered: Lowered, shared: bool, numbers: Numbers = DOUBLES) -> MatrixText:
+    """The factors of the iteration matrix, and the functions that make and use them."""
     jacobian, mass = lowered.jacobian, lowered.program.mass
     positions = zip(jacobian.rows, jacobian.columns, strict=True)
     return print_lu(
@@ -201,6 +213,7 @@ def _print_matrix(lowered: Lowered, shared: bool) -> MatrixText:
         None if mass is None else {(entry.row, entry.column): k for k, entry in enumerate(mass)},
         {position: k for k, position in enumerate(positions)},
         shared,
+        numbers,
     )
 
 

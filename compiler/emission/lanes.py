@@ -1,0 +1,68 @@
+"""The C of a model for several instances at once: the kernels of a run, on vectors.
+
+The same statements as of the scalar model, with a number of each instance in a lane of a vector
+register (`bgc_lanes.h`). What happens once in a run, as the parameters and the initial state, is
+left to the scalar functions of every instance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from bgc.building.build import Unit
+from bgc.emission.emit import MODEL_FLAGS, is_large, print_matrix
+from bgc.emission.kernels import KernelText, print_kernel, prototype
+from bgc.emission.lowered import Lowered
+from bgc.emission.print_c import LANES
+from bgc.emission.print_lu import matrix_prototypes
+
+_KERNELS = ("rhs", "jacobian", "energy", "outputs", "asserts", "project")
+
+
+def lane_units(lowered: Lowered) -> tuple[Unit, ...]:
+    """The C units to link with a model and its runtime, and with those of `runtime/c/lanes`."""
+    program = lowered.program
+    apart = is_large(program)
+    hoisted = {node: k for k, node in enumerate(lowered.hoisted)}
+    kernels = {kernel.name: kernel for kernel in lowered.kernels if kernel.name in _KERNELS}
+    texts = {
+        name: print_kernel(program.dag, kernel, hoisted, apart and name == "jacobian", LANES)
+        for name, kernel in kernels.items()
+    }
+    matrix = print_matrix(lowered, apart, LANES)
+    work = max(matrix.work, *(text.work for text in texts.values()))
+    table = _table((*kernels, *(("factor", "solve") if matrix.text else ())), work, apart)
+    if not apart:
+        return (_unit("lanes", [*_texts(texts.values()), matrix.text, table]),)
+    shared = [prototype(kernels["jacobian"], LANES), matrix_prototypes(LANES)]
+    main = [text for name, text in texts.items() if name != "jacobian"]
+    units = [
+        _unit("lanes", [*shared, *_texts(main), table]),
+        _unit("lanes_jacobian", [*shared, texts["jacobian"].text]),
+    ]
+    if matrix.text:
+        units.append(_unit("lanes_matrix", [*shared, matrix.text]))
+    return tuple(units)
+
+
+def _texts(kernels: Iterable[KernelText]) -> list[str]:
+    return [kernel.text for kernel in kernels]
+
+
+def _unit(name: str, parts: Sequence[str]) -> Unit:
+    text = "\n".join(part for part in parts if part)
+    return Unit(name, f'#include "bgc_lanes.h"\n\n{text}', MODEL_FLAGS)
+
+
+def _table(functions: Sequence[str], work: int, apart: bool) -> str:
+    """The table of the functions there are, and the function that gives it."""
+    shared = {"jacobian", "factor", "solve"} if apart else set[str]()
+    fields = [f".n_work = {work},"]
+    fields += [
+        f".{name} = {LANES.shared if name in shared else LANES.prefix}_{name}," for name in functions
+    ]
+    lines = "".join(f"    {field}\n" for field in fields)
+    return (
+        f"static const bgc_lane_model lanes_info = {{\n{lines}}};\n\n"
+        "const bgc_lane_model *bgc_get_lane_model(void)\n{\n    return &lanes_info;\n}\n"
+    )

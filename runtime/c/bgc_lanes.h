@@ -1,0 +1,121 @@
+/* bgc_lanes.h: numbers of several instances of a model at once, one in each lane of a vector
+ * register, and the functions of a model on them.
+ *
+ * A `lane` has as many numbers as a register of this machine: eight with AVX-512, four with AVX, two
+ * otherwise. Where the compiler has no vector types, or BGC_LANES_SCALAR is defined, it is one
+ * double, and all that is written with lanes is what it would be without.
+ */
+#ifndef BGC_LANES_H
+#define BGC_LANES_H
+
+#include "bgc.h"
+
+#include <math.h>
+#include <stdint.h>
+
+#if !defined(BGC_LANES_SCALAR) && (!(defined(__GNUC__) || defined(__clang__)) || defined(__TINYC__))
+#define BGC_LANES_SCALAR
+#endif
+
+#if defined(BGC_LANES_SCALAR)
+enum { BGC_LANE_WIDTH = 1 };
+typedef double lane;
+typedef int lane_mask;
+#elif defined(__AVX512F__)
+enum { BGC_LANE_WIDTH = 8 };
+#elif defined(__AVX__)
+enum { BGC_LANE_WIDTH = 4 };
+#else
+enum { BGC_LANE_WIDTH = 2 };
+#endif
+
+#if defined(BGC_LANES_SCALAR)
+
+static inline lane lane_of(double a) { return a; }
+static inline double lane_get(lane a, int l) {
+    (void)l;
+    return a;
+}
+static inline void lane_set(lane *a, int l, double value) {
+    (void)l;
+    *a = value;
+}
+static inline int lane_holds(lane_mask m, int l) {
+    (void)l;
+    return m != 0;
+}
+static inline lane_mask lane_not(lane_mask m) { return !m; }
+static inline lane lane_select(lane_mask m, lane a, lane b) { return m ? a : b; }
+static inline lane lane_fabs(lane a) { return fabs(a); }
+
+#else
+
+typedef double lane __attribute__((vector_size(8 * BGC_LANE_WIDTH)));
+typedef int64_t lane_mask __attribute__((vector_size(8 * BGC_LANE_WIDTH))); /* all bits, or none */
+
+#define BGC_INLINE static inline __attribute__((always_inline))
+
+BGC_INLINE lane lane_of(double a) { return a - (lane){0.0}; }
+BGC_INLINE double lane_get(lane a, int l) { return a[l]; }
+BGC_INLINE void lane_set(lane *a, int l, double value) { (*a)[l] = value; }
+BGC_INLINE int lane_holds(lane_mask m, int l) { return m[l] != 0; }
+BGC_INLINE lane_mask lane_not(lane_mask m) { return ~m; }
+BGC_INLINE lane lane_select(lane_mask m, lane a, lane b) {
+    return (lane)((m & (lane_mask)a) | (~m & (lane_mask)b));
+}
+BGC_INLINE lane lane_fabs(lane a) { return (lane)((lane_mask)a & INT64_MAX); }
+
+#endif
+
+/* A NaN goes through them, as through those of a model. */
+static inline lane lane_max(lane a, lane b) { return lane_select((a > b) | (a != a), a, b); }
+static inline lane lane_min(lane a, lane b) { return lane_select((a < b) | (a != a), a, b); }
+static inline lane lane_sign(lane a) {
+    const lane one = lane_of(1.0);
+
+    return lane_select(a > lane_of(0.0), one, lane_select(a < lane_of(0.0), -one, a));
+}
+
+/* The functions of <math.h>, lane by lane: lanes/lane_functions.c. */
+lane lane_sqrt(lane a), lane_floor(lane a), lane_ceil(lane a), lane_cbrt(lane a);
+lane lane_sin(lane a), lane_cos(lane a), lane_tan(lane a);
+lane lane_asin(lane a), lane_acos(lane a), lane_atan(lane a);
+lane lane_sinh(lane a), lane_cosh(lane a), lane_tanh(lane a);
+lane lane_asinh(lane a), lane_acosh(lane a), lane_atanh(lane a);
+lane lane_exp(lane a), lane_expm1(lane a), lane_log(lane a), lane_log1p(lane a), lane_log10(lane a);
+lane lane_erf(lane a);
+lane lane_pow(lane a, lane b), lane_atan2(lane a, lane b);
+lane lane_fmod(lane a, lane b), lane_hypot(lane a, lane b);
+
+/* The functions of bgc_model that a run calls, each for all lanes. */
+typedef struct {
+    int n_work;
+    void (*rhs)(const lane *h, lane t, const lane *x, const lane *u, lane *f, lane *w);
+    void (*jacobian)(const lane *h, lane t, const lane *x, const lane *u, lane *jac, lane *dfdt,
+                     lane *w);
+    void (*factor)(const lane *m, const lane *jac, lane c, lane *lu, lane *growth); /* or NULL */
+    void (*solve)(const lane *lu, lane *b, lane *w);
+    void (*outputs)(const lane *h, lane t, const lane *x, const lane *u, lane *y, lane *w);
+    void (*energy)(const lane *h, lane t, const lane *x, const lane *u, lane *out, lane *w);
+    void (*asserts)(const lane *h, lane t, const lane *x, const lane *u, lane *a, lane *w);
+    void (*project)(const lane *h, lane t, lane *x, lane *w); /* or NULL */
+} bgc_lane_model;
+
+const bgc_lane_model *bgc_get_lane_model(void);
+
+/* --- runs -------------------------------------------------------------------------------- */
+
+int bgc_lane_width(void); /* instances that go in one batch */
+
+/* Runs up to bgc_lane_width() instances together, each as bgc_run would: all take the same steps. They
+ * have been reset to the same time and have the same options. rows[k] are those of instance k.
+ *
+ * `finished` gets bit k where instance k has all its rows. One that cannot keep up (a step fails, an
+ * assertion does not hold, static pivots lose digits) leaves the batch, and the others go on; bgc_run
+ * after another bgc_reset does it alone. So it is with all instances under a method or of a model that
+ * batches do not serve. Returns BGC_OK, BGC_INTERRUPTED after bgc_stop of the first instance, or
+ * BGC_NO_MEMORY. */
+bgc_status bgc_run_lanes(const bgc_model *m, bgc_data *const *instance, int count,
+                         const double *times, size_t n, double *const *rows, unsigned *finished);
+
+#endif

@@ -1,0 +1,188 @@
+/* batch.c: a batch of instances from its start to its last row. */
+#include "lanes/batch.h"
+
+#include <float.h>
+#include <stdlib.h>
+#include <string.h>
+
+int bgc_lane_width(void) { return BGC_LANE_WIDTH; }
+
+/* --- memory -------------------------------------------------------------------------------- */
+
+/* Places arrays one after another from `from`, or only counts where that is NULL. */
+typedef struct {
+    lane *from;
+    size_t used;
+} layout;
+
+static lane *place(layout *at, int count) {
+    lane *start = at->from == NULL ? NULL : at->from + at->used;
+
+    at->used += (size_t)count;
+    return start;
+}
+
+/* Places the arrays of a batch; returns how many lanes they take. */
+static size_t place_all(bgc_batch *b, lane *from) {
+    const bgc_model *m = b->m;
+    const int n = m->n_state;
+    layout at = {from, 0};
+
+    b->h = place(&at, m->n_hoist);
+    b->x = place(&at, n);
+    b->mass = place(&at, m->n_mass);
+    b->scale = place(&at, n);
+    b->inverse_mass = place(&at, n);
+    b->jac = place(&at, m->n_jac);
+    b->dfdt = place(&at, n);
+    b->lu = place(&at, m->n_lu);
+    b->f = place(&at, n);
+    b->y0 = place(&at, n);
+    b->k = place(&at, BGC_MAX_DENSE * n);
+    b->stages = place(&at, BGC_MAX_STAGES * n);
+    b->next = place(&at, n);
+    b->error = place(&at, n);
+    b->point = place(&at, n);
+    b->b = place(&at, n);
+    b->residual = place(&at, n);
+    b->magnitude = place(&at, n);
+    b->output = place(&at, m->n_output + 4);
+    b->check = place(&at, m->n_assert);
+    b->work = place(&at, b->kernel->n_work);
+    return at.used;
+}
+
+/* A number of every lane from the instances' arrays at one offset in their memory. */
+static void gather(const bgc_batch *b, int count, size_t n, lane *to, size_t offset) {
+    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
+        const bgc_data *d = b->instance[l < count ? l : count - 1];
+        const double *from;
+        memcpy(&from, (const char *)d + offset, sizeof from);
+        for (size_t i = 0; i < n; i++) {
+            lane_set(to + i, l, from[i]);
+        }
+    }
+}
+
+/* --- a run --------------------------------------------------------------------------------- */
+
+/* Whether lockstep serves this model at all, under this method. */
+static int is_served(const bgc_model *m, const bgc_lane_model *kernel, const bgc_method *method) {
+    return m->n_state > 0 && m->n_input == 0 && m->n_switch == 0 && m->n_device == 0 &&
+           method->tableau != NULL && (bgc_is_explicit(method) || kernel->factor != NULL);
+}
+
+/* Whether an instance can be in a batch: it has a rate for every state; for an explicit method, one
+ * of its own. */
+static int may_join(const bgc_batch *b, const bgc_data *d) {
+    if (!d->core.ready || d->core.algebraic > 0) {
+        return 0;
+    }
+    for (int i = 0; bgc_is_explicit(b->method) && i < b->m->n_state; i++) {
+        if (d->inverse_mass[i] == 0.0) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* Takes the instances' states; those beyond the last are its copies. */
+static void enter(bgc_batch *b, int count) {
+    const bgc_model *m = b->m;
+    const size_t n = (size_t)m->n_state;
+
+    gather(b, count, (size_t)m->n_hoist, b->h, offsetof(bgc_data, h));
+    gather(b, count, n, b->x, offsetof(bgc_data, x));
+    gather(b, count, (size_t)m->n_mass, b->mass, offsetof(bgc_data, mass));
+    gather(b, count, n, b->scale, offsetof(bgc_data, scale));
+    gather(b, count, n, b->inverse_mass, offsetof(bgc_data, inverse_mass));
+    b->stored0 = lane_of(0.0);
+    for (int l = 0; l < count; l++) {
+        lane_set(&b->stored0, l, b->instance[l]->core.stored0);
+        b->live |= may_join(b, b->instance[l]) ? 1u << l : 0u;
+    }
+    b->supplied = b->dissipated = lane_of(0.0);
+    b->t = b->t_old = b->option->t;
+    b->error_old = 1.0;
+    bgc_batch_check(b, b->t, b->x);
+}
+
+/* Times closer than this are the same time. */
+static double slack(const bgc_batch *b) {
+    return fmax(8.0 * DBL_EPSILON * fabs(b->t), 1e-9 * (b->t - b->t_old));
+}
+
+/* Integrates until the present is at or beyond t, or no lane is left. */
+static bgc_status reach(bgc_batch *b, double t) {
+    bgc_data *first = b->instance[0];
+
+    for (long attempts = 0; b->live != 0 && b->t < t - slack(b); attempts++) {
+        if (attempts >= b->option->max_steps) {
+            b->live = 0;
+            return BGC_OK;
+        }
+        if (atomic_exchange(&first->stop, 0) != 0) {
+            return BGC_INTERRUPTED;
+        }
+        bgc_batch_attempt(b);
+        first->core.t = b->t; /* for who watches the run */
+    }
+    return BGC_OK;
+}
+
+static bgc_status run(bgc_batch *b, const double *times, size_t n, double *const *rows) {
+    for (size_t i = 0; i < n && b->live != 0; i++) {
+        const bgc_status status = reach(b, times[i]);
+        if (status != BGC_OK) {
+            return status;
+        }
+        if (b->live != 0) {
+            bgc_batch_row(b, times[i], rows, i);
+        }
+    }
+    return BGC_OK;
+}
+
+/* What the whole batch counted is what each of its instances did. */
+static void leave(const bgc_batch *b, int count) {
+    for (int l = 0; l < count; l++) {
+        bgc_core *core = &b->instance[l]->core;
+        if ((b->live >> l & 1u) != 0) {
+            core->counts = b->counts;
+            core->t = b->t;
+            core->ready = 0; /* its state is not that of the end: it has to be reset */
+        }
+    }
+}
+
+bgc_status bgc_run_lanes(const bgc_model *m, bgc_data *const *instance, int count,
+                         const double *times, size_t n, double *const *rows, unsigned *finished) {
+    bgc_batch b = {
+        .m = m,
+        .kernel = bgc_get_lane_model(),
+        .instance = instance,
+        .option = &instance[0]->core,
+        .method = &bgc_methods[instance[0]->core.method],
+    };
+    size_t size;
+    lane *memory;
+    bgc_status status;
+
+    *finished = 0;
+    if (!is_served(m, b.kernel, b.method)) {
+        return BGC_OK;
+    }
+    size = place_all(&b, NULL) * sizeof(lane);
+    memory = aligned_alloc(64, (size + 63) & ~(size_t)63);
+    if (memory == NULL) {
+        return BGC_NO_MEMORY;
+    }
+    memset(memory, 0, size);
+    place_all(&b, memory);
+    enter(&b, count);
+    status = run(&b, times, n, rows);
+    leave(&b, count);
+    *finished = b.live;
+    free(memory);
+    return status;
+}

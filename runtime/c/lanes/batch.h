@@ -1,0 +1,59 @@
+/* batch.h: what the files of the lockstep integrator share. */
+#ifndef BGC_BATCH_H
+#define BGC_BATCH_H
+
+#include "bgc_internal.h"
+#include "bgc_lanes.h"
+
+/* Instances in lockstep. An array of a batch is that of an instance with a lane for each number. */
+typedef struct {
+    const bgc_model *m;
+    const bgc_lane_model *kernel;
+    const bgc_method *method;
+    const bgc_core *option;  /* of the first instance, as all have them */
+    bgc_data *const *instance;
+    unsigned live;           /* bit k: instance k is still in the batch */
+    bgc_counts counts;
+
+    double t, t_old;
+    int64_t ticks;
+    int f_valid;             /* f is at the present */
+    int dense;               /* k holds the dense output of the last step */
+    double c;                /* W = c M - J is factorised, for so many more steps */
+    int held, watched, checked;
+
+    double h_next, error_old; /* of step control */
+    int rejected;            /* the last attempt was, because of the lanes at fault */
+    unsigned at_fault;
+
+    lane *h, *x, *mass, *scale, *inverse_mass, *jac, *dfdt, *lu, *f;
+    lane *y0, *k, *stages;
+    lane *next, *error, *point, *b, *residual, *magnitude, *output, *check, *work;
+    lane stored0, supplied, dissipated, supplied_old, dissipated_old;
+} bgc_batch;
+
+/* The lanes of the batch for which a condition holds, as bits. */
+static inline unsigned bgc_lanes_where(const bgc_batch *b, lane_mask condition) {
+    unsigned found = 0;
+
+    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
+        found |= lane_holds(condition, l) ? 1u << l : 0u;
+    }
+    return found & b->live;
+}
+
+/* --- lockstep.c */
+void bgc_batch_attempt(bgc_batch *b);
+void bgc_batch_evaluate_f(bgc_batch *b);
+void bgc_batch_check(bgc_batch *b, double t, const lane *x);
+unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v);
+
+/* --- lane_stages.c */
+void bgc_batch_combine(int n, int count, const double *weight, const lane *vectors, lane *out);
+void bgc_batch_advance(bgc_batch *b, double h);
+
+/* --- lane_rows.c */
+void bgc_batch_integrate_energy(bgc_batch *b, double t, lane power[2]);
+void bgc_batch_row(bgc_batch *b, double t, double *const *rows, size_t row);
+
+#endif

@@ -1,0 +1,121 @@
+/* lane_rows.c: rows of all lanes, at the present or inside the last step, as dense.c and run.c have
+ * them. */
+#include "lanes/batch.h"
+
+#include <float.h>
+#include <string.h>
+
+/* Where a cubic through these slopes is to be trusted: is_smooth of dense.c. */
+static lane_mask is_smooth(lane start, lane end) {
+    const double most = 10.0;
+
+    return (lane_fabs(start) <= most * lane_fabs(end)) & (lane_fabs(end) <= most * lane_fabs(start));
+}
+
+/* The cubic of Hermite through the states and slopes at both ends. */
+static void store_cubic(bgc_batch *b) {
+    const int n = b->m->n_state;
+    const double h = b->t - b->t_old;
+    lane *k1 = b->k, *k2 = k1 + n;
+
+    /* f is still that at the start of the step. */
+    memcpy(k1, b->f, (size_t)n * sizeof *k1);
+    bgc_batch_evaluate_f(b);
+    for (int i = 0; i < n; i++) {
+        const lane rise = b->x[i] - b->y0[i], scale = h * b->inverse_mass[i];
+        const lane start = scale * k1[i] - rise, end = scale * b->f[i] - rise;
+        const lane_mask smooth = (scale != lane_of(0.0)) & is_smooth(start, end);
+        k1[i] = lane_select(smooth, start, lane_of(0.0));
+        k2[i] = lane_select(smooth, -(start + end), lane_of(0.0));
+    }
+    memset(k2 + n, 0, (size_t)n * sizeof *k2);
+}
+
+static void store_dense(bgc_batch *b) {
+    const bgc_tableau *tableau = b->method->tableau;
+    const int n = b->m->n_state;
+
+    b->dense = 1;
+    if (tableau->dense == 0) {
+        store_cubic(b);
+        return;
+    }
+    memset(b->k, 0, (size_t)(BGC_MAX_DENSE * n) * sizeof *b->k);
+    for (int l = 0; l < tableau->dense; l++) {
+        bgc_batch_combine(n, tableau->stages, tableau->h[l], b->stages, b->k + (size_t)(l * n));
+    }
+}
+
+/* x at time t inside the last step, to b->point. */
+static void interpolate(bgc_batch *b, double t) {
+    const int n = b->m->n_state;
+    const lane *k1 = b->k, *k2 = k1 + n, *k3 = k2 + n;
+    const double s = (t - b->t_old) / (b->t - b->t_old), r = 1.0 - s;
+
+    if (!b->dense) {
+        store_dense(b);
+    }
+    for (int i = 0; i < n; i++) {
+        b->point[i] = r * b->y0[i] + s * (b->x[i] + r * (k1[i] + s * (k2[i] + s * k3[i])));
+    }
+    if (b->m->project != NULL) {
+        b->kernel->project(b->h, lane_of(t), b->point, b->work);
+    }
+}
+
+/* Supplied and dissipated energy from the start of the last step to t inside it. */
+void bgc_batch_integrate_energy(bgc_batch *b, double t, lane power[2]) {
+    static const double node[4] = {0.0, 0.27639320225002103, 0.72360679774997897, 1.0};
+    static const double weight[4] = {1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0};
+    const double start = b->t_old, length = t - start;
+
+    power[0] = power[1] = lane_of(0.0);
+    for (int k = 0; k < 4; k++) {
+        const double at = k == 3 ? t : start + node[k] * length;
+        const lane *x = b->point;
+        lane energy[3];
+        if (k == 0) {
+            x = b->y0;
+        } else if (k == 3 && t == b->t) {
+            x = b->x;
+        } else {
+            interpolate(b, at);
+        }
+        b->kernel->energy(b->h, lane_of(at), x, NULL, energy, b->work);
+        power[0] += weight[k] * length * energy[1];
+        power[1] += weight[k] * length * energy[2];
+    }
+}
+
+/* Writes a row of every live lane. */
+void bgc_batch_row(bgc_batch *b, double t, double *const *rows, size_t row) {
+    const int n_output = b->m->n_output, accounts = b->option->accounts;
+    const size_t width = (size_t)n_output + (accounts ? 4 : 0);
+    const double slack = fmax(8.0 * DBL_EPSILON * fabs(b->t), 1e-9 * (b->t - b->t_old));
+    const int inside = t < b->t - slack;
+    lane power[2] = {lane_of(0.0), lane_of(0.0)};
+    lane *account = b->output + n_output;
+    const lane *x = b->x;
+
+    if (inside) {
+        if (accounts) {
+            bgc_batch_integrate_energy(b, t, power);
+        }
+        interpolate(b, t);
+        x = b->point;
+    }
+    b->kernel->outputs(b->h, lane_of(t), x, NULL, b->output, b->work);
+    if (accounts) {
+        lane energy[3];
+        b->kernel->energy(b->h, lane_of(t), x, NULL, energy, b->work);
+        account[0] = energy[0] - b->stored0;
+        account[1] = inside ? b->supplied_old + power[0] : b->supplied;
+        account[2] = inside ? b->dissipated_old + power[1] : b->dissipated;
+        account[3] = account[0] - account[1] + account[2];
+    }
+    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
+        for (size_t j = 0; (b->live >> l & 1u) != 0 && j < width; j++) {
+            rows[l][row * width + j] = lane_get(b->output[j], l);
+        }
+    }
+}

@@ -1,0 +1,172 @@
+/* lane_stages.c: one step of a Rosenbrock or an explicit method for all lanes, and its linear systems.
+ *
+ * As rosenbrock.c, explicit.c and linear.c do it. Solutions are checked as often as there; a lane
+ * whose solution is not acceptable leaves the batch, to be refined or pivoted where it is alone.
+ */
+#include "lanes/batch.h"
+
+#include <string.h>
+
+static const double growth_limit = 1e5, acceptable = 1e-11; /* see linear.c */
+enum { CHECK_EVERY = 16, WATCH_FOR = 100 };
+
+/* out += sum of weight[j] times vector j; the vectors lie n apart. */
+void bgc_batch_combine(int n, int count, const double *weight, const lane *vectors, lane *out) {
+    double w[BGC_MAX_STAGES];
+    const lane *v[BGC_MAX_STAGES];
+    int filled = 0;
+
+    for (int j = 0; j < count; j++) {
+        if (weight[j] != 0.0) {
+            w[filled] = weight[j];
+            v[filled++] = vectors + (size_t)j * (size_t)n;
+        }
+    }
+    for (int i = 0; i < n; i++) {
+        lane sum = out[i];
+        for (int j = 0; j < filled; j++) {
+            sum += w[j] * v[j][i];
+        }
+        out[i] = sum;
+    }
+}
+
+/* --- linear systems ------------------------------------------------------------------------ */
+
+static void factorise(bgc_batch *b, double c) {
+    lane growth;
+
+    b->kernel->factor(b->mass, b->jac, lane_of(c), b->lu, &growth);
+    b->counts.factorisations++;
+    b->c = c;
+    b->live &= bgc_lanes_where(b, growth < lane_of(INFINITY));
+    if (bgc_lanes_where(b, growth > lane_of(growth_limit)) != 0) {
+        b->watched = WATCH_FOR;
+    }
+    b->checked = b->watched > 0 || b->counts.factorisations % CHECK_EVERY == 1;
+    b->watched -= b->watched > 0;
+}
+
+/* Adds a product to a row of W x, and its size to that of the row. */
+static void add_term(bgc_batch *b, int row, lane term) {
+    b->residual[row] += term;
+    b->magnitude[row] += lane_fabs(term);
+}
+
+/* The componentwise backward error of the solution x of W x = right. */
+static lane backward_error(bgc_batch *b, const lane *right, const lane *x) {
+    const bgc_model *m = b->m;
+    lane worst = lane_of(0.0);
+
+    for (int i = 0; i < m->n_state; i++) {
+        b->residual[i] = m->n_mass == 0 ? b->c * x[i] : lane_of(0.0);
+        b->magnitude[i] = lane_fabs(b->residual[i]);
+    }
+    for (int k = 0; k < m->n_mass; k++) {
+        add_term(b, m->mass_row[k], b->c * b->mass[k] * x[m->mass_col[k]]);
+    }
+    for (int k = 0; k < m->n_jac; k++) {
+        add_term(b, m->jac_row[k], -(b->jac[k] * x[m->jac_col[k]]));
+    }
+    for (int i = 0; i < m->n_state; i++) {
+        const lane size = b->magnitude[i] + lane_fabs(right[i]);
+        const lane error = lane_fabs(right[i] - b->residual[i]) / size;
+        worst = lane_max(lane_select(size == lane_of(0.0), lane_of(0.0), error), worst);
+    }
+    return worst;
+}
+
+/* v := W^-1 v. A lane without a finite right-hand side has no solution to check. */
+static void solve(bgc_batch *b, lane *v) {
+    const int n = b->m->n_state;
+    unsigned finite;
+
+    b->counts.solves++;
+    if (!b->checked) {
+        b->kernel->solve(b->lu, v, b->work);
+        return;
+    }
+    finite = b->live & ~bgc_batch_bad(b, n, v);
+    memcpy(b->b, v, (size_t)n * sizeof *v);
+    b->kernel->solve(b->lu, v, b->work);
+    b->live &= ~(finite & ~bgc_lanes_where(b, backward_error(b, b->b, v) <= lane_of(acceptable)));
+    b->checked = b->watched > 0;
+}
+
+/* --- methods ------------------------------------------------------------------------------- */
+
+/* right += M (sum of c_ij U_j) / h. */
+static void add_earlier_stages(bgc_batch *b, const double *c, int stage, double h, lane *right) {
+    const bgc_model *m = b->m;
+    double weight[BGC_MAX_STAGES];
+
+    for (int j = 0; j < stage; j++) {
+        weight[j] = c[j] / h;
+    }
+    if (m->n_mass == 0) {
+        bgc_batch_combine(m->n_state, stage, weight, b->stages, right);
+        return;
+    }
+    memset(b->point, 0, (size_t)m->n_state * sizeof *b->point);
+    bgc_batch_combine(m->n_state, stage, weight, b->stages, b->point);
+    for (int k = 0; k < m->n_mass; k++) {
+        right[m->mass_row[k]] += b->mass[k] * b->point[m->mass_col[k]];
+    }
+}
+
+/* f at the point of a stage, to `out`. */
+static void evaluate_stage(bgc_batch *b, int stage, double h, lane *out) {
+    const bgc_tableau *method = b->method->tableau;
+    const size_t size = (size_t)b->m->n_state * sizeof *out;
+
+    if (stage == 0) {
+        memcpy(out, b->f, size);
+        return;
+    }
+    memcpy(b->point, b->x, size);
+    bgc_batch_combine(b->m->n_state, stage, method->a[stage], b->stages, b->point);
+    b->kernel->rhs(b->h, lane_of(b->t + method->alpha[stage] * h), b->point, NULL, out, b->work);
+    b->counts.rhs++;
+}
+
+static void rosenbrock_stage(bgc_batch *b, int stage, double h, lane *out) {
+    const bgc_tableau *method = b->method->tableau;
+    const double slope = method->g[stage] * h;
+
+    add_earlier_stages(b, method->c[stage], stage, h, out);
+    for (int i = 0; slope != 0.0 && i < b->m->n_state; i++) {
+        out[i] += slope * b->dfdt[i];
+    }
+    solve(b, out);
+}
+
+/* From x at t, with f there, to `next`, with the error estimate of an embedded method; an implicit
+ * one keeps its factorisation as long as it is held. */
+void bgc_batch_advance(bgc_batch *b, double h) {
+    const bgc_tableau *method = b->method->tableau;
+    const int n = b->m->n_state;
+    const size_t size = (size_t)n * sizeof(lane);
+
+    if (method->gamma != 0.0 && b->held == 0) {
+        b->kernel->jacobian(b->h, lane_of(b->t), b->x, NULL, b->jac, b->dfdt, b->work);
+        b->counts.jacobians++;
+        factorise(b, 1.0 / (h * method->gamma));
+    }
+    for (int s = 0; s < method->stages; s++) {
+        lane *stage = b->stages + (size_t)s * (size_t)n;
+        evaluate_stage(b, s, h, stage);
+        if (method->gamma != 0.0) {
+            rosenbrock_stage(b, s, h, stage);
+            continue;
+        }
+        for (int i = 0; i < n; i++) {
+            stage[i] *= h * b->inverse_mass[i];
+        }
+    }
+    memcpy(b->next, b->x, size);
+    bgc_batch_combine(n, method->stages, method->m, b->stages, b->next);
+    if (method->embedded > 0) {
+        memset(b->error, 0, size);
+        bgc_batch_combine(n, method->stages, method->e, b->stages, b->error);
+    }
+}

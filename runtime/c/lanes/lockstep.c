@@ -1,0 +1,197 @@
+/* lockstep.c: attempts at a step that all lanes take, as step.c does for one instance.
+ *
+ * Under error control the step is the one that the lane with the largest error needs, so every lane
+ * is within its tolerance. A lane that asks for a step below the resolution of time leaves.
+ */
+#include "lanes/batch.h"
+
+#include <float.h>
+#include <string.h>
+
+static const double safety = 0.9, least_factor = 0.2, largest_factor = 5.0; /* see step.c */
+static const double proportional = 0.7, integral = 0.4;
+static const double least_remembered = 1e-2;
+
+/* The lanes with an entry that is not finite. */
+unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v) {
+    lane sum = lane_of(0.0);
+
+    for (int i = 0; i < n; i++) {
+        sum += v[i] - v[i];
+    }
+    return bgc_lanes_where(b, sum != lane_of(0.0));
+}
+
+void bgc_batch_evaluate_f(bgc_batch *b) {
+    if (!b->f_valid) {
+        b->kernel->rhs(b->h, lane_of(b->t), b->x, NULL, b->f, b->work);
+        b->counts.rhs++;
+        b->f_valid = 1;
+    }
+}
+
+/* Lanes for which an assertion fails at (t, x) leave. */
+void bgc_batch_check(bgc_batch *b, double t, const lane *x) {
+    if (b->m->n_assert == 0) {
+        return;
+    }
+    b->kernel->asserts(b->h, lane_of(t), x, NULL, b->check, b->work);
+    for (int k = 0; k < b->m->n_assert; k++) {
+        b->live &= ~bgc_lanes_where(b, b->check[k] == lane_of(0.0));
+    }
+}
+
+/* Makes `next` the present at t_new. */
+static void accept(bgc_batch *b, double t_new) {
+    lane *old = b->y0;
+
+    if (b->m->project != NULL) {
+        b->kernel->project(b->h, lane_of(t_new), b->next, b->work);
+    }
+    bgc_batch_check(b, t_new, b->next);
+    b->counts.steps++;
+    b->counts.last_step = t_new - b->t;
+    b->y0 = b->x;
+    b->x = b->next;
+    b->next = old;
+    b->t_old = b->t;
+    b->t = t_new;
+    b->dense = b->f_valid = 0;
+    b->supplied_old = b->supplied;
+    b->dissipated_old = b->dissipated;
+    if (b->option->accounts) {
+        lane power[2];
+        bgc_batch_integrate_energy(b, t_new, power);
+        b->supplied += power[0];
+        b->dissipated += power[1];
+    }
+}
+
+static void attempt_fixed(bgc_batch *b) {
+    const double step = b->option->step;
+
+    bgc_batch_evaluate_f(b);
+    bgc_batch_advance(b, step);
+    b->held = (b->held == 0 ? b->option->keep : b->held) - 1;
+    b->live &= ~bgc_batch_bad(b, b->m->n_state, b->next);
+    b->ticks++;
+    accept(b, b->option->origin + (double)b->ticks * step);
+}
+
+/* --- error control ------------------------------------------------------------------------- */
+
+/* Of each lane: root mean square of v over the tolerances at a state between p and q. */
+static lane norm(const bgc_batch *b, const lane *v, const lane *p, const lane *q) {
+    const double rtol = b->option->rtol, atol = b->option->atol;
+    lane sum = lane_of(0.0);
+
+    for (int i = 0; i < b->m->n_state; i++) {
+        const lane size = lane_max(lane_fabs(p[i]), lane_fabs(q[i]));
+        const lane least = atol > 0.0 ? lane_of(atol) : rtol * b->scale[i];
+        const lane r = v[i] / (least + rtol * size);
+        sum += r * r;
+    }
+    return lane_sqrt(sum / (double)b->m->n_state);
+}
+
+/* The largest number in a live lane. */
+static double largest(const bgc_batch *b, lane v) {
+    double found = -INFINITY;
+
+    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
+        if ((b->live >> l & 1u) != 0) {
+            found = fmax(found, lane_get(v, l));
+        }
+    }
+    return found;
+}
+
+/* The first step, the shortest that a lane needs: first_step of step.c. */
+static double first_step(bgc_batch *b) {
+    const int n = b->m->n_state;
+    const double order = b->method->tableau->embedded, most = b->option->max_step;
+    lane d0, d1, d2, h0, h1, slope;
+
+    for (int i = 0; i < n; i++) {
+        b->point[i] = b->f[i] * b->inverse_mass[i];
+    }
+    d0 = norm(b, b->x, b->x, b->x);
+    d1 = norm(b, b->point, b->x, b->x);
+    h0 = lane_select((d0 < lane_of(1e-5)) | (d1 < lane_of(1e-5)), lane_of(1e-6), 0.01 * d0 / d1);
+    if (most > 0.0) {
+        h0 = lane_min(h0, lane_of(most));
+    }
+    for (int i = 0; i < n; i++) {
+        b->next[i] = b->x[i] + h0 * b->point[i];
+    }
+    b->kernel->rhs(b->h, b->t + h0, b->next, NULL, b->error, b->work);
+    b->counts.rhs++;
+    for (int i = 0; i < n; i++) {
+        b->error[i] = b->error[i] * b->inverse_mass[i] - b->point[i];
+    }
+    d2 = norm(b, b->error, b->x, b->x) / h0;
+    slope = lane_max(d1, d2);
+    h1 = lane_select(slope <= lane_of(1e-15), lane_max(lane_of(1e-6), 1e-3 * h0),
+                     lane_pow(0.01 / slope, lane_of(1.0 / (order + 1.0))));
+    h1 = lane_min(100.0 * h0, h1);
+    h1 = lane_select(d2 - d2 == lane_of(0.0), h1, 1e-3 * h0);
+    return -largest(b, -h1);
+}
+
+/* The next attempt is shorter, because of some lanes. */
+static void reject(bgc_batch *b, unsigned at_fault, double h) {
+    b->counts.rejected++;
+    b->rejected = 1;
+    b->at_fault = at_fault;
+    b->h_next = h;
+}
+
+static void attempt_adaptive(bgc_batch *b) {
+    const double q = b->method->tableau->embedded + 1;
+    double h, error, factor;
+    unsigned bad;
+    lane errors;
+
+    bgc_batch_evaluate_f(b);
+    b->live &= ~bgc_batch_bad(b, b->m->n_state, b->f);
+    if (b->live == 0) {
+        return;
+    }
+    if (b->h_next <= 0.0) {
+        b->h_next = b->option->step > 0.0 ? b->option->step : first_step(b);
+    }
+    h = b->option->max_step > 0.0 ? fmin(b->h_next, b->option->max_step) : b->h_next;
+    if (b->rejected && h < fmax(16.0 * DBL_EPSILON * fabs(b->t), 1e-30)) {
+        b->live &= ~b->at_fault;
+        b->rejected = 0;
+        return;
+    }
+    bgc_batch_advance(b, h);
+    errors = norm(b, b->error, b->x, b->next);
+    bad = bgc_lanes_where(b, errors - errors != lane_of(0.0));
+    if (bad != 0) {
+        reject(b, bad, 0.25 * h);
+        return;
+    }
+    error = fmax(largest(b, errors), 1e-10);
+    if (error > 1.0) {
+        reject(b, bgc_lanes_where(b, errors > lane_of(1.0)),
+               h * fmax(least_factor, safety * pow(error, -1.0 / q)));
+        return;
+    }
+    factor = safety * pow(error, -proportional / q) * pow(b->error_old, integral / q);
+    factor = fmin(b->rejected ? 1.0 : largest_factor, fmax(least_factor, factor));
+    b->h_next = h < b->h_next ? fmax(b->h_next, factor * h) : factor * h;
+    b->error_old = fmax(error, least_remembered);
+    b->rejected = 0;
+    accept(b, b->t + h);
+}
+
+/* One attempt at a step of all lanes. */
+void bgc_batch_attempt(bgc_batch *b) {
+    if (bgc_embedded(b->method) > 0) {
+        attempt_adaptive(b);
+    } else {
+        attempt_fixed(b);
+    }
+}
