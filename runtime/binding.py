@@ -20,7 +20,7 @@ from bgc.grammar.catalogue.machine import cannot_load
 from bgc.grammar.catalogue.run import no_memory
 from bgc.grammar.diagnostics import BgError
 
-ABI = 3
+ABI = 4
 
 Array: TypeAlias = NDArray[np.float64]
 _Fields: TypeAlias = list[tuple[str, Any]]
@@ -157,7 +157,7 @@ class CountsStruct(ctypes.Structure):
         *((name, c_long) for name in ("steps", "rejected", "rhs", "jacobians", "factorisations")),
         *((name, c_long) for name in ("solves", "refinements", "fallbacks", "samples", "events")),
         *((name, c_double) for name in ("last_step", "worst_step_seconds", "run_seconds")),
-        ("worst_sample_seconds", c_double),
+        *((name, c_double) for name in ("worst_sample_seconds", "exchanged")),
     ]
 
 
@@ -258,6 +258,11 @@ class Instance:
 
     def _ask(self, name: str) -> Any:
         return getattr(self.library.functions, name)(self._data)
+
+    @property
+    def address(self) -> int:
+        """Where the instance's `bgc_data` is; valid as long as the instance is kept."""
+        return int(self._data)
 
     def set_parameter(self, index: int, value: float) -> None:
         """Set a parameter; takes effect at `reset`."""

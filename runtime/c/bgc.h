@@ -14,7 +14,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 3
+#define BGC_ABI 4
 
 typedef enum {
     BGC_OK = 0,
@@ -225,7 +225,7 @@ typedef struct {
     double max_step;   /* 0: none */
     long max_steps;    /* between two rows; 0: 10 million */
     int keep;          /* fixed-step methods keep the factorisation over this many steps; 0: 1 */
-    int accounts;      /* integrate the energy accounts: 1, or not: 0 */
+    int accounts;      /* integrate the energy accounts, under error control: 1, or not: 0 */
 } bgc_options;
 
 typedef struct {
@@ -234,6 +234,7 @@ typedef struct {
     long events;        /* times at which a switch changed its mode */
     double last_step, worst_step_seconds, run_seconds;
     double worst_sample_seconds; /* spent on the steps between two samples; 0: none were taken */
+    double exchanged; /* J: the largest account, or stored energy itself; 0 without accounts */
 } bgc_counts;
 
 /* Also counts steps and samples anew from the present time; rows inside the last step are lost. */

@@ -82,6 +82,14 @@ typedef enum { BGC_STATIC, BGC_CHECKED_ONCE, BGC_WATCHED, BGC_DENSE } bgc_pivoti
 /* What the dense output of the last step is made of. */
 typedef enum { BGC_NO_DENSE, BGC_SLOPES_PENDING, BGC_DENSE_READY } bgc_dense_state;
 
+/* Energies in J of one step. */
+typedef struct {
+    double supplied, dissipated;
+    double moved;  /* the larger of the integrals of their absolute values */
+    double error;  /* of the two integrals, the larger */
+    double stored; /* at its end, absolute */
+} bgc_balance;
+
 /* The part of an instance that holds no pointers: saved and restored as it is. */
 typedef struct {
     bgc_counts counts;
@@ -125,6 +133,9 @@ typedef struct {
 
     /* Energies in J: stored at reset, and the integrals at t and at t_old. */
     double stored0, supplied, dissipated, supplied_old, dissipated_old;
+    double energy_atol; /* of the accounts; below 0: not settled yet */
+    double largest_account;
+    int account_rejections; /* in a row */
 } bgc_core;
 
 typedef struct {
@@ -235,8 +246,8 @@ bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole);
 void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, double end);
 void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x);
 void bgc_integrate_energy(const bgc_model *m, bgc_data *d, double t, double power[2]);
-void bgc_sum_energy(const bgc_model *m, bgc_data *d, const bgc_collocation *method,
-                    double power[2]);
+void bgc_balance_step(const bgc_model *m, bgc_data *d, const bgc_method *method, double t,
+                      bgc_balance *balance);
 
 /* --- devices.c */
 bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d);

@@ -125,11 +125,50 @@ void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
     }
 }
 
-/* Supplied and dissipated energy over the whole last step by the quadrature of a collocation method
- * itself: the accounts then balance as exactly as the method keeps energy. */
-void bgc_sum_energy(const bgc_model *m, bgc_data *d, const bgc_collocation *method,
+/* --- energies ----------------------------------------------------------------------------- */
+
+/* Stored energy, and supplied and dissipated power, at a time inside the last step. */
+static void energy_at(const bgc_model *m, bgc_data *d, double t, double energy[3]) {
+    const double *x = d->point;
+
+    if (t == d->core.t_old) {
+        x = d->y0;
+    } else if (t == d->core.t_end) {
+        x = d->y1;
+    } else {
+        bgc_interpolate(m, d, t, d->point);
+    }
+    m->energy(d->h, t, x, d->u_step, energy, d->work);
+}
+
+/* The rule of Lobatto with four points (degree 5) from the start of the last step to t inside it,
+ * which is exact beyond the order of the dense output. */
+static void lobatto(const bgc_model *m, bgc_data *d, double t, double energy[4][3],
                     double power[2]) {
-    const double h = d->core.t - d->core.t_old;
+    static const double node[4] = {0.0, 0.27639320225002103, 0.72360679774997897, 1.0};
+    static const double weight[4] = {1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0};
+    const double start = d->core.t_old, length = t - start;
+
+    power[0] = power[1] = 0.0;
+    for (int k = 0; k < 4; k++) {
+        energy_at(m, d, k == 3 ? t : start + node[k] * length, energy[k]);
+        power[0] += weight[k] * length * energy[k][1];
+        power[1] += weight[k] * length * energy[k][2];
+    }
+}
+
+/* Supplied and dissipated energy from the start of the last step to t inside it. */
+void bgc_integrate_energy(const bgc_model *m, bgc_data *d, double t, double power[2]) {
+    double energy[4][3];
+
+    lobatto(m, d, t, energy, power);
+}
+
+/* The same over the whole step by the quadrature of a collocation method itself: the accounts then
+ * balance as exactly as the method keeps energy. */
+static void sum_energy(const bgc_model *m, bgc_data *d, const bgc_collocation *method,
+                       double power[2]) {
+    const double h = d->core.t_end - d->core.t_old;
 
     power[0] = power[1] = 0.0;
     for (int s = 0; s < method->stages; s++) {
@@ -138,33 +177,41 @@ void bgc_sum_energy(const bgc_model *m, bgc_data *d, const bgc_collocation *meth
         for (int i = 0; i < m->n_state; i++) {
             d->point[i] = d->y0[i] + z[i];
         }
-        m->energy(d->h, d->core.t_old + method->node[s] * h, d->point, d->u, energy, d->work);
+        m->energy(d->h, d->core.t_old + method->node[s] * h, d->point, d->u_step, energy,
+                  d->work);
         power[0] += method->weight[s] * h * energy[1];
         power[1] += method->weight[s] * h * energy[2];
     }
 }
 
-/* Supplied and dissipated energy from the start of the last step to t inside it, by the rule of
- * Lobatto with four points (degree 5), which is exact beyond the order of the dense output. */
-void bgc_integrate_energy(const bgc_model *m, bgc_data *d, double t, double power[2]) {
-    static const double node[4] = {0.0, 0.27639320225002103, 0.72360679774997897, 1.0};
-    static const double weight[4] = {1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0};
+/* The energies of a step to t, before or after it is made the present. Its error is the difference
+ * from Simpson's rule, which falls with the fifth power of the step; fixed steps do without. */
+void bgc_balance_step(const bgc_model *m, bgc_data *d, const bgc_method *method, double t,
+                      bgc_balance *balance) {
     const double start = d->core.t_old, length = t - start;
+    double energy[4][3], power[2], moved[2];
 
-    power[0] = power[1] = 0.0;
-    for (int k = 0; k < 4; k++) {
-        const double at = k == 3 ? t : start + node[k] * length;
-        const double *x = d->point;
-        double energy[3];
-        if (k == 0) {
-            x = d->y0;
-        } else if (k == 3 && t == d->core.t_end) {
-            x = d->y1;
-        } else {
-            bgc_interpolate(m, d, at, d->point);
-        }
-        m->energy(d->h, at, x, d->u_step, energy, d->work);
-        power[0] += weight[k] * length * energy[1];
-        power[1] += weight[k] * length * energy[2];
+    lobatto(m, d, t, energy, power);
+    balance->error = 0.0;
+    for (int k = 0; k < 2; k++) {
+        const double first = energy[0][k + 1], last = energy[3][k + 1];
+        const double inner = fabs(energy[1][k + 1]) + fabs(energy[2][k + 1]);
+        moved[k] = length / 12.0 * (fabs(first) + 5.0 * inner + fabs(last));
     }
+    balance->moved = fmax(moved[0], moved[1]);
+    balance->stored = energy[3][0];
+    if (bgc_embedded(method) > 0) {
+        double middle[3];
+        energy_at(m, d, start + 0.5 * length, middle);
+        for (int k = 0; k < 2; k++) {
+            const double ends = energy[0][k + 1] + energy[3][k + 1];
+            const double simpson = length / 6.0 * (ends + 4.0 * middle[k + 1]);
+            balance->error = fmax(balance->error, fabs(power[k] - simpson));
+        }
+    }
+    if (method->collocation != NULL && !d->core.event) {
+        sum_energy(m, d, method->collocation, power);
+    }
+    balance->supplied = power[0];
+    balance->dissipated = power[1];
 }

@@ -209,7 +209,9 @@ static void start_afresh(bgc_core *core, double t) {
     core->dense = BGC_NO_DENSE;
     core->h_next = 0.0;
     core->error_old = 1.0;
-    core->stored0 = 0.0;
+    core->stored0 = core->largest_account = 0.0;
+    core->energy_atol = -1.0;
+    core->account_rejections = 0;
     core->supplied = core->dissipated = core->supplied_old = core->dissipated_old = 0.0;
 }
 
@@ -259,6 +261,7 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
         core->stored0 = energy[0];
     }
     core->counts = (bgc_counts){0};
+    core->counts.exchanged = fabs(core->stored0);
     core->ready = 1;
     return BGC_OK;
 }

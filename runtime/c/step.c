@@ -10,6 +10,8 @@
 static const double safety = 0.9, least_factor = 0.2, largest_factor = 5.0;
 static const double proportional = 0.7, integral = 0.4;
 static const double least_remembered = 1e-2; /* a lucky small error does not slow the next step */
+/* In a row: a power that grows from nothing has no energy to compare its error with at first. */
+enum { MOST_ACCOUNT_REJECTIONS = 8 };
 
 /* f at the present state, unless it is known. */
 void bgc_evaluate_f(const bgc_model *m, bgc_data *d) {
@@ -75,8 +77,20 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *me
     return bgc_check_asserts(m, d, *t_new, d->next);
 }
 
+/* Enters a step into the energy accounts. */
+static void enter(bgc_core *core, const bgc_balance *balance) {
+    const double stored = balance->stored - core->stored0;
+
+    core->supplied += balance->supplied;
+    core->dissipated += balance->dissipated;
+    core->largest_account = fmax(fmax(core->largest_account, fabs(stored)),
+                                 fmax(fabs(core->supplied), fabs(core->dissipated)));
+    core->counts.exchanged =
+        fmax(core->counts.exchanged, fmax(core->largest_account, fabs(balance->stored)));
+}
+
 /* Makes d->next the present state at t_new, and passes the event that the step ends at, if any. */
-static bgc_status accept(const bgc_model *m, bgc_data *d, const bgc_method *method,
+static bgc_status accept(const bgc_model *m, bgc_data *d, const bgc_balance *balance,
                          double t_new) {
     const size_t size = (size_t)m->n_state * sizeof *d->x;
     bgc_core *core = &d->core;
@@ -93,14 +107,7 @@ static bgc_status accept(const bgc_model *m, bgc_data *d, const bgc_method *meth
     core->supplied_old = core->supplied;
     core->dissipated_old = core->dissipated;
     if (core->accounts) {
-        double power[2];
-        if (method->collocation != NULL && !core->event) {
-            bgc_sum_energy(m, d, method->collocation, power);
-        } else {
-            bgc_integrate_energy(m, d, t_new, power);
-        }
-        core->supplied += power[0];
-        core->dissipated += power[1];
+        enter(core, balance);
     }
     return m->n_switch > 0 ? bgc_pass_event(m, d, core->t_end - core->t_old) : BGC_OK;
 }
@@ -154,6 +161,7 @@ static int may_halve(const bgc_core *core, bgc_status status) {
 static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double grid = core->origin + (double)(core->ticks + 1) * core->step;
+    bgc_balance balance = {0};
     const double part = core->t + ldexp(core->step, -core->halvings);
     const int halved = core->halvings > 0 && part < grid - 1e-3 * core->step;
     const double stop = bgc_stop_for_switch(m, d, halved ? part : grid);
@@ -185,7 +193,10 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
     core->between = t_new < grid;
     core->ticks += t_new >= grid;
     core->held = whole && !core->between && core->held > 0 ? core->held - 1 : 0;
-    return accept(m, d, method, t_new);
+    if (core->accounts) {
+        bgc_balance_step(m, d, method, t_new, &balance);
+    }
+    return accept(m, d, &balance, t_new);
 }
 
 /* --- steps under error control ------------------------------------------------------------ */
@@ -270,10 +281,43 @@ static int worst_state(const bgc_model *m, const bgc_data *d) {
     return k;
 }
 
+/* The absolute tolerance of the accounts: what rounding may come to beside the energy that a state
+ * of the size of its scale stores. 0 where no state stores any. */
+static double energy_tolerance(const bgc_model *m, bgc_data *d) {
+    const double rounding = 1e-12;
+    double largest = 0.0, present[3], energy[3];
+
+    memcpy(d->point, d->x, (size_t)m->n_state * sizeof *d->x);
+    m->energy(d->h, d->core.t, d->point, d->u, present, d->work);
+    for (int i = 0; i < m->n_state; i++) {
+        double change;
+        d->point[i] = d->x[i] + d->scale[i];
+        m->energy(d->h, d->core.t, d->point, d->u, energy, d->work);
+        d->point[i] = d->x[i];
+        change = fabs(energy[0] - present[0]);
+        largest = isfinite(change) ? fmax(largest, change) : largest;
+    }
+    return rounding * largest;
+}
+
+/* The error of a step's energies over their tolerance, relative to the largest account so far. */
+static double account_error(const bgc_model *m, bgc_data *d, const bgc_balance *balance) {
+    bgc_core *core = &d->core;
+    double tolerance;
+
+    if (core->energy_atol < 0.0) {
+        core->energy_atol = energy_tolerance(m, d);
+    }
+    tolerance = core->energy_atol + core->rtol * fmax(core->largest_account, balance->moved);
+    /* What overflows in the accounts alone says nothing against the step. */
+    return isfinite(balance->error) && balance->error > 0.0 ? balance->error / tolerance : 0.0;
+}
+
 static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double q = bgc_embedded(method) + 1;
     double h, t_new, stop, error, factor;
+    bgc_balance balance = {0};
     bgc_status status;
     int bad;
 
@@ -318,6 +362,16 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     if (status != BGC_OK) {
         return reject(d, status, core->unresolved > 0 ? 0.4 * h : 0.1 * h);
     }
+    if (core->accounts) {
+        bgc_balance_step(m, d, method, t_new, &balance);
+        error = fmax(error, account_error(m, d, &balance));
+        if (error > 1.0 && core->account_rejections < MOST_ACCOUNT_REJECTIONS) {
+            core->account_rejections++;
+            return reject(d, BGC_STEP_TOO_SMALL,
+                          h * fmax(least_factor, safety * pow(error, -1.0 / q)));
+        }
+        core->account_rejections = 0;
+    }
 
     /* The next step from this error and the one before; one that a sample cut short says nothing
      * against the longer step that was wanted, one that an event ends nothing for a longer one. */
@@ -329,7 +383,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     core->error_old = fmax(error, least_remembered);
     core->rejected = 0;
     core->failed_state = -1;
-    return accept(m, d, method, t_new);
+    return accept(m, d, &balance, t_new);
 }
 
 /* One attempt at a step. BGC_OK: the state has advanced, or the next attempt will be shorter.
