@@ -8,11 +8,13 @@
  */
 #include "bgc_internal.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 static const double growth_limit = 1e5; /* static pivots that lose so many digits are watched */
 static const double acceptable = 1e-11; /* componentwise backward error of a solution */
+static const double underflow = DBL_MIN / DBL_EPSILON; /* terms below have lost digits to it */
 enum { MAX_REFINEMENTS = 5, CHECK_EVERY = 16, WATCH_FOR = 100 };
 
 /* b := W^-1 b by the static pivots. */
@@ -201,7 +203,7 @@ static double backward_error(const bgc_model *m, bgc_data *d, const double *b, c
     for (int i = 0; i < m->n_state; i++) {
         const double size = d->magnitude[i] + fabs(b[i]);
         d->residual[i] = b[i] - d->residual[i];
-        if (size > 0.0) {
+        if (size > underflow) {
             const double error = fabs(d->residual[i]) / size;
             worst = error <= worst ? worst : error; /* a NaN stays */
         }
