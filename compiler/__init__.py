@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from bgc.runtime.model import Model
     from bgc.runtime.model import compile_model as compile
     from bgc.runtime.result import Result
+    from bgc.runtime.trade.trade import Trade, trade
 
-__all__ = ["BgError", "Model", "Result", "SimulationError", "compile"]
+__all__ = ["BgError", "Model", "Result", "SimulationError", "Trade", "compile", "trade"]
 
 # Imported when first asked for: a pass of the compiler needs nothing of the runtime.
 _HOMES = {
@@ -26,7 +27,9 @@ _HOMES = {
     "Model": ("bgc.runtime.model", "Model"),
     "Result": ("bgc.runtime.result", "Result"),
     "SimulationError": ("bgc.runtime.failures", "SimulationError"),
+    "Trade": ("bgc.runtime.trade.trade", "Trade"),
     "compile": ("bgc.runtime.model", "compile_model"),
+    "trade": ("bgc.runtime.trade.trade", "trade"),
 }
 
 

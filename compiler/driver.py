@@ -9,7 +9,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import ParamSpec, TypeVar
 
-from bgc.building.build import build_shared_object
+from bgc.building.build import Unit, build_shared_object, lane_runtime_units
 from bgc.building.built import Built, run_facts
 from bgc.building.cache import digest_of, open_cache
 from bgc.building.recall import remember
@@ -19,7 +19,8 @@ from bgc.causality.causal import CausalGraph
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.resolve import Package, load
 from bgc.elaboration.scene import stands_alone
-from bgc.emission.emit import EmittedModel, emit_model
+from bgc.emission.emit import EmittedModel, content_of, emit_model
+from bgc.emission.lanes import lane_units
 from bgc.emission.optimise import optimise
 from bgc.emission.switches import places_of
 from bgc.equations.derive import derive_equations
@@ -108,13 +109,22 @@ class Compilation:
         return self._timed("emit", emit_model, self.optimised, digest)
 
     @cached_property
+    def lanes(self) -> tuple[Unit, ...]:
+        """The C that runs many instances at once."""
+        return (*lane_runtime_units(), *self._timed("lanes", lane_units, self.emitted.lowered))
+
+    @cached_property
     def built(self) -> Built:
         """The shared object in the cache, noted there for a warm start."""
         cache = open_cache()
-        library = self._timed(
-            "C compiler", build_shared_object, self.emitted.units, find_toolchain(), cache
+        units = (*self.emitted.units, *(self.lanes if self.options.lanes else ()))
+        library = self._timed("C compiler", build_shared_object, units, find_toolchain(), cache)
+        facts = run_facts(
+            self.graph.scene,
+            self.folding.parameters,
+            self.graph.requirements,
+            content_of(self.emitted),
         )
-        facts = run_facts(self.graph.scene, self.folding.parameters)
         places = places_of(self.emitted.lowered)
         built = Built(library, facts, (*self.warnings, *cache.warnings), places=places)
         remember(cache, self.path, self.options, self.package.sources, built)

@@ -299,9 +299,13 @@ class Observation:
 
 @dataclass(frozen=True, slots=True)
 class Requirement:
-    """The accuracy asked of an observed expression, one scalar component."""
+    """The accuracy asked of an expression, one scalar component.
+
+    `name` is the output that shows it: a column of the scene, or one of its own.
+    """
 
     name: str
+    unit: str
     node: Node
     tolerance: float
     span: Span

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -11,6 +12,7 @@ import numpy as np
 
 from bgc.building.built import ENERGY_ACCOUNTS, Built, RunFacts
 from bgc.grammar.catalogue.machine import no_duration
+from bgc.grammar.catalogue.trade import nothing_measured
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.options import Options
 from bgc.runtime.binding import Array, Instance, Library, Status, VarInfo, text
@@ -124,6 +126,10 @@ class Model:
         What the scene says about its run.
     warnings
         What the compiler had to say.
+    measured
+        What rows of a run hold: the observed, without accounts, and what `require` names.
+    folder
+        Where the files of devices are named from.
     """
 
     def __init__(
@@ -136,19 +142,19 @@ class Model:
 
         `origin` is what was compiled, which `linearise` needs.
         """
-        self._folder = folder
-        self._origin = origin
-        self._library = Library(built.library)
+        self.folder = folder
+        self.origin = origin
+        self.library = Library(built.library)
         self._places = built.places
         self.facts: RunFacts = built.facts
         self.warnings: tuple[Diagnostic, ...] = built.warnings
         self.warm = built.warm
-        self.parameters = Parameters(self._library, built.facts.folded)
-        model = self._library.model
+        self.parameters = Parameters(self.library, built.facts.folded)
+        model = self.library.model
         self.states = tuple(_variable(model.state[k]) for k in range(model.n_state))
-        self._observed = tuple(_variable(model.output[k]) for k in range(model.n_output))
-        self.accounts = _account_columns(self.facts, self._observed)
-        units = {v.name: v.unit for v in self._observed}
+        self.measured = tuple(_variable(model.output[k]) for k in range(model.n_output))
+        self.accounts = _account_columns(self.facts, self.measured)
+        units = {v.name: v.unit for v in self.measured}
         self.outputs = tuple(Variable(c, units.get(c, "J")) for c in self.facts.columns)
 
     def __repr__(self) -> str:
@@ -160,7 +166,7 @@ class Model:
     @property
     def solvers(self) -> tuple[str, ...]:
         """Names of the integration methods."""
-        return self._library.methods()
+        return self.library.methods()
 
     def simulate(
         self,
@@ -200,32 +206,65 @@ class Model:
             An argument or a parameter is at fault.
         """
         facts = self.facts
-        method = choose_method(self._library, facts, solver, rtol, atol, step)
+        asked = choose_method(self.library, facts, solver, rtol, atol, step)
+        method, notices = self._settled(asked, parameters or {})
         end = facts.duration if duration is None else duration
         if end is None:
             raise BgError([no_duration(facts.scene)])
         interval = facts.every if every is None else every
-        width = len(self._observed) + (len(ENERGY_ACCOUNTS) if self.accounts else 0)
+        width = len(self.measured) + (len(ENERGY_ACCOUNTS) if self.accounts else 0)
         times = row_times(end, interval, method.step if method.fixed else None, width)
-        instance = self.parameters.instance(parameters or {})
-        require(instance, instance.set_options(method.struct(bool(self.accounts))))
         rows = np.full((len(times), width), np.nan)
-        with open_devices(instance, self._folder):
-            require(instance, instance.reset(), self._places)
+        with self.started(method, bool(self.accounts), parameters) as instance:
             status, done, interrupted = run_watched(instance, times, rows, progress)
-        result = self._result(times[:done], rows[:done], method, instance)
+        result = self._result(times[:done], rows[:done], method, instance, notices)
         if interrupted or status is Status.INTERRUPTED:
             diagnostic = explain(instance, Status.INTERRUPTED)
             raise RunInterrupted(diagnostic, result.ended("interrupted", diagnostic.message))
         if status is not Status.OK:
-            diagnostic = explain(instance, status, self._places)
+            diagnostic = self.explain(instance, status)
             raise SimulationError(diagnostic, result.ended("failed", diagnostic.message))
         return result
 
-    def _result(self, times: Array, rows: Array, method: Method, instance: Instance) -> Result:
+    @contextmanager
+    def started(
+        self, method: Method, accounts: bool, parameters: Mapping[str, Quantity] | None = None
+    ) -> Iterator[Instance]:
+        """An instance at the initial state, its devices open, ready to run with a method."""
+        instance = self.parameters.instance(parameters or {})
+        require(instance, instance.set_options(method.struct(accounts)))
+        with open_devices(instance, self.folder):
+            require(instance, instance.reset(), self._places)
+            yield instance
+
+    def explain(self, instance: Instance, status: Status) -> Diagnostic:
+        """Say what went wrong with one of this model's instances."""
+        return explain(instance, status, self._places)
+
+    def _settled(
+        self, method: Method, parameters: Mapping[str, Quantity]
+    ) -> tuple[Method, tuple[Diagnostic, ...]]:
+        """The method that a run takes; for `solver auto` what `bgc trade` stored, if it did."""
+        if not method.measured:
+            return method, ()
+        from bgc.runtime.trade.auto import stored_method
+
+        stored = stored_method(self, parameters)
+        if stored is not None:
+            return stored, ()
+        return method, (nothing_measured(self.facts.scene, method.name),)
+
+    def _result(
+        self,
+        times: Array,
+        rows: Array,
+        method: Method,
+        instance: Instance,
+        notices: tuple[Diagnostic, ...],
+    ) -> Result:
         """Name the columns of the rows, in the scene's order."""
         accounts = (self.accounts.get(account, "") for account in ENERGY_ACCOUNTS)
-        names = (*(v.name for v in self._observed), *accounts)
+        names = (*(v.name for v in self.measured), *accounts)
         place = {name: k for k, name in enumerate(names)}
         return Result(
             scene=self.facts.scene,
@@ -236,6 +275,7 @@ class Model:
             counts=instance.counts,
             panels=self.facts.panels,
             accounts=self.accounts,
+            notices=notices,
         )
 
     def initial_state(self, parameters: Mapping[str, Quantity] | None = None) -> Array:
@@ -276,8 +316,8 @@ class Model:
         instance = self._instance_at(state, time, parameters)
         status, values = instance.outputs()
         require(instance, status)
-        pairs = zip(self._observed, values.tolist(), strict=True)
-        return {variable.name: value for variable, value in pairs}
+        pairs = zip(self.measured, values.tolist(), strict=True)
+        return {v.name: value for v, value in pairs if v.name in self.facts.columns}
 
     def linearise(
         self,
@@ -316,9 +356,9 @@ class Model:
         """
         from bgc.runtime.operating import OpenedModel
 
-        if self._origin is None:
+        if self.origin is None:
             raise ValueError("a model without its source has no inputs: use `eigenvalues`")
-        path, options = self._origin
+        path, options = self.origin
         values = self.parameters.given(parameters or {})
         opened = OpenedModel(path, options, inputs, outputs, values)
         if state is not None:
@@ -353,13 +393,10 @@ class Model:
     def state_at(self, time: float) -> tuple[Array, Array]:
         """The state after a run to a time in s, and the device inputs then; no rows are kept."""
         facts = self.facts
-        method = choose_method(self._library, facts, None, None, None, None)
-        instance = self.parameters.instance({})
-        require(instance, instance.set_options(method.struct(False)))
-        times = row_times(time, time, None, len(self._observed))
-        rows = np.full((len(times), len(self._observed)), np.nan)
-        with open_devices(instance, self._folder):
-            require(instance, instance.reset())
+        method, _ = self._settled(choose_method(self.library, facts, None, None, None, None), {})
+        times = row_times(time, time, None, len(self.measured))
+        rows = np.full((len(times), len(self.measured)), np.nan)
+        with self.started(method, False) as instance:
             status, _, _ = run_watched(instance, times, rows, False)
         require(instance, status)
         return instance.state.copy(), instance.input.copy()

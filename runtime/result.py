@@ -56,8 +56,10 @@ class Result(Mapping[str, Array]):
         What the scene wants plotted.
     accounts
         Columns of the energy accounts: `{"residual": "energy.residual"}`.
+    notices
+        What there was to say of how it was run.
     warnings
-        What is odd about the rows, as `diagnostics` of errors: a value that is not finite.
+        These, and what is odd about the rows: a value that is not finite.
     """
 
     scene: str
@@ -70,10 +72,11 @@ class Result(Mapping[str, Array]):
     message: str = ""
     panels: Sequence[Panel] = ()
     accounts: Mapping[str, str] = field(default_factory=dict)
+    notices: tuple[Diagnostic, ...] = ()
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
-        """What is odd about the rows: BG712 for the first value that is not finite."""
+        """The notices, and what is odd about the rows: BG712 for a value that is not finite."""
         worst: tuple[int, str, bool] | None = None
         for name, column in self.columns.items():
             finite = np.isfinite(column)
@@ -81,9 +84,9 @@ class Result(Mapping[str, Array]):
             if not finite.all() and (worst is None or row < worst[0]):
                 worst = row, name, not finite[row:].any()
         if worst is None:
-            return ()
+            return self.notices
         row, name, to_the_end = worst
-        return (value_not_finite(name, float(self.time[row]), to_the_end),)
+        return (*self.notices, value_not_finite(name, float(self.time[row]), to_the_end))
 
     def ended(self, status: str, message: str) -> Result:
         """The same rows, of a run that ended early."""

@@ -23,6 +23,7 @@ from bgc.runtime.progress import ProgressBar
 
 ADAPTIVE_DEFAULT = "rodas5p"
 FIXED_DEFAULT = "ros34prw"
+AUTO = "auto"
 
 _MESSAGE_LENGTH = 300  # characters of what a driver says
 _WATCH_SECONDS = 0.05  # how often a run is looked at: bounds the wait after Ctrl-C
@@ -30,7 +31,10 @@ _WATCH_SECONDS = 0.05  # how often a run is looked at: bounds the wait after Ctr
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """An integration method with its options, SI; 0 where the runtime is to choose."""
+    """An integration method with its options, SI; 0 where the runtime is to choose.
+
+    `measured` says that what `bgc trade` found is wanted, and this only where there is nothing.
+    """
 
     name: str
     fixed: bool
@@ -40,6 +44,7 @@ class Method:
     max_step: float = 0.0
     max_steps: int = 0
     keep: int = 0
+    measured: bool = False
 
     def struct(self, accounts: bool) -> OptionsStruct:
         """The options as C takes them."""
@@ -65,7 +70,8 @@ def choose_method(
 ) -> Method:
     """Settle the method of a run: what the caller asks for, else what the scene says.
 
-    Without a solver it is `rodas5p`, or `ros34prw` where a step is given.
+    Without a solver, and for `auto` until it is settled, it is `rodas5p`, or `ros34prw` where a
+    step is given.
     """
     options = dict(facts.solver_options)
     asked = {"rtol": rtol, "atol": atol, "step": step}
@@ -73,8 +79,10 @@ def choose_method(
     for name, value in options.items():
         if not (math.isfinite(value) and value > 0):
             raise BgError([bad_option(name, value, "a positive number")])
-    name = solver or facts.solver or "auto"
-    if name == "auto":
+    name = solver or facts.solver or ""
+    # What a caller asks for goes before what was measured without it.
+    measured = name == AUTO and all(value is None for value in asked.values())
+    if name in ("", AUTO):
         name = FIXED_DEFAULT if options.get("step") or facts.step else ADAPTIVE_DEFAULT
     known = library.methods()
     if name not in known:
@@ -93,6 +101,7 @@ def choose_method(
         max_step=options.get("max_step", 0.0),
         max_steps=int(options.get("max_steps", 0)),
         keep=int(options.get("keep", 0)),
+        measured=measured,
     )
 
 

@@ -80,8 +80,10 @@ def open_scene(
     if outputs and graph.scene.accounts:
         (account, *_) = graph.scene.accounts
         raise BgError([catalogue.account_as_output(f"energy.{account}")])
-    facts = replace(graph.scene, accounts=(), columns=tuple(o.name for o in graph.observations))
-    graph = replace(graph, scene=facts, parameters=_with_values(graph, values or {}))
+    observed = tuple(o for o in graph.observations if o.name in graph.scene.columns)
+    facts = replace(graph.scene, accounts=(), columns=tuple(o.name for o in observed))
+    parameters_now = _with_values(graph, values or {})
+    graph = replace(graph, scene=facts, observations=observed, parameters=parameters_now)
     candidates = _candidates(graph)
     chosen = _choose(candidates, inputs)
     first = sum(len(device.inputs) for device in graph.devices)

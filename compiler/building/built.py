@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +11,7 @@ from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.source import Span
 
 if TYPE_CHECKING:  # a warm start does without the compiler's own modules
-    from bgc.graph import SceneFacts
+    from bgc.graph import Requirement, SceneFacts
 
 ENERGY_ACCOUNTS = ("stored", "supplied", "dissipated", "residual")  # as rows of C have them
 
@@ -30,7 +31,9 @@ class RunFacts:
     `columns` are the observed names in the scene's order; those that are no outputs of the
     model are its energy accounts, `stored`, `supplied`, `dissipated` or `residual`, which
     `accounts` lists in the same order. Times are in seconds, `solver_options` are SI numbers.
-    `folded` are the parameters that were compiled in, zeros and ones.
+    `folded` are the parameters that were compiled in, zeros and ones. `requirements` are the
+    accuracies asked for, by output, of which some may be no column. `content` tells apart models
+    that differ in more than their text: it is a hash of what was compiled.
     """
 
     scene: str
@@ -45,6 +48,8 @@ class RunFacts:
     deadline: float | None = None
     panels: tuple[Panel, ...] = ()
     folded: tuple[tuple[str, float], ...] = ()
+    requirements: tuple[tuple[str, float], ...] = ()
+    content: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +79,13 @@ class Built:
     places: Places = Places()
 
 
-def run_facts(scene: SceneFacts, folded: tuple[tuple[str, float], ...] = ()) -> RunFacts:
-    """Take from a scene what its run needs, and note what was folded for it."""
+def run_facts(
+    scene: SceneFacts,
+    folded: tuple[tuple[str, float], ...] = (),
+    requirements: Sequence[Requirement] = (),
+    content: str = "",
+) -> RunFacts:
+    """Take from a scene what its run needs, and note what was folded and what is required."""
     solver = scene.solver
     return RunFacts(
         scene=scene.name,
@@ -90,4 +100,6 @@ def run_facts(scene: SceneFacts, folded: tuple[tuple[str, float], ...] = ()) -> 
         deadline=scene.deadline,
         panels=tuple(Panel(plot.columns, plot.against or "time") for plot in scene.plots),
         folded=folded,
+        requirements=tuple((r.name, r.tolerance) for r in requirements),
+        content=content,
     )

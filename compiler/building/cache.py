@@ -56,7 +56,7 @@ class Cache:
         path.parent.mkdir(parents=True, exist_ok=True)
         digest = file_digest(made)
         made.replace(path)
-        _write_aside(_checksum(path), digest)
+        write_aside(_checksum(path), digest)
         return path
 
     def move_away(self, reason: str) -> None:
@@ -78,7 +78,12 @@ class Cache:
                     if path.suffix != ".sum" and path.stat().st_mtime < oldest:
                         path.unlink()
                         _checksum(path).unlink(missing_ok=True)
-        for pattern, seconds in (("failed/*", _KEEP_SECONDS), ("making-*", _KEEP_MAKING_SECONDS)):
+        old = (
+            ("failed/*", _KEEP_SECONDS),
+            ("trades/*", _KEEP_SECONDS),
+            ("making-*", _KEEP_MAKING_SECONDS),
+        )
+        for pattern, seconds in old:
             for path in self.root.glob(pattern):
                 with suppress(OSError):
                     if path.stat().st_mtime < time.time() - seconds:
@@ -139,14 +144,15 @@ def write_note(root: Path, key: str, value: object) -> None:
     """Note a JSON value under a key."""
     path = root / "notes" / f"{key}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
-    _write_aside(path, json.dumps(value))
+    write_aside(path, json.dumps(value))
 
 
 def _checksum(path: Path) -> Path:
     return path.with_name(path.name + ".sum")
 
 
-def _write_aside(path: Path, text: str) -> None:
+def write_aside(path: Path, text: str) -> None:
+    """Write a file of the cache, at once or not at all."""
     handle, name = tempfile.mkstemp(dir=path.parent)
     aside = Path(name)
     try:

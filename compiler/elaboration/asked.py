@@ -21,7 +21,8 @@ def observing(scene: Scene, texts: Sequence[str]) -> Scene:
     if not texts:
         return scene
     own = {_column(item): item for item in scene.every(syntax.Observe)}
-    rest = (item for item in scene.items if not isinstance(item, syntax.Observe | syntax.Plot))
+    of_own = syntax.Observe | syntax.Plot | syntax.Require
+    rest = (item for item in scene.items if not isinstance(item, of_own))
     asked = (own[text] if text in own else _read(text, own) for text in texts)
     return replace(scene, items=(*rest, *asked), implicit=False)
 

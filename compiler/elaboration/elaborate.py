@@ -38,7 +38,7 @@ from bgc.elaboration.wiring import Wiring, wire
 from bgc.elaboration.world import Edits, World
 from bgc.grammar.catalogue import graph as messages
 from bgc.grammar.catalogue.scenes import device_name_taken
-from bgc.graph import Bond, FlatGraph, Observation
+from bgc.graph import Bond, FlatGraph, Observation, Requirement
 from bgc.values.units import Dimension, si_symbol
 
 _STACK = 50_000
@@ -111,7 +111,7 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
     if scene.implicit:
         observed = _observe_all(world, wiring, root)
     devices = read_devices(world, scene)
-    requirements = read_requirements(world, scene)
+    requirements = read_requirements(world, scene, observed)
     kept = read_kept(world, scene)
     facts = read_facts(world, scene, observed)
     contents = (elements, statements.states, statements.equations, observed.columns)
@@ -129,7 +129,7 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
         unknowns=statements.unknowns,
         equations=statements.equations,
         guards=statements.guards,
-        observations=observed.observations,
+        observations=_with_required(observed.observations, requirements),
         requirements=requirements,
         devices=devices,
         kept=kept,
@@ -206,6 +206,16 @@ def _observe_all(world: World, wiring: Wiring, root: Instance) -> Observed:
             span = quantity.declaration.name_span
             found.append(Observation(label, unit, component.node, span))
     return Observed(tuple(found), (), tuple(o.name for o in found))
+
+
+def _with_required(
+    observations: tuple[Observation, ...], requirements: Sequence[Requirement]
+) -> tuple[Observation, ...]:
+    """The observations, and those requirements that none of them shows."""
+    shown = {o.name: o for o in observations}
+    for r in requirements:
+        shown.setdefault(r.name, Observation(r.name, r.unit, r.node, r.span))
+    return tuple(shown.values())
 
 
 @contextmanager

@@ -51,7 +51,7 @@ def read_observed(world: World, scene: Scene, root: Instance) -> Observed:
             name = item.alias or path_of(item.value)
             labels = list(component_names(name, value.shape))
             _add_columns(columns, labels, item.span)
-            units = _units(world, scene, item.value, value)
+            units = units_of(world, scene, item.value, value)
             for label, node, unit in zip(labels, value.nodes, units, strict=True):
                 observations.append(Observation(label, unit, node, item.span))
     return Observed(tuple(observations), tuple(accounts), tuple(columns))
@@ -88,7 +88,7 @@ def is_path(expr: syntax.Expr) -> bool:
             return False
 
 
-def _units(world: World, scene: Scene, expr: syntax.Expr, value: Value) -> list[str]:
+def units_of(world: World, scene: Scene, expr: syntax.Expr, value: Value) -> list[str]:
     """Units for the header: as declared where a declared value is observed, else SI."""
     quantity = declared_value(world, scene, expr)
     if quantity is not None:

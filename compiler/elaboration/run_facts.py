@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.elaboration.observed import Observed
+from bgc.elaboration.observed import Observed, units_of
 from bgc.elaboration.quantities import component_names
 from bgc.elaboration.scene import Item, Scene, constant_of
 from bgc.elaboration.scene_edits import canonical_path
@@ -31,21 +31,37 @@ _SOLVER_OPTIONS: dict[str, Dimension | None] = {
 }
 
 
-def read_requirements(world: World, scene: Scene) -> tuple[Requirement, ...]:
-    """The accuracies asked for, component by component."""
+def read_requirements(world: World, scene: Scene, observed: Observed) -> tuple[Requirement, ...]:
+    """The accuracies asked for, component by component, of any expression or observed column."""
     found: list[Requirement] = []
+    columns = {o.node: o.name for o in reversed(observed.observations)}
     for item in scene.every(syntax.Require):
         with world.report.collecting():
-            value = world.evaluate(item.value, scene.env)
+            expr = _observed_as(scene, item.value)
+            value = world.evaluate(expr, scene.env)
             tolerance = constant_of(world, scene, item.tolerance, "the tolerance", value.unit)
             if not tolerance > 0:
                 raise BgError(
                     [scenes.not_positive(item.tolerance.span, "the tolerance", tolerance)]
                 )
             labels = component_names(path_of(item.value), value.shape)
-            for label, node in zip(labels, value.nodes, strict=True):
-                found.append(Requirement(label, node, tolerance, item.span))
+            units = units_of(world, scene, expr, value)
+            for label, unit, node in zip(labels, units, value.nodes, strict=True):
+                own = f"{label} (required)" if label in observed.columns else label
+                name = columns.setdefault(node, own)
+                found.append(Requirement(name, unit, node, tolerance, item.span))
     return tuple(found)
+
+
+def _observed_as(scene: Scene, expr: syntax.Expr) -> syntax.Expr:
+    """What a column is made of, where an expression is a column's name and nothing else's."""
+    root = scene.env.instance
+    match expr:
+        case syntax.Name(name=name) if root is None or name not in root.members:
+            own = (item.value for item in scene.every(syntax.Observe) if item.alias == name)
+            return next(own, expr)
+        case _:
+            return expr
 
 
 def read_kept(world: World, scene: Scene) -> tuple[str, ...]:

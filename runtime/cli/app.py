@@ -29,6 +29,7 @@ _COMMANDS = {
     "show": "print what a pass of the compiler made",
     "graph": "draw the bond graph with its causal strokes",
     "cost": "tell what a scene costs, what was left out, and what variants would cost",
+    "trade": "measure speed against accuracy of a scene, and recommend a method",
     "fmt": "print files in canonical form",
     "explain": "tell more about a diagnostic's code",
     "doctor": "say what bgc found on this machine, and what to install",

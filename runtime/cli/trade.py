@@ -1,0 +1,125 @@
+"""`bgc trade`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from bgc.runtime.cli.app import INTERRUPTED, print_diagnostics
+from bgc.runtime.cli.options import (
+    check_target,
+    model_file,
+    read_assignments,
+    scene_option,
+    set_option,
+    use_option,
+)
+
+_PICTURES = (".png", ".svg", ".pdf")
+
+
+@click.command()
+@model_file
+@scene_option
+@set_option
+@use_option
+@click.option("--out", metavar="FILE", help="Write the table: .csv.")
+@click.option("--plot", metavar="FILE", help="Draw error against time: .png, .svg or .pdf.")
+@click.option("--html", metavar="FILE", help="Write one page with all of it: .html.")
+@click.option("--solvers", metavar="NAMES", help="Methods to try, as rodas5p,ros34prw; else all.")
+@click.option("--rtols", metavar="NUMBERS", help="Tolerances of adaptive methods: 1e-3,1e-6.")
+@click.option("--steps", metavar="TIMES", help='Steps of fixed-step methods: "1 ms, 0.5 ms".')
+@click.option("--keep", "keeps", metavar="NUMBERS", help="Steps that a Jacobian is kept: 1,2,5.")
+@click.option(
+    "--variants",
+    multiple=True,
+    metavar="SLOT",
+    help='Fill a slot otherwise too; "*.lock" takes several together, all each by itself.',
+)
+@click.option("--time", "duration", metavar="TIME", help="How much of the scene to simulate.")
+@click.option(
+    "--budget", metavar="TIME", default="300 s", show_default=True, help="How long it may take."
+)
+@click.option("--fresh", is_flag=True, help="Forget what was measured before.")
+@click.option("--all", "everything", is_flag=True, help="Print all configurations.")
+@click.option("--quiet", "-q", is_flag=True, help="The recommendation alone; no progress bar.")
+@click.pass_context
+def trade(
+    context: click.Context,
+    file: Path,
+    scene: str | None,
+    assignments: tuple[str, ...],
+    uses: tuple[str, ...],
+    out: str | None,
+    plot: str | None,
+    html: str | None,
+    solvers: str | None,
+    rtols: str | None,
+    steps: str | None,
+    keeps: str | None,
+    variants: tuple[str, ...],
+    duration: str | None,
+    budget: str,
+    fresh: bool,
+    everything: bool,
+    quiet: bool,
+) -> None:
+    """Measure speed against accuracy of a scene of FILE, and recommend a method.
+
+    Runs the scene over methods, tolerances and steps against a reference that two methods agree
+    on, and tells the cheapest that meets the scene's `require` and `deadline`; `solver auto` in
+    the scene takes it. An interrupted command goes on where it was.
+    """
+    from bgc.runtime.cli.printing import print_tables
+    from bgc.runtime.model import compile_model
+    from bgc.runtime.quantity import read_quantity
+    from bgc.runtime.trade.configurations import KEEPS, RTOLS
+    from bgc.runtime.trade.tables import tables
+    from bgc.runtime.trade.trade import trade as measure
+
+    check_target(out, (".csv",))
+    check_target(plot, _PICTURES)
+    check_target(html, (".html",))
+    chosen = compile_model(
+        file, scene, dict(read_assignments(assignments)), uses=dict(read_assignments(uses))
+    )
+    print_diagnostics(chosen.warnings)
+    try:
+        found = measure(
+            chosen,
+            solvers=_split(solvers) or None,
+            rtols=_numbers(rtols, "--rtols") or RTOLS,
+            steps=[read_quantity(text, "--steps", "s") for text in _split(steps)] or None,
+            keeps=[int(number) for number in _numbers(keeps, "--keep")] or KEEPS,
+            variants=variants,
+            duration=None if duration is None else read_quantity(duration, "--time", "s"),
+            budget=read_quantity(budget, "--budget", "s"),
+            fresh=fresh,
+            progress=not quiet,
+        )
+    except KeyboardInterrupt:
+        click.echo("interrupted; what was measured is kept: the same command goes on", err=True)
+        context.exit(INTERRUPTED)
+    if not quiet:
+        print_tables(tables(found, everything))
+        click.echo()
+    for warning in found.warnings:
+        click.echo(f"warning: {warning}", err=True)
+    click.echo(found.sentence)
+    if out is not None:
+        found.to_csv(out)
+    if plot is not None:
+        found.plot(plot)
+    if html is not None:
+        found.to_html(html)
+
+
+def _split(text: str | None) -> list[str]:
+    return [part.strip() for part in (text or "").split(",") if part.strip()]
+
+
+def _numbers(text: str | None, option: str) -> list[float]:
+    from bgc.runtime.quantity import read_quantity
+
+    return [read_quantity(part, option, "") for part in _split(text)]

@@ -1,0 +1,132 @@
+"""What is tried: methods with a tolerance or a step, kept Jacobians, variants."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+
+from bgc.runtime.run import Method
+
+RTOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+KEEPS = (1, 2, 5)
+_FACTORS = (5.0, 2.0, 1.0, 0.5, 0.2)  # of the scene's step, or of a typical one
+_WITHOUT_JACOBIAN = ("rk4", "heun", "dopri5")
+
+Uses = tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Configuration:
+    """One way to run a scene: adaptive with `rtol`, or with a fixed `step` in s.
+
+    `keep` is the number of steps over which a Jacobian is kept, `uses` are the slots that are
+    filled otherwise than in the scene.
+    """
+
+    solver: str
+    rtol: float = 0.0
+    step: float = 0.0
+    keep: int = 1
+    uses: Uses = ()
+
+    @property
+    def fixed(self) -> bool:
+        """Whether its step is given."""
+        return self.step > 0
+
+    @property
+    def method(self) -> Method:
+        """The same for a run."""
+        return Method(self.solver, self.fixed, rtol=self.rtol, step=self.step, keep=self.keep)
+
+    @property
+    def setting(self) -> str:
+        """The step or the tolerance, and how long a Jacobian is kept."""
+        main = spelled_time(self.step) if self.fixed else f"rtol {self.rtol:.2g}"
+        return main if self.keep == 1 else f"{main}, keep {self.keep}"
+
+    @property
+    def variant(self) -> str:
+        """What fills slots otherwise, as `--use` takes it; empty for the scene as it is."""
+        return ", ".join(f"{slot}={type_}" for slot, type_ in self.uses)
+
+    @property
+    def label(self) -> str:
+        """All of it in a line."""
+        text = f"{self.solver} {self.setting}"
+        return f"{text} with {self.variant}" if self.uses else text
+
+    @property
+    def statement(self) -> str:
+        """The line that a scene would say."""
+        options = [f"step = {spelled_time(self.step)}" if self.fixed else f"rtol = {self.rtol:g}"]
+        if self.keep > 1:
+            options.append(f"keep = {self.keep}")
+        return f"solver {self.solver}({', '.join(options)});"
+
+    @property
+    def ladder(self) -> tuple[str, int, Uses]:
+        """What configurations that differ in their step or tolerance alone have in common."""
+        return self.solver, self.keep, self.uses
+
+
+def spelled_time(seconds: float) -> str:
+    """A time with the unit that suits it, in digits that lose nothing."""
+    for size, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "us")):
+        if seconds >= 0.999999 * size:
+            return f"{seconds / size:.12g} {unit}"
+    return f"{seconds:.12g} s"
+
+
+def scene_configurations(
+    adaptive: Sequence[str],
+    fixed: Sequence[str],
+    rtols: Sequence[float],
+    steps: Sequence[float],
+    keeps: Sequence[int],
+) -> tuple[Configuration, ...]:
+    """All configurations of a scene as it is, in the order in which they are best measured.
+
+    Methods take turns from coarse to fine, so that little time shows already the whole range;
+    kept Jacobians come after all methods with fresh ones.
+    """
+    rtols, steps = sorted(rtols, reverse=True), sorted(steps, reverse=True)
+    keeps = sorted(keeps)
+    ladders = [[Configuration(name, rtol=rtol) for rtol in rtols] for name in adaptive]
+    ladders += [
+        [Configuration(name, step=step, keep=_least_keep(name, keeps)) for step in steps]
+        for name in fixed
+    ]
+    found = list(_in_turns(ladders))
+    for keep in keeps[1:]:
+        kept = (name for name in fixed if name not in _WITHOUT_JACOBIAN)
+        found += _in_turns(
+            [[Configuration(name, step=step, keep=keep) for step in steps] for name in kept]
+        )
+    return tuple(found)
+
+
+def _least_keep(name: str, keeps: Sequence[int]) -> int:
+    return 1 if name in _WITHOUT_JACOBIAN else keeps[0]
+
+
+def _in_turns(ladders: Iterable[Sequence[Configuration]]) -> Iterator[Configuration]:
+    for level in zip_longest(*ladders):
+        yield from (configuration for configuration in level if configuration is not None)
+
+
+def step_ladder(base: float, duration: float) -> tuple[float, ...]:
+    """Steps around a scene's own one, or around a typical one, in s.
+
+    Those below divide it, so that devices see the same samples; none is longer than the run.
+    """
+    return tuple(step for step in (factor * base for factor in _FACTORS) if step <= duration)
+
+
+def round_step(step: float) -> float:
+    """The nearest 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(step))
+    nearest = min((1.0, 2.0, 5.0, 10.0), key=lambda digit: abs(math.log(digit * power / step)))
+    return float(f"{nearest * power:.1g}")

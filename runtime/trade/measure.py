@@ -1,0 +1,105 @@
+"""One run under a clock: rows, processor time, counts; stopped when it takes too long."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from threading import Event, Thread
+
+import numpy as np
+
+from bgc.building.built import ENERGY_ACCOUNTS
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.binding import Array, Instance, Status
+from bgc.runtime.model import Model
+from bgc.runtime.run import Method
+
+_WATCH_SECONDS = 0.05
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """What came of a run.
+
+    `status` is `done`, `stopped` at its limit, or `failed` with `message`. `rows` hold the
+    model's outputs, then the four energy accounts if they were wanted, those that were not
+    reached as NaN. `seconds` is the processor time of the computation alone.
+    """
+
+    status: str
+    message: str
+    rows: Array
+    seconds: float
+    counts: dict[str, float]
+
+
+def timed_run(
+    model: Model,
+    method: Method,
+    times: Array,
+    *,
+    accounts: bool,
+    limit: float,
+    watch: Callable[[float], None] = lambda reached: None,
+) -> Run:
+    """Run a model from its start over all times, for at most `limit` seconds.
+
+    `watch` is told now and then which time is reached. Ctrl-C stops the run and goes on up.
+    """
+    width = len(model.measured) + (len(ENERGY_ACCOUNTS) if accounts else 0)
+    rows = np.full((len(times), width), np.nan)
+    try:
+        with model.started(method, accounts) as instance:
+            status, seconds, stopped = _run_in_thread(instance, times, rows, limit, watch)
+            counts = instance.counts
+            if stopped and status is Status.INTERRUPTED:
+                message = f"stopped at t = {instance.time:.3g} s: it takes too long"
+                return Run("stopped", message, rows, seconds, counts)
+            if status is not Status.OK:
+                diagnostic = model.explain(instance, status)
+                message = f"{diagnostic.code}: {diagnostic.message}"
+                return Run("failed", message, rows, seconds, counts)
+    except BgError as problem:
+        first = problem.diagnostics[0]
+        return Run("failed", f"{first.code}: {first.message}", rows, 0.0, {})
+    if not np.isfinite(rows).all():
+        return Run("failed", "BG712: an observed value is not finite", rows, seconds, counts)
+    return Run("done", "", rows, seconds, counts)
+
+
+def _run_in_thread(
+    instance: Instance,
+    times: Array,
+    rows: Array,
+    limit: float,
+    watch: Callable[[float], None],
+) -> tuple[Status, float, bool]:
+    """The status, the thread's processor time, and whether the limit was reached."""
+    outcome: list[tuple[Status, float]] = []
+    finished = Event()
+
+    def work() -> None:
+        try:
+            start = time.thread_time()
+            status, _ = instance.run(times, rows)
+            outcome.append((status, time.thread_time() - start))
+        finally:
+            finished.set()
+
+    start = time.monotonic()
+    interrupted, stopped = False, False
+    Thread(target=work, daemon=True).start()
+    while not finished.is_set():
+        try:
+            finished.wait(_WATCH_SECONDS)
+            watch(instance.time)
+        except KeyboardInterrupt:
+            interrupted = True
+        stopped = stopped or time.monotonic() - start > limit
+        if interrupted or stopped:
+            instance.stop()
+    if interrupted:
+        raise KeyboardInterrupt
+    ((status, seconds),) = outcome
+    return status, seconds, stopped

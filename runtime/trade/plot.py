@@ -1,0 +1,149 @@
+"""The work-precision plot: error against processor time, a line for each method."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import cycle
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib
+from matplotlib.figure import Figure
+
+from bgc.grammar.catalogue.machine import nothing_to_draw, unknown_file_kind
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.files import written_whole
+from bgc.runtime.plot import COLOURS, KINDS, STYLE
+from bgc.runtime.trade.configurations import Uses
+from bgc.runtime.trade.judge import spelled
+from bgc.runtime.trade.measurement import Measurement
+
+if TYPE_CHECKING:
+    from bgc.runtime.trade.trade import Trade
+
+_MARKERS = "osD^vPX<>ph8"
+_SIZE = (9.0, 6.0)  # inches
+_BEYOND = 1e4  # times the limit: errors larger than that are not worth the room
+_LEAST = 1e-17
+
+
+def plot_trade(trade: Trade, path: str | Path | None = None) -> Figure:
+    """Draw a trade, and write the figure where a path is given."""
+    if path is not None and Path(path).suffix.lower() not in KINDS:
+        raise BgError([unknown_file_kind(str(path), KINDS)])
+    if not any(row.done for row in trade.measurements):
+        raise BgError([nothing_to_draw("no configuration completed the run")])
+    with matplotlib.rc_context(STYLE):
+        figure = _draw(trade)
+        if path is not None:
+            with written_whole(path) as aside:
+                kind = Path(path).suffix.lower()[1:]
+                undated = {"Date": None} if kind == "svg" else None
+                figure.savefig(aside, format=kind, dpi=150, metadata=undated)
+    return figure
+
+
+def _draw(trade: Trade) -> Figure:
+    figure = Figure(figsize=_SIZE, layout="constrained")
+    axes: Any = figure.add_subplot()
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    looks: dict[str, tuple[str, str]] = {}
+    looks_left = zip(cycle(COLOURS), cycle(_MARKERS), strict=False)
+    for (solver, keep, uses), rows in _lines(trade).items():
+        if solver not in looks:
+            looks[solver] = next(looks_left)
+        colour, marker = looks[solver]
+        first = solver not in axes.get_legend_handles_labels()[1]
+        axes.plot(
+            [row.cpu for row in rows],
+            [_height(trade, row) for row in rows],
+            color=colour,
+            marker=marker,
+            markersize=4.5,
+            markerfacecolor="white" if keep > 1 or uses else colour,
+            linestyle=":" if uses else "-" if keep == 1 else "--",
+            linewidth=1.0,
+            alpha=0.9 if keep == 1 else 0.65,
+            label=solver if first else None,
+        )
+    _draw_front(trade, axes)
+    _draw_limits(trade, axes)
+    axes.grid(True, which="minor", alpha=0.12)
+    axes.set_xlabel("processor time for a second of the scene [s]")
+    of = "what is required" if trade.target.required else "the range"
+    worst = [q.name for q in trade.quantities if q.decides]
+    about = worst[0] if len(worst) == 1 else "the worst quantity"
+    axes.set_ylabel(f"error of {about}, as a part of {of}")
+    axes.set_title(f"{trade.scene}: {spelled(trade.duration)} on {trade.machine}", fontsize=9)
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small")
+    return figure
+
+
+def _lines(trade: Trade) -> dict[tuple[str, int, Uses], list[Measurement]]:
+    """The completed measurements by what their line has in common, coarse to fine."""
+    found: dict[tuple[str, int, Uses], list[Measurement]] = {}
+    for row in trade.measurements:
+        if row.done and trade.target.error(row) <= _BEYOND * max(trade.target.limit, 1.0):
+            found.setdefault(row.configuration.ladder, []).append(row)
+    for rows in found.values():
+        rows.sort(key=lambda row: (-row.configuration.step, -row.configuration.rtol))
+    return found
+
+
+def _height(trade: Trade, row: Measurement) -> float:
+    return max(trade.target.error(row), _LEAST)
+
+
+def _draw_front(trade: Trade, axes: Any) -> None:
+    front: Sequence[Measurement] = sorted(
+        (row for row in trade.measurements if row.configuration in trade.verdict.front),
+        key=lambda row: row.cpu,
+    )
+    axes.plot(
+        [row.cpu for row in front],
+        [_height(trade, row) for row in front],
+        color="0.55",
+        linewidth=5,
+        alpha=0.35,
+        solid_capstyle="round",
+        zorder=0,
+        label="Pareto front",
+    )
+    best = trade.verdict.recommended
+    if best is not None:
+        axes.plot(
+            [best.cpu],
+            [_height(trade, best)],
+            "o",
+            markersize=15,
+            markerfacecolor="none",
+            markeredgecolor="black",
+            label=f"recommended:\n{best.configuration.solver} {best.configuration.setting}",
+        )
+
+
+def _draw_limits(trade: Trade, axes: Any) -> None:
+    """Lines that must not be crossed, and the accuracy of the reference."""
+    target = trade.target
+    what = "require" if target.required else f"{target.limit:g} of the range"
+    axes.axhline(target.limit, color="#D55E00", linewidth=0.9, linestyle="-.", label=what)
+    floor = max(3.0 * target.floor, _LEAST)
+    if floor > axes.get_ylim()[0]:
+        label = "accuracy of the reference"
+        axes.axhspan(axes.get_ylim()[0], floor, color="0.5", alpha=0.12, label=label)
+        axes.set_ylim(bottom=axes.get_ylim()[0])
+    low, high = axes.get_xlim()
+    if low < 1.0 < 30 * high:
+        axes.axvline(1.0, color="#D55E00", linewidth=0.9, label="real time")
+    late = [row for rows in _lines(trade).values() for row in rows if not target.timely(row)]
+    if target.deadline is not None and late:
+        axes.plot(
+            [row.cpu for row in late],
+            [_height(trade, row) for row in late],
+            "x",
+            color="#B00020",
+            markersize=9,
+            markeredgewidth=1.1,
+            label=f"misses the deadline\nof {spelled(target.deadline)}",
+        )

@@ -1,0 +1,126 @@
+"""The solution that errors are measured against, by two methods that have to agree."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from bgc.grammar.catalogue.trade import no_reference
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.binding import Array
+from bgc.runtime.model import Model
+from bgc.runtime.run import Method
+from bgc.runtime.trade.errors import Quantity, combined, largest_errors, quantities_of
+from bgc.runtime.trade.measure import Run
+
+METHODS = ("radau5", "rodas5p", "rodas4p2", "dopri5")  # the first two that complete the run
+RTOLS = (1e-8, 1e-10, 1e-12)
+_ROUNDING = 1e-12  # an agreement that no tighter tolerance betters
+_OF_REQUIRED = 0.1
+_OF_RANGE = 1e-3
+
+Solve = Callable[[Method, float], Run]
+"""Runs a method for at most so many seconds."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reference:
+    """A solution, its rows (n, m), and by how much two methods at `rtol` differ in it.
+
+    `agreement` is the largest difference of each quantity, in its unit, `accuracy` the combined
+    one, in the terms of the combined error. `levels` has the accuracy at each tolerance that was
+    tried. `seconds` is the time that the slower of the two methods took.
+    """
+
+    rows: Array
+    methods: tuple[str, str]
+    rtol: float
+    agreement: tuple[float, ...]
+    accuracy: float
+    levels: tuple[tuple[float, float], ...]
+    seconds: float
+    required: bool
+
+    @property
+    def converged(self) -> bool:
+        """Whether the methods agree well below what is asked for, or below a part of the range."""
+        return self.accuracy <= (_OF_REQUIRED if self.required else _OF_RANGE)
+
+
+def find_reference(
+    model: Model, requirements: Mapping[str, float], solve: Solve, seconds: float
+) -> Reference:
+    """Tighten the tolerances of two methods as long as they agree better for it.
+
+    Parameters
+    ----------
+    model
+        Names the outputs.
+    requirements
+        Accuracies by the names of outputs.
+    solve
+        Runs a method.
+    seconds
+        Roughly how long all this may take.
+
+    Raises
+    ------
+    BgError
+        BG092: fewer than two methods complete the run.
+    """
+    left = seconds
+    methods = list(METHODS)
+    reasons: list[str] = []
+    best: Reference | None = None
+    levels: list[tuple[float, float]] = []
+    for rtol in RTOLS:
+        runs: dict[str, Run] = {}
+        for name in list(methods):
+            run = solve(Method(name, fixed=False, rtol=rtol), left)
+            left -= run.seconds
+            if run.status == "done":
+                runs[name] = run
+            elif best is None:
+                methods.remove(name)
+                reasons.append(f"{name}: {run.message}")
+            if len(runs) == 2 or (best is not None and run.status != "done"):
+                break
+        if len(runs) < 2:
+            break
+        methods = list(runs)
+        found = _compared(model, requirements, runs, rtol)
+        levels.append((rtol, found.accuracy))
+        best = found if best is None or found.accuracy < best.accuracy else best
+        # The next level takes about three times as long as this one.
+        if best.accuracy < _ROUNDING or left < 6 * found.seconds:
+            break
+    if best is None:
+        raise BgError([no_reference(reasons)])
+    return Reference(
+        best.rows,
+        best.methods,
+        best.rtol,
+        best.agreement,
+        best.accuracy,
+        tuple(levels),
+        best.seconds,
+        best.required,
+    )
+
+
+def _compared(
+    model: Model, requirements: Mapping[str, float], runs: Mapping[str, Run], rtol: float
+) -> Reference:
+    (one, first), (other, second) = runs.items()
+    quantities: tuple[Quantity, ...] = quantities_of(model.measured, first.rows, requirements)
+    agreement = largest_errors(second.rows, first.rows)
+    return Reference(
+        first.rows,
+        (one, other),
+        rtol,
+        agreement,
+        combined(agreement, quantities),
+        (),
+        max(first.seconds, second.seconds),
+        bool(requirements),
+    )

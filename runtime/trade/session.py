@@ -1,0 +1,248 @@
+"""The measuring itself: what is stored already, then the rest, as far as the budget goes."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from bgc.runtime.binding import Array
+from bgc.runtime.model import Model
+from bgc.runtime.progress import ProgressBar
+from bgc.runtime.run import Method
+from bgc.runtime.trade.configurations import Configuration
+from bgc.runtime.trade.errors import combined, largest_errors, quantities_of
+from bgc.runtime.trade.judge import Target, front
+from bgc.runtime.trade.measure import Run, timed_run
+from bgc.runtime.trade.measurement import DONE, Measurement
+from bgc.runtime.trade.reference import Reference, find_reference
+from bgc.runtime.trade.store import Store
+
+_REFERENCE_SHARE = 0.4  # of the budget, for the reference
+_AT_LEAST = 5.0  # s that any configuration may take
+_AS_THE_REFERENCE = 3.0  # times the time of the reference, beyond which nothing is waited for
+_SHORT = 0.05  # s: so short a run is repeated at once
+_NEAR = 1.5  # times the time of a configuration on the front: may be on it, but for noise
+_OUT_OF_BUDGET = "not run: the budget was spent; the same command goes on"
+
+
+@dataclass
+class Session:
+    """Measures configurations of one scene against one reference.
+
+    `times` are those of the rows, s. `repeats` is the number of runs that times are medians of.
+    `budget` bounds the whole, s.
+    """
+
+    model: Model
+    store: Store
+    times: Array
+    repeats: int
+    budget: float
+    progress: bool = False
+    run: Callable[..., Run] = timed_run
+    started: float = field(default_factory=time.monotonic)
+
+    @property
+    def left(self) -> float:
+        """Seconds of the budget that are left."""
+        return self.budget - (time.monotonic() - self.started)
+
+    @property
+    def duration(self) -> float:
+        """Seconds of the scene."""
+        return float(self.times[-1])
+
+    def reference(self) -> Reference:
+        """The stored reference, or a new one."""
+        if (stored := self.store.reference()) is not None:
+            return stored
+        self.store.clear()  # what was measured against another one
+        with ProgressBar(self.duration, self.progress, "reference") as bar:
+
+            def solve(method: Method, seconds: float) -> Run:
+                return self.run(
+                    self.model, method, self.times, accounts=False, limit=seconds, watch=bar.show
+                )
+
+            requirements = dict(self.model.facts.requirements)
+            share = _REFERENCE_SHARE * self.budget
+            found = find_reference(self.model, requirements, solve, share)
+        self.store.keep_reference(found)
+        return found
+
+    def target(self, reference: Reference) -> Target:
+        """What the scene asks for."""
+        facts = self.model.facts
+        requirements = dict(facts.requirements)
+        sampled = self.model.library.model.n_device > 0
+        return Target(
+            quantities=quantities_of(self.model.measured, reference.rows, requirements),
+            required=bool(requirements),
+            deadline=facts.deadline,
+            sample=facts.step if sampled else None,
+            floor=reference.accuracy,
+        )
+
+    def measure(
+        self,
+        configurations: Sequence[Configuration],
+        reference: Reference,
+        target: Target,
+    ) -> tuple[Measurement, ...]:
+        """Measure configurations in their order, except what a coarser one makes needless."""
+        rows: list[Measurement] = []
+        given_up: dict[object, str] = {}
+        with ProgressBar(len(configurations), self.progress, "measuring", "") as bar:
+            for count, configuration in enumerate(configurations):
+                reason = given_up.get(configuration.ladder, "")
+                if reason:
+                    rows.append(Measurement(configuration, "skipped", reason))
+                    continue
+
+                def watch(reached: float, count: int = count) -> None:
+                    bar.show(count + reached / self.duration)
+
+                row = self.measured(configuration, reference, watch)
+                rows.append(row)
+                if reason := _why_no_finer(row, target):
+                    given_up[configuration.ladder] = reason
+        return tuple(rows)
+
+    def repeat(self, rows: Sequence[Measurement], target: Target) -> tuple[Measurement, ...]:
+        """The same, those on or near the front measured as often as is asked for."""
+        near = _near_front(rows, target)
+        count = sum(row.repeats < self.repeats for row in rows if row.configuration in near)
+        finished: list[Measurement] = []
+        done = 0
+        with ProgressBar(count, self.progress, "repeating", "") as bar:
+            for row in rows:
+                if row.configuration in near and row.repeats < self.repeats:
+                    bar.show(done)
+                    done += 1
+                    row = self._repeated(row)
+                finished.append(row)
+        return tuple(finished)
+
+    def measured(
+        self,
+        configuration: Configuration,
+        reference: Reference,
+        watch: Callable[[float], None] = lambda reached: None,
+    ) -> Measurement:
+        """The stored measurement of a configuration, or a new one."""
+        content = self.model.facts.content
+        if (stored := self.store.measurement(content, configuration)) is not None:
+            return stored
+        limit = max(_AT_LEAST, _AS_THE_REFERENCE * reference.seconds)
+        if self.left <= 0:
+            return Measurement(configuration, "skipped", _OUT_OF_BUDGET)
+        found = self._measured(configuration, reference, min(limit, self.left), watch)
+        if found.status == "stopped" and self.left <= 0:
+            return Measurement(configuration, "skipped", _OUT_OF_BUDGET)
+        self.store.keep(content, found)
+        return found
+
+    def _measured(
+        self,
+        configuration: Configuration,
+        reference: Reference,
+        limit: float,
+        watch: Callable[[float], None],
+    ) -> Measurement:
+        model = self.model
+        accounts = bool(model.accounts)
+        first = self.run(
+            model, configuration.method, self.times, accounts=accounts, limit=limit, watch=watch
+        )
+        if first.status != DONE:
+            return Measurement(configuration, first.status, first.message, counts=first.counts)
+        runs = [first]
+        if first.seconds < _SHORT:
+            runs += self._again(configuration, self.repeats - 1)
+        audited = first
+        if not accounts:  # they cost time, which is not to be counted
+            audited = self.run(
+                model, configuration.method, self.times, accounts=True, limit=limit, watch=watch
+            )
+        width = len(model.measured)
+        found = Measurement(
+            configuration,
+            DONE,
+            errors=largest_errors(first.rows[:, :width], reference.rows),
+            residual=_residual(audited.rows[:, width:]) if audited.status == DONE else 0.0,
+            counts=first.counts,
+        )
+        return self._timed(found, runs)
+
+    def _repeated(self, row: Measurement) -> Measurement:
+        """A measurement with the medians of more runs; as it is when the budget is spent."""
+        if self.left <= 0:
+            return row
+        runs = self._again(row.configuration, self.repeats)
+        if len(runs) < self.repeats:
+            return row
+        found = self._timed(row, runs)
+        self.store.keep(self.model.facts.content, found)
+        return found
+
+    def _again(self, configuration: Configuration, count: int) -> list[Run]:
+        model = self.model
+        accounts = bool(model.accounts)
+        runs = [
+            self.run(model, configuration.method, self.times, accounts=accounts, limit=self.left)
+            for _ in range(count)
+        ]
+        return [run for run in runs if run.status == DONE]
+
+    def _timed(self, row: Measurement, runs: Sequence[Run]) -> Measurement:
+        """The medians of the times of runs."""
+
+        def median(name: str) -> float:
+            return statistics.median(run.counts[name] for run in runs)
+
+        seconds = statistics.median(run.seconds for run in runs)
+        return replace(
+            row,
+            cpu=seconds / self.duration,
+            mean_step=seconds / max(row.counts["steps"], 1),
+            worst_step=median("worst_step_seconds"),
+            worst_sample=median("worst_sample_seconds"),
+            repeats=len(runs),
+        )
+
+
+def _why_no_finer(row: Measurement, target: Target) -> str:
+    """Why a smaller step or tolerance of the same method is not worth its time; else empty."""
+    if row.status == "stopped":
+        return f"not run: {row.configuration.setting} takes too long already"
+    if target.at_reference(row):
+        return f"not run: {row.configuration.setting} is at the reference's accuracy already"
+    return ""
+
+
+def _near_front(rows: Sequence[Measurement], target: Target) -> frozenset[Configuration]:
+    """Configurations that may be on the front, or the cheapest that will do, but for noise."""
+    on_front = [row for row in rows if row.configuration in front(rows, target)]
+    fit = [r for r in rows if target.accurate(r) and target.timely(r) and target.samples(r)]
+    on_front += sorted(fit, key=lambda row: row.cpu)[:1]
+    return frozenset(
+        row.configuration
+        for row in rows
+        if row.done
+        and any(
+            row.cpu <= _NEAR * other.cpu
+            and combined(row.errors, target.quantities) <= max(target.error(other), target.floor)
+            for other in on_front
+        )
+    )
+
+
+def _residual(accounts: Array) -> float:
+    """The largest residual over the largest of the other accounts; 0 where nothing moves."""
+    exchanged = float(np.max(np.abs(accounts[:, :3]), initial=0.0))
+    residual = float(np.max(np.abs(accounts[:, 3]), initial=0.0))
+    return residual / exchanged if exchanged > 0 else 0.0

@@ -1,0 +1,195 @@
+"""What was measured, kept between runs of `bgc trade`, and the answer that `solver auto` takes.
+
+A folder of the cache for each scene as it is compiled, with its parameters, on this machine; in
+it the reference, a file for each configuration, written when it is finished, and the answer to
+what is asked. Every file is written aside and moved into place: a run that is killed loses what
+it was at, no more, and two runs at once write the same files.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import shutil
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import numpy as np
+
+from bgc.building.cache import digest_of, file_digest, open_cache, write_aside
+from bgc.building.recall import machine_identity
+from bgc.grammar.places import cache_directory
+from bgc.runtime.binding import text
+from bgc.runtime.model import Model
+from bgc.runtime.run import Method
+from bgc.runtime.trade.configurations import Configuration
+from bgc.runtime.trade.measurement import Measurement, measurement_from_json
+from bgc.runtime.trade.reference import Reference
+
+_FOLDER = "trades"
+_DAMAGED = (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile)
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """The folder of one scene."""
+
+    folder: Path
+
+    def clear(self) -> None:
+        """Forget all that was measured."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def measurement(self, content: str, configuration: Configuration) -> Measurement | None:
+        """What was measured of a configuration, whose model has that content."""
+        with suppress(*_DAMAGED):
+            value = json.loads(self._row(content, configuration).read_text(encoding="utf-8"))
+            found = measurement_from_json(value)
+            return found if found.configuration == configuration else None
+        return None
+
+    def keep(self, content: str, measurement: Measurement) -> None:
+        """Store a finished measurement."""
+        path = self._row(content, measurement.configuration)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_aside(path, json.dumps(measurement.as_json()))
+
+    def reference(self) -> Reference | None:
+        """The stored reference."""
+        with suppress(*_DAMAGED), np.load(self.folder / "reference.npz") as archive:
+            about = json.loads(str(archive["about"]))
+            return Reference(
+                rows=archive["rows"],
+                methods=tuple(about["methods"]),
+                rtol=about["rtol"],
+                agreement=tuple(about["agreement"]),
+                accuracy=about["accuracy"],
+                levels=tuple((rtol, accuracy) for rtol, accuracy in about["levels"]),
+                seconds=about["seconds"],
+                required=about["required"],
+            )
+        return None
+
+    def keep_reference(self, reference: Reference) -> None:
+        """Store the reference; rows measured against another one are forgotten."""
+        self.clear()
+        self.folder.mkdir(parents=True, exist_ok=True)
+        about = {
+            name: getattr(reference, name)
+            for name in (
+                "methods",
+                "rtol",
+                "agreement",
+                "accuracy",
+                "levels",
+                "seconds",
+                "required",
+            )
+        }
+        handle, name = tempfile.mkstemp(dir=self.folder)
+        aside = Path(name)
+        try:
+            with os.fdopen(handle, "wb") as file:
+                np.savez_compressed(file, rows=reference.rows, about=np.array(json.dumps(about)))
+            aside.replace(self.folder / "reference.npz")
+        finally:
+            aside.unlink(missing_ok=True)
+
+    def answer(self, model: Model) -> Method | None:
+        """The method recommended for what the scene requires."""
+        with suppress(*_DAMAGED):
+            value = json.loads(self._answer(model).read_text(encoding="utf-8"))
+            os.utime(self.folder)  # the last use, for when the cache is pruned
+            return Method(**value)
+        return None
+
+    def keep_answer(self, model: Model, method: Method | None) -> None:
+        """Store what is recommended, or that nothing is."""
+        path = self._answer(model)
+        if method is None:
+            path.unlink(missing_ok=True)
+            return
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_aside(path, json.dumps(asdict(method)))
+
+    def _row(self, content: str, configuration: Configuration) -> Path:
+        return self.folder / "rows" / f"{digest_of((content, repr(configuration)))}.json"
+
+    def _answer(self, model: Model) -> Path:
+        """By what is asked: another tolerance or deadline has another answer from the same rows."""
+        facts = model.facts
+        asked = digest_of((repr(facts.requirements), repr(facts.deadline)))
+        return self.folder / f"answer-{asked}.json"
+
+
+def open_store(model: Model, duration: float, every: float | None) -> Store:
+    """The store for a model with its present parameters, over so many seconds; may be written."""
+    return Store(open_cache().root / _FOLDER / _key(model, {}, duration, every))
+
+
+def stored_answer(model: Model, parameters: Mapping[str, float]) -> Method | None:
+    """What was recommended for the whole of a scene, as it is now and on this machine."""
+    facts = model.facts
+    if facts.duration is None:
+        return None
+    try:
+        root = cache_directory()
+    except RuntimeError:  # no home directory
+        return None
+    return Store(root / _FOLDER / _key(model, parameters, facts.duration, facts.every)).answer(
+        model
+    )
+
+
+def _key(
+    model: Model, parameters: Mapping[str, float], duration: float, every: float | None
+) -> str:
+    values = {**model.parameters.given({}), **parameters}
+    return digest_of(
+        (
+            model.facts.content,
+            repr(sorted(values.items())),
+            repr((duration, every)),
+            *_device_files(model),
+            machine_identity(),
+            _version(),
+        )
+    )
+
+
+def _device_files(model: Model) -> list[str]:
+    """The contents of the files that the devices read, as hashes."""
+    struct = model.library.model
+    found = []
+    for index in range(struct.n_device):
+        for line in text(struct.device[index].options).splitlines():
+            key, _, value = line.partition("=")
+            if key == "file":
+                with suppress(OSError):
+                    found.append(file_digest(model.folder / value))
+    return found
+
+
+def _version() -> str:
+    try:
+        return version("bgc-lang")
+    except PackageNotFoundError:
+        return ""
+
+
+def machine_description() -> str:
+    """The processor and the system, for people."""
+    name = ""
+    with suppress(OSError), Path("/proc/cpuinfo").open(encoding="ascii", errors="replace") as file:
+        lines = (line.partition(":") for line in file)
+        name = next((value.strip() for key, _, value in lines if key.strip() == "model name"), "")
+    processor = name or platform.processor() or platform.machine()
+    cores = os.cpu_count() or 1
+    system = f"{platform.system()} {platform.release()}"
+    return f"{processor}, {cores} core{'s' if cores > 1 else ''}, {system}, bgc {_version()}"

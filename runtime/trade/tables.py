@@ -1,0 +1,214 @@
+"""A trade as tables: for the terminal, as records, as CSV."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bgc.printing.tables import Table
+from bgc.runtime.files import written_whole
+from bgc.runtime.trade.judge import spelled
+from bgc.runtime.trade.measurement import Measurement
+
+if TYPE_CHECKING:
+    from bgc.runtime.trade.errors import Quantity
+    from bgc.runtime.trade.trade import Trade
+
+_COUNTS = (
+    "steps",
+    "rejected",
+    "rhs",
+    "jacobians",
+    "factorisations",
+    "solves",
+    "fallbacks",
+    "events",
+)
+_MOST_ROWS = 24  # on a terminal; all with `--all`, in the CSV and on the page
+
+
+def records(trade: Trade) -> list[dict[str, Any]]:
+    """A record for each configuration, cheapest first, then what did not finish."""
+    return [_record(trade, row) for row in ordered(trade)]
+
+
+def ordered(trade: Trade) -> list[Measurement]:
+    """The measurements, cheapest first, then what did not finish."""
+    return sorted(trade.measurements, key=lambda r: (not r.done, r.status == "skipped", r.cpu))
+
+
+def _record(trade: Trade, row: Measurement) -> dict[str, Any]:
+    configuration, done = row.configuration, row.done
+    target, verdict = trade.target, trade.verdict
+    errors = row.errors if done else (None,) * len(trade.quantities)
+    record: dict[str, Any] = {
+        "solver": configuration.solver,
+        "rtol": configuration.rtol or None,
+        "step": configuration.step or None,
+        "keep": configuration.keep,
+        "variant": configuration.variant,
+        "status": row.status,
+        "error": target.error(row) if done else None,
+        "at_reference_accuracy": target.at_reference(row) if done else None,
+        "cpu_per_second": row.cpu if done else None,
+        "real_time_factor": row.real_time_factor if done else None,
+        "mean_step": row.mean_step if done else None,
+        "worst_step": row.worst_step if done else None,
+        "worst_sample": row.worst_sample or None,
+        "energy_residual": row.residual if done else None,
+        "repeats": row.repeats,
+        **{name: _whole(row.counts.get(name)) for name in _COUNTS},
+        "accurate": target.accurate(row),
+        "timely": target.timely(row),
+        "front": configuration in verdict.front,
+        "recommended": configuration == trade.recommended,
+    }
+    for quantity, error in zip(trade.quantities, errors, strict=True):
+        record[f"error of {quantity.name}"] = error
+    record["message"] = row.message
+    return record
+
+
+def _whole(count: float | None) -> int | None:
+    return None if count is None else int(count)
+
+
+def write_csv(trade: Trade, path: str | Path) -> None:
+    """Write the records, cells of what was not measured empty; times in s, errors in SI units."""
+    rows = records(trade)
+    with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+# --- for people -------------------------------------------------------------------------------
+
+
+def header(trade: Trade) -> tuple[str, ...]:
+    """Headings of the columns that people read."""
+    worst = "worst sample" if _sampled(trade) else "worst step"
+    error = "error/required" if trade.target.required else "error/range"
+    return (
+        "",
+        "method",
+        "setting",
+        *(("variant",) if _varied(trade) else ()),
+        error,
+        "cpu/s",
+        "x real time",
+        "a step",
+        worst,
+        "residual",
+        "steps",
+        "f",
+        "J",
+        "LU",
+    )
+
+
+def cells(trade: Trade, row: Measurement) -> tuple[str, ...]:
+    """The same of one configuration; a `*` is on the front, `=>` is recommended."""
+    configuration, target = row.configuration, trade.target
+    mark = "*" if configuration in trade.verdict.front else ""
+    mark = "=>" if configuration == trade.recommended else mark
+    name = (mark, configuration.solver, configuration.setting)
+    name += (configuration.variant,) if _varied(trade) else ()
+    if not row.done:
+        return (*name, row.status, *("",) * (len(header(trade)) - len(name) - 1))
+    error = f"{target.error(row):.1e}"
+    counts = (row.counts.get(n, 0) for n in ("steps", "rhs", "jacobians", "factorisations"))
+    return (
+        *name,
+        f"<{error}" if target.at_reference(row) else error,
+        spelled(row.cpu),
+        f"{row.real_time_factor:,.3g}",
+        spelled(row.mean_step),
+        spelled(row.worst) + ("" if target.timely(row) else " late"),
+        f"{row.residual:.0e}",
+        *(f"{count:,.0f}" for count in counts),
+    )
+
+
+def tables(trade: Trade, everything: bool = False) -> list[Table]:
+    """The tables of a terminal: what is most worth seeing, or everything."""
+    found = ordered(trade)
+    done = [row for row in found if row.done]
+    shown = done if everything else _worth_seeing(trade, done)
+    hidden = len(done) - len(shown)
+    notes = ["* on the Pareto front, => recommended, < no larger than the reference's own error"]
+    if hidden:
+        notes.append(f"{hidden} more are slower or less accurate: `--all` shows them")
+    title = f"{trade.scene} of {trade.model}: {spelled(trade.duration)}"
+    rows = tuple(cells(trade, row) for row in shown)
+    return [
+        Table(title, (), reference_lines(trade)),
+        Table("configurations, cheapest first", header(trade), rows, "\n".join(notes)),
+        Table("not measured", (), _unfinished([row for row in found if not row.done])),
+    ]
+
+
+def reference_lines(trade: Trade) -> tuple[tuple[str, ...], ...]:
+    """What errors are measured against, and in what."""
+    reference = trade.reference
+    one, other = reference.methods
+    agree = "agree to" if reference.converged else "differ by"
+    of = "of what is required" if trade.target.required else "of the range"
+    lines = [
+        f"reference: {one} and {other} at rtol {reference.rtol:g} {agree} "
+        f"{reference.accuracy:.1e} {of}"
+    ]
+    shown = [q for q in trade.quantities if q.decides]
+    lines += [f"error in: {', '.join(map(_scaled, shown))}"]
+    if trade.target.deadline is not None:
+        what = "of the device" if _sampled(trade) else "of a step"
+        lines.append(f"deadline {what}: {spelled(trade.target.deadline)}")
+    lines.append(f"on: {trade.machine}")
+    return tuple((line,) for line in lines)
+
+
+def _scaled(quantity: Quantity) -> str:
+    of = "within" if quantity.required else "range"
+    return f"{quantity.name} ({of} {quantity.scale:.3g} {quantity.unit}".rstrip() + ")"
+
+
+def _worth_seeing(trade: Trade, done: Sequence[Measurement]) -> list[Measurement]:
+    """The front and the recommended, and of the others those nearest to it in time."""
+    front = trade.verdict.front
+    chosen = [r for r in done if r.configuration in front or r.configuration == trade.recommended]
+    others = (row for row in done if row not in chosen)
+    ranked = sorted(others, key=lambda row: _excess(trade, row, chosen))
+    chosen += ranked[: max(_MOST_ROWS - len(chosen), 0)]
+    return [row for row in done if row in chosen]
+
+
+def _excess(trade: Trade, row: Measurement, front: Sequence[Measurement]) -> float:
+    """How many times the time of the cheapest of at least the same accuracy it takes."""
+    error = max(trade.target.error(row), trade.reference.accuracy)
+    better = [other.cpu for other in front if trade.target.error(other) <= error and other.cpu > 0]
+    return row.cpu / min(better) if better else float("inf")
+
+
+def _unfinished(rows: Sequence[Measurement]) -> tuple[tuple[str, ...], ...]:
+    """Lines for configurations without numbers, those with one reason together."""
+    by_reason: dict[tuple[str, str, str], list[str]] = {}
+    for row in rows:
+        configuration = row.configuration
+        name = configuration.solver + (
+            f" with {configuration.variant}" if configuration.uses else ""
+        )
+        by_reason.setdefault((name, row.status, row.message), []).append(configuration.setting)
+    return tuple(
+        (name, status, "; ".join(settings), message)
+        for (name, status, message), settings in by_reason.items()
+    )
+
+
+def _sampled(trade: Trade) -> bool:
+    return any(row.worst_sample > 0 for row in trade.measurements)
+
+
+def _varied(trade: Trade) -> bool:
+    return any(row.configuration.uses for row in trade.measurements)

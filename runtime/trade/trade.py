@@ -1,0 +1,320 @@
+"""`bgc.trade`: run a scene over methods and settings, and say which is the cheapest fit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bgc.grammar.catalogue.machine import bad_option, no_duration, unknown_solver
+from bgc.grammar.catalogue.trade import nothing_to_measure
+from bgc.grammar.diagnostics import BgError, Diagnostic
+from bgc.options import Options
+from bgc.runtime.model import Model, compile_model, load_model
+from bgc.runtime.parameters import Quantity as Value
+from bgc.runtime.rows import row_times
+from bgc.runtime.run import ADAPTIVE_DEFAULT
+from bgc.runtime.trade.configurations import (
+    KEEPS,
+    RTOLS,
+    Configuration,
+    Uses,
+    round_step,
+    scene_configurations,
+    step_ladder,
+)
+from bgc.runtime.trade.errors import Quantity
+from bgc.runtime.trade.judge import Target, Verdict, judge
+from bgc.runtime.trade.measurement import Measurement
+from bgc.runtime.trade.reference import Reference
+from bgc.runtime.trade.session import Session
+from bgc.runtime.trade.store import machine_description, open_store
+from bgc.runtime.trade.variants import chosen_variants, with_uses
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BUDGET = 300.0  # s
+REPEATS = 3
+_TYPICAL_RTOL = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Trade:
+    """What was measured of a scene.
+
+    Attributes
+    ----------
+    scene, model, machine
+        What was run, and where.
+    duration
+        Seconds of the scene.
+    measurements
+        One for each configuration, those that failed among them.
+    quantities
+        What errors are measured in, with their scales.
+    target
+        What the scene requires.
+    reference
+        The solution that errors are measured against.
+    verdict
+        The Pareto front and the recommendation.
+    complete
+        Whether the scene's whole duration was measured, so that `solver auto` takes the answer.
+    warnings
+        What is to be known before the numbers are believed.
+    """
+
+    scene: str
+    model: str
+    machine: str
+    duration: float
+    measurements: tuple[Measurement, ...]
+    target: Target
+    reference: Reference
+    verdict: Verdict
+    complete: bool
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """What errors are measured in, with their scales."""
+        return self.target.quantities
+
+    @property
+    def recommended(self) -> Configuration | None:
+        """The cheapest configuration that meets `require` and `deadline`; None if none does."""
+        best = self.verdict.recommended
+        return best.configuration if best is not None else None
+
+    @property
+    def sentence(self) -> str:
+        """The recommendation in words, or why there is none and what would do."""
+        return self.verdict.sentence
+
+    @property
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each configuration, as `to_csv` writes them; times in s, errors in SI units."""
+        from bgc.runtime.trade.tables import records
+
+        return records(self)
+
+    def __repr__(self) -> str:
+        done = sum(row.done for row in self.measurements)
+        return f"<bgc trade of {self.scene}: {done} of {len(self.measurements)}; {self.sentence}>"
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write the table."""
+        from bgc.runtime.trade.tables import write_csv
+
+        write_csv(self, path)
+
+    def to_html(self, path: str | Path) -> None:
+        """Write a page that needs nothing else: plot, table, reference and machine."""
+        from bgc.runtime.trade.page import write_page
+
+        write_page(self, path)
+
+    def plot(self, path: str | Path | None = None) -> Figure:
+        """Draw error against time, with the Pareto front; written where a path is given."""
+        from bgc.runtime.trade.plot import plot_trade
+
+        return plot_trade(self, path)
+
+
+def trade(
+    model: str | Path | Model,
+    scene: str | None = None,
+    *,
+    parameters: Mapping[str, Value] | None = None,
+    uses: Mapping[str, str] | None = None,
+    solvers: Sequence[str] | None = None,
+    rtols: Sequence[float] = RTOLS,
+    steps: Sequence[float] | None = None,
+    keeps: Sequence[int] = KEEPS,
+    variants: Sequence[str] = (),
+    duration: float | None = None,
+    budget: float = BUDGET,
+    repeats: int = REPEATS,
+    fresh: bool = False,
+    progress: bool = False,
+) -> Trade:
+    """Measure the trade between speed and accuracy of a scene.
+
+    What was measured before, of the same scene on the same machine, is taken from the cache; what
+    is recommended is stored there for `solver auto`.
+
+    Devices are sampled at the scene's step throughout, so that all configurations see the same
+    inputs; a fixed step longer than it takes fewer samples, which counts as its error, and is never
+    recommended.
+
+    Parameters
+    ----------
+    model, scene
+        A `.bg` file and its scene, by default the first; or a model, as it is.
+    parameters, uses
+        As for `bgc.compile`.
+    solvers
+        Methods; by default all.
+    rtols, steps, keeps
+        Tolerances of adaptive methods; steps of fixed-step ones, s, by default around the scene's
+        step; numbers of steps over which a Jacobian is kept.
+    variants
+        Slots to fill otherwise as well: a slot's path, a pattern with `*` for several together, or
+        `all`. Their errors are against the scene as it is, and they are measured with what is on
+        the scene's own front.
+    duration
+        Seconds to simulate; by default the scene's.
+    budget
+        Seconds that all this may take; what was not run is said so.
+    repeats
+        Runs that the times of configurations on or near the front are medians of.
+    fresh
+        Whether to forget what was measured before.
+    progress
+        Whether to show a progress bar on a terminal.
+
+    Raises
+    ------
+    BgError
+        The model or an argument is at fault; BG091 if the scene observes nothing, BG092 if there
+        is no reference.
+    """
+    loaded = _loaded(model, scene, parameters, uses)
+    facts = loaded.facts
+    end = facts.duration if duration is None else duration
+    if end is None:
+        raise BgError([no_duration(facts.scene)])
+    if not loaded.measured:
+        raise BgError([nothing_to_measure(facts.scene)])
+    named = {"--rtols": rtols, "--steps": steps or (), "--keep": keeps, "--budget": (budget,)}
+    for name, values in named.items():
+        for value in values:
+            if not value > 0:
+                raise BgError([bad_option(name.lstrip("-"), value, "a positive number")])
+    adaptive, fixed = _methods(loaded, solvers)
+    store = open_store(loaded, end, facts.every)
+    if fresh:
+        store.clear()
+    times = row_times(end, facts.every, None, len(loaded.measured))
+    session = Session(loaded, store, times, repeats, budget, progress)
+    reference = session.reference()
+    target = session.target(reference)
+    ladder = _ladder(session, reference, end) if steps is None and fixed else tuple(steps or ())
+    configurations = scene_configurations(adaptive, fixed, rtols, ladder, keeps)
+    rows = session.measure(configurations, reference, target)
+    rows = session.repeat(rows, target)
+    if variants:
+        rows += _of_variants(session, variants, rows, reference, target)
+    verdict = judge(rows, target)
+    complete = end == facts.duration
+    best = verdict.recommended
+    if complete and reference.converged:
+        store.keep_answer(loaded, best.configuration.method if best is not None else None)
+    return Trade(
+        scene=facts.scene or facts.model,
+        model=facts.model,
+        machine=machine_description(),
+        duration=end,
+        measurements=rows,
+        target=target,
+        reference=reference,
+        verdict=verdict,
+        complete=complete,
+        warnings=_warnings(reference, target, rows, complete),
+    )
+
+
+def _loaded(
+    model: str | Path | Model,
+    scene: str | None,
+    parameters: Mapping[str, Value] | None,
+    uses: Mapping[str, str] | None,
+) -> Model:
+    if isinstance(model, Model):
+        if scene or parameters or uses:
+            raise ValueError("a model is traded as it is: give `bgc.compile` what is to change")
+        return model
+    return compile_model(model, scene, parameters, uses=uses)
+
+
+def _methods(model: Model, solvers: Sequence[str] | None) -> tuple[list[str], list[str]]:
+    """Adaptive and fixed-step methods, of those that are asked for."""
+    known = model.solvers
+    for name in solvers or ():
+        if name not in known:
+            raise BgError([unknown_solver(name, known)])
+    chosen = [name for name in known if solvers is None or name in solvers]
+    fixed = [name for name in chosen if model.library.is_fixed(name)]
+    return [name for name in chosen if name not in fixed], fixed
+
+
+def _ladder(session: Session, reference: Reference, duration: float) -> tuple[float, ...]:
+    """Steps around the scene's; without one around those that the adaptive default takes."""
+    step = session.model.facts.step
+    if step is None:
+        row = session.measured(Configuration(ADAPTIVE_DEFAULT, rtol=_TYPICAL_RTOL), reference)
+        step = round_step(duration / max(row.counts.get("steps", 1000.0), 1.0))
+    return step_ladder(step, duration)
+
+
+def _of_variants(
+    session: Session,
+    patterns: Sequence[str],
+    rows: Sequence[Measurement],
+    reference: Reference,
+    target: Target,
+) -> tuple[Measurement, ...]:
+    """Variants, each with the configurations that are on the front of the scene as it is."""
+    origin = session.model.origin
+    if origin is None:
+        raise ValueError("a model without its source has no variants")
+    path, options = origin
+    found = judge(rows, target).front
+    configurations = [row.configuration for row in rows if row.configuration in found]
+    measured: list[Measurement] = []
+    for uses in chosen_variants(path, options, patterns):
+        ours = [replace(configuration, uses=uses) for configuration in configurations]
+        try:
+            varied = _variant(session, path, options, uses)
+        except BgError as problem:
+            first = problem.diagnostics[0]
+            message = f"{first.code}: {first.message}"
+            measured += [Measurement(one, "failed", message) for one in ours[:1]]
+            continue
+        measured += varied.repeat(varied.measure(ours, reference, target), target)
+    return tuple(measured)
+
+
+def _variant(session: Session, path: Path, options: Options, uses: Uses) -> Session:
+    """A session of the same scene with slots filled otherwise."""
+    model = load_model(path, with_uses(options, uses))
+    for name, value in session.model.parameters.given({}).items():
+        if name in model.parameters:
+            model.parameters[name] = value
+    return replace(session, model=model)
+
+
+def _warnings(
+    reference: Reference, target: Target, rows: Sequence[Measurement], complete: bool
+) -> tuple[str, ...]:
+    found: list[str] = []
+    if not reference.converged:
+        of = "of what is required" if target.required else "of the range"
+        found.append(
+            f"the reference is not converged: {' and '.join(reference.methods)} differ by "
+            f"{reference.accuracy:.2g} {of} at best, so errors mean little and nothing is stored for `solver auto`; a shorter "
+            "`--time` may converge, and a chaotic scene never does"
+        )
+    if not complete:
+        found.append("only part of the scene was run: nothing is stored for `solver auto`")
+    left = sum("budget" in row.message for row in rows if row.status == "skipped")
+    if left:
+        found.append(
+            f"{left} configurations were not run within the budget: the same command goes on"
+        )
+    return tuple(found)
+
+
+__all__ = ["BUDGET", "KEEPS", "REPEATS", "RTOLS", "Configuration", "Diagnostic", "Trade", "trade"]
