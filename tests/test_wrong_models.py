@@ -73,10 +73,10 @@ def mutated(text: str, rng: random.Random) -> str:
     return text
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(10))
 def test_mutated_models_never_give_a_traceback(seed):
     rng = random.Random(seed)
-    for _ in range(50):
+    for _ in range(40):
         text = mutated(rng.choice(GOOD).read_text(), rng)
         for diagnostic in diagnostics_of(load_text, text, "mutated.bg"):
             assert re.fullmatch(r"BG\d{3}", diagnostic.code)

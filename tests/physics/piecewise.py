@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -28,7 +28,8 @@ def motion(
     rows: list[Floats] = []
     stays = _stays(matrices, edge, np.array(start, dtype=float), float(times[-1]), scan, inside)
     for (begin, y, matrix), (end, _, _) in itertools.pairwise(stays):
-        rows += [expm(matrix * (t - begin)) @ y for t in times[len(rows) :] if t <= end]
+        here = [t for t in times[len(rows) :] if t <= end]
+        rows += list(expm(np.multiply.outer(np.subtract(here, begin), matrix)) @ y)
     return np.array(rows)
 
 
@@ -45,16 +46,24 @@ def _stays(
     while t <= end:
         matrix = matrices[inside]
         yield t, y, matrix
-        leaves = t + _time_to(lambda s, m=matrix, y=y: edge @ expm(m * s) @ y, inside, end, scan)
+        leaves = t + _time_to_leave(matrix, edge, y, inside, end, scan)
         y = expm(matrix * (leaves - t)) @ y
         t, inside = leaves, not inside
     yield t, y, matrices[inside]
 
 
-def _time_to(over: Callable[[float], float], inside: bool, end: float, scan: float) -> float:
-    """How long until `over` has the other sign; beyond the end if it keeps it."""
-    for k in range(1, int(2 * end / scan)):
-        if (over((k + 1) * scan) > 0) != inside:
+def _time_to_leave(
+    matrix: Floats, edge: Floats, y: Floats, inside: bool, end: float, scan: float
+) -> float:
+    """How long until `edge @ y` has the other sign; beyond the end if it keeps it."""
+
+    def over(t: float) -> float:
+        return float(edge @ expm(matrix * t) @ y)
+
+    step, ahead = expm(matrix * scan), y
+    for k in range(int(2 * end / scan)):
+        ahead = step @ ahead
+        if k > 0 and (edge @ ahead > 0) != inside:
             low = k * scan if (over(k * scan) > 0) == inside else 1e-6 * scan
             return float(brentq(over, low, (k + 1) * scan, xtol=1e-16))
     return 2 * end
