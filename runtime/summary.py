@@ -15,17 +15,21 @@ def summarise(result: Result) -> str:
     factor = f", {reached / spent:.3g} x real time" if spent > 0 and reached > 0 else ""
     ended = "" if result.status == "done" else f" ({result.status})"
     rejected = f" ({counts['rejected']:.0f} rejected)" if counts["rejected"] else ""
-    events = f", {counts['events']:,.0f} events" if counts["events"] else ""
+    events = f", {_count(counts['events'], 'event')}" if counts["events"] else ""
     lines = [
         f"{result.scene}: {_seconds(reached)} simulated in {_seconds(spent)}{factor}{ended}",
-        f"  {result.solver}: {counts['steps']:,.0f} steps{rejected}{events}, "
-        f"{len(result.time):,} rows, worst step {_seconds(counts['worst_step_seconds'])}",
+        f"  {result.solver}: {_count(counts['steps'], 'step')}{rejected}{events}, "
+        f"{_count(len(result.time), 'row')}, worst step {_seconds(counts['worst_step_seconds'])}",
     ]
     if counts["fallbacks"]:
         lines.append(f"  {counts['fallbacks']:,.0f} factorisations needed full pivoting")
     if residual := _residual(result):
         lines.append(f"  {residual}")
     return "\n".join(lines)
+
+
+def _count(number: float, word: str) -> str:
+    return f"{number:,.0f} {word}" if number == 1 else f"{number:,.0f} {word}s"
 
 
 def _residual(result: Result) -> str:

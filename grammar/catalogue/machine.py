@@ -299,18 +299,19 @@ def wrong_unit(name: str, given: str, unit: str) -> Diagnostic:
     )
 
 
-def bad_assignment(text: str) -> Diagnostic:
-    """BG064: `--set` without a name and a value
+def bad_assignment(text: str, example: str) -> Diagnostic:
+    """BG064: `--set` or `--use` without a name and a value
 
     What: the text is not of the form `name=value`.
 
-    Why: a parameter is set by its full name.
+    Why: a parameter is set, and a slot filled, by its full name.
 
     Example: `--set boom.mass`.
 
-    Way out: `--set boom.mass=7e3` or `--set "boom.mass=7 t"`.
+    Way out: `--set boom.mass=7e3` or `--set "boom.mass=7 t"`; `--use "elbow.lock=Rigid[5]"`.
     """
-    return error("BG064", f"`{text}` is not of the form name=value", help='`--set "boom.mass=7 t"`')
+    found = f"`{text}` is" if text.strip() else "an empty text is"
+    return error("BG064", f"{found} not of the form name=value", help=f"write `{example}`")
 
 
 def unknown_column(name: str, known: Iterable[str]) -> Diagnostic:

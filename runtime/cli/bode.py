@@ -20,6 +20,7 @@ from bgc.runtime.cli.options import (
     point_options,
     read_assignments,
     read_point,
+    read_uses,
     scene_option,
     set_option,
     use_option,
@@ -70,7 +71,7 @@ def bode(
     check_target(out, (*_TABLES, "-"))
     check_target(plot, _PICTURES)
     point = read_point(at, steady)
-    options = Options(scene, read_assignments(assignments), uses=read_assignments(uses))
+    options = Options(scene, read_assignments(assignments), uses=read_uses(uses))
     opened = OpenedModel(file, options, [input_], [output])
     linear = opened.linearise(opened.operating_point(point))
     _require_one("input", input_, linear.inputs)

@@ -16,6 +16,7 @@ from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import (
     model_file,
     read_assignments,
+    read_uses,
     scene_option,
     set_option,
     strict_option,
@@ -72,7 +73,7 @@ def build(
         read_assignments(assignments),
         strict=strict,
         whole=whole,
-        uses=read_assignments(uses),
+        uses=read_uses(uses),
     )
     seconds: dict[str, float] = {}
     if target == "c":

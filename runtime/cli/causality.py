@@ -10,6 +10,7 @@ from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import (
     model_file,
     read_assignments,
+    read_uses,
     scene_option,
     set_option,
     use_option,
@@ -34,7 +35,7 @@ def causality(
     from bgc.runtime.cli.printing import print_tables
 
     compilation = Compilation(
-        file, Options(scene, read_assignments(assignments), uses=read_assignments(uses))
+        file, Options(scene, read_assignments(assignments), uses=read_uses(uses))
     )
     print_tables(causality_tables(compilation))
     print_diagnostics(compilation.warnings)

@@ -12,6 +12,7 @@ import click
 from bgc.runtime.cli.options import (
     model_file,
     read_assignments,
+    read_uses,
     scene_option,
     set_option,
     use_option,
@@ -55,7 +56,7 @@ def cost(
     from bgc.runtime.cli.printing import print_tables
     from bgc.runtime.cost import cost_report
 
-    options = Options(scene, read_assignments(assignments), uses=read_assignments(uses))
+    options = Options(scene, read_assignments(assignments), uses=read_uses(uses))
     report = cost_report(file, options, most, progress=not quiet)
     if as_json:
         click.echo(json.dumps(_as_json(report), indent=2))

@@ -17,6 +17,7 @@ from bgc.runtime.cli.options import (
     point_options,
     read_assignments,
     read_point,
+    read_uses,
     scene_option,
     set_option,
     use_option,
@@ -74,7 +75,7 @@ def equations(
         raise click.UsageError("--latex is for the equations; --linear has --out FILE")
     if not linear and (inputs or outputs or at is not None or steady or out is not None):
         raise click.UsageError("--input, --output, --at, --steady and --out need --linear")
-    options = Options(scene, read_assignments(assignments), uses=read_assignments(uses))
+    options = Options(scene, read_assignments(assignments), uses=read_uses(uses))
     if linear:
         _print_linear(file, options, at, steady, inputs, outputs, full, out)
         return

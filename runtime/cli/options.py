@@ -96,11 +96,20 @@ def read_point(at: str | None, steady: bool) -> float | Literal["steady"] | None
 
 def read_assignments(texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     """Read the values of `--set`; BG064 where one has no name or no value."""
+    return _read_pairs(texts, '--set "boom.mass=7 t"')
+
+
+def read_uses(texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+    """Read the values of `--use`; BG064 where one has no slot or no type."""
+    return _read_pairs(texts, '--use "elbow.lock=Rigid[5]"')
+
+
+def _read_pairs(texts: tuple[str, ...], example: str) -> tuple[tuple[str, str], ...]:
     pairs = []
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
         if not (name and equals and value):
-            raise BgError([bad_assignment(text)])
+            raise BgError([bad_assignment(text, example)])
         pairs.append((name, value))
     return tuple(pairs)
 

@@ -14,6 +14,7 @@ from bgc.runtime.cli.options import (
     check_target,
     model_file,
     read_assignments,
+    read_uses,
     scene_option,
     set_option,
     strict_option,
@@ -94,7 +95,7 @@ def run(
         dict(read_assignments(assignments)),
         strict=strict,
         whole=whole,
-        uses=dict(read_assignments(uses)),
+        uses=dict(read_uses(uses)),
     )
     print_diagnostics(model.warnings)
     status = 0

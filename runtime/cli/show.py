@@ -9,6 +9,7 @@ import click
 from bgc.runtime.cli.options import (
     model_file,
     read_assignments,
+    read_uses,
     scene_option,
     set_option,
     use_option,
@@ -37,7 +38,5 @@ def show(
 
     if name not in PASSES:
         raise click.UsageError(f"there is no pass {name}; there are {', '.join(PASSES)}")
-    options = Options(
-        scene, read_assignments(assignments), whole=whole, uses=read_assignments(uses)
-    )
+    options = Options(scene, read_assignments(assignments), whole=whole, uses=read_uses(uses))
     click.echo(show_pass(name, file, options), nl=False)

@@ -11,6 +11,7 @@ from bgc.runtime.cli.options import (
     check_target,
     model_file,
     read_assignments,
+    read_uses,
     scene_option,
     set_option,
     use_option,
@@ -82,7 +83,7 @@ def trade(
     check_target(plot, _PICTURES)
     check_target(html, (".html",))
     chosen = compile_model(
-        file, scene, dict(read_assignments(assignments)), uses=dict(read_assignments(uses))
+        file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
     )
     print_diagnostics(chosen.warnings)
     try:

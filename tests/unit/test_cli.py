@@ -76,6 +76,7 @@ def test_wrong_usage_is_status_2(arguments):
         (["--plot", "r.bmp"], "BG070"),
         (["--out", "missing/r.csv"], "BG055"),
         (["--set", "mass"], "BG064"),
+        (["--use", ""], "BG064"),
         (["--set", "mass=7 m"], "BG063"),
         (["--time", "1 m"], "BG063"),
         (["--every", "soon"], "BG062"),
