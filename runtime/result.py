@@ -15,7 +15,7 @@ import numpy as np
 
 from bgc.building.built import Panel
 from bgc.grammar.catalogue.machine import package_missing, unknown_column
-from bgc.grammar.catalogue.run import value_not_finite
+from bgc.grammar.catalogue.run import out_of_balance, value_not_finite
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.runtime.binding import Array
 from bgc.runtime.files import written_whole
@@ -25,6 +25,15 @@ if TYPE_CHECKING:
 
 _COMPONENT = re.compile(r"(.*)\[(\d+)\]")
 _ROWS_AT_ONCE = 4096
+_UNBALANCED = 0.01  # of the energy exchanged: a residual that is no rounding and no tolerance
+
+
+def unbalanced(residual: float, exchanged: float) -> bool:
+    """Whether an energy residual is too large beside the energy exchanged, both in J.
+
+    A bond graph conserves energy, whatever its laws: the residual is the method's alone.
+    """
+    return residual > _UNBALANCED * exchanged > 0
 
 
 class UnknownColumn(BgError, KeyError):
@@ -59,7 +68,8 @@ class Result(Mapping[str, Array]):
     notices
         What there was to say of how it was run.
     warnings
-        These, and what is odd about the rows: a value that is not finite.
+        These, and what is odd about the rows: a value that is not finite, energies that do not
+        balance.
     """
 
     scene: str
@@ -76,17 +86,27 @@ class Result(Mapping[str, Array]):
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
-        """The notices, and what is odd about the rows: BG712 for a value that is not finite."""
+        """The notices, and what is odd about the rows: BG712, BG716."""
+        return (*self.notices, *self._not_finite(), *self._unbalanced())
+
+    def _unbalanced(self) -> Iterator[Diagnostic]:
+        if "residual" in self.accounts and len(self.time):
+            residual = np.abs(self.columns[self.accounts["residual"]])
+            if unbalanced(float(residual.max()), exchanged := self.counts.get("exchanged", 0.0)):
+                first = int(np.argmax(residual > _UNBALANCED * exchanged))
+                share = float(residual.max()) / exchanged
+                yield out_of_balance(float(self.time[first]), share)
+
+    def _not_finite(self) -> Iterator[Diagnostic]:
         worst: tuple[int, str, bool] | None = None
         for name, column in self.columns.items():
             finite = np.isfinite(column)
             row = int(np.argmin(finite)) if len(finite) else 0  # the first that is not
             if not finite.all() and (worst is None or row < worst[0]):
                 worst = row, name, not finite[row:].any()
-        if worst is None:
-            return self.notices
-        row, name, to_the_end = worst
-        return (*self.notices, value_not_finite(name, float(self.time[row]), to_the_end))
+        if worst is not None:
+            row, name, to_the_end = worst
+            yield value_not_finite(name, float(self.time[row]), to_the_end)
 
     def ended(self, status: str, message: str) -> Result:
         """The same rows, of a run that ended early."""

@@ -259,6 +259,28 @@ def value_not_finite(name: str, time: float, to_the_end: bool) -> Diagnostic:
     )
 
 
+def out_of_balance(time: float, share: float) -> Diagnostic:
+    """BG716: the energies of a run do not balance
+
+    What: stored energy differs from what was supplied less what was dissipated by more than a
+    hundredth of all that was exchanged.
+
+    Why: a bond graph conserves energy, whatever its laws. What is missing was lost or made by the
+    integration: its step is too long, or its tolerance too wide, and the rows are as far off.
+
+    Example: `solver heun; step 10 ms;` of a mass on a stiff spring.
+
+    Way out: a smaller step or tolerance, or another method; `bgc trade` finds the cheapest that
+    will do.
+    """
+    return warning(
+        "BG716",
+        f"from t = {time:.9g} s on the energies do not balance: the residual comes to "
+        f"{share:.2g} of what was exchanged",
+        help="take a smaller step or tolerance, or another method; `bgc trade` finds one",
+    )
+
+
 def not_converged(time: float) -> Diagnostic:
     """BG714: the iteration of an implicit step found no solution
 

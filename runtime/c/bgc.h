@@ -234,7 +234,8 @@ typedef struct {
     long events;        /* times at which a switch changed its mode */
     double last_step, worst_step_seconds, run_seconds;
     double worst_sample_seconds; /* spent on the steps between two samples; 0: none were taken */
-    double exchanged; /* J: the largest account, or stored energy itself; 0 without accounts */
+    double exchanged; /* J: the largest account, stored energy itself, or what tolerances take for
+                       * small; 0 without accounts */
 } bgc_counts;
 
 /* Also counts steps and samples anew from the present time; rows inside the last step are lost. */

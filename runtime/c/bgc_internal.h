@@ -33,6 +33,7 @@ typedef struct {
     int w_order;  /* the order that remains with any matrix in the place of J */
     int embedded; /* order of the embedded solution; 0: fixed steps only */
     int dense;    /* rows of h */
+    int blind;    /* the error sees nothing of stiff states, which end each step right by themselves */
     double gamma;
     double a[BGC_MAX_STAGES][BGC_MAX_STAGES], c[BGC_MAX_STAGES][BGC_MAX_STAGES];
     double m[BGC_MAX_STAGES], alpha[BGC_MAX_STAGES], g[BGC_MAX_STAGES], e[BGC_MAX_STAGES];
@@ -133,7 +134,7 @@ typedef struct {
 
     /* Energies in J: stored at reset, and the integrals at t and at t_old. */
     double stored0, supplied, dissipated, supplied_old, dissipated_old;
-    double energy_atol; /* of the accounts; below 0: not settled yet */
+    double energy_scale; /* below 0: not settled yet */
     double largest_account;
     int account_rejections; /* in a row */
 } bgc_core;
@@ -246,6 +247,7 @@ bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole);
 void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, double end);
 void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x);
 void bgc_integrate_energy(const bgc_model *m, bgc_data *d, double t, double power[2]);
+void bgc_dense_slope(const bgc_model *m, const bgc_data *d, double *slope);
 void bgc_balance_step(const bgc_model *m, bgc_data *d, const bgc_method *method, double t,
                       bgc_balance *balance);
 

@@ -76,7 +76,7 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     core->held = core->rejected = core->halvings = 0;
     core->h_next = 0.0;
     core->error_old = 1.0;
-    core->energy_atol = -1.0;
+    core->energy_scale = -1.0;
     core->since_sample = 0.0;
     return BGC_OK;
 }

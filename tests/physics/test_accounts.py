@@ -35,3 +35,22 @@ def test_accounts_follow_the_tolerance(load):
     loose, tight = (np.abs(model.simulate(rtol=r)["energy.residual"]).max() for r in (1e-4, 1e-9))
     assert tight < 1e-3 * loose
     assert tight < 1e-8
+
+
+def codes(result):
+    return [warning.code for warning in result.warnings]
+
+
+def test_a_step_that_is_too_long_for_the_balance_is_told(load):
+    model = load("accounts", "released")
+    coarse = model.simulate(solver="heun", step=0.05)
+    assert codes(coarse) == ["BG716"]
+    assert np.ptp(coarse["spring.q"]) > 1.3 * 1.8  # of an amplitude of 0.9: it was right to warn
+    assert codes(model.simulate(solver="heun", step=0.001)) == []
+
+
+@pytest.mark.parametrize("solver", ["rodas5p", "radau5", "dopri5", "ros34prw", "midpoint"])
+@pytest.mark.parametrize("scene", ["released", "at_rest"])
+def test_good_runs_are_not_warned_of_whatever_moves(load, scene, solver):
+    step = 0.002 if solver in ("ros34prw", "midpoint") else None
+    assert codes(load("accounts", scene).simulate(solver=solver, step=step)) == []
