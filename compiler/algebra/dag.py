@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from fractions import Fraction
 
+from bgc.algebra.angles import cosine_of, sine_of, tangent_of
 from bgc.grammar.source import Span
 
 
@@ -332,6 +333,10 @@ class Dag:
             folded = _EXACT[op](*exact) if op in _EXACT else _exact_function(op, exact)
             if folded is not None:
                 return self.const(folded)
+            root = _ROOTS[op](*exact) if op in _ROOTS else None
+            if root is not None:
+                share, square = map(self.const, root)
+                return self.mul(share, self.call(Op.SQRT, square))
         return self._make(int(op), *operands)
 
     def sum(self, nodes: Iterable[int]) -> int:
@@ -435,6 +440,8 @@ _EXACT: dict[Op, Callable[..., int | Fraction]] = {
     Op.FLOOR: math.floor,
     Op.CEIL: math.ceil,
 }
+
+_ROOTS = {Op.SIN: sine_of, Op.COS: cosine_of, Op.TAN: tangent_of}
 
 
 def _exact_function(op: Op, values: list[Fraction]) -> Fraction | None:

@@ -10,6 +10,7 @@ from enum import IntEnum
 from bgc.algebra.dag import Dag, Kind, Level, Op, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.fingerprint import Fingerprints
+from bgc.algebra.rounding import RoundedEvaluator
 from bgc.graph import Node, Parameter
 
 
@@ -20,6 +21,17 @@ class Rank(IntEnum):
     NUMBER = 1
     PARAMETER = 2  # a product of parameters, not zero at the default values; checked at run time
     DOUBTFUL = 3  # any other expression of parameters (`sin(slope)`), checked in the same way
+
+
+_SMALL = 0.1  # of a row's largest number: divided by less, others grow
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Size:
+    """The rank of a divisor, and whether it is small beside another entry of its row."""
+
+    rank: Rank
+    is_small: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +51,7 @@ class Certifier:
         self._dag = dag
         self._fingerprints = fingerprints
         self.defaults = default_values(dag, parameters)
+        self._values = RoundedEvaluator(dag, self.defaults.__getitem__)
         self._known: dict[Node, Certificate | None] = {}
 
     def certify(self, node: Node) -> Certificate | None:
@@ -47,9 +60,20 @@ class Certifier:
             self._known[node] = self._certify(node)
         return self._known[node]
 
+    def size_in(self, node: Node, row: Iterable[Node]) -> Size | None:
+        """How a node does as a divisor of a row that it is in; None if it may vanish."""
+        certificate = self.certify(node)
+        if certificate is None:
+            return None
+        if certificate.rank is Rank.UNIT or self._dag.level[node] > Level.PARAM:
+            return Size(certificate.rank, is_small=False)
+        steady = (self.default(x) for x in row if self._dag.level[x] <= Level.PARAM)
+        largest = max(map(abs, steady))
+        return Size(certificate.rank, is_small=abs(self.default(node)) < _SMALL * largest)
+
     def default(self, node: Node) -> float:
         """The value of a node of at most PARAM level, parameters at their defaults."""
-        return evaluate_nodes(self._dag, [node], self.defaults)[0]
+        return self._values.value(node).value
 
     def _certify(self, node: Node) -> Certificate | None:
         dag = self._dag
@@ -61,8 +85,8 @@ class Certifier:
                 return None
             return Certificate(Rank.UNIT if abs(number) == 1 else Rank.NUMBER, ())
         if dag.level[node] <= Level.PARAM:
-            value = self.default(node)
-            if value == 0 or not math.isfinite(value):
+            value = self._values.value(node)
+            if value.is_noise or not math.isfinite(value.value):
                 return None
             if dag.level[node] == Level.CONST:
                 return Certificate(Rank.NUMBER, ())

@@ -4,7 +4,8 @@ The rows of the junction structure are solved for one class of bonds after the o
 made dependent only through a coefficient that is certain never to vanish (`certificates`); a
 modulus that depends on the state is never divided by. Classes without an element go first, then
 those with sources of effort, compliances, resistances, inertias; flow sources never. Whatever the
-class, an expression of parameters that may well vanish is divided by last. Of equals
+class, an expression of parameters that may well vanish is divided by last. Of a class's rows one
+is taken in which its coefficient is not small beside another, or N would grow. Of equals
 the one in fewest rows goes first, rows solved before included: few others then follow from it,
 and N stays sparse. Before an inertia is made dependent, rows of a transformer whose inverse is
 known are turned round where that spares it, or lets the joint's far side follow from its near
@@ -17,11 +18,12 @@ import heapq
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from bgc.algebra.dag import Dag
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.causality.causal import BondClass, ElementPort, Role, Row, RowEnd, Step
-from bgc.causality.certificates import Certifier, Rank
+from bgc.causality.certificates import Certifier, Rank, Size
 from bgc.causality.regions import Block, Structure
 from bgc.causality.rotations import known_inverse
 from bgc.graph import Matrix, Node
@@ -36,6 +38,9 @@ _LEVELS = {
 _SPARED = 4  # made dependent only when nothing else can be
 _NEVER = 5
 _LAST = 6  # and above: by a divisor that may well vanish, when nothing else is left
+
+
+_Key: TypeAlias = tuple[int, Size, int]  # level of a class, its best entry, rows with it
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +100,7 @@ class _Work:
         self._blocks = structure.blocks
         # Rows of blocks that were tried since they changed, by what they may be solved for.
         self._refused: dict[int, set[int]] = {_SPARED: set(), _NEVER: set()}
-        self._queue: list[tuple[tuple[int, int, int], int]] = []
+        self._queue: list[tuple[_Key, int]] = []
         for row in structure.rows:
             terms = [(self._unit_form(end.bond), end.coefficient) for end in row.ends]
             self._rows.append(row)
@@ -131,7 +136,7 @@ class _Work:
 
     # --- pivots -------------------------------------------------------------------------
 
-    def _candidate(self, number: int) -> tuple[tuple[int, int, int], int] | None:
+    def _candidate(self, number: int) -> tuple[_Key, int] | None:
         """The key of a class in the order of elimination, and its best row."""
         level = self._levels[number]
         if level == _NEVER:
@@ -139,13 +144,13 @@ class _Work:
         best = None
         for row in self._where[number]:
             entries = self._forms[row].entries
-            certificate = self._certifier.certify(entries[number])
-            if certificate is not None:
-                key = (certificate.rank, len(entries), row)
+            size = self._certifier.size_in(entries[number], entries.values())
+            if size is not None:
+                key = (size, len(entries), row)
                 best = key if best is None else min(best, key)
         if best is None:
             return None
-        if best[0] is Rank.DOUBTFUL:
+        if best[0].rank is Rank.DOUBTFUL:
             level += _LAST
         return (level, best[0], len(self._where[number]) + self._followers[number]), best[2]
 
@@ -161,11 +166,18 @@ class _Work:
             candidate = self._candidate(number)
             if candidate is None:
                 continue
-            if candidate[0] > key:
+            (level, size, _), row = candidate
+            if candidate[0] > key or (size.is_small and self._has_better(row, candidate[0])):
                 heapq.heappush(self._queue, (candidate[0], number))
                 continue
-            return candidate[0][0], number, candidate[1]
+            return level, number, row
         return None
+
+    def _has_better(self, row: int, key: _Key) -> bool:
+        """Whether a class of a row comes first now that other entries of its rows have changed."""
+        for number in self._forms[row].entries:
+            self._enqueue(number)
+        return self._queue[0][0] < key
 
     def _solve(self, number: int, row: int) -> None:
         """Make a class dependent by a row and take the row from all others."""

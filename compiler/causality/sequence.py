@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from bgc.algebra.dag import Dag
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.causality.causal import Row, Step
-from bgc.causality.certificates import Certifier
+from bgc.causality.certificates import Certifier, Size
 from bgc.graph import Node
 
 _Form = dict[int, Node]  # class -> coefficient, zeros left out
@@ -115,19 +115,23 @@ class _Sequence:
         found = []
         while self._left:
             candidates = [
-                ((len(self._left[row]) - 1) * (len(rows) - 1), row, number)
+                (size.is_small, (len(self._left[row]) - 1) * (len(rows) - 1), row, number)
                 for number, rows in self._where.items()
                 for row in rows
-                if self._certifier.certify(self._forms[row][number]) is not None
+                if (size := self._size(row, number)) is not None
             ]
             if not candidates:
                 return None
-            _, row, number = min(candidates)
+            *_, row, number = min(candidates)
             self._may_divide(row, number)
             found.append(self._close(row, number))
             for other in sorted(self._where.pop(number)):
                 self._subtract(other, row, number)
         return found
+
+    def _size(self, row: int, number: int) -> Size | None:
+        form = self._forms[row]
+        return self._certifier.size_in(form[number], form.values())
 
     def _may_divide(self, row: int, number: int) -> bool:
         certificate = self._certifier.certify(self._forms[row][number])

@@ -67,7 +67,8 @@ class Probe:
         program = with_rates(compilation.optimised)
         units = emit_model(program, f"rates of {scene}").units
         library = build_shared_object(units, find_toolchain(), open_cache())
-        self.model = Model(Built(library, run_facts(program.scene)))
+        columns = tuple(o.name for o in program.observations)
+        self.model = Model(Built(library, run_facts(replace(program.scene, columns=columns))))
         self.velocities = tuple(velocities)
         self.states = tuple(state.name for state in program.states)
         self._momenta = [k for k, s in enumerate(program.states) if s.kind == "momentum"]

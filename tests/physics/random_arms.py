@@ -25,8 +25,11 @@ class RandomArm:
         return tuple(_FREEDOMS[kind] for kind in self.kinds)
 
 
-def random_arm(seed: int, bodies: int) -> RandomArm:
-    """Bodies each on one before, or on a base that stands or floats; nothing is aligned."""
+def random_arm(seed: int, bodies: int, angles: Sequence[float] = ()) -> RandomArm:
+    """Bodies each on one before, or on a base that stands or floats.
+
+    Mounts are turned by the given angles in degrees; with none given nothing is aligned.
+    """
     rng = np.random.default_rng(seed)
     floats = bool(rng.integers(2))
     kinds = ["floats" if floats else _draw(rng, _KINDS[:3])]
@@ -39,15 +42,15 @@ def random_arm(seed: int, bodies: int) -> RandomArm:
         axis = rng.integers(-9, 10, 3)
         axis[int(rng.integers(3))] += 10  # never zero
         origin, centre = rng.uniform(-1, 1, (2, 3)).round(3)
-        angles = rng.uniform(-180, 180, 3).round(1)
+        turns = rng.choice(angles, 3) if angles else rng.uniform(-180, 180, 3).round(1)
         mass = round(float(rng.uniform(1, 20)), 3)
         root = rng.uniform(-1, 1, (3, 3))
         inertia = (mass * (root @ root.T / 4 + 0.2 * np.eye(3))).round(6)
         if kind == "floats":  # from the ground's own frame
-            origin, angles = np.zeros(3), np.zeros(3)
+            origin, turns = np.zeros(3), np.zeros(3)
         before = "ground" if parent < 0 else f"node{parent}"
-        parts.append(_part(k, kind, before, axis, origin, angles, mass, centre, inertia))
-        table.append(_rows(k, kind, parent, axis, origin, angles, mass, centre, inertia))
+        parts.append(_part(k, kind, before, axis, origin, turns, mass, centre, inertia))
+        table.append(_rows(k, kind, parent, axis, origin, turns, mass, centre, inertia))
         if _FREEDOMS[kind]:
             flow = f"node{k}.f" if kind == "floats" else f"joint{k}.free.f"
             observed.append(f"  observe {flow} as v{k};\n")
@@ -65,7 +68,7 @@ def _draw(rng: np.random.Generator, kinds: Sequence[str]) -> str:
     return kinds[int(rng.integers(len(kinds)))]
 
 
-def _part(k, kind, before, axis, origin, angles, mass, centre, inertia) -> str:
+def _part(k, kind, before, axis, origin, turns, mass, centre, inertia) -> str:
     vector = f"{_list(axis)}/norm({_list(axis)})"
     joint = {
         "floats": "Free",
@@ -74,7 +77,7 @@ def _part(k, kind, before, axis, origin, angles, mass, centre, inertia) -> str:
         "swings": "Spherical(lock = Rigid[3])",
         "fixed": "Fixed(lock = Rigid[6])",
     }[kind]
-    degrees = ", ".join(f"{x} deg" for x in angles)
+    degrees = ", ".join(f"{x} deg" for x in turns)
     upper = ", ".join(str(x) for x in inertia[np.triu_indices(3)])
     return (
         f"  mount{k} : Mount(offset = {_list(origin)}, axes = euler_matrix([{degrees}]));\n"
@@ -86,9 +89,9 @@ def _part(k, kind, before, axis, origin, angles, mass, centre, inertia) -> str:
     )
 
 
-def _rows(k, kind, parent, axis, origin, angles, mass, centre, inertia) -> str:
+def _rows(k, kind, parent, axis, origin, turns, mass, centre, inertia) -> str:
     before = "-" if parent < 0 else f"b{parent}"
-    numbers = " ".join(str(x) for x in (*axis, *origin, *angles))
+    numbers = " ".join(str(x) for x in (*axis, *origin, *turns))
     body = " ".join(str(x) for x in (mass, *centre, *inertia[np.triu_indices(3)]))
     return f"b{k} {before} {kind} {numbers}\n  {body}\n"
 
