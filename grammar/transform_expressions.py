@@ -221,7 +221,7 @@ class ExpressionTransform:
                 return syntax.TypeUse(
                     name, self._without_ranges(indices), arguments, span, name_span
                 )
-        self.report(wrong.not_callable(callee.span))
+        self.report(wrong.not_callable(callee.span, _spaced(callee)))
         return callee
 
     def arguments(self, tree: Any, depth: int = 0) -> tuple[syntax.Argument, ...]:
@@ -244,3 +244,11 @@ class ExpressionTransform:
 def unquoted(token: object) -> str:
     """Return a text without its quotes."""
     return str(token)[1:-1]
+
+
+def _spaced(callee: syntax.Expr) -> str:
+    """`10 V * sin` of `10 V*sin`, whose unit goes on to the next blank; else an empty text."""
+    if not isinstance(callee, syntax.Number) or callee.unit is None:
+        return ""
+    found = re.fullmatch(r"(.+)([*/])([A-Za-z_]\w*)", callee.span.text)
+    return f"{found[1]} {found[2]} {found[3]}" if found else ""

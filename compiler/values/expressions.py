@@ -28,7 +28,14 @@ from bgc.values.constants import (
     whole_number,
 )
 from bgc.values.scope import FunctionUse, Namespace, Scope
-from bgc.values.units import DIMENSIONLESS, divide, parse_unit, suggest_unit, unit_words
+from bgc.values.units import (
+    DIMENSIONLESS,
+    divide,
+    parse_unit,
+    spaced_product,
+    suggest_unit,
+    unit_words,
+)
 from bgc.values.value import Value, describe_shape
 
 __all__ = ["FunctionUse", "Namespace", "Scope", "evaluate", "evaluate_condition"]
@@ -172,7 +179,9 @@ class _Evaluator:
             return Value.scalar(self.dag.const(expr.value))
         unit = parse_unit(expr.unit)
         if unit is None:
-            raise failure(catalogue.unknown_unit(expr.span, expr.unit, suggest_unit(expr.unit)))
+            product = spaced_product(expr.unit, self.scope.is_value)
+            wrong = catalogue.unknown_unit(expr.span, expr.unit, suggest_unit(expr.unit), product)
+            raise failure(wrong)
         for word in unit_words(expr.unit):
             if self.scope.is_value(word):  # `3 m` could be meant as a product
                 raise failure(catalogue.unit_is_a_name(expr.span, word))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
@@ -310,6 +310,15 @@ def suggest_unit(text: str) -> str:
     tidy = re.sub(r"(?<=[A-Za-z])(-?\d)", r"^\1", tidy.replace("²", "^2").replace("³", "^3"))
     corrected = re.sub(r"[A-Za-z]+", lambda match: _correct_word(match[0]), tidy)
     return corrected if corrected != text and parse_unit(corrected) is not None else ""
+
+
+def spaced_product(text: str, is_value: Callable[[str], bool]) -> str:
+    """`V*gain` gives `V * gain` where the words behind a unit are values, else an empty text."""
+    for sign in re.finditer(r"[*/]", text):
+        unit, rest = text[: sign.start()], text[sign.end() :]
+        if parse_unit(unit) is not None and all(map(is_value, re.findall(r"[A-Za-z_]\w*", rest))):
+            return f"{unit} {sign[0]} {rest}"
+    return ""
 
 
 def _correct_word(word: str) -> str:

@@ -373,19 +373,25 @@ def empty_vector(span: Span) -> Diagnostic:
     )
 
 
-def not_callable(span: Span) -> Diagnostic:
+def not_callable(span: Span, product: str = "") -> Diagnostic:
     """BG127: parentheses behind something that is not a function's name
 
     What: only a plain name can be called: `sin(x)`.
-    Why: there is no implicit multiplication, so `2(x + 1)` is no product.
-    Example: `2(x + 1)`, `a.b(3)`
-    Way out: `2*(x + 1)`
+    Why: there is no implicit multiplication, so `2(x + 1)` is no product; and a unit goes on to
+    the next blank, so that `10 V*sin(x)` would be in volts times `sin`.
+    Example: `2(x + 1)`, `a.b(3)`, `10 V*sin(x)`
+    Way out: `2*(x + 1)`, `10 V * sin(x)`
     """
+    way_out = (
+        f"a unit ends at a blank: write `{product}(..)`"
+        if product
+        else "a product is written with `*`; a function is called by its plain name"
+    )
     return error(
         "BG127",
         f"`{_clipped(span.text)}` cannot be called",
         span,
-        help="a product is written with `*`; a function is called by its plain name",
+        help=way_out,
     )
 
 

@@ -11,21 +11,25 @@ from bgc.grammar.source import Span
 # --- units ------------------------------------------------------------------------------
 
 
-def unknown_unit(span: Span, text: str, suggestion: str) -> Diagnostic:
+def unknown_unit(span: Span, text: str, suggestion: str, product: str = "") -> Diagnostic:
     """BG301: not a unit
 
     What: the text after a number, or after the colon of a declaration, is not a unit.
 
     Why: units have one spelling each: SI symbols with prefixes, and `t min h day deg rev rpm
-    knot nmi bar L`. Factors are joined by `*` and `/`, powers written `^`.
+    knot nmi bar L`. Factors are joined by `*` and `/`, powers written `^`. A unit goes on to the
+    next blank, so that `5 V*gain` would be in volts times `gain`.
 
     Example: `param torque = 5 Nm;`
 
-    Way out: write `5 N*m`. Feet, pounds and degrees Celsius are not known: convert them.
+    Way out: write `5 N*m`, and `5 V * gain`. Feet, pounds and degrees Celsius are not known:
+    convert them.
     """
-    way_out = (
-        f"write `{suggestion}`" if suggestion else "units look like `kg*m/s`, `s^-1` or `kN*m`"
-    )
+    way_out = "units look like `kg*m/s`, `s^-1` or `kN*m`"
+    if product:
+        way_out = f"a unit ends at a blank: write `{span.text.removesuffix(text)}{product}`"
+    elif suggestion:
+        way_out = f"write `{suggestion}`"
     return error("BG301", f"`{text}` is not a unit", span, help=way_out)
 
 

@@ -20,6 +20,7 @@ from bgc.values.units import (
     parse_unit,
     power,
     si_symbol,
+    spaced_product,
     suggest_unit,
 )
 
@@ -176,3 +177,11 @@ def test_dimensions_are_described_in_words() -> None:
 )
 def test_near_misses_are_corrected(wrong: str, right: str) -> None:
     assert suggest_unit(wrong) == right
+
+
+@pytest.mark.parametrize(
+    ("text", "product"),
+    [("V*gain", "V * gain"), ("m/s*gain/r", "m/s * gain/r"), ("V*2", "V * 2"), ("V*other", "")],
+)
+def test_a_value_behind_a_unit_is_set_apart(text: str, product: str) -> None:
+    assert spaced_product(text, {"gain", "r"}.__contains__) == product
