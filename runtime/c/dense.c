@@ -125,6 +125,16 @@ void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
     }
 }
 
+/* The rate of the dense output in the middle of the last step. */
+void bgc_dense_slope(const bgc_model *m, const bgc_data *d, double *slope) {
+    const double h = d->core.t_end - d->core.t_old;
+    const double *k2 = d->k + bgc_padded(m->n_state), *k3 = k2 + bgc_padded(m->n_state);
+
+    for (int i = 0; i < m->n_state; i++) {
+        slope[i] = (d->y1[i] - d->y0[i] + 0.25 * (k2[i] + k3[i])) / h;
+    }
+}
+
 /* --- energies ----------------------------------------------------------------------------- */
 
 /* Stored energy, and supplied and dissipated power, at a time inside the last step. */

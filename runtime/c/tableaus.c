@@ -70,6 +70,7 @@ static const bgc_tableau rodas4p2 = {
     .w_order = 2,
     .embedded = 3,
     .dense = 2,
+    .blind = 1,
     .gamma = 0.25,
     .a = {
         {0.0},
