@@ -62,3 +62,38 @@ void clock_kernels(const bgc_model *m, const double *p, const double *x0, const 
     }
     free(h), free(work), free(x), free(f), free(dfdt), free(jac), free(mass), free(lu);
 }
+
+/* An evaluator of f for callers without C: memory for one, f at (t, x), and its release. */
+typedef struct {
+    const bgc_model *m;
+    double *h, *u, *work;
+} evaluator;
+
+void *clock_open(const bgc_model *m, const double *p) {
+    evaluator *e = malloc(sizeof *e);
+
+    e->m = m;
+    e->h = calloc((size_t)m->n_hoist + 1, sizeof *e->h);
+    e->u = calloc((size_t)m->n_input + 1, sizeof *e->u);
+    e->work = calloc((size_t)m->n_work + 1, sizeof *e->work);
+    m->prepare(p, e->h, e->work);
+    return e;
+}
+
+void clock_rhs(const void *opened, double t, const double *x, double *f) {
+    const evaluator *e = opened;
+
+    e->m->rhs(e->h, t, x, e->u, f, e->work);
+}
+
+void clock_scale(const void *opened, double *scale) {
+    const evaluator *e = opened;
+
+    e->m->scale(e->h, scale, e->work);
+}
+
+void clock_close(void *opened) {
+    evaluator *e = opened;
+
+    free(e->h), free(e->u), free(e->work), free(e);
+}

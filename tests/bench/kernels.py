@@ -54,8 +54,8 @@ def step_time(library: Library, method: str, step: float = 1e-3, keep: int = 1) 
     """Seconds a fixed step in one copy, without energy accounts."""
     made = instance(library)
     best = np.inf
-    for _ in range(5):
-        status, _, counts = run(made, np.array([2.0]), method, step=step, keep=keep)
+    for _ in range(25):
+        status, _, counts = run(made, np.array([500 * step]), method, step=step, keep=keep)
         assert status is Status.OK
         best = min(best, counts["run_seconds"] / counts["steps"])
     return float(best)

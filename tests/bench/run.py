@@ -12,7 +12,7 @@ from pathlib import Path
 
 from table import machine, pin, show
 
-_NAMES = ("kernels",)
+_NAMES = ("kernels", "sundials", "scipy_solvers", "rigid_peers", "casadi_code")
 _PACKAGES = ("numpy", "scipy", "mujoco", "pin", "casadi")
 
 

@@ -1,0 +1,138 @@
+"""CasADi's C for the same equations, against ours.
+
+Rules: the compiler's graph of f, before its Jacobian is made, becomes CasADi's, node for node (SX); what
+depends on parameters alone is an argument of both, as in our code. CasADi differentiates (its own choice
+of modes and colours), and its C is compiled with -O2 and the flags for this machine that ours has; J is
+its sparse J and df/dt in one function. Calls in a loop in C, the least of batches, both in turn, the
+median over fresh copies.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import tempfile
+from ctypes import CDLL, POINTER, c_double, c_int, c_longlong, byref
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from bgc.algebra.dag import Kind, Level, Op
+from bgc.building.toolchain import COMMON_FLAGS, find_toolchain
+from crane import COPIES, copies, crane, instance, shared_object
+from kernels import kernel_times
+from table import Row
+
+_Doubles = POINTER(c_double)
+
+
+def rows() -> list[Row]:
+    """f and J with df/dt, of the crane with springs and the reduced one."""
+    try:
+        import casadi
+    except ImportError:
+        return [Row("CasADi", "f, J", None, note="pip install casadi")]
+    return [row for scene in ("near_rigid", "reduced") for row in _compare(casadi, scene)]
+
+
+def _translated(casadi: Any, scene: str) -> tuple[Any, Any]:
+    """f, and J with df/dt, as CasADi functions of (t, x, h)."""
+    program = crane(scene).compilation.optimised
+    dag = program.dag
+    sx = casadi.SX
+    t, x = sx.sym("t"), sx.sym("x", len(program.states))
+    hoisted: list[Any] = []
+    made: dict[int, Any] = {}
+    outputs = [state.derivative for state in program.states]
+    for node in dag.reachable(outputs):
+        op = Op(dag.op[node])
+        if op is Op.CONST:
+            made[node] = sx(float(dag.constants[dag.a[node]]))
+        elif op is Op.SYMBOL and (symbol := dag.symbols[dag.a[node]]).kind is Kind.STATE:
+            made[node] = x[symbol.index]
+        elif op is Op.SYMBOL and symbol.kind is Kind.TIME:
+            made[node] = t
+        elif dag.level[node] <= Level.PARAM:
+            hoisted.append(sx.sym(f"h{len(hoisted)}"))
+            made[node] = hoisted[-1]
+        else:
+            made[node] = _operation(casadi, op, [made[k] for k in dag.operands(node)])
+    f = casadi.vertcat(*(made[node] for node in outputs))
+    h = casadi.vertcat(*hoisted) if hoisted else sx.sym("h", 0)
+    both = [casadi.jacobian(f, x), casadi.jacobian(f, t)]
+    return casadi.Function("f", [t, x, h], [f]), casadi.Function("j", [t, x, h], both)
+
+
+def _operation(casadi: Any, op: Op, of: list[Any]) -> Any:
+    match op:
+        case Op.ADD:
+            return of[0] + of[1]
+        case Op.SUB:
+            return of[0] - of[1]
+        case Op.MUL:
+            return of[0] * of[1]
+        case Op.DIV:
+            return of[0] / of[1]
+        case Op.NEG:
+            return -of[0]
+        case _:
+            return getattr(casadi, op.name.lower())(*of)
+
+
+def _compare(casadi: Any, scene: str) -> list[Row]:
+    clock = shared_object(["casadi_clock.c", "clock.c"])
+    assert not isinstance(clock, str), clock
+    clock.casadi_seconds.restype = c_double
+    f, j = _translated(casadi, scene)
+    ratios: dict[str, list[float]] = {"f": [], "j": []}
+    with tempfile.TemporaryDirectory() as folder, copies(crane(scene).path) as libraries:
+        made = _compiled(casadi, [f, j], Path(folder))
+        x = instance(libraries[0]).state.copy()
+        x += np.random.default_rng(1).normal(size=x.size) * 1e-3
+        for k in range(COPIES):
+            copy = Path(folder) / f"{k}.so"
+            shutil.copyfile(made, copy)
+            peer = CDLL(str(copy))
+            ours = kernel_times(libraries[k], 500, 40)
+            for name, function, mine in (("f", f, ours[0]), ("j", j, ours[1])):
+                theirs = _seconds(clock, peer, name, function, x)
+                ratios[name].append(theirs / mine)
+    counts = crane(scene).operations
+    return [
+        Row("CasADi, -O2", f"f, {scene}", median(ratios["f"]), 1 / 1.05, 1 / 0.8,
+            note=f"{counts['rhs']:,} operations against {f.n_instructions():,} instructions"),
+        Row("CasADi, -O2", f"J with df/dt, {scene}", median(ratios["j"]), 1 / 1.05, 1 / 0.9,
+            note=f"{counts['jacobian']:,} operations against {j.n_instructions():,} instructions"),
+    ]  # fmt: skip
+
+
+def _compiled(casadi: Any, functions: list[Any], folder: Path) -> Path:
+    generator = casadi.CodeGenerator("peer.c", {"with_header": False})
+    for function in functions:
+        generator.add(function)
+    generator.generate(str(folder) + "/")
+    made = folder / "peer.so"
+    flags = [flag for flag in COMMON_FLAGS if not flag.startswith("-std")]
+    subprocess.run(
+        (*find_toolchain().command, "-O2", *flags, "-ffp-contract=fast", "-shared", "peer.c",
+         "-o", str(made), "-lm"),
+        cwd=folder, check=True,
+    )  # fmt: skip
+    return made
+
+
+def _seconds(clock: CDLL, peer: CDLL, name: str, function: Any, x: np.ndarray) -> float:
+    sizes = [c_longlong() for _ in range(4)]
+    getattr(peer, f"{name}_work")(*map(byref, sizes))
+    rng = np.random.default_rng(2)
+    t, h = np.array([0.1]), rng.uniform(0.5, 2.0, max(1, function.size1_in(2)))
+    out = np.zeros(sum(function.nnz_out(k) for k in range(function.n_out())) + 1)
+    first = function.nnz_out(0)
+    return float(
+        clock.casadi_seconds(
+            getattr(peer, name), *(a.ctypes.data_as(_Doubles) for a in (t, x, h, out)),
+            c_int(first), c_int(int(sizes[3].value)), c_int(500), c_int(40),
+        )
+    )  # fmt: skip
