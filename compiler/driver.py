@@ -17,6 +17,7 @@ from bgc.building.toolchain import find_toolchain
 from bgc.causality.assign import assign_causality
 from bgc.causality.causal import CausalGraph
 from bgc.elaboration.elaborate import elaborate
+from bgc.elaboration.observed import with_accounts
 from bgc.elaboration.resolve import Package, load
 from bgc.elaboration.scene import stands_alone
 from bgc.emission.emit import EmittedModel, content_of, emit_model
@@ -57,7 +58,7 @@ class Compilation:
     def graph(self) -> FlatGraph:
         """Instances, widths and laws, down to scalar bonds."""
         options = self.options
-        return self._timed(
+        graph = self._timed(
             "elaborate",
             elaborate,
             self.package,
@@ -65,6 +66,7 @@ class Compilation:
             options.overrides,
             uses=options.uses,
         )
+        return with_accounts(graph) if options.audited else graph
 
     @cached_property
     def oddities(self) -> tuple[Diagnostic, ...]:

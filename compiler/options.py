@@ -14,7 +14,7 @@ class Options:
     makes every warning about the model an error. `whole` compiles all that is written: nothing
     is folded or sliced. `uses` are slots to fill otherwise than the scene does. `preview` asks for
     C that is compiled fast and runs slowly, `lanes` for the functions that run many instances at
-    once, next to those of one.
+    once, next to those of one. `audited` observes all energy accounts, whatever the scene does.
     """
 
     scene: str | None = None
@@ -24,3 +24,4 @@ class Options:
     uses: tuple[tuple[str, str], ...] = ()
     preview: bool = False
     lanes: bool = False
+    audited: bool = False

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bgc.elaboration.quantities import component_names
 from bgc.elaboration.scene import Scene
@@ -15,7 +15,7 @@ from bgc.grammar import syntax
 from bgc.grammar.catalogue import scenes
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.source import Span
-from bgc.graph import Observation
+from bgc.graph import FlatGraph, Observation
 from bgc.values.units import si_symbol
 from bgc.values.value import Value
 
@@ -55,6 +55,19 @@ def read_observed(world: World, scene: Scene, root: Instance) -> Observed:
             for label, node, unit in zip(labels, value.nodes, units, strict=True):
                 observations.append(Observation(label, unit, node, item.span))
     return Observed(tuple(observations), tuple(accounts), tuple(columns))
+
+
+def with_accounts(graph: FlatGraph) -> FlatGraph:
+    """The graph of a scene that observes all energy accounts."""
+    columns = dict.fromkeys(c for c in graph.scene.columns if c not in _account_columns(graph))
+    # No name of the language has a blank.
+    own = tuple(f"account {account}" for account in ACCOUNTS)
+    return replace(graph, scene=replace(graph.scene, accounts=ACCOUNTS, columns=(*columns, *own)))
+
+
+def _account_columns(graph: FlatGraph) -> set[str]:
+    """The columns of the accounts that the scene itself observes: those that are no outputs."""
+    return set(graph.scene.columns) - {o.name for o in graph.observations}
 
 
 def _add_columns(columns: dict[str, Span], labels: Sequence[str], span: Span) -> None:

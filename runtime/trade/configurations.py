@@ -77,7 +77,7 @@ def spelled_time(seconds: float) -> str:
     for size, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "us")):
         if seconds >= 0.999999 * size:
             return f"{seconds / size:.12g} {unit}"
-    return f"{seconds:.12g} s"
+    return f"{seconds * 1e9:.12g} ns"
 
 
 def scene_configurations(

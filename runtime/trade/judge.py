@@ -11,6 +11,7 @@ from bgc.runtime.trade.measurement import Measurement
 
 DEFAULT_ACCURACY = 1e-3  # of the range, where a scene requires nothing
 _AT_THE_REFERENCE = 3.0  # times its accuracy: errors below it are not told from its own
+_BETTER = 0.95  # times an error: what is not below it is no gain
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +53,10 @@ class Target:
             return row.done
         return row.worst <= self.deadline and row.cpu <= 1.0
 
+    def late(self, row: Measurement) -> bool:
+        """Whether it certainly misses the deadline."""
+        return row.done and not self.timely(row) and (row.certain or row.cpu > 1.0)
+
     def samples(self, row: Measurement) -> bool:
         """Whether devices are sampled as often as the scene says."""
         return self.sample is None or row.configuration.step <= self.sample * (1 + 1e-9)
@@ -87,13 +92,13 @@ def judge(rows: Sequence[Measurement], target: Target) -> Verdict:
 def front(rows: Iterable[Measurement], target: Target) -> frozenset[Configuration]:
     """The configurations that no other beats in both time and error.
 
-    Errors at the reference's accuracy count as equal.
+    Errors at the reference's accuracy count as equal, and so do those that differ by a hair.
     """
     least, found = float("inf"), []
     done = (row for row in rows if row.done)
     for row in sorted(done, key=lambda row: (row.cpu, target.error(row))):
         error = max(target.error(row), _AT_THE_REFERENCE * target.floor)
-        if error < least:
+        if error < _BETTER * least:
             least = error
             found.append(row.configuration)
     return frozenset(found)
@@ -143,8 +148,8 @@ def _of_none(rows: Sequence[Measurement], target: Target) -> str:
             f" Of those in time, the most accurate is {finest.configuration.label} with "
             f"{_error(finest, target)}."
         )
-    longer = f"a deadline of {spelled(quickest.worst)} would do"
-    return f"{text} With {longer}; a worst time that is far above the mean is often the machine's."
+    noise = "" if quickest.paced else ", if it is not the machine that was busy with something else"
+    return f"{text} A deadline of {spelled(quickest.worst)} would do{noise}."
 
 
 def _limit(target: Target) -> str:
@@ -164,7 +169,7 @@ def _cost(row: Measurement) -> str:
 
 
 def _worst(row: Measurement, target: Target) -> str:
-    return f"{spelled(row.worst)} {'a sample' if row.worst_sample else 'a step'}"
+    return f"{spelled(row.worst)} {'a sample' if target.sample is not None else 'a step'}"
 
 
 def spelled(seconds: float) -> str:

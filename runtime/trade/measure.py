@@ -16,6 +16,7 @@ from bgc.runtime.model import Model
 from bgc.runtime.run import Method
 
 _WATCH_SECONDS = 0.05
+_PACED = 60_000  # periods of a run that are looked at one by one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,3 +104,42 @@ def _run_in_thread(
         raise KeyboardInterrupt
     ((status, seconds),) = outcome
     return status, seconds, stopped
+
+
+def paced_worst(
+    model: Model, method: Method, period: float, duration: float, repeats: int
+) -> float:
+    """The longest that one period of a run takes, in s of the thread's processor time.
+
+    The run is the same each time, so that of each period the least of `repeats` counts: what the
+    machine did meanwhile is left out. 0 where a run could not be completed.
+    """
+    count = min(round(duration / period), _PACED)
+    least = np.full(count, np.inf)
+    for _ in range(repeats):
+        spent = _paced(model, method, period * np.arange(1, count + 1))
+        if spent is None:
+            return 0.0
+        least = np.minimum(least, spent)
+    return float(np.max(least, initial=0.0))
+
+
+def _paced(model: Model, method: Method, times: Array) -> Array | None:
+    """The processor time of each interval between times, less that of a call which does nothing."""
+    clock = time.thread_time
+    row = np.empty((1, len(model.measured) + (len(ENERGY_ACCOUNTS) if model.accounts else 0)))
+    spent = np.empty(len(times))
+    with model.started(method, bool(model.accounts)) as instance:
+        instance.run(np.zeros(1), row)
+        idle = []
+        for _ in range(50):
+            start = clock()
+            instance.run(np.zeros(1), row)
+            idle.append(clock() - start)
+        for k in range(len(times)):
+            start = clock()
+            status, _ = instance.run(times[k : k + 1], row)
+            spent[k] = clock() - start
+            if status is not Status.OK:
+                return None
+    return np.maximum(spent - min(idle), 0.0)

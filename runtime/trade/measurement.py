@@ -25,12 +25,15 @@ class Measurement:
     errors
         Largest absolute error of each quantity, in its unit.
     residual
-        Largest energy residual over the largest energy account.
+        Largest energy residual over the largest energy account; None if they are not known.
     cpu
         Processor time for a second of the scene, s.
     mean_step, worst_step, worst_sample
         Time that a step takes; that the longest one takes; and that all steps between two samples
-        of the devices take at the longest, 0 where there are none; s.
+        of the devices take at the longest, 0 where there are none; s, by the wall clock.
+    paced
+        The same as `worst_sample`, or as `worst_step` of a fixed step, without what the machine
+        did meanwhile: see `paced_worst`. 0 where it was not looked at.
     repeats
         Runs of which these times are medians.
     counts
@@ -41,11 +44,12 @@ class Measurement:
     status: str
     message: str = ""
     errors: tuple[float, ...] = ()
-    residual: float = 0.0
+    residual: float | None = None
     cpu: float = 0.0
     mean_step: float = 0.0
     worst_step: float = 0.0
     worst_sample: float = 0.0
+    paced: float = 0.0
     repeats: int = 0
     counts: Mapping[str, float] = field(default_factory=dict)
 
@@ -57,7 +61,12 @@ class Measurement:
     @property
     def worst(self) -> float:
         """What has to be done by a deadline, s: the steps of a sample, or one step."""
-        return self.worst_sample or self.worst_step
+        return self.paced or self.worst_sample or self.worst_step
+
+    @property
+    def certain(self) -> bool:
+        """Whether the worst is more than the one time that a single run took, whatever else ran."""
+        return self.paced > 0 or self.repeats > 1
 
     @property
     def real_time_factor(self) -> float:

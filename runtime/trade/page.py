@@ -12,7 +12,7 @@ import matplotlib
 
 from bgc.runtime.files import written_whole
 from bgc.runtime.trade.measurement import Measurement
-from bgc.runtime.trade.tables import cells, header, ordered, reference_lines
+from bgc.runtime.trade.tables import cells, header, legend, ordered, reference_lines
 
 if TYPE_CHECKING:
     from bgc.runtime.trade.trade import Trade
@@ -32,7 +32,7 @@ table.sort th { cursor: pointer; } th[aria-sort=ascending]::after { content: " \
 th[aria-sort=descending]::after { content: " \\25BC"; }
 td { border-bottom: 1px solid #8884; } .name { text-align: left; }
 tr.front { font-weight: 600; } tr.best { background: #0072b233; } tr.not { opacity: .6; }
-code { font-size: .95em; } li { margin: .1rem 0; } footer { font-size: .85rem; margin: 2rem 0; }
+code { font-size: .95em; } li { margin: .1rem 0; } footer, .marks { font-size: .85rem; }
 td.reason { white-space: normal; text-align: left; min-width: 16rem; }
 """
 
@@ -83,10 +83,10 @@ def page(trade: Trade) -> str:
 {warnings}<div class="wide plot">{_svg(trade)}</div>
 <h2>Configurations</h2>
 <p>A click on a heading sorts. Bold rows are on the Pareto front: nothing else is both cheaper and
-more accurate. A <code>&lt;</code> marks errors no larger than the reference's own. Times are
-processor times, medians of several runs for rows on or near the front; the worst is what has to be
-done by a deadline, and is as noisy as the machine.</p>
+more accurate. Times are processor times, medians of several runs for rows on or near the front; the
+worst is what has to be done by a deadline.</p>
 <div class="wide">{_configurations(trade)}</div>
+<ul class="marks">{"".join(f"<li>{escape(line)}</li>" for line in legend(trade))}</ul>
 {_quantities(trade)}{_not_measured(trade)}<h2>What was measured against what</h2>
 <ul>
 {facts}<li>difference of the two methods at each tolerance tried: {escape(levels)}</li>

@@ -128,22 +128,22 @@ def _draw_limits(trade: Trade, axes: Any) -> None:
     target = trade.target
     what = "require" if target.required else f"{target.limit:g} of the range"
     axes.axhline(target.limit, color="#D55E00", linewidth=0.9, linestyle="-.", label=what)
-    floor = max(3.0 * target.floor, _LEAST)
-    if floor > axes.get_ylim()[0]:
+    floor, bottom = max(3.0 * target.floor, _LEAST), axes.get_ylim()[0]
+    if floor > bottom:
         label = "accuracy of the reference"
-        axes.axhspan(axes.get_ylim()[0], floor, color="0.5", alpha=0.12, label=label)
-        axes.set_ylim(bottom=axes.get_ylim()[0])
+        axes.axhspan(_LEAST * 1e-3, floor, color="0.5", alpha=0.12, label=label)
+        axes.set_ylim(bottom=bottom)
     low, high = axes.get_xlim()
     if low < 1.0 < 30 * high:
         axes.axvline(1.0, color="#D55E00", linewidth=0.9, label="real time")
-    late = [row for rows in _lines(trade).values() for row in rows if not target.timely(row)]
+    late = [row for rows in _lines(trade).values() for row in rows if target.late(row)]
     if target.deadline is not None and late:
         axes.plot(
             [row.cpu for row in late],
             [_height(trade, row) for row in late],
             "x",
             color="#B00020",
-            markersize=9,
-            markeredgewidth=1.1,
+            markersize=8,
+            markeredgewidth=1.0,
             label=f"misses the deadline\nof {spelled(target.deadline)}",
         )

@@ -16,7 +16,7 @@ from bgc.runtime.run import Method
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.errors import combined, largest_errors, quantities_of
 from bgc.runtime.trade.judge import Target, front
-from bgc.runtime.trade.measure import Run, timed_run
+from bgc.runtime.trade.measure import Run, paced_worst, timed_run
 from bgc.runtime.trade.measurement import DONE, Measurement
 from bgc.runtime.trade.reference import Reference, find_reference
 from bgc.runtime.trade.store import Store
@@ -24,7 +24,9 @@ from bgc.runtime.trade.store import Store
 _REFERENCE_SHARE = 0.4  # of the budget, for the reference
 _AT_LEAST = 5.0  # s that any configuration may take
 _AS_THE_REFERENCE = 3.0  # times the time of the reference, beyond which nothing is waited for
+_DEFAULT_SAMPLE = 1e-3  # s, of devices in a scene that gives no step: see bgc.h
 _SHORT = 0.05  # s: so short a run is repeated at once
+_MOST_PACED = 12  # configurations that are tried for the deadline
 _NEAR = 1.5  # times the time of a configuration on the front: may be on it, but for noise
 _OUT_OF_BUDGET = "not run: the budget was spent; the same command goes on"
 
@@ -34,7 +36,8 @@ class Session:
     """Measures configurations of one scene against one reference.
 
     `times` are those of the rows, s. `repeats` is the number of runs that times are medians of.
-    `budget` bounds the whole, s.
+    `budget` bounds the whole, s. `audited` is the model with its energy accounts, where the model
+    itself has none.
     """
 
     model: Model
@@ -43,7 +46,9 @@ class Session:
     repeats: int
     budget: float
     progress: bool = False
+    audited: Model | None = None
     run: Callable[..., Run] = timed_run
+    pace: Callable[..., float] = paced_worst
     started: float = field(default_factory=time.monotonic)
 
     @property
@@ -55,6 +60,10 @@ class Session:
     def duration(self) -> float:
         """Seconds of the scene."""
         return float(self.times[-1])
+
+    @property
+    def _sampled(self) -> bool:
+        return bool(self.model.library.model.n_device)
 
     def reference(self) -> Reference:
         """The stored reference, or a new one."""
@@ -78,12 +87,11 @@ class Session:
         """What the scene asks for."""
         facts = self.model.facts
         requirements = dict(facts.requirements)
-        sampled = self.model.library.model.n_device > 0
         return Target(
             quantities=quantities_of(self.model.measured, reference.rows, requirements),
             required=bool(requirements),
             deadline=facts.deadline,
-            sample=facts.step if sampled else None,
+            sample=(facts.step or _DEFAULT_SAMPLE) if self._sampled else None,
             floor=reference.accuracy,
         )
 
@@ -127,6 +135,30 @@ class Session:
                 finished.append(row)
         return tuple(finished)
 
+    def in_time(self, rows: Sequence[Measurement], target: Target) -> tuple[Measurement, ...]:
+        """The same, with the worst times of the cheapest that are accurate, up to one in time."""
+        found = {row.configuration: row for row in rows}
+        fit = [row for row in rows if target.accurate(row) and target.samples(row)]
+        tried = 0
+        for row in sorted(fit, key=lambda row: row.cpu):
+            period = _period(row.configuration, target)
+            if target.deadline is None or tried == _MOST_PACED or self.left <= 0:
+                break
+            if period is not None and not row.paced and not _hopeless(row, period, target):
+                tried += 1
+                row = self._paced(row, period)
+                found[row.configuration] = row
+            if target.timely(row) and row.certain:
+                break
+        return tuple(found.values())
+
+    def _paced(self, row: Measurement, period: float) -> Measurement:
+        method = row.configuration.method
+        worst = self.pace(self.model, method, period, self.duration, self.repeats)
+        found = replace(row, paced=worst)
+        self.store.keep(self.model.facts.content, found)
+        return found
+
     def measured(
         self,
         configuration: Configuration,
@@ -163,17 +195,18 @@ class Session:
         runs = [first]
         if first.seconds < _SHORT:
             runs += self._again(configuration, self.repeats - 1)
-        audited = first
-        if not accounts:  # they cost time, which is not to be counted
-            audited = self.run(
-                model, configuration.method, self.times, accounts=True, limit=limit, watch=watch
-            )
         width = len(model.measured)
+        residual = _residual(first.rows[:, width:]) if accounts else None
+        if self.audited is not None:  # accounts cost time, which is not to be counted
+            audit = self.run(
+                self.audited, configuration.method, self.times, accounts=True, limit=limit
+            )
+            residual = _residual(audit.rows[:, width:]) if audit.status == DONE else None
         found = Measurement(
             configuration,
             DONE,
             errors=largest_errors(first.rows[:, :width], reference.rows),
-            residual=_residual(audited.rows[:, width:]) if audited.status == DONE else 0.0,
+            residual=residual,
             counts=first.counts,
         )
         return self._timed(found, runs)
@@ -210,7 +243,7 @@ class Session:
             cpu=seconds / self.duration,
             mean_step=seconds / max(row.counts["steps"], 1),
             worst_step=median("worst_step_seconds"),
-            worst_sample=median("worst_sample_seconds"),
+            worst_sample=median("worst_sample_seconds") if self._sampled else 0.0,
             repeats=len(runs),
         )
 
@@ -222,6 +255,18 @@ def _why_no_finer(row: Measurement, target: Target) -> str:
     if target.at_reference(row):
         return f"not run: {row.configuration.setting} is at the reference's accuracy already"
     return ""
+
+
+def _period(configuration: Configuration, target: Target) -> float | None:
+    """What has to be done by a deadline: a sample, or a fixed step; None of an adaptive step."""
+    if target.sample is not None:
+        return target.sample
+    return configuration.step or None
+
+
+def _hopeless(row: Measurement, period: float, target: Target) -> bool:
+    """Whether the mean is over the deadline already."""
+    return target.deadline is not None and row.cpu * period > min(target.deadline, period)
 
 
 def _near_front(rows: Sequence[Measurement], target: Target) -> frozenset[Configuration]:

@@ -57,11 +57,13 @@ def _record(trade: Trade, row: Measurement) -> dict[str, Any]:
         "mean_step": row.mean_step if done else None,
         "worst_step": row.worst_step if done else None,
         "worst_sample": row.worst_sample or None,
+        "paced": row.paced or None,
         "energy_residual": row.residual if done else None,
         "repeats": row.repeats,
         **{name: _whole(row.counts.get(name)) for name in _COUNTS},
         "accurate": target.accurate(row),
-        "timely": target.timely(row),
+        "timely": target.timely(row) if row.certain else None,
+        "samples": target.samples(row),
         "front": configuration in verdict.front,
         "recommended": configuration == trade.recommended,
     }
@@ -114,7 +116,8 @@ def cells(trade: Trade, row: Measurement) -> tuple[str, ...]:
     configuration, target = row.configuration, trade.target
     mark = "*" if configuration in trade.verdict.front else ""
     mark = "=>" if configuration == trade.recommended else mark
-    name = (mark, configuration.solver, configuration.setting)
+    fewer = "" if target.samples(row) else " †"
+    name = (mark, configuration.solver, configuration.setting + fewer)
     name += (configuration.variant,) if _varied(trade) else ()
     if not row.done:
         return (*name, row.status, *("",) * (len(header(trade)) - len(name) - 1))
@@ -126,10 +129,17 @@ def cells(trade: Trade, row: Measurement) -> tuple[str, ...]:
         spelled(row.cpu),
         f"{row.real_time_factor:,.3g}",
         spelled(row.mean_step),
-        spelled(row.worst) + ("" if target.timely(row) else " late"),
-        f"{row.residual:.0e}",
+        spelled(row.worst) + _remark(trade, row),
+        "" if row.residual is None else f"{row.residual:.0e}",
         *(f"{count:,.0f}" for count in counts),
     )
+
+
+def _remark(trade: Trade, row: Measurement) -> str:
+    """Of a worst time: that it is too long, or may be."""
+    if trade.target.late(row):
+        return " late"
+    return "" if row.certain or trade.target.deadline is None else " ?"
 
 
 def tables(trade: Trade, everything: bool = False) -> list[Table]:
@@ -138,7 +148,7 @@ def tables(trade: Trade, everything: bool = False) -> list[Table]:
     done = [row for row in found if row.done]
     shown = done if everything else _worth_seeing(trade, done)
     hidden = len(done) - len(shown)
-    notes = ["* on the Pareto front, => recommended, < no larger than the reference's own error"]
+    notes = list(legend(trade))
     if hidden:
         notes.append(f"{hidden} more are slower or less accurate: `--all` shows them")
     title = f"{trade.scene} of {trade.model}: {spelled(trade.duration)}"
@@ -148,6 +158,18 @@ def tables(trade: Trade, everything: bool = False) -> list[Table]:
         Table("configurations, cheapest first", header(trade), rows, "\n".join(notes)),
         Table("not measured", (), _unfinished([row for row in found if not row.done])),
     ]
+
+
+def legend(trade: Trade) -> tuple[str, ...]:
+    """What the marks of a table mean."""
+    lines = ["* on the Pareto front, => recommended, < no larger than the reference's own error"]
+    if any(not trade.target.samples(row) for row in trade.measurements):
+        lines.append("† takes fewer samples of the devices than the scene says: not recommended")
+    if any(row.mean_step > row.worst for row in trade.measurements if row.done):
+        lines.append("a step: with its share of the rows, which the worst is without")
+    if any(_remark(trade, row) == " ?" for row in trade.measurements if row.done):
+        lines.append("? longest of one run, whatever else the machine did")
+    return tuple(lines)
 
 
 def reference_lines(trade: Trade) -> tuple[tuple[str, ...], ...]:

@@ -198,13 +198,13 @@ def trade(
     if fresh:
         store.clear()
     times = row_times(end, facts.every, None, len(loaded.measured))
-    session = Session(loaded, store, times, repeats, budget, progress)
+    session = Session(loaded, store, times, repeats, budget, progress, _audited(loaded))
     reference = session.reference()
     target = session.target(reference)
     ladder = _ladder(session, reference, end) if steps is None and fixed else tuple(steps or ())
     configurations = scene_configurations(adaptive, fixed, rtols, ladder, keeps)
     rows = session.measure(configurations, reference, target)
-    rows = session.repeat(rows, target)
+    rows = session.in_time(session.repeat(rows, target), target)
     if variants:
         rows += _of_variants(session, variants, rows, reference, target)
     verdict = judge(rows, target)
@@ -283,7 +283,8 @@ def _of_variants(
             message = f"{first.code}: {first.message}"
             measured += [Measurement(one, "failed", message) for one in ours[:1]]
             continue
-        measured += varied.repeat(varied.measure(ours, reference, target), target)
+        found_rows = varied.repeat(varied.measure(ours, reference, target), target)
+        measured += varied.in_time(found_rows, target)
     return tuple(measured)
 
 
@@ -293,7 +294,18 @@ def _variant(session: Session, path: Path, options: Options, uses: Uses) -> Sess
     for name, value in session.model.parameters.given({}).items():
         if name in model.parameters:
             model.parameters[name] = value
-    return replace(session, model=model)
+    return replace(session, model=model, audited=_audited(model))
+
+
+def _audited(model: Model) -> Model | None:
+    """The model with its energy accounts, where it has none; None where they are not to be had."""
+    if model.accounts or model.origin is None:
+        return None
+    path, options = model.origin
+    found = load_model(path, replace(options, audited=True))
+    for name, value in model.parameters.given({}).items():
+        found.parameters[name] = value
+    return found
 
 
 def _warnings(
@@ -304,8 +316,8 @@ def _warnings(
         of = "of what is required" if target.required else "of the range"
         found.append(
             f"the reference is not converged: {' and '.join(reference.methods)} differ by "
-            f"{reference.accuracy:.2g} {of} at best, so errors mean little and nothing is stored for `solver auto`; a shorter "
-            "`--time` may converge, and a chaotic scene never does"
+            f"{reference.accuracy:.2g} {of} at best, so errors mean little and nothing is stored "
+            "for `solver auto`; a shorter `--time` may converge, and a chaotic scene never does"
         )
     if not complete:
         found.append("only part of the scene was run: nothing is stored for `solver auto`")
