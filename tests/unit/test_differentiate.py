@@ -10,7 +10,8 @@ from programs import at, make_program, random_program, states
 from bgc.algebra.dag import Dag, Kind, Op
 from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.emission.differentiate import differentiate, forward_rows, operation_count, reverse_rows
+from bgc.emission.differentiate import differentiate, forward_rows, operation_count
+from bgc.emission.vertices import eliminated_rows
 
 
 def value(dag: Dag, node: int, x: list[float], **others: object) -> float:
@@ -97,20 +98,20 @@ def test_both_ways_give_the_same_rows() -> None:
     program = random_program(seed=4, size=6, operations=80)
     outputs = [state.derivative for state in program.states]
     dag = program.dag
-    reverse = reverse_rows(dag, outputs, budget=10**6)
-    assert reverse is not None
+    other = eliminated_rows(dag, outputs, budget=10**6)
+    assert other is not None
     values = at([0.1, 0.2, -0.3, 0.4, 0.5, -0.6], t=0.7, p=[1, 2, 3], u=[0.3])
-    for forward_row, reverse_row in zip(forward_rows(dag, outputs), reverse, strict=True):
-        for column in {*forward_row, *reverse_row}:
-            nodes = [row.get(column, dag.zero) for row in (forward_row, reverse_row)]
+    for forward_row, other_row in zip(forward_rows(dag, outputs), other, strict=True):
+        for column in {*forward_row, *other_row}:
+            nodes = [row.get(column, dag.zero) for row in (forward_row, other_row)]
             first, second = evaluate_nodes(dag, nodes, values)
             assert first == pytest.approx(second, rel=1e-10, abs=1e-13)
 
 
-def test_reverse_gives_up_beyond_its_budget() -> None:
+def test_elimination_gives_up_beyond_its_budget() -> None:
     program = random_program(seed=4, size=6, operations=80)
     outputs = [state.derivative for state in program.states]
-    assert reverse_rows(program.dag, outputs, budget=len(program.dag)) is None
+    assert eliminated_rows(program.dag, outputs, budget=len(program.dag)) is None
 
 
 def product_of_all(dag: Dag, count: int) -> int:
@@ -121,7 +122,7 @@ def product_of_all(dag: Dag, count: int) -> int:
 
 
 def test_the_cheaper_way_is_kept() -> None:
-    """One output of many states is for reverse, many outputs of one state for forward."""
+    """One output of many states is not for forward, in which the product is made again for each."""
     dag = Dag()
     count = 40
     wide = make_program(dag, [product_of_all(dag, count), *[dag.zero] * (count - 1)])
