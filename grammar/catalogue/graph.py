@@ -313,7 +313,9 @@ def units_differ(
     Example: `supply : Se(e = 5 V); push : Se(e = 2 N); supply, push -> node;`
 
     Way out: correct the unit, put a TF or GY between the domains, or declare the domain as
-    `pseudo` where effort times flow is no power.
+    `pseudo` where effort times flow is no power: `pseudo domain Heat { effort T : K; flow Q : W; }`
+    and, in a model of the parts, `port side in : Heat;`. One such port tells all bonds that it is
+    connected to by junctions.
     """
     labels = [Label(one_at, one)]
     if (two_at.start, two_at.end) != (one_at.start, one_at.end):
@@ -323,7 +325,8 @@ def units_differ(
         f"the {variable} of `{name}` would be {one}, and {two}",
         span,
         labels=labels,
-        help="correct one of the units; between two domains stands a TF or GY",
+        help="correct one of the units; between two domains stands a TF or GY; where effort times "
+        "flow is no power (temperature, heat flow), a port of a `pseudo domain` says so",
     )
 
 

@@ -201,17 +201,20 @@ def inconsistent(time: float, state: str | None) -> Diagnostic:
 
     What: the algebraic equations have no solution near the values given.
 
-    Why: starting values that are far off, equations that contradict each other, or a solution
-    that has ceased to exist during the run.
+    Why: starting values that are far off, equations that contradict each other, a solution
+    that has ceased to exist during the run, or one that the laws of a loop all but leave open:
+    ideal diodes that all block let the voltage between them be anything.
 
     Example: `unknown z = 0; equation z^2 = -1;`.
 
-    Way out: give the unknown a better starting value, or mend its equation.
+    Way out: give the unknown a better starting value, or mend its equation. Give a law that
+    becomes flat a small slope: `f = Is*(exp(e/Vt) - 1) + leak*e`.
     """
     return error(
         "BG711",
         f"at t = {time:.9g} s no values near the given ones satisfy the equations{_state(state)}",
-        help="give `unknown NAME = VALUE;` a better starting value, or mend its equation",
+        help="give `unknown NAME = VALUE;` a better starting value, or mend its equation; give a "
+        "law that becomes flat, as that of a diode that blocks, a small slope",
     )
 
 
