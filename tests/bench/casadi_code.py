@@ -1,10 +1,10 @@
 """CasADi's C for the same equations, against ours.
 
-Rules: the compiler's graph of f, before its Jacobian is made, becomes CasADi's, node for node (SX); what
-depends on parameters alone is an argument of both, as in our code. CasADi differentiates (its own choice
-of modes and colours), and its C is compiled with -O2 and the flags for this machine that ours has; J is
-its sparse J and df/dt in one function. Calls in a loop in C, the least of batches, both in turn, the
-median over fresh copies.
+Rules: the compiler's graph of f, before its Jacobian is made, becomes CasADi's, node for node
+(SX); what depends on parameters alone is an argument of both, as in our code. CasADi
+differentiates (its own choice of modes and colours), and its C is compiled with -O2 and the
+flags for this machine that ours has; J is its sparse J and df/dt in one function. Calls in a
+loop in C, the least of batches, both in turn, the median over fresh copies.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from __future__ import annotations
 import shutil
 import subprocess
 import tempfile
-from ctypes import CDLL, POINTER, c_double, c_int, c_longlong, byref
+from ctypes import CDLL, POINTER, byref, c_double, c_int, c_longlong
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 import numpy as np
-
-from bgc.algebra.dag import Kind, Level, Op
-from bgc.building.toolchain import COMMON_FLAGS, find_toolchain
 from crane import COPIES, copies, crane, instance, shared_object
 from kernels import kernel_times
 from table import Row
+
+from bgc.algebra.dag import Kind, Level, Op
+from bgc.building.toolchain import COMMON_FLAGS, find_toolchain
 
 _Doubles = POINTER(c_double)
 

@@ -15,10 +15,10 @@ from ctypes import POINTER, c_double, c_int, c_void_p
 from statistics import median
 
 import numpy as np
-
-from bgc.runtime.binding import Library, Status
 from crane import COPIES, HERE, copies, crane, instance, parameters, positions, run, shared_object
 from table import Row
+
+from bgc.runtime.binding import Library, Status
 
 _KERNELS = ("rhs", "jacobian", "factor", "solve")
 _STEPS = (

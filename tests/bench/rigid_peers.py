@@ -1,14 +1,14 @@
 """MuJoCo and Pinocchio on the crane with rigid joints, against the reduced f and fixed steps.
 
-Rules: the peers' crane has the same bodies, joints and weights, and less to do: no water, no drives
-that move (MuJoCo: springs and friction at the joints; Pinocchio: given torques). No contacts, no
-constraints, no sensors. All are called in loops in C (Pinocchio: C++ with -O3 and its fixed joint types)
-from moving states; ours is the whole right-hand side with water and drives. Each time is the least of
-several batches, ours the median over fresh copies.
+Rules: the peers' crane has the same bodies, joints and weights, and less to do: no water, no
+drives that move (MuJoCo: springs and friction at the joints; Pinocchio: given torques). No
+contacts, no constraints, no sensors. All are called in loops in C (Pinocchio: C++ with -O3 and
+its fixed joint types) from moving states; ours is the whole right-hand side with water and
+drives. Each time is the least of several batches, ours the median over fresh copies.
 
-The springs: a bar falls from level on a pivot of stiff springs, undamped, at a step of 1 ms. The
-stiffness rises until the angle is 1 % off; omega is the fastest mode's frequency. MuJoCo has the same
-springs as joints.
+The springs: a bar falls from level on a pivot of stiff springs, undamped, at a step of 1 ms.
+The stiffness rises until the angle is 1 % off; omega is the fastest mode's frequency. MuJoCo
+has the same springs as joints.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
-
-from bgc.runtime.binding import Array, Library, Status
 from crane import copies, crane, instance, run, shared_object
 from kernels import median_times, step_time
 from table import Row
+
+from bgc.runtime.binding import Array, Library, Status
 
 _Doubles = POINTER(c_double)
 _CALLS, _BATCHES = 2000, 15
@@ -102,6 +102,7 @@ def _mujoco(f: float) -> list[Row]:
     peer = shared_object(["mujoco_clock.c", "clock.c"], flags)
     if isinstance(peer, str):
         return [Row(name, "crane", None, note=peer) for name in names]
+    mujoco.set_mju_user_warning(lambda _: None)  # unstable runs are looked for
     model = mujoco.MjModel.from_xml_string(_CRANE.format(integrator="implicitfast"))
     data = mujoco.MjData(model)
     data.qvel[:] = np.linspace(-0.2, 0.2, 9)

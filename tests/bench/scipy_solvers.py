@@ -1,10 +1,10 @@
 """SciPy's stiff solvers on the crane with springs, against the adaptive default.
 
-Rules: SciPy gets f written out in NumPy (`numpy_crane.py`, all bodies at once; checked against the
-compiled f first), and in further rows our C f through ctypes. J by its own difference quotients.
-Tolerances of all run over a ladder, absolute ones per state, rtol times its scale; the cheapest that
-reaches the error counts. The error is the largest distance of a body in any row. SciPy's runs, which
-take seconds, are timed once.
+Rules: SciPy gets f written out in NumPy (`numpy_crane.py`, all bodies at once; checked against
+the compiled f first), and in further rows our C f through ctypes. J by its own difference
+quotients. Tolerances of all run over a ladder, absolute ones per state, rtol times its scale;
+the cheapest that reaches the error counts. The error is the largest distance of a body in any
+row. SciPy's runs, which take seconds, are timed once.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from collections.abc import Callable
 from ctypes import POINTER, c_double, c_void_p
 
 import numpy as np
-from scipy.integrate import solve_ivp
-
-from bgc.runtime.binding import Array, Instance
 from crane import copies, crane, instance, parameters, shared_object
 from numpy_crane import NumPyCrane, order
+from scipy.integrate import solve_ivp
 from sundials import reference, run_ours
 from table import Row
+
+from bgc.runtime.binding import Array, Instance
 
 _STIFFNESS, _DAMPING = 1e8, 0.1
 _DURATION = 1.0

@@ -1,10 +1,11 @@
 """CVODE on the crane with springs, against the adaptive default.
 
-Rules: CVODE (BDF, Newton) gets our compiled f, and with KLU our J too; tolerances of both run over the
-same ladder, absolute ones per state, rtol times its scale. Both write the same rows in C. The error is
-the largest distance of a body from the reference in any row (rodas5p at rtol 1e-11, checked with
-radau5). Time to 1e-5 m is that of the cheapest tolerance that reaches it, the least of repeated runs in
-turn. Both start from rest with the springs unloaded, as a user's first model would.
+Rules: CVODE (BDF, Newton) gets our compiled f, and with KLU our J too; tolerances of both run
+over the same ladder, absolute ones per state, rtol times its scale. Both write the same rows in
+C. The error is the largest distance of a body from the reference in any row (rodas5p at rtol
+1e-11, checked with radau5). Time to 1e-5 m is that of the cheapest tolerance that reaches it,
+the least of repeated runs in turn. Both start from rest with the springs unloaded, as a user's
+first model would.
 """
 
 from __future__ import annotations
@@ -15,10 +16,10 @@ from ctypes import POINTER, c_double, c_int, c_long, c_size_t, c_void_p
 from dataclasses import dataclass
 
 import numpy as np
-
-from bgc.runtime.binding import Array, Instance, Status
 from crane import copies, crane, instance, parameters, positions, run, shared_object
 from table import Row
+
+from bgc.runtime.binding import Array, Instance, Status
 
 _FLAGS = (
     "-I/usr/include/suitesparse", "-lsundials_cvode", "-lsundials_nvecserial",
