@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 import ctypes
+import shutil
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from conftest import Floats, run_compiler
 
+from bgc.building.build import runtime_directory
+from bgc.driver import Compilation
+from bgc.emission.emit import amalgamate
+from bgc.options import Options
+from bgc.runtime.binding import Instance, Library, OptionsStruct, Status
+
+CORPUS = Path(__file__).parents[1] / "models"
 TIMES = np.linspace(0.0, 2.0, 5)
 
 
@@ -56,3 +66,69 @@ def test_well_behaved_pivots_cost_nothing(c_model: Any) -> None:
         pendulum.start("ros34prw", step=1e-3)
         pendulum.finish([1.0])
         assert pendulum.counts.refinements == pendulum.counts.fallbacks == 0
+
+
+ENTRIES = [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, -1.0)]  # one of them vanishes at each
+
+
+@cache
+def emitted(guarded: bool, folder: Path) -> Library:
+    """`tests/models/pivots.bg` as a library, with the guard or with one that accepts everything."""
+    runtime = folder / f"runtime_{guarded}"
+    shutil.copytree(runtime_directory(), runtime)
+    if not guarded:
+        source = (runtime / "linear.c").read_text()
+        for guard, none in (
+            ("acceptable = 1e-11;", "acceptable = INFINITY;"),
+            ("growth_limit = 1e5;", "growth_limit = INFINITY;"),
+            ("if (failed != 0 || !isfinite(growth))", "if (failed < 0)"),
+        ):
+            assert guard in source
+            source = source.replace(guard, none)
+        (runtime / "linear.c").write_text(source)
+    units = Compilation(CORPUS / "pivots.bg", Options()).emitted
+    text, target = folder / f"model_{guarded}.c", folder / f"model_{guarded}.so"
+    text.write_text(amalgamate(units, runtime))
+    run_compiler("-shared", text, "-o", target, "-lm")
+    return Library(target)
+
+
+def run_emitted(
+    library: Library, entries: tuple[float, float]
+) -> tuple[Status, Floats, dict[str, float]]:
+    """Status, the error of y, and the counts."""
+    instance = Instance(library)
+    for index, value in enumerate(entries):
+        instance.set_parameter(index, value)
+    options = OptionsStruct(name=b"rodas5p", rtol=1e-8, atol=1e-10, max_steps=10_000)
+    assert instance.set_options(options) is Status.OK
+    assert instance.reset() is Status.OK
+    rows = np.full((len(TIMES), library.model.n_output), np.nan)
+    status, done = instance.run(TIMES, rows)
+    return status, np.abs(rows[:done, 0] - np.exp(-TIMES[:done])), instance.counts
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("pivots")
+
+
+@pytest.mark.parametrize("entries", [*ENTRIES, (1.0, 1e-14), (1e-14, 1.0), (0.7, 0.2)])
+def test_a_model_that_breaks_static_pivots_is_solved(
+    folder: Path, entries: tuple[float, float]
+) -> None:
+    status, error, _ = run_emitted(emitted(True, folder), entries)
+    assert status is Status.OK
+    assert error.max() < 1e-7
+
+
+def test_the_fallback_solves_it_and_nothing_else_would(folder: Path) -> None:
+    """Which values break the pivots depends on the order of elimination; some do."""
+    guarded, blind = emitted(True, folder), emitted(False, folder)
+    broken = [e for e in ENTRIES if run_emitted(guarded, e)[2]["fallbacks"] > 0]
+    assert broken
+    assert run_emitted(guarded, (0.7, 0.2))[2]["fallbacks"] == 0
+    assert run_emitted(blind, (0.7, 0.2))[0] is Status.OK
+    for entries in broken:
+        status, error, _ = run_emitted(blind, entries)
+        assert status is not Status.OK or error.max() > 1e-3
