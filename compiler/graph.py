@@ -127,12 +127,17 @@ class Source:
 
 @dataclass(frozen=True, slots=True)
 class Initial:
-    """A given initial value of one storage port: `variable` is `q`, `p`, `e` or `f`."""
+    """A given initial value of one storage port: `variable` is `q`, `p`, `e` or `f`.
+
+    `yields` tells a zero that nobody chose: the default of a part's parameter or input, left
+    alone. It holds as long as it contradicts nothing else.
+    """
 
     port: int  # which port of the element
     variable: str
     value: Node
     span: Span
+    yields: bool = False
 
 
 @dataclass(frozen=True, slots=True)

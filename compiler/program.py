@@ -131,3 +131,4 @@ class Program:
     dropped: tuple[Dropped, ...]  # states that slicing left out
     kept: tuple[str, ...] = ()  # names of what slicing must not leave out
     loops: tuple[Loop, ...] = ()  # algebraic loops, in the order in which they are solved
+    yielded: tuple[str, ...] = ()  # storage whose initial defaults gave way to what was given

@@ -131,7 +131,8 @@ def _read_initial(
     units = value.units if len(value.units) == len(nodes) else value.units * len(nodes)
     for node, unit, expected in zip(nodes, units, own.units, strict=True):
         quantities.check_units(Value.scalar(node, unit), expected, span, what)
-    return [Initial(k, name[0], node, span) for k, node in enumerate(nodes)]
+    yields = quantities.is_left_at_zero(argument.value, element.env)
+    return [Initial(k, name[0], node, span, yields) for k, node in enumerate(nodes)]
 
 
 def read_resistor(laws: Laws, element: Element) -> Resistor:

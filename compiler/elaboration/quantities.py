@@ -13,6 +13,7 @@ from bgc.algebra.evaluate import to_double as as_float
 from bgc.elaboration.instantiate import MAX_WIDTH, note
 from bgc.elaboration.modules import Declared
 from bgc.elaboration.report import already_reported
+from bgc.elaboration.scopes import find_member
 from bgc.elaboration.tree import Environment, Given, Quantity, Status
 from bgc.elaboration.world import World
 from bgc.grammar import syntax
@@ -133,6 +134,27 @@ class Quantities:
         value = self.world.evaluate(given.value, given.env)
         value = self.fit(quantity, value, given.value.span)
         return self._with_parts(quantity, value)
+
+    def is_left_at_zero(self, expr: syntax.Expr, env: Environment) -> bool:
+        """Whether an expression names a part's parameter or input that nobody gave a value.
+
+        Its default has to be zero; those of the scene's own model are the user's words. A name
+        that a part was given stands for what it was given.
+        """
+        while isinstance(expr, syntax.Name):
+            quantity = find_member(env, expr.name)
+            if not isinstance(quantity, Quantity) or quantity.kind not in {"param", "input"}:
+                return False
+            owner, default = quantity.env.instance, quantity.declaration.value
+            if quantity.parts or owner is None or owner.parent is None:
+                return False
+            if quantity.given is None:
+                zero = self.world.dag.zero
+                return default is not None and all(
+                    node == zero for node in self.world.evaluate(default, quantity.env).nodes
+                )
+            expr, env = quantity.given.value, quantity.given.env
+        return False
 
     def _without_value(self, quantity: Quantity) -> Diagnostic:
         """Points to where the part is made: there the value should have been given."""

@@ -1,14 +1,15 @@
 """Conditions that given initial values put on what is stored, each linear.
 
 They are inserted one at a time: one that already follows from those before must agree with them,
-or it is named as the culprit.
+or it is named as the culprit. Zeros that nobody chose give way instead.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from typing import TypeAlias
 
 from bgc.algebra.solving import SingularSystemError, solve_general
@@ -31,6 +32,11 @@ class Condition:
     element: StorageElement
     initial: Initial | None  # None of a value that nothing was said about
 
+    @property
+    def yields(self) -> bool:
+        """Whether it gives way to what was said."""
+        return self.initial is not None and self.initial.yields
+
 
 def independent_conditions(
     variables: Variables,
@@ -39,14 +45,15 @@ def independent_conditions(
 ) -> list[Condition]:
     """Insert conditions one at a time; one that follows from others has to agree.
 
-    Both are judged in numbers, at the start and the parameters' default values. The balances,
-    as rows and right-hand sides, hold in any case and come first.
+    All are judged in numbers, at the start and the parameters' default values. The balances,
+    as rows and right-hand sides, hold in any case and come first. Those of an element that yield
+    come after what was said, and hold together or not at all: half of a standstill would ask for
+    odd motions. Elements whose conditions gave way are told to the variables.
     """
     if not conditions:
         return []
     equations = [*balances, *((c.row, c.value) for c in conditions)]
     columns = sorted({j for row, _ in equations for j in row})
-    width = len(columns) + 1
     nodes = [
         node
         for row, value in equations
@@ -55,25 +62,77 @@ def independent_conditions(
     values = variables.at_start(nodes)
     if values is None or not all(map(math.isfinite, values)):
         raise unusable(conditions[0])
-    reduced: list[tuple[int, list[float]]] = []  # pivot, row with its value
+    width = len(columns) + 1
+    numbers = [values[k : k + width] for k in range(0, len(values), width)]
+    system = _System()
+    for row in numbers[: len(balances)]:
+        system.insert(row)
     chosen: list[Condition] = []
-    for k in range(len(equations)):
-        condition = conditions[k - len(balances)] if k >= len(balances) else None
-        row = values[k * width : (k + 1) * width]
-        size = max(map(abs, row[:-1]), default=0.0)
-        for pivot, other in reduced:
-            factor = row[pivot] / other[pivot]
-            row = [x - factor * y for x, y in zip(row, other, strict=True)]
-        pivot = max(range(width - 1), key=lambda j: abs(row[j]), default=-1)
-        if pivot >= 0 and abs(row[pivot]) > NEGLIGIBLE * size:
-            reduced.append((pivot, row))
-            if condition is not None:
-                chosen.append(condition)
-        elif condition is not None and abs(row[-1]) > NEGLIGIBLE * max(
-            1.0, abs(values[(k + 1) * width - 1])
-        ):
+    given = zip(conditions, numbers[len(balances) :], strict=True)
+    for group in _in_groups(given):
+        found = system.copy()
+        answers = [(condition, found.insert(row)) for condition, row in group]
+        condition = next((c for c, answer in answers if answer is Answer.CONTRADICTS), None)
+        if condition is None:
+            system = found
+            chosen += [c for c, answer in answers if answer is Answer.ADDS]
+        elif condition.yields:
+            variables.yielded.append(condition.element.storage.name)
+        else:
             raise contradiction(condition, chosen)
     return chosen
+
+
+def _in_groups(
+    given: Iterable[tuple[Condition, list[float]]],
+) -> list[list[tuple[Condition, list[float]]]]:
+    """Conditions with their numbers in the order in which they hold, together in each group."""
+    firm: list[list[tuple[Condition, list[float]]]] = []
+    yielding: dict[str, list[tuple[Condition, list[float]]]] = {}  # of each element
+    unsaid: list[list[tuple[Condition, list[float]]]] = []
+    for condition, row in given:
+        if condition.initial is None:
+            unsaid.append([(condition, row)])
+        elif condition.yields:
+            yielding.setdefault(condition.element.storage.name, []).append((condition, row))
+        else:
+            firm.append([(condition, row)])
+    return [*firm, *yielding.values(), *unsaid]
+
+
+class Answer(Enum):
+    """What a condition is beside those before it."""
+
+    ADDS = "says something new"
+    FOLLOWS = "follows from the others"
+    CONTRADICTS = "contradicts the others"
+
+
+class _System:
+    """Linear equations in numbers, each reduced by those before it."""
+
+    def __init__(self) -> None:
+        self._reduced: list[tuple[int, list[float]]] = []  # pivot, row with its value
+
+    def copy(self) -> _System:
+        """A system with the same equations that grows on its own."""
+        other = _System()
+        other._reduced = self._reduced[:]
+        return other
+
+    def insert(self, row: list[float]) -> Answer:
+        """Enter coefficients, the value after them, if they say something new."""
+        size, value = max(map(abs, row[:-1]), default=0.0), row[-1]
+        for pivot, other in self._reduced:
+            factor = row[pivot] / other[pivot]
+            row = [x - factor * y for x, y in zip(row, other, strict=True)]
+        pivot = max(range(len(row) - 1), key=lambda j: abs(row[j]), default=-1)
+        if pivot >= 0 and abs(row[pivot]) > NEGLIGIBLE * size:
+            self._reduced.append((pivot, row))
+            return Answer.ADDS
+        if abs(row[-1]) > NEGLIGIBLE * max(1.0, abs(value)):
+            return Answer.CONTRADICTS
+        return Answer.FOLLOWS
 
 
 def contradiction(condition: Condition, others: Sequence[Condition]) -> BgError:

@@ -82,6 +82,7 @@ class Variables:
         )
         self._certifier = Certifier(self.dag, causal.fingerprints, causal.graph.parameters)
         self.watched: list[PositiveParameter] = []
+        self.yielded: list[str] = []  # storage whose initial defaults gave way to what was given
         self.speeds: dict[Node, Speed] = {}
         self.resting: set[Node] = set()  # states whose rates are those at motions of speed zero
         self._rests: dict[Node, Node | None] = {}  # unknown -> its part beside free motions

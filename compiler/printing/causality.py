@@ -50,7 +50,12 @@ def storage_table(causal: CausalGraph, program: Program) -> Table:
         for name in state.stores:
             states.setdefault(name, []).append(state)
     rows = [
-        _storage_row(element, rules.get(index, set()), states.get(element.name, []))
+        _storage_row(
+            element,
+            rules.get(index, set()),
+            states.get(element.name, []),
+            yields=element.name in program.yielded,
+        )
         for index, element in enumerate(causal.graph.elements)
         if isinstance(element, Storage)
     ]
@@ -58,7 +63,7 @@ def storage_table(causal: CausalGraph, program: Program) -> Table:
 
 
 def _storage_row(
-    element: Storage, rules: set[Rule], states: Sequence[ProgramState]
+    element: Storage, rules: set[Rule], states: Sequence[ProgramState], *, yields: bool
 ) -> tuple[str, str, str, str]:
     found = [rule.value for rule in (Rule.PREFERRED, Rule.DERIVATIVE) if rule in rules]
     said = {Rule.PREFERRED.value: "integral", Rule.DERIVATIVE.value: "derivative"}
@@ -70,6 +75,8 @@ def _storage_row(
     elif others:
         kind = states[0].kind
         names = f"the generalised {kind} {names}, with {_listed(dict.fromkeys(others))}"
+    if yields:
+        names += "; starts as what it is joined to, not at zero"
     return element.name, element.kind, causality, names
 
 

@@ -323,7 +323,9 @@ def initial_conflict(span: Span, name: str, variable: str, others: Sequence[str]
     from what a source prescribes.
     Why: the elements are joined rigidly, so their values are not independent.
     Example: two masses on one `J1` with different `f0`.
-    Way out: give one of them only.
+    Way out: give one of them only. A zero that is nothing but the default of a part's parameter
+    or input (the `twist0` of a library's body) contradicts nothing: it gives way, as
+    `bgc causality` tells.
     """
     against = f"the initial values of {_listed(others)}" if others else "the source that drives it"
     return error(
