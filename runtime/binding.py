@@ -169,6 +169,7 @@ _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_set_param": (c_int, (c_int, c_double)),
     "bgc_get_param": (c_double, (c_int,)),
     "bgc_reset": (c_int, (c_double,)),
+    "bgc_restart": (c_int, ()),
     "bgc_rhs": (c_int, (_Doubles,)),
     "bgc_jacobian": (c_int, (_Doubles, _Doubles)),
     "bgc_mass": (c_int, (_Doubles,)),
@@ -189,6 +190,7 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_failed_switch": (c_int, (c_void_p,)),
     "bgc_time": (c_double, (c_void_p,)),
     "bgc_state": (_Doubles, (c_void_p,)),
+    "bgc_scale": (_Doubles, (c_void_p,)),
     "bgc_input": (_Doubles, (c_void_p,)),
     "bgc_method_is_fixed": (c_int, (c_char_p,)),
     "bgc_method_name": (c_char_p, (c_int,)),
@@ -233,6 +235,18 @@ class Library:
         return bool(self.functions.bgc_method_is_fixed(method.encode()) == 1)
 
 
+def backend_run(path: Path, solver: str) -> Any:
+    """The function of a backend's shared object that does what `bgc_run` does."""
+    result, arguments = _ON_INSTANCE["bgc_run"]
+    try:
+        function = getattr(ctypes.CDLL(str(path)), f"bgc_{solver}_run")
+    except (OSError, AttributeError) as problem:
+        raise BgError([cannot_load(str(path), str(problem))]) from problem
+    function.restype = result
+    function.argtypes = (_Model, c_void_p, *arguments)
+    return function
+
+
 def text(value: bytes | None) -> str:
     """Decode a C string; none is the empty one."""
     return "" if value is None else value.decode("utf-8", "replace")
@@ -243,6 +257,7 @@ class Instance:
 
     def __init__(self, library: Library) -> None:
         self.library = library
+        self.backend: Any = None  # what takes the place of `bgc_run`, see `backend_run`
         self._data = library.functions.bgc_new(library.pointer)
         if not self._data:
             raise BgError([no_memory()])
@@ -276,6 +291,10 @@ class Instance:
         """Compute what depends on parameters and take the initial state."""
         return Status(self._call("bgc_reset", time))
 
+    def restart(self) -> Status:
+        """Start anew from the state that has been written."""
+        return Status(self._call("bgc_restart"))
+
     @property
     def time(self) -> float:
         """The instance's time; may be read while another thread runs it."""
@@ -285,6 +304,11 @@ class Instance:
     def state(self) -> Array:
         """The state, a view: writing to it sets it."""
         return self._view("bgc_state", self.library.model.n_state)
+
+    @property
+    def scale(self) -> Array:
+        """What absolute tolerances of the states are parts of, after a reset; a view."""
+        return self._view("bgc_scale", self.library.model.n_state)
 
     @property
     def input(self) -> Array:
@@ -365,8 +389,9 @@ class Instance:
         """
         assert rows.flags.c_contiguous and len(rows) == len(times)
         done = c_size_t(0)
-        status = self._call("bgc_run", _doubles(times), len(times), _doubles(rows), byref(done))
-        return Status(status), done.value
+        run = self.backend or self.library.functions.bgc_run
+        where = (_doubles(times), len(times), _doubles(rows), byref(done))
+        return Status(run(self.library.pointer, self._data, *where)), done.value
 
     def stop(self) -> None:
         """Make a `run` in another thread return soon."""

@@ -188,6 +188,9 @@ double bgc_get_param(const bgc_model *m, const bgc_data *d, int k);
 /* Recomputes what depends on parameters, checks them, puts x to its initial values at time t, and
  * states without a derivative on their equations. Reads the devices that are open. */
 bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t);
+/* The run starts anew at the present time, from the state as the caller has written it; states
+ * without a derivative are put on their equations. Parameters, modes and devices are left alone. */
+bgc_status bgc_restart(const bgc_model *m, bgc_data *d);
 
 int bgc_failed_parameter(const bgc_data *d); /* index into param, or n_param + check index */
 int bgc_failed_assertion(const bgc_data *d);
@@ -198,6 +201,7 @@ const char *bgc_status_text(bgc_status s);
 /* The present: the end of the last step, which may lie beyond the last row (see bgc_run). */
 double bgc_time(const bgc_data *d);
 double *bgc_state(bgc_data *d);              /* x, n_state; may be written between steps */
+const double *bgc_scale(const bgc_data *d);  /* sizes that absolute tolerances are parts of */
 double *bgc_input(bgc_data *d);              /* u, n_input; what no device writes is the caller's */
 /* Everything but the devices: a restored run continues with the same bits. Another model's state
  * is refused. */

@@ -215,6 +215,34 @@ static void start_afresh(bgc_core *core, double t) {
     core->supplied = core->dissipated = core->supplied_old = core->dissipated_old = 0.0;
 }
 
+/* Takes the present state for the start, put on its equations. */
+static bgc_status start_here(const bgc_model *m, bgc_data *d) {
+    bgc_core *core = &d->core;
+    bgc_status status;
+
+    core->failed_state = bgc_first_bad(m->n_state, d->x);
+    if (core->failed_state >= 0) {
+        return BGC_NOT_FINITE;
+    }
+    if (m->project != NULL) {
+        m->project(d->h, core->t, d->x, d->work);
+    }
+    status = bgc_make_consistent(m, d);
+    if (status != BGC_OK) {
+        return status;
+    }
+    memcpy(d->u_seen, d->u, (size_t)m->n_input * sizeof *d->u);
+    if (m->energy != NULL) {
+        double energy[3];
+        m->energy(d->h, core->t, d->x, d->u, energy, d->work);
+        core->stored0 = energy[0];
+    }
+    core->counts = (bgc_counts){0};
+    core->counts.exchanged = fabs(core->stored0);
+    core->ready = 1;
+    return BGC_OK;
+}
+
 bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
     bgc_core *core = &d->core;
     bgc_status status;
@@ -242,28 +270,17 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
     if (m->n_mass > 0) {
         m->mass(d->h, d->mass, d->work);
     }
-    core->failed_state = bgc_first_bad(m->n_state, d->x);
-    if (core->failed_state >= 0) {
-        return BGC_NOT_FINITE;
-    }
     bgc_classify_states(m, d);
-    if (m->project != NULL) {
-        m->project(d->h, t, d->x, d->work);
+    return start_here(m, d);
+}
+
+bgc_status bgc_restart(const bgc_model *m, bgc_data *d) {
+    if (!d->core.ready) {
+        return BGC_BAD_ARGUMENT;
     }
-    status = bgc_make_consistent(m, d);
-    if (status != BGC_OK) {
-        return status;
-    }
-    memcpy(d->u_seen, d->u, (size_t)m->n_input * sizeof *d->u);
-    if (m->energy != NULL) {
-        double energy[3];
-        m->energy(d->h, t, d->x, d->u, energy, d->work);
-        core->stored0 = energy[0];
-    }
-    core->counts = (bgc_counts){0};
-    core->counts.exchanged = fabs(core->stored0);
-    core->ready = 1;
-    return BGC_OK;
+    start_afresh(&d->core, d->core.t);
+    d->core.ready = 0;
+    return start_here(m, d);
 }
 
 /* --- what an instance says of itself ------------------------------------------------------- */
@@ -274,6 +291,7 @@ int bgc_failed_state(const bgc_data *d) { return d->core.failed_state; }
 int bgc_failed_switch(const bgc_data *d) { return d->core.failed_switch; }
 double bgc_time(const bgc_data *d) { return d->core.t; }
 double *bgc_state(bgc_data *d) { return d->x; }
+const double *bgc_scale(const bgc_data *d) { return d->scale; }
 double *bgc_input(bgc_data *d) { return d->u; }
 const bgc_counts *bgc_get_counts(const bgc_data *d) { return &d->core.counts; }
 void bgc_stop(bgc_data *d) { atomic_store(&d->stop, 1); }

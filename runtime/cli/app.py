@@ -30,6 +30,7 @@ _COMMANDS = {
     "graph": "draw the bond graph with its causal strokes",
     "cost": "tell what a scene costs, what was left out, and what variants would cost",
     "trade": "measure speed against accuracy of a scene, and recommend a method",
+    "stress": "drive a scene to its extremes, and map where it holds and where it fails",
     "fmt": "print files in canonical form",
     "explain": "tell more about a diagnostic's code",
     "doctor": "say what bgc found on this machine, and what to install",

@@ -1,0 +1,116 @@
+"""`bgc stress`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
+from bgc.runtime.cli.options import (
+    check_target,
+    model_file,
+    read_assignments,
+    scene_option,
+    set_option,
+    use_option,
+)
+
+
+@click.command()
+@model_file
+@scene_option
+@set_option
+@use_option
+@click.option(
+    "--drive",
+    "drives",
+    multiple=True,
+    metavar="NAME=LOW..HIGH",
+    help='What to drive: "k=1e3..1e14 N/m", "step=1 us..0.1 s:11", "rtol=1e-3, 1e-6", "time=..". '
+    "By default all there is.",
+)
+@click.option("--grid", is_flag=True, help="Drive two together: a map of both.")
+@click.option("--solver", metavar="NAME", help="Method to look at; the scene's by default.")
+@click.option("--rtol", type=float, help="Its relative tolerance.")
+@click.option("--step", metavar="TIME", help="Its step.")
+@click.option("--time", "duration", metavar="TIME", help="How much of the scene to simulate.")
+@click.option("--within", type=float, help="Error up to which a number holds, of its range.")
+@click.option(
+    "--budget", metavar="TIME", default="120 s", show_default=True, help="How long it may take."
+)
+@click.option("--out", metavar="FILE", help="Write the points: .csv.")
+@click.option("--plot", metavar="FILE", help="Draw the map: .png, .svg or .pdf.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: SI units, numbers in full.")
+@click.option("--quiet", "-q", is_flag=True, help="The sums alone; no progress bar.")
+@click.pass_context
+def stress(
+    context: click.Context,
+    file: Path,
+    scene: str | None,
+    assignments: tuple[str, ...],
+    uses: tuple[str, ...],
+    drives: tuple[str, ...],
+    grid: bool,
+    solver: str | None,
+    rtol: float | None,
+    step: str | None,
+    duration: str | None,
+    within: float | None,
+    budget: str,
+    out: str | None,
+    plot: str | None,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Drive a scene of FILE to its extremes, and map where it holds, degrades and fails.
+
+    Stiffnesses, inertias, resistances, sources and angles, found by the elements that hold them,
+    go through their ranges, and so do the step or the tolerance and the duration. Every run is
+    held against a reference that two methods agree on. The exit status is 1 where numbers are
+    wrong without a word.
+    """
+    from bgc.runtime.cli.printing import print_tables
+    from bgc.runtime.model import compile_model
+    from bgc.runtime.quantity import read_quantity
+    from bgc.runtime.stress.stress import stress as drive_all
+    from bgc.runtime.stress.tables import as_json as json_text
+    from bgc.runtime.stress.tables import summary, tables, write_csv
+
+    if grid and len(drives) != 2:
+        raise click.UsageError("--grid takes two --drive")
+    check_target(out, (".csv",))
+    check_target(plot, (".png", ".svg", ".pdf"))
+    times = {
+        name: None if text is None else read_quantity(text, f"--{name}", "s")
+        for name, text in (("step", step), ("time", duration), ("budget", budget))
+    }
+    model = compile_model(
+        file, scene, dict(read_assignments(assignments)), uses=dict(read_assignments(uses))
+    )
+    print_diagnostics(model.warnings)
+    found = drive_all(
+        model,
+        drives,
+        grid=grid,
+        solver=solver,
+        rtol=rtol,
+        step=times["step"],
+        duration=times["time"],
+        within=within,
+        budget=times["budget"] or 0.0,
+        progress=not quiet,
+    )
+    if as_json:
+        click.echo(json_text(found))
+    elif quiet:
+        click.echo(summary(found))
+    else:
+        print_tables(tables(found))
+    if out is not None:
+        write_csv(found, out)
+    if plot is not None:
+        from bgc.runtime.stress.picture import draw
+
+        draw(found, plot)
+    context.exit(AT_FAULT if found.wrong else 0)

@@ -1,0 +1,134 @@
+"""A map as a picture: a cell for each point, its colour the verdict, its text the error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import matplotlib
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch, Rectangle
+
+from bgc.grammar.catalogue.machine import unknown_file_kind
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.files import written_whole
+from bgc.runtime.plot import KINDS, STYLE
+from bgc.runtime.stress.drives import Drive
+from bgc.runtime.stress.judge import Judgement, Verdict
+from bgc.runtime.stress.stress import Point, StressMap
+
+# Light to dark also in grey; green and red are told apart by their text and lightness.
+_COLOURS: Mapping[Verdict, str] = MappingProxyType(
+    {
+        Verdict.HOLDS: "#b7e1b0",
+        Verdict.DEGRADED: "#f5d76e",
+        Verdict.WARNED: "#e8a04c",
+        Verdict.WRONG: "#c0392b",
+        Verdict.FAILS: "#8e9aa6",
+        Verdict.SLOW: "#d5dbe1",
+        Verdict.UNJUDGED: "#ffffff",
+    }
+)
+_CELL = 0.62, 0.5  # inches, across and up
+_MARGIN = 3.4, 1.6
+
+
+def draw(found: StressMap, path: str | Path) -> Figure:
+    """Draw a map and write it: a row for each drive, or two drives against each other."""
+    kind = Path(path).suffix.lower()
+    if kind not in KINDS:
+        raise BgError([unknown_file_kind(str(path), KINDS)])
+    with matplotlib.rc_context(STYLE):
+        figure = _draw(found)
+        with written_whole(path) as aside:
+            undated = {"Date": None} if kind == ".svg" else None
+            figure.savefig(aside, format=kind[1:], dpi=130, metadata=undated)
+    return figure
+
+
+def _draw(found: StressMap) -> Figure:
+    rows = _grid_rows(found) if found.grid else _drive_rows(found)
+    widest = max(len(cells) for _, cells in rows)
+    size = (widest * _CELL[0] + _MARGIN[0], len(rows) * _CELL[1] + _MARGIN[1])
+    figure = Figure(figsize=size, layout="constrained")
+    axes: Any = figure.add_subplot()
+    for height, (_, cells) in enumerate(rows):
+        for place, (value, judgement) in enumerate(cells):
+            _cell(axes, place, height, value, judgement)
+    axes.set_xlim(0, widest)
+    axes.set_ylim(len(rows), 0)
+    axes.set_yticks([k + 0.5 for k in range(len(rows))], [name for name, _ in rows])
+    axes.tick_params(length=0)
+    axes.set_xticks([])
+    axes.grid(False)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    if found.grid:
+        across, _ = found.drives if len(found.drives) == 2 else _axes_of(found)
+        axes.set_xlabel(f"{across.name} in {across.unit}" if across.unit else across.name)
+    axes.set_title(f"{found.scene}: {found.method}", loc="left")
+    seen = found.counts()
+    patches = [
+        Patch(facecolor=colour, edgecolor="#555555", label=f"{verdict.value} ({seen[verdict]})")
+        for verdict, colour in _COLOURS.items()
+        if seen.get(verdict)
+    ]
+    figure.legend(handles=patches, loc="outside lower center", ncols=min(len(patches), 4),
+                  frameon=False)  # fmt: skip
+    return figure
+
+
+def _axes_of(found: StressMap) -> tuple[Drive, Drive]:
+    """The two drives of a grid."""
+    (first, _), (second, _) = found.points[0].settings
+    return Drive(first, "", "", ()), Drive(second, "", "", ())
+
+
+_Cells = list[tuple[float, Judgement]]
+
+
+def _drive_rows(found: StressMap) -> list[tuple[str, _Cells]]:
+    return [
+        (
+            f"{drive.name}, {drive.unit}" if drive.unit else drive.name,
+            _ordered(found.of_drive(drive), 0),
+        )
+        for drive in found.drives
+    ]
+
+
+def _grid_rows(found: StressMap) -> list[tuple[str, _Cells]]:
+    """Rows by the second drive, its largest value on top."""
+    name = found.points[0].settings[1][0]
+    heights = sorted({point.settings[1][1] for point in found.points}, reverse=True)
+    return [
+        (f"{name} = {y:.3g}", _ordered([p for p in found.points if p.settings[1][1] == y], 0))
+        for y in heights
+    ]
+
+
+def _ordered(points: Sequence[Point], axis: int) -> _Cells:
+    return sorted(
+        ((point.settings[axis][1], point.judgement) for point in points), key=lambda cell: cell[0]
+    )
+
+
+def _text(judgement: Judgement) -> str:
+    if judgement.error is not None:
+        return f"{judgement.error:.0e}"
+    return judgement.message[:5] if judgement.verdict is Verdict.FAILS else ""
+
+
+def _cell(axes: Any, x: int, y: int, value: float, judgement: Judgement) -> None:
+    verdict = judgement.verdict
+    dark = verdict is Verdict.WRONG
+    axes.add_patch(
+        Rectangle((x, y), 1, 1, facecolor=_COLOURS[verdict], edgecolor="white", linewidth=1.5)
+    )
+    text = _text(judgement)
+    colour = "white" if dark else "#222222"
+    axes.text(x + 0.5, y + 0.33, f"{value:.3g}", ha="center", va="center", fontsize=7,
+              color=colour)  # fmt: skip
+    axes.text(x + 0.5, y + 0.7, text, ha="center", va="center", fontsize=6.5, color=colour)

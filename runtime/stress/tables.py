@@ -1,0 +1,149 @@
+"""A map as tables, CSV and JSON."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from bgc.printing.tables import Table
+from bgc.runtime.files import written_whole
+from bgc.runtime.stress.drives import Drive
+from bgc.runtime.stress.judge import Judgement, Verdict
+from bgc.runtime.stress.stress import Point, StressMap
+from bgc.runtime.trade.configurations import spelled_time
+
+_NAMED = 6  # of the drives that were skipped
+
+
+def tables(found: StressMap) -> list[Table]:
+    """A line for each stretch of a drive on which the verdict is the same, then the sums."""
+    header = ("driven", "as", "from", "to", "verdict", "worst error", "")
+    rows: list[tuple[str, ...]] = []
+    if found.grid:
+        header = ("driven", "values", "", "", "verdict", "worst error", "")
+        rows = [_grid_row(point) for point in found.points]
+    for drive in () if found.grid else found.drives:
+        rows += _stretches(drive, found.of_drive(drive))
+    return [Table(_title(found), header, tuple(rows)), Table("in all", (), (), summary(found))]
+
+
+def _title(found: StressMap) -> str:
+    length = spelled_time(float(f"{found.duration:.3g}"))
+    whole = spelled_time(found.scene_duration)
+    part = length if found.duration == found.scene_duration else f"{length} of {whole}"
+    return f"{found.scene}, {found.method}, {part}"
+
+
+def _stretches(drive: Drive, points: Sequence[Point]) -> Iterator[tuple[str, ...]]:
+    """The points in the order of their values, those alike together."""
+    ordered = sorted(points, key=lambda point: point.settings[0][1])
+    name, role = drive.name, drive.role
+    for (verdict, _), group in groupby(ordered, key=_alike):
+        run = list(group)
+        first, last = (_value(p.settings[0][1], drive.unit) for p in (run[0], run[-1]))
+        yield (
+            name,
+            role,
+            first,
+            last if len(run) > 1 else "",
+            verdict.value,
+            _worst(point.judgement for point in run),
+            run[0].judgement.message,
+        )
+        name = role = ""
+
+
+def _alike(point: Point) -> tuple[Verdict, str]:
+    judgement = point.judgement
+    return judgement.verdict, judgement.message[:5] if judgement.verdict is Verdict.FAILS else ""
+
+
+def _grid_row(point: Point) -> tuple[str, ...]:
+    (across, x), (up, y) = point.settings
+    judgement = point.judgement
+    return (
+        f"{across}, {up}",
+        f"{x:.4g}, {y:.4g}",
+        "",
+        "",
+        judgement.verdict.value,
+        _worst([judgement]),
+        judgement.message,
+    )
+
+
+def _value(value: float, unit: str) -> str:
+    return f"{value:.6g} {unit}".rstrip()
+
+
+def _worst(judgements: Iterable[Judgement]) -> str:
+    errors = [j.error for j in judgements if j.error is not None]
+    return f"{max(errors):.1e}" if errors else ""
+
+
+def summary(found: StressMap) -> str:
+    """How many points came to what, what that means, and what was not looked at."""
+    counts = found.counts()
+    parts = [f"{counts[v]} {v.value}" for v in Verdict if counts.get(v)]
+    asked = "what `require` asks for" if found.tolerance.required else f"{found.tolerance.within:g}"
+    lines = [
+        f"{len(found.points)} points: {', '.join(parts)}",
+        f"holds: within {asked}; errors are relative to the range of each observed quantity, "
+        "against a reference that two methods agree on",
+    ]
+    if found.skipped:
+        names = [drive.name for drive in found.skipped]
+        more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+        listed = ", ".join(names[:_NAMED])
+        lines.append(f"not driven for want of time: {listed}{more}; raise --budget")
+    if found.wrong:
+        lines.append("WRONG NUMBERS WITHOUT A WORD: take a smaller step or tolerance there")
+    return "\n".join(lines)
+
+
+def write_csv(found: StressMap, path: str | Path) -> None:
+    """A line for each point: what was set, in SI, and what came of it."""
+    with written_whole(path) as aside, aside.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        width = 2 if found.grid else 1
+        names = [f"{word}{k + 1 if found.grid else ''}" for k in range(width)
+                 for word in ("driven", "value")]  # fmt: skip
+        writer.writerow([*names, "verdict", "error", "residual", "message"])
+        for point in found.points:
+            judgement = point.judgement
+            settings = [item for pair in point.settings for item in (pair[0], repr(pair[1]))]
+            numbers = ["" if x is None else repr(x) for x in (judgement.error, judgement.residual)]
+            writer.writerow([*settings, judgement.verdict.value, *numbers, judgement.message])
+
+
+def as_json(found: StressMap) -> str:
+    """All of it; an error that is infinite is written as a text."""
+    counts = found.counts()
+    value: dict[str, Any] = {
+        "scene": found.scene,
+        "method": found.method,
+        "duration": found.duration,
+        "scene_duration": found.scene_duration,
+        "within": None if found.tolerance.required else found.tolerance.within,
+        "counts": {verdict.value: counts.get(verdict, 0) for verdict in Verdict},
+        "points": [
+            {
+                "settings": dict(point.settings),
+                "verdict": point.judgement.verdict.value,
+                "error": _number(point.judgement.error),
+                "residual": _number(point.judgement.residual),
+                "message": point.judgement.message,
+            }
+            for point in found.points
+        ],
+        "skipped": [drive.name for drive in found.skipped],
+    }
+    return json.dumps(value, indent=2, allow_nan=False)
+
+
+def _number(value: float | None) -> float | str | None:
+    return "infinite" if value == float("inf") else value

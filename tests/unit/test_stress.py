@@ -1,0 +1,149 @@
+"""`bgc stress` on models whose limits are known."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.cli.app import application
+from bgc.runtime.model import compile_model
+from bgc.runtime.stress.drives import read_drive
+from bgc.runtime.stress.judge import Verdict
+from bgc.runtime.stress.stress import stress
+
+MODELS = Path(__file__).parents[1] / "models" / "stress.bg"
+
+
+def verdicts(found):
+    return {p.settings[0][1]: p.judgement.verdict for p in found.points}
+
+
+def test_an_explicit_method_breaks_where_its_stability_ends():
+    """Undamped, |R(i h omega)| > 1 for rk4 beyond h omega = 2 sqrt 2 (Hairer, Wanner, IV.2)."""
+    model = compile_model(MODELS, "undamped")
+    step, limit = 0.01, math.sqrt(8)
+    inside, outside = ((factor * limit / step) ** 2 for factor in (0.98, 1.02))
+    found = stress(model, [f"k={inside!r}, {outside!r}"])
+    errors = {p.settings[0][1]: p.judgement.error for p in found.points}
+    assert errors[inside] < 3  # damped or out of phase: wrong, but bounded
+    assert errors[outside] > 100
+    assert {*verdicts(found).values()} == {Verdict.WRONG}
+    accurate = stress(model, ["k=1..100 N/m"])
+    assert {*verdicts(accurate).values()} == {Verdict.HOLDS}
+
+
+def test_a_stiff_method_has_no_such_limit():
+    model = compile_model(MODELS, "oscillator")
+    found = stress(model, ["k=1e3..1e14 N/m"], solver="rodas5p")
+    assert {*verdicts(found).values()} == {Verdict.HOLDS}
+
+
+def test_no_number_is_silently_wrong_anywhere_for_the_default_method():
+    found = stress(compile_model(MODELS, "oscillator"), budget=60)
+    assert found.wrong == ()
+    assert not found.skipped
+    driven = {drive.name: drive.role for drive in found.drives}
+    assert driven["k"] == "stiffness" and driven["mass0"] == "inertia"
+    assert driven["zeta"] == "resistance" and driven["load"] == "source"
+    assert found.counts()[Verdict.HOLDS] > 40
+
+
+def test_overflow_and_subnormal_values_end_with_a_status():
+    model = compile_model(MODELS, "oscillator")
+    found = stress(model, ["load=1e300, 1.7976931348623157e308", "mass0=5e-324, 1e-300"])
+    for point in found.points:
+        assert point.judgement.verdict in (Verdict.FAILS, Verdict.HOLDS), point
+    assert found.counts()[Verdict.FAILS] >= 2
+    assert all(p.judgement.message.startswith("BG7") for p in found.points
+               if p.judgement.verdict is Verdict.FAILS)  # fmt: skip
+
+
+def test_a_parameter_outside_its_range_is_refused_at_its_point():
+    found = stress(compile_model(MODELS, "oscillator"), ["k=-1, 100"])
+    assert verdicts(found) == {-1.0: Verdict.FAILS, 100.0: Verdict.HOLDS}
+    assert found.points[0].judgement.message.startswith("BG061")
+
+
+def test_a_coarse_step_is_degraded_and_then_told_by_the_balance():
+    found = stress(compile_model(MODELS, "oscillator"), ["step=1 ms, 50 ms, 0.26 s"], solver="rk4",
+                   step=1e-3)  # fmt: skip
+    assert [*verdicts(found).values()] == [Verdict.HOLDS, Verdict.DEGRADED, Verdict.WARNED]
+
+
+def test_a_solution_that_is_unstable_is_not_judged():
+    found = stress(compile_model(MODELS, "inverted"), ["start=3.141592653589793, 3"])
+    assert verdicts(found)[3.141592653589793] is Verdict.UNJUDGED
+    assert verdicts(found)[3.0] is not Verdict.UNJUDGED
+
+
+def test_a_structural_parameter_is_compiled_for_each_value():
+    model = compile_model(MODELS, "undamped")
+    assert "zeta" not in model.parameters
+    found = stress(model, ["zeta=0, 0.5"])
+    assert {*verdicts(found).values()} == {Verdict.HOLDS}
+
+
+def test_a_grid_is_a_map_of_two():
+    found = stress(compile_model(MODELS, "oscillator"), ["k=1, 1e4", "mass0=1, 2, 3"], grid=True)
+    assert len(found.points) == 6
+    assert found.points[0].settings == (("k", 1.0), ("mass0", 1.0))
+
+
+def test_drives_are_read_with_their_units():
+    units = {"k": "N/m"}
+    assert read_drive("k = 1 kN/m .. 1e6 kN/m", units).values == tuple(
+        pytest.approx(10.0**n) for n in range(3, 10)
+    )
+    assert read_drive("k=1 N/m..3 N/m:3", units).values == (1.0, 2.0, 3.0)
+    assert read_drive("step=1 ms, 2 ms", {}).values == (0.001, 0.002)
+    assert read_drive("k=0..1 N/m", units).values[0] == 0.0
+
+
+@pytest.mark.parametrize("text", ["k", "k=2..1", "k=1..2:x", "=1..2"])
+def test_what_is_no_drive_is_refused(text):
+    with pytest.raises(BgError) as problem:
+        read_drive(text, {"k": ""})
+    assert [d.code for d in problem.value.diagnostics] == ["BG087"]
+
+
+def test_a_scene_that_observes_nothing_or_does_not_run_is_refused(tmp_path):
+    text = 'model M { state x = 1; der(x) = -x; assert time < 1, "over"; }\n'
+    for scene, code in (
+        ("scene s of M { run 1 s; }", "BG088"),
+        ("scene s of M { observe x; run 2 s; }", "BG089"),
+    ):
+        path = tmp_path / f"{code}.bg"
+        path.write_text(text + scene)
+        with pytest.raises(BgError) as problem:
+            stress(compile_model(path))
+        assert [d.code for d in problem.value.diagnostics] == [code]
+
+
+def run(*arguments):
+    return CliRunner().invoke(application, ["stress", str(MODELS), *arguments])
+
+
+def test_the_command_writes_its_map_and_tells_of_wrong_numbers(tmp_path):
+    table, picture = tmp_path / "map.csv", tmp_path / "map.png"
+    drive = ("--scene", "undamped", "--drive", "k=100, 1e5")
+    done = run(*drive, "--out", str(table), "--plot", str(picture))
+    assert done.exit_code == 1
+    assert "WRONG NUMBERS" in done.output
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    header, first, second = table.read_text().splitlines()
+    assert header == "driven,value,verdict,error,residual,message"
+    assert first.startswith("k,100.0,holds,") and second.startswith("k,100000.0,wrong,")
+    found = json.loads(run("--scene", "undamped", "--drive", "k=100", "--json").output)
+    assert found["counts"]["holds"] == 1
+    assert found["points"][0]["settings"] == {"k": 100.0}
+
+
+def test_a_grid_is_drawn(tmp_path):
+    picture = tmp_path / "map.svg"
+    drives = ("--drive", "k=1..1e3 N/m", "--drive", "mass0=1, 2 kg", "--grid")
+    done = run("--scene", "oscillator", *drives, "--plot", str(picture))
+    assert done.exit_code == 0
+    assert picture.stat().st_size > 1000
