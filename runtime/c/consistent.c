@@ -17,7 +17,7 @@
 enum { MAX_ITERATIONS = 100, MAX_STAGES = 60 };
 static const double least_damping = 1e-6;
 static const double solved = 1e-9;      /* last correction, over what the states amount to */
-static const double rounding = 1e-3;    /* one within tolerance by so much is as good as it gets */
+static const double well_within = 1e-3; /* one within tolerance by so much is as good as it gets */
 static const double left_alone = 1e-3;  /* correction after a fixed step, over scale plus size */
 static const double unbent = 1e-5;      /* one that says nothing of the step's length, over these */
 static const double bent = 0.03;        /* any other, over how far the state went in the step */
@@ -239,7 +239,7 @@ static bgc_status newton(const bgc_model *m, bgc_data *d, double t, double part,
         }
         damping = fmin(1.0, shrunk < 0.5 ? 4.0 * damping : 2.0 * damping);
     }
-    return is_within(d, d->change, x, rounding) ? BGC_OK : BGC_INCONSISTENT;
+    return is_within(d, d->change, x, well_within) ? BGC_OK : BGC_INCONSISTENT;
 }
 
 /* Goes from equations that x satisfies to those of the model: g(y) - (1 - s) g(x) = 0 for s from
