@@ -117,7 +117,7 @@ def paced_worst(
     count = min(round(duration / period), _PACED)
     least = np.full(count, np.inf)
     for _ in range(repeats):
-        spent = _paced(model, method, period * np.arange(1, count + 1))
+        spent = _paced(model, method, np.arange(1, count + 1, dtype=np.float64) * period)
         if spent is None:
             return 0.0
         least = np.minimum(least, spent)

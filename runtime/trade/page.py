@@ -117,7 +117,10 @@ def _svg(trade: Trade) -> str:
 
 
 def _configurations(trade: Trade) -> str:
-    heads = "".join(f"<th>{escape(name)}</th>" for name in header(trade))
+    names = ("", "method", "setting", "variant")
+    heads = "".join(
+        f"<th{' class=name' if name in names else ''}>{escape(name)}</th>" for name in header(trade)
+    )
     rows = "".join(_row(trade, row) for row in ordered(trade) if row.done)
     return f'<table class="sort"><thead><tr>{heads}</tr></thead><tbody>\n{rows}</tbody></table>'
 

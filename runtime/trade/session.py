@@ -27,7 +27,9 @@ _AS_THE_REFERENCE = 3.0  # times the time of the reference, beyond which nothing
 _DEFAULT_SAMPLE = 1e-3  # s, of devices in a scene that gives no step: see bgc.h
 _SHORT = 0.05  # s: so short a run is repeated at once
 _MOST_PACED = 12  # configurations that are tried for the deadline
-_NEAR = 1.5  # times the time of a configuration on the front: may be on it, but for noise
+_MEASURING = 0.7  # of the budget, before the rest goes to deadlines and repetitions
+_SAME = 0.01  # part by which errors and counts of steps may differ and still be the same
+_NEAR = 1.2  # times the time of a configuration on the front: may be on it, but for noise
 _OUT_OF_BUDGET = "not run: the budget was spent; the same command goes on"
 
 
@@ -104,6 +106,7 @@ class Session:
         """Measure configurations in their order, except what a coarser one makes needless."""
         rows: list[Measurement] = []
         given_up: dict[object, str] = {}
+        coarser: dict[object, Measurement] = {}
         with ProgressBar(len(configurations), self.progress, "measuring", "") as bar:
             for count, configuration in enumerate(configurations):
                 reason = given_up.get(configuration.ladder, "")
@@ -116,8 +119,10 @@ class Session:
 
                 row = self.measured(configuration, reference, watch)
                 rows.append(row)
-                if reason := _why_no_finer(row, target):
+                last = coarser.get(configuration.ladder)
+                if reason := _why_no_finer(row, last, target):
                     given_up[configuration.ladder] = reason
+                coarser[configuration.ladder] = row
         return tuple(rows)
 
     def repeat(self, rows: Sequence[Measurement], target: Target) -> tuple[Measurement, ...]:
@@ -170,10 +175,11 @@ class Session:
         if (stored := self.store.measurement(content, configuration)) is not None:
             return stored
         limit = max(_AT_LEAST, _AS_THE_REFERENCE * reference.seconds)
-        if self.left <= 0:
+        left = self.left - (1.0 - _MEASURING) * self.budget
+        if left <= 0:
             return Measurement(configuration, "skipped", _OUT_OF_BUDGET)
-        found = self._measured(configuration, reference, min(limit, self.left), watch)
-        if found.status == "stopped" and self.left <= 0:
+        found = self._measured(configuration, reference, min(limit, left), watch)
+        if found.status == "stopped" and left < limit:
             return Measurement(configuration, "skipped", _OUT_OF_BUDGET)
         self.store.keep(content, found)
         return found
@@ -248,13 +254,24 @@ class Session:
         )
 
 
-def _why_no_finer(row: Measurement, target: Target) -> str:
+def _why_no_finer(row: Measurement, coarser: Measurement | None, target: Target) -> str:
     """Why a smaller step or tolerance of the same method is not worth its time; else empty."""
+    if row.done and coarser is not None and coarser.done and _same(row, coarser, target):
+        return f"not run: {row.configuration.setting} takes the same steps as the one before"
     if row.status == "stopped":
         return f"not run: {row.configuration.setting} takes too long already"
     if target.at_reference(row):
         return f"not run: {row.configuration.setting} is at the reference's accuracy already"
     return ""
+
+
+def _same(row: Measurement, other: Measurement, target: Target) -> bool:
+    """Whether another tolerance made no difference, as where all steps end at samples."""
+    error, steps = target.error(row), row.counts["steps"]
+    return (
+        abs(target.error(other) - error) <= _SAME * error
+        and abs(other.counts["steps"] - steps) <= _SAME * steps
+    )
 
 
 def _period(configuration: Configuration, target: Target) -> float | None:

@@ -117,7 +117,7 @@ def cells(trade: Trade, row: Measurement) -> tuple[str, ...]:
     mark = "*" if configuration in trade.verdict.front else ""
     mark = "=>" if configuration == trade.recommended else mark
     fewer = "" if target.samples(row) else " †"
-    name = (mark, configuration.solver, configuration.setting + fewer)
+    name: tuple[str, ...] = (mark, configuration.solver, configuration.setting + fewer)
     name += (configuration.variant,) if _varied(trade) else ()
     if not row.done:
         return (*name, row.status, *("",) * (len(header(trade)) - len(name) - 1))

@@ -204,7 +204,7 @@ def trade(
     ladder = _ladder(session, reference, end) if steps is None and fixed else tuple(steps or ())
     configurations = scene_configurations(adaptive, fixed, rtols, ladder, keeps)
     rows = session.measure(configurations, reference, target)
-    rows = session.in_time(session.repeat(rows, target), target)
+    rows = session.repeat(session.in_time(rows, target), target)
     if variants:
         rows += _of_variants(session, variants, rows, reference, target)
     verdict = judge(rows, target)
@@ -283,8 +283,8 @@ def _of_variants(
             message = f"{first.code}: {first.message}"
             measured += [Measurement(one, "failed", message) for one in ours[:1]]
             continue
-        found_rows = varied.repeat(varied.measure(ours, reference, target), target)
-        measured += varied.in_time(found_rows, target)
+        found_rows = varied.in_time(varied.measure(ours, reference, target), target)
+        measured += varied.repeat(found_rows, target)
     return tuple(measured)
 
 
