@@ -6,10 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from bgc.building.backends import BACKENDS
 from bgc.building.built import ENERGY_ACCOUNTS, Built, RunFacts
 from bgc.grammar.catalogue.machine import no_duration
 from bgc.grammar.catalogue.trade import nothing_measured
@@ -21,7 +22,11 @@ from bgc.runtime.linear import Complex, Linearisation, Mode, modes_of, pencil_ei
 from bgc.runtime.parameters import Parameters, Quantity
 from bgc.runtime.result import Result
 from bgc.runtime.rows import row_times
-from bgc.runtime.run import Method, choose_method, open_devices, run_watched
+from bgc.runtime.run import Method, choose_method, open_devices, run_watched, set_method, start
+
+if TYPE_CHECKING:
+    from bgc.runtime.ensemble import Ensemble
+    from bgc.runtime.many import Sets
 
 
 def compile_model(
@@ -177,6 +182,7 @@ class Model:
         rtol: float | None = None,
         atol: float | None = None,
         step: float | None = None,
+        settle: float | None = None,
         parameters: Mapping[str, Quantity] | None = None,
         progress: bool = False,
     ) -> Result:
@@ -191,6 +197,9 @@ class Model:
             Method and its options; by default the scene's, else `rodas5p`, or `ros34prw` where
             the scene gives a step. `atol` is one for all states, SI; without it each state has
             its own, from its unit's scale.
+        settle
+            A frequency in Hz: modes faster than that start at rest, stiff springs under their
+            loads, and energy is counted from there. By default the scene's, else none.
         parameters
             Values for this run alone, SI numbers or texts with a unit.
         progress
@@ -205,15 +214,10 @@ class Model:
         BgError
             An argument or a parameter is at fault.
         """
-        facts = self.facts
-        asked = choose_method(self.library, facts, solver, rtol, atol, step)
+        asked = choose_method(self.library, self.facts, solver, rtol, atol, step, settle, BACKENDS)
         method, notices = self._settled(asked, parameters or {})
-        end = facts.duration if duration is None else duration
-        if end is None:
-            raise BgError([no_duration(facts.scene)])
-        interval = facts.every if every is None else every
         width = len(self.measured) + (len(ENERGY_ACCOUNTS) if self.accounts else 0)
-        times = row_times(end, interval, method.step if method.fixed else None, width)
+        times = self._row_times(duration, every, method, width)
         rows = np.full((len(times), width), np.nan)
         with self.started(method, bool(self.accounts), parameters) as instance:
             status, done, interrupted = run_watched(instance, times, rows, progress)
@@ -226,15 +230,80 @@ class Model:
             raise SimulationError(diagnostic, result.ended("failed", diagnostic.message))
         return result
 
+    def simulate_many(
+        self,
+        parameters: Sets,
+        duration: float | None = None,
+        *,
+        every: float | None = None,
+        solver: str | None = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+        step: float | None = None,
+        progress: bool = False,
+        vectorised: bool = True,
+    ) -> Ensemble:
+        """Run many parameter sets at once, and return what they observe as one array.
+
+        Several instances go in one vector register (eight with AVX-512), and batches of these on
+        all processors. Instances in a batch take the same steps: under error control the ones
+        that the most demanding of them needs. What batches do not serve (`bgc.runtime.many`) is
+        run one by one. The first call compiles what it needs, once and for all.
+
+        Parameters
+        ----------
+        parameters
+            A mapping `{"m": values, "k": values}` with one value for each instance (a number or
+            a text with a unit is for all; of a vector, one vector for each), or a list of
+            mappings as `simulate` takes them, one for each instance.
+        duration, every, solver, rtol, atol, step
+            As for `simulate`.
+        progress
+            Show a progress bar on a terminal when it takes longer than a second.
+        vectorised
+            Whether to use vector registers; without, instances are run one by one.
+
+        Returns
+        -------
+        Ensemble
+            Also where instances failed: its `status` and `failures` tell which and why.
+
+        Raises
+        ------
+        EnsembleInterrupted
+            Ctrl-C; its `result` holds what was computed up to there.
+        BgError
+            An argument or a parameter is at fault.
+        """
+        from bgc.runtime.many import parameter_sets, simulate_many
+
+        sets = parameter_sets(parameters)
+        asked = choose_method(self.library, self.facts, solver, rtol, atol, step)
+        method, notices = self._settled(asked, {})
+        width = len(self.measured) + (len(ENERGY_ACCOUNTS) if self.accounts else 0)
+        times = self._row_times(duration, every, method, width * len(sets))
+        return simulate_many(self, method, sets, times, progress, vectorised, notices)
+
+    def _row_times(
+        self, duration: float | None, every: float | None, method: Method, columns: int
+    ) -> Array:
+        """Times of the rows of a run: what the caller asks for, else what the scene says."""
+        facts = self.facts
+        end = facts.duration if duration is None else duration
+        if end is None:
+            raise BgError([no_duration(facts.scene)])
+        interval = facts.every if every is None else every
+        return row_times(end, interval, method.step if method.fixed else None, columns)
+
     @contextmanager
     def started(
         self, method: Method, accounts: bool, parameters: Mapping[str, Quantity] | None = None
     ) -> Iterator[Instance]:
         """An instance at the initial state, its devices open, ready to run with a method."""
         instance = self.parameters.instance(parameters or {})
-        require(instance, instance.set_options(method.struct(accounts)))
+        require(instance, set_method(instance, method, accounts))
         with open_devices(instance, self.folder):
-            require(instance, instance.reset(), self._places)
+            require(instance, start(instance, method), self._places)
             yield instance
 
     def explain(self, instance: Instance, status: Status) -> Diagnostic:

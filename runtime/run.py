@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event, Thread
 
+from bgc.building.backends import BACKENDS, build_backend
 from bgc.building.built import RunFacts
+from bgc.building.cache import open_cache
+from bgc.building.toolchain import find_toolchain
+from bgc.grammar.catalogue.backends import solver_does_not_serve
 from bgc.grammar.catalogue.machine import (
     bad_option,
     device_not_opened,
@@ -18,7 +22,15 @@ from bgc.grammar.catalogue.machine import (
     unknown_solver,
 )
 from bgc.grammar.diagnostics import BgError
-from bgc.runtime.binding import Array, Instance, Library, OptionsStruct, Status, text
+from bgc.runtime.binding import (
+    Array,
+    Instance,
+    Library,
+    OptionsStruct,
+    Status,
+    backend_run,
+    text,
+)
 from bgc.runtime.progress import ProgressBar
 
 ADAPTIVE_DEFAULT = "rodas5p"
@@ -44,6 +56,7 @@ class Method:
     max_step: float = 0.0
     max_steps: int = 0
     keep: int = 0
+    settle: float = 0.0
     measured: bool = False
 
     def struct(self, accounts: bool) -> OptionsStruct:
@@ -67,14 +80,16 @@ def choose_method(
     rtol: float | None,
     atol: float | None,
     step: float | None,
+    settle: float | None = None,
+    backends: Iterable[str] = (),
 ) -> Method:
     """Settle the method of a run: what the caller asks for, else what the scene says.
 
     Without a solver, and for `auto` until it is settled, it is `rodas5p`, or `ros34prw` where a
-    step is given.
+    step is given. `backends` are solvers of others that may be chosen too.
     """
     options = dict(facts.solver_options)
-    asked = {"rtol": rtol, "atol": atol, "step": step}
+    asked = {"rtol": rtol, "atol": atol, "step": step, "settle": settle}
     options.update({name: value for name, value in asked.items() if value is not None})
     for name, value in options.items():
         if not (math.isfinite(value) and value > 0):
@@ -84,7 +99,7 @@ def choose_method(
     measured = name == AUTO and all(value is None for value in asked.values())
     if name in ("", AUTO):
         name = FIXED_DEFAULT if options.get("step") or facts.step else ADAPTIVE_DEFAULT
-    known = library.methods()
+    known = (*library.methods(), *backends)
     if name not in known:
         raise BgError([unknown_solver(name, known)])
     fixed = library.is_fixed(name)
@@ -101,8 +116,41 @@ def choose_method(
         max_step=options.get("max_step", 0.0),
         max_steps=int(options.get("max_steps", 0)),
         keep=int(options.get("keep", 0)),
+        settle=options.get("settle", 0.0),
         measured=measured,
     )
+
+
+def start(instance: Instance, method: Method) -> Status:
+    """Put an instance at its initial state, fast modes at rest where the method asks for that."""
+    status = instance.reset()
+    if status is Status.OK and method.settle > 0:
+        from bgc.runtime.settle import settle
+
+        return settle(instance, method.settle)
+    return status
+
+
+def set_method(instance: Instance, method: Method, accounts: bool) -> Status:
+    """Give an instance its method; a solver of others is compiled first, if need be.
+
+    Raises BgError: BG046 where that is not installed, BG047 where it does not serve the model.
+    """
+    if method.name not in BACKENDS:
+        return instance.set_options(method.struct(accounts))
+    model = instance.library.model
+    unfit = (
+        (model.n_device > 0, "it reads a device"),
+        (model.n_input > 0, "its inputs are written while it runs"),
+        (model.n_mass > 0, "its rates are coupled, or it has algebraic equations"),
+        (model.n_state == 0, "it has no states"),
+    )
+    for applies, reason in unfit:
+        if applies:
+            raise BgError([solver_does_not_serve(method.name, reason)])
+    path = build_backend(BACKENDS[method.name], find_toolchain(), open_cache())
+    instance.backend = backend_run(path, method.name)
+    return instance.set_options(replace(method, name=ADAPTIVE_DEFAULT).struct(accounts))
 
 
 @contextmanager

@@ -1,0 +1,144 @@
+"""Solvers of others: CVODE, where SUNDIALS is installed."""
+
+import subprocess
+
+import numpy as np
+import pytest
+
+import bgc
+from bgc.building import backends
+from bgc.building.backends import BACKENDS, build_backend
+from bgc.building.cache import open_cache
+from bgc.building.toolchain import find_toolchain
+
+RLC = """
+model RLC {
+  param R = 2 ohm;
+  supply    : Se(e = 5 V);
+  loop      : J1;
+  coil      : I(1 mH);
+  capacitor : C(10 uF);
+  resistor  : R(R);
+  supply -> loop;
+  loop -> coil, capacitor, resistor;
+}
+scene step of RLC {
+  observe capacitor.e as e, loop.f as i;
+  observe energy.residual as residual, energy.supplied as supplied;
+  solver cvode(rtol = 1e-9);
+  run 10 ms;
+}
+"""
+
+BALL = """
+model Ball {
+  state x = 1;
+  state v = 0;
+  der(x) = v;
+  der(v) = -9.81 - (if x < 0 then 1e4*x else 0);
+}
+scene drop of Ball { observe x; run 2 s; }
+"""
+
+FENCED = """
+model Fenced {
+  state x = 0;
+  der(x) = 1;
+  assert x < 0.5, "x left its range";
+}
+scene out of Fenced { observe x; run 1 s; }
+"""
+
+COUPLED = """
+model Coupled {
+  unknown z = 0;
+  state x = 1;
+  der(x) = -z;
+  equation z^3 + z = x;
+}
+scene go of Coupled { observe x; run 1 s; }
+"""
+
+
+def compiled(folder, text):
+    path = folder / "m.bg"
+    path.write_text(text, encoding="utf-8")
+    return bgc.compile(path)
+
+
+@pytest.fixture(scope="session")
+def sundials():
+    try:
+        build_backend(BACKENDS["cvode"], find_toolchain(), open_cache())
+    except bgc.BgError as missing:
+        assert [d.code for d in missing.diagnostics] == ["BG046"]
+        pytest.skip("SUNDIALS is not installed")
+
+
+def test_a_circuit_by_cvode_is_the_matrix_exponential(tmp_path, sundials):
+    result = compiled(tmp_path, RLC).simulate()
+    assert result.solver == "cvode"
+    # u'' + R/L u' + u/(L C) = 5/(L C), at rest: underdamped.
+    decay, natural = 2 / 2e-3, 1 / (1e-3 * 10e-6)
+    omega = np.sqrt(natural - decay**2)
+    t = result.time
+    e = 5 * (1 - np.exp(-decay * t) * (np.cos(omega * t) + decay / omega * np.sin(omega * t)))
+    assert np.abs(result["e"] - e).max() < 1e-6
+    assert len(t) == 1001 and t[-1] == 0.01
+
+
+def test_energy_accounts_balance_by_cvode(tmp_path, sundials):
+    model = compiled(tmp_path, RLC)
+    theirs, ours = model.simulate(), model.simulate(solver="rodas5p", rtol=1e-10)
+    assert np.abs(theirs["supplied"] - ours["supplied"]).max() < 1e-9
+    assert np.abs(theirs["residual"]).max() < 1e-6 * np.abs(theirs["supplied"]).max()
+
+
+def test_parameters_and_tolerances_reach_cvode(tmp_path, sundials):
+    model = compiled(tmp_path, RLC)
+    exact = model.simulate(solver="rodas5p", rtol=1e-11, parameters={"R": 20})["e"]
+    coarse, fine = (
+        np.abs(model.simulate(rtol=rtol, parameters={"R": 20})["e"] - exact).max()
+        for rtol in (1e-3, 1e-8)
+    )
+    assert fine < 1e-5 < coarse
+
+
+def test_steps_of_cvode_end_at_switches(tmp_path, sundials):
+    model = compiled(tmp_path, BALL)
+    theirs = model.simulate(solver="cvode", rtol=1e-9)
+    ours = model.simulate(solver="rodas5p", rtol=1e-10)
+    assert theirs.counts["events"] == 4  # two bounces
+    assert np.abs(theirs["x"] - ours["x"]).max() < 1e-5
+
+
+def test_a_failed_assertion_ends_a_run_of_cvode_with_the_rows_before(tmp_path, sundials):
+    with pytest.raises(bgc.SimulationError, match="x left its range") as failed:
+        compiled(tmp_path, FENCED).simulate(solver="cvode")
+    assert 0 < failed.value.result["x"][-1] < 0.5
+
+
+def test_coupled_rates_are_refused(tmp_path, sundials):
+    with pytest.raises(bgc.BgError) as refused:
+        compiled(tmp_path, COUPLED).simulate(solver="cvode")
+    assert [d.code for d in refused.value.diagnostics] == ["BG047"]
+
+
+def test_a_suite_that_is_missing_is_named_with_its_packages(tmp_path, monkeypatch):
+    nowhere = backends.Backend("cvode", "SUNDIALS", "libsundials-dev", (("-lno_such_library",),))
+    monkeypatch.setitem(backends.BACKENDS, "cvode", nowhere)
+    with pytest.raises(bgc.BgError) as refused:
+        compiled(tmp_path, RLC).simulate()
+    (diagnostic,) = refused.value.diagnostics
+    assert diagnostic.code == "BG046" and "apt-get install libsundials-dev" in diagnostic.help
+
+
+@pytest.mark.parametrize("flags", [("-DBGC_KLU", "-I/usr/include/suitesparse"), ()])
+def test_the_backend_compiles_without_warnings(tmp_path, sundials, flags):
+    folder = backends.runtime_directory()
+    done = subprocess.run(
+        ("cc", "-std=c11", "-Wall", "-Wextra", "-Werror", *flags, f"-I{folder}", "-c",
+         str(folder / "backends" / "cvode.c"), "-o", str(tmp_path / "cvode.o")),
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
