@@ -367,6 +367,12 @@ class SceneFacts:
     columns: tuple[str, ...]  # all observed columns in order, the accounts among them
     plots: tuple[Plot, ...] = ()
 
+    @property
+    def needed_accounts(self) -> frozenset[str]:
+        """Which of stored, supplied and dissipated are read; the residual takes all three."""
+        basic = {"stored", "supplied", "dissipated"}
+        return frozenset(basic if "residual" in self.accounts else basic & set(self.accounts))
+
 
 @dataclass(frozen=True, slots=True)
 class Slot:

@@ -131,15 +131,14 @@ def _dropped(program: Program) -> list[str]:
 
 
 def _accounts(program: Program) -> list[tuple[str, int]]:
-    """The energy's nodes, which are only derived where the scene observes an account."""
+    """The energy's nodes, of which those are derived that the scene needs."""
     energy = program.energy
-    if not program.scene.accounts:
-        return []
-    return [
+    rates = [
         ("stored", energy.stored),
         ("supplied'", energy.supplied),
         ("dissipated'", energy.dissipated),
     ]
+    return [pair for pair in rates if pair[0].rstrip("'") in program.scene.needed_accounts]
 
 
 def _sections(sections: Iterable[tuple[str, list[str]]]) -> str:

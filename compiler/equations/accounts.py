@@ -44,10 +44,25 @@ class Accounts:
 
 
 def energy_accounts(variables: Variables, elements: Sequence[StorageElement]) -> Accounts:
-    """The accounts of a whole graph.
+    """The accounts that the scene needs of a whole graph; the others are zero.
 
     A source of value zero supplies nothing, so its reaction is not asked for.
     """
+    needed = variables.causal.graph.scene.needed_accounts
+    zero, supplied, dissipated = variables.dag.zero, *_powers(variables.causal)
+    stored, states = _all_stored(variables, elements) if "stored" in needed else (zero, [])
+    return Accounts(
+        stored,
+        supplied if "supplied" in needed else zero,
+        dissipated if "dissipated" in needed else zero,
+        states,
+    )
+
+
+def _all_stored(
+    variables: Variables, elements: Sequence[StorageElement]
+) -> tuple[Node, list[IntegratedState]]:
+    """The energy of all storage, and states for that of laws without a closed form."""
     causal, dag = variables.causal, variables.dag
     stored = dag.zero
     states: list[IntegratedState] = []
@@ -62,8 +77,7 @@ def energy_accounts(variables: Variables, elements: Sequence[StorageElement]) ->
             name = f"{element.storage.name}.energy"
             states.append(IntegratedState(energy, name, "J", "declared", power, dag.zero, None, ()))
         stored = dag.add(stored, energy)
-    supplied, dissipated = _powers(causal)
-    return Accounts(stored, supplied, dissipated, states)
+    return stored, states
 
 
 def _powers(causal: CausalGraph) -> tuple[Node, Node]:

@@ -24,10 +24,11 @@ _REST = 1e-9  # of the stored energy in a second: less power than that is roundi
 def power_defect(program: Program) -> float | None:
     """The defect of the power balance relative to the powers; None where it says nothing.
 
-    It says nothing without the accounts, where a function is not defined at the random state or
-    algebraic equations have no solution there, and where a mass matrix couples rates.
+    It says nothing unless the scene needs all accounts, where a function is not defined at the
+    random state or algebraic equations have no solution there, and where a mass matrix couples
+    rates.
     """
-    if not program.scene.accounts or _couples_rates(program):
+    if len(program.scene.needed_accounts) < 3 or _couples_rates(program):
         return None
     dag, energy = program.dag, program.energy
     values = _random_point(program)

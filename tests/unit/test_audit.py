@@ -6,8 +6,11 @@ import pytest
 from graphs import rlc
 
 from bgc.causality.assign import assign_causality
+from bgc.elaboration.elaborate import elaborate
+from bgc.elaboration.resolve import load_text
 from bgc.equations.audit import assert_power_balance, power_defect
 from bgc.equations.derive import derive_equations
+from bgc.grammar.diagnostics import BgError
 
 
 @pytest.fixture
@@ -30,3 +33,34 @@ def test_a_sign_slipped_in_one_equation_is_a_bug_of_ours(program, which):
     states[which] = replace(states[which], derivative=slipped)
     with pytest.raises(AssertionError, match="power balance broken"):
         assert_power_balance(replace(program, states=tuple(states)))
+
+
+HELD = """
+model Held {
+  input speed : m/s = 0;
+  drive : Sf(f = speed); body : J1; mass : I(2 kg); spring : C(3 m/N); drag : R(5 N*s/m);
+  drive -> body -> mass, spring, drag;
+}
+scene s of Held {
+  device hand = omega; drive speed = hand.velocity[3]; observe ACCOUNT; run 1 s;
+}"""
+
+
+def held(account):
+    graph = elaborate(load_text(HELD.replace("ACCOUNT", account), "model.bg"))
+    return derive_equations(assign_causality(graph))
+
+
+@pytest.mark.parametrize("account", ["stored", "dissipated"])
+def test_an_account_is_kept_without_those_that_are_not_read(account):
+    """What the device supplies would need its acceleration, which it does not give."""
+    energy = held(f"energy.{account}").energy
+    zero = {name: getattr(energy, name) == 0 for name in ("stored", "supplied", "dissipated")}
+    assert zero == {"stored": True, "supplied": True, "dissipated": True, account: False}
+
+
+@pytest.mark.parametrize("account", ["supplied", "residual"])
+def test_what_a_device_moves_rigidly_supplies_is_refused(account):
+    with pytest.raises(BgError) as caught:
+        held(f"energy.{account}")
+    assert [d.code for d in caught.value.diagnostics] == ["BG522"]
