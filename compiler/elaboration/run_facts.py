@@ -18,6 +18,7 @@ from bgc.values.expressions import resolve_path
 from bgc.values.units import Dimension
 
 _SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
+_HERTZ: Dimension = (0, 0, -1, 0, 0, 0, 0)
 _NUMBER: Dimension = (0, 0, 0, 0, 0, 0, 0)
 
 # Options of every solver with their kind; of `atol`, one for all states, any kind.
@@ -28,6 +29,7 @@ _SOLVER_OPTIONS: dict[str, Dimension | None] = {
     "max_step": _SECOND,
     "max_steps": _NUMBER,
     "keep": _NUMBER,
+    "settle": _HERTZ,
 }
 
 

@@ -301,3 +301,45 @@ def not_converged(time: float) -> Diagnostic:
         f"at t = {time:.9g} s the iteration of an implicit step found no solution",
         help="take a smaller step, or a method that does not iterate, such as `rodas5p`",
     )
+
+
+def not_settled(frequency: float) -> Diagnostic:
+    """BG717: fast modes do not come to rest near the start
+
+    What: a run is to start with its fast modes at rest, but Newton's method found no such state
+    near the initial one.
+
+    Why: there may be none: a fast mode that grows, or a spring that is far from its rest; or modes
+    that the frequency does not part well, as many lie near it.
+
+    Example: `solver rodas5p(settle = 20 Hz);` where a stiff spring starts stretched by a metre.
+
+    Way out: another frequency, well between the slow modes and the fast ones (`bgc equations
+    --linear` lists them), or better initial values.
+    """
+    return error(
+        "BG717",
+        f"the modes faster than {frequency:g} Hz do not come to rest near the initial state",
+        help="give a frequency between the slow and the fast modes: "
+        "`bgc equations --linear` lists them",
+    )
+
+
+def not_separable() -> Diagnostic:
+    """BG718: a consistent start of equations whose rates cannot be solved for
+
+    What: `settle` is asked for where the model's `equation`s couple rates in a way that leaves
+    some of them undetermined.
+
+    Why: fast and slow modes are told apart by the rates of all states.
+
+    Example: `solver rodas5p(settle = 20 Hz);` with `equation der(a) - der(b) = a;` and
+    `equation der(b) - der(a) = b;`.
+
+    Way out: leave `settle` away, or write `der(x) = ..;`.
+    """
+    return error(
+        "BG718",
+        "fast modes cannot be told from slow ones: some rates are not determined",
+        help="leave `settle` away, or write each rate as `der(x) = ..;`",
+    )

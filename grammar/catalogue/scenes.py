@@ -222,7 +222,8 @@ def unknown_option(span: Span, name: str, have: Sequence[str]) -> Diagnostic:
     Example: `solver rodas5p(tolerance = 1e-6);`
 
     Way out: use `rtol` and `atol` for the tolerances, `step` of a fixed-step method, `max_step`
-    and `max_steps` as limits, `keep` for how many steps a Jacobian serves.
+    and `max_steps` as limits, `keep` for how many steps a Jacobian serves, `settle` for the
+    frequency beyond which modes start at rest.
     """
     listing = ", ".join(f"`{h}`" for h in have)
     return error(

@@ -50,6 +50,9 @@ _PICTURES = (".png", ".svg", ".pdf")
 @click.option("--atol", type=float, help="Absolute tolerance of all states, SI.")
 @click.option("--step", metavar="TIME", help="Step of a fixed-step method: 0.001, or 1 ms.")
 @click.option("--every", metavar="TIME", help="Interval between rows.")
+@click.option(
+    "--settle", metavar="FREQUENCY", help='Modes faster than this, as "20 Hz", start at rest.'
+)
 @click.option("--time", "duration", metavar="TIME", help="How long to simulate.")
 @click.option("--quiet", "-q", is_flag=True, help="No summary and no progress bar.")
 @click.pass_context
@@ -69,6 +72,7 @@ def run(
     atol: float | None,
     step: str | None,
     every: str | None,
+    settle: str | None,
     duration: str | None,
     quiet: bool,
 ) -> None:
@@ -107,6 +111,7 @@ def run(
             rtol=rtol,
             atol=atol,
             step=times["step"],
+            settle=None if settle is None else read_quantity(settle, "--settle", "Hz"),
             progress=not quiet,
         )
     except SimulationError as problem:

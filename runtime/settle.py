@@ -1,0 +1,92 @@
+"""A consistent start: fast modes at rest on their slow manifold.
+
+Stiff springs start unloaded, and without damping ring for ever; a step then has to follow them.
+Settled, they start with the deflections that the slow motion gives them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from bgc.grammar.catalogue.run import not_separable, not_settled
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.binding import Instance, Status
+from bgc.runtime.linear import Real, without_algebraic
+
+_ITERATIONS = 50
+_AT_REST = 1e-10  # of the largest value so far of each state, or of the first change
+
+
+def settle(instance: Instance, frequency: float) -> Status:
+    """Bring the modes faster than a frequency in Hz to rest, the slow ones unchanged.
+
+    With the spectral projector P of the fast modes (eigenvalues beyond 2 pi times the frequency)
+    of the Jacobian A, `x <- x - A^-1 P f(x)` until P f vanishes: Newton's method for the leading
+    term of the slow manifold (N. Fenichel, J. Differential Equations 31, 1979; the projector by
+    an ordered Schur form, Golub and Van Loan, Matrix Computations, 7.6). States without a rate
+    follow their equations.
+
+    Returns the status of an evaluation that failed.
+
+    Raises
+    ------
+    BgError
+        BG717 where the modes do not come to rest nearby or change their number, BG718 where
+        rates cannot be solved for.
+    """
+    status, mass = instance.mass()
+    largest = np.abs(instance.state)
+    first: Real | None = None
+    modes = -1
+    for _ in range(_ITERATIONS):
+        if status is not Status.OK:
+            return status
+        status, rates = instance.rhs()
+        if status is not Status.OK:
+            return status
+        status, jacobian, _ = instance.jacobian()
+        if status is not Status.OK:
+            return status
+        change, fast = _correction(jacobian, rates, mass, 2 * math.pi * frequency)
+        if not np.isfinite(change).all() or modes not in (-1, fast):
+            break
+        modes = fast
+        instance.state[:] += change
+        first = np.abs(change) if first is None else first
+        largest = np.maximum(largest, np.abs(instance.state))
+        if (np.abs(change) <= _AT_REST * np.maximum(largest, first)).all():
+            return instance.restart()
+    raise BgError([not_settled(frequency)])
+
+
+def _correction(jacobian: Real, rates: Real, mass: Real, limit: float) -> tuple[Real, int]:
+    """The change of all states that takes the fast modes to their rest, and how many these are."""
+    n = len(rates)
+    every, none = np.eye(n), np.zeros((n, 1))
+    slope, rate, follow, direct, left_mass, _ = without_algebraic(
+        jacobian, rates[:, None], every, none, mass
+    )
+    if not np.array_equal(left_mass, np.eye(len(slope))):
+        raise BgError([not_separable()])
+    step, fast = _fast_newton(slope, rate[:, 0], limit)
+    return follow @ step + direct[:, 0], fast
+
+
+def _fast_newton(slope: Real, rate: Real, limit: float) -> tuple[Real, int]:
+    """`-A^-1 P f` with the projector P on the modes of A beyond the limit, and their number."""
+    from scipy.linalg import matrix_balance, schur, solve_sylvester
+
+    balanced, (scale, _) = matrix_balance(slope, permute=False, separate=True)
+    triangle, basis, fast = schur(
+        balanced, output="real", sort=lambda re, im: math.hypot(re, im) > limit
+    )
+    if fast == 0:
+        return np.zeros_like(rate), 0
+    inner, slow = triangle[:fast, :fast], triangle[fast:, fast:]
+    turned = basis.T @ (rate / scale)
+    # P = basis [[1, R], [0, 0]] basis^T, where inner R - R slow = coupling
+    coupling = triangle[:fast, fast:]
+    within = turned[:fast] + solve_sylvester(inner, -slow, coupling) @ turned[fast:]
+    return scale * (basis[:, :fast] @ np.linalg.solve(inner, -within)), int(fast)
