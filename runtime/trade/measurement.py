@@ -25,7 +25,7 @@ class Measurement:
     errors
         Largest absolute error of each quantity, in its unit.
     residual
-        Largest energy residual over the largest energy account; None if they are not known.
+        Largest energy residual over the energy exchanged; None if it is not known.
     cpu
         Processor time for a second of the scene, s.
     mean_step, worst_step, worst_sample

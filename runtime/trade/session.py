@@ -49,8 +49,6 @@ class Session:
     budget: float
     progress: bool = False
     audited: Model | None = None
-    run: Callable[..., Run] = timed_run
-    pace: Callable[..., float] = paced_worst
     started: float = field(default_factory=time.monotonic)
 
     @property
@@ -75,7 +73,7 @@ class Session:
         with ProgressBar(self.duration, self.progress, "reference") as bar:
 
             def solve(method: Method, seconds: float) -> Run:
-                return self.run(
+                return timed_run(
                     self.model, method, self.times, accounts=False, limit=seconds, watch=bar.show
                 )
 
@@ -159,7 +157,7 @@ class Session:
 
     def _paced(self, row: Measurement, period: float) -> Measurement:
         method = row.configuration.method
-        worst = self.pace(self.model, method, period, self.duration, self.repeats)
+        worst = paced_worst(self.model, method, period, self.duration, self.repeats)
         found = replace(row, paced=worst)
         self.store.keep(self.model.facts.content, found)
         return found
@@ -193,7 +191,7 @@ class Session:
     ) -> Measurement:
         model = self.model
         accounts = bool(model.accounts)
-        first = self.run(
+        first = timed_run(
             model, configuration.method, self.times, accounts=accounts, limit=limit, watch=watch
         )
         if first.status != DONE:
@@ -202,12 +200,12 @@ class Session:
         if first.seconds < _SHORT:
             runs += self._again(configuration, self.repeats - 1)
         width = len(model.measured)
-        residual = _residual(first.rows[:, width:]) if accounts else None
+        residual = _residual(first, width) if accounts else None
         if self.audited is not None:  # accounts cost time, which is not to be counted
-            audit = self.run(
+            audit = timed_run(
                 self.audited, configuration.method, self.times, accounts=True, limit=limit
             )
-            residual = _residual(audit.rows[:, width:]) if audit.status == DONE else None
+            residual = _residual(audit, width) if audit.status == DONE else None
         found = Measurement(
             configuration,
             DONE,
@@ -232,7 +230,7 @@ class Session:
         model = self.model
         accounts = bool(model.accounts)
         runs = [
-            self.run(model, configuration.method, self.times, accounts=accounts, limit=self.left)
+            timed_run(model, configuration.method, self.times, accounts=accounts, limit=self.left)
             for _ in range(count)
         ]
         return [run for run in runs if run.status == DONE]
@@ -303,8 +301,11 @@ def _near_front(rows: Sequence[Measurement], target: Target) -> frozenset[Config
     )
 
 
-def _residual(accounts: Array) -> float:
-    """The largest residual over the largest of the other accounts; 0 where nothing moves."""
-    exchanged = float(np.max(np.abs(accounts[:, :3]), initial=0.0))
-    residual = float(np.max(np.abs(accounts[:, 3]), initial=0.0))
+def _residual(run: Run, first: int) -> float:
+    """The largest energy residual over the energy exchanged; the accounts are columns from `first`.
+
+    0 where there is no energy.
+    """
+    exchanged = run.counts["exchanged"]
+    residual = float(np.max(np.abs(run.rows[:, first + 3]), initial=0.0))
     return residual / exchanged if exchanged > 0 else 0.0

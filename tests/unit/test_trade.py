@@ -1,0 +1,489 @@
+"""`bgc trade` on small scenes whose answers are known."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import bgc
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.cli.app import application
+from bgc.runtime.trade import session as session_module
+from bgc.runtime.trade.configurations import Configuration
+from bgc.runtime.trade.measure import timed_run
+from bgc.runtime.trade.store import open_store
+
+OSCILLATOR = """
+model Oscillator {
+  param k = 4 N/m;
+  spring : C(stiffness = k, q0 = 1 m);
+  mass : I(1 kg);
+  hub : J1;
+  hub -> spring, mass;
+}
+scene s of Oscillator { observe spring.q as x, mass.f as v; run 2 s; }
+"""
+ORDERS = {
+    "lie": 1,
+    "heun": 2,
+    "midpoint": 2,
+    "ros23": 2,
+    "rodas23w": 2,
+    "ros34prw": 3,
+    "rk4": 4,
+}
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A cache of the test's own for what is measured; compiled code is shared."""
+    folder = tmp_path / "measured"
+    monkeypatch.setattr("bgc.runtime.trade.store._FOLDER", str(folder))
+    return folder
+
+
+def written(folder: Path, text: str = OSCILLATOR) -> Path:
+    path = folder / "scene.bg"
+    path.write_text(text)
+    return path
+
+
+def quick(path: Path, **options: Any) -> bgc.Trade:
+    """A trade of few configurations."""
+    given = {"solvers": ["rodas5p", "rk4"], "rtols": [1e-4, 1e-7], "steps": [0.1, 0.01]}
+    return bgc.trade(path, **{**given, "keeps": [1], **options})
+
+
+# --- errors against closed forms --------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", ORDERS)
+def test_errors_fall_with_the_order_of_the_method(tmp_path: Path, method: str) -> None:
+    text = OSCILLATOR.replace("run 2 s;", "run 2 s every 80 ms;")  # rows at ends of steps
+    found = bgc.trade(
+        written(tmp_path, text), solvers=[method], steps=[0.04, 0.02, 0.01], keeps=[1]
+    )
+    errors = {row.configuration.step: found.target.error(row) for row in found.measurements}
+    slope = math.log2(errors[0.04] / errors[0.01]) / 2
+    assert slope == pytest.approx(ORDERS[method], abs=0.25)
+
+
+def test_errors_are_those_against_the_closed_form(tmp_path: Path) -> None:
+    text = OSCILLATOR.replace("run 2 s;", "run 2 s every 80 ms;")
+    path = written(tmp_path, text)
+    found = bgc.trade(path, solvers=["heun"], steps=[0.04], keeps=[1])
+    (row,) = found.measurements
+    result = bgc.compile(path).simulate(solver="heun", step=0.04)
+    exact = {"x": np.cos(2 * result.time), "v": -2 * np.sin(2 * result.time)}
+    for quantity, error in zip(found.quantities, row.errors, strict=True):
+        expected = np.max(np.abs(result[quantity.name] - exact[quantity.name]))
+        assert error == pytest.approx(expected, rel=1e-6)
+    assert found.target.error(row) == pytest.approx(
+        max(error / q.scale for error, q in zip(row.errors, found.quantities, strict=True))
+    )
+
+
+def test_a_kept_jacobian_costs_fewer_factorisations(tmp_path: Path) -> None:
+    found = bgc.trade(written(tmp_path), solvers=["ros34prw"], steps=[0.01], keeps=[1, 5])
+    fresh, kept = (row.counts["factorisations"] for row in found.measurements)
+    assert [row.configuration.keep for row in found.measurements] == [1, 5]
+    assert fresh == pytest.approx(5 * kept)
+
+
+def test_methods_without_a_jacobian_are_not_tried_with_a_kept_one(tmp_path: Path) -> None:
+    found = bgc.trade(
+        written(tmp_path), solvers=["rk4", "heun", "dopri5"], steps=[0.01], rtols=[1e-4], keeps=[2]
+    )
+    assert {row.configuration.keep for row in found.measurements} == {1}
+    assert {row.counts["jacobians"] for row in found.measurements} == {0}
+
+
+def test_the_energy_residual_is_known_whatever_the_scene_observes(tmp_path: Path) -> None:
+    without = quick(written(tmp_path))
+    with_accounts = quick(written(tmp_path, OSCILLATOR.replace("as v;", "as v, energy.residual;")))
+    for found in (without, with_accounts):
+        by_method = {r.configuration: r.residual for r in found.measurements if r.done}
+        coarse = by_method[Configuration("rk4", step=0.1)]
+        fine = by_method[Configuration("rk4", step=0.01)]
+        assert coarse is not None and fine is not None
+        assert 0 < fine < 1e-2 * coarse < 1e-2
+    assert [q.name for q in with_accounts.quantities] == ["x", "v"]
+
+
+# --- the reference ----------------------------------------------------------------------------
+
+LORENZ = """
+model Lorenz {
+  state x = 1; state y = 1; state z = 1;
+  der(x) = (10*(y - x)) / 1 s; der(y) = (x*(28 - z) - y) / 1 s; der(z) = (x*y - 8/3*z) / 1 s;
+}
+scene chaos of Lorenz { observe x, y; run 80 s; solver auto; }
+"""
+
+
+def test_a_reference_that_two_methods_do_not_agree_on_is_not_called_converged(
+    tmp_path: Path,
+) -> None:
+    path = written(tmp_path, LORENZ)
+    found = quick(path, steps=[0.01])
+    assert not found.reference.converged
+    assert "not converged" in found.warnings[0]
+    # nothing is stored for `solver auto`
+    assert [w.code for w in bgc.compile(path).simulate(0.1).warnings] == ["BG090"]
+
+
+def test_the_reference_agrees_with_the_closed_form_as_well_as_it_says(tmp_path: Path) -> None:
+    found = quick(written(tmp_path))
+    assert found.reference.converged and found.reference.accuracy < 1e-9
+    times = np.linspace(0, 2, len(found.reference.rows))
+    assert np.max(np.abs(found.reference.rows[:, 0] - np.cos(2 * times))) < 1e-9
+
+
+def test_errors_below_the_references_own_are_told(tmp_path: Path) -> None:
+    found = bgc.trade(written(tmp_path), solvers=["rodas5p"], rtols=[1e-4, 1e-12, 1e-13])
+    coarse, fine, finest = found.measurements
+    assert not found.target.at_reference(coarse)
+    assert found.target.at_reference(fine)
+    assert finest.status == "skipped" and "accuracy" in finest.message
+
+
+def test_no_reference_where_no_method_completes_the_run(tmp_path: Path) -> None:
+    path = written(
+        tmp_path, "model M { state x = 1; der(x) = x^2/1 s; } scene s of M { observe x; run 2 s; }"
+    )
+    with pytest.raises(BgError, match="no reference") as caught:
+        quick(path)
+    assert [d.code for d in caught.value.diagnostics] == ["BG092"]
+
+
+# --- what fails, what is missing --------------------------------------------------------------
+
+
+def test_configurations_that_fail_are_rows_with_their_reason(tmp_path: Path) -> None:
+    stiff = OSCILLATOR.replace("k = 4 N/m", "k = 1e12 N/m").replace("q0 = 1 m", "q0 = 0 m, f0 = 0")
+    stiff = stiff.replace(", f0 = 0", "").replace(
+        "hub -> spring, mass;",
+        """
+      pull : Se(e = 1 N); damper : R(2e6 kg/s); pull -> hub; hub -> spring, mass, damper;""",
+    )
+    found = bgc.trade(
+        written(tmp_path, stiff), solvers=["rk4", "ros34prw"], steps=[0.01], keeps=[1]
+    )
+    rows = {row.configuration.solver: row for row in found.measurements}
+    assert rows["rk4"].status == "failed" and rows["rk4"].message.startswith("BG703")
+    assert rows["ros34prw"].done
+    assert {row["solver"] for row in found.table} == {"rk4", "ros34prw"}
+
+
+def test_a_scene_that_observes_nothing_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path, OSCILLATOR.replace("observe spring.q as x, mass.f as v;", ""))
+    with pytest.raises(BgError) as caught:
+        quick(path)
+    assert [d.code for d in caught.value.diagnostics] == ["BG091"]
+
+
+def test_what_the_budget_does_not_allow_is_said_and_made_up_for_later(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    first = quick(path, budget=1e-9)
+    assert {row.status for row in first.measurements} == {"skipped"}
+    assert "the same command goes on" in first.warnings[-1]
+    assert all(row.done for row in quick(path).measurements)
+
+
+def test_solvers_and_slots_that_do_not_exist_are_refused(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    with pytest.raises(BgError, match="BG071"):
+        quick(path, solvers=["rodas5"])
+    with pytest.raises(BgError) as caught:
+        quick(path, variants=["mass.lock"])
+    assert [d.code for d in caught.value.diagnostics] == ["BG093"]
+
+
+# --- interrupted, resumed, at the same time ---------------------------------------------------
+
+
+def counted_runs(monkeypatch: pytest.MonkeyPatch, stop_at: int = 10**9) -> list[str]:
+    """The methods that are run from now on; Ctrl-C comes at the one of that number."""
+    ran: list[str] = []
+    real = timed_run
+
+    def run(model: Any, method: Any, *rest: Any, **named: Any) -> Any:
+        if len(ran) == stop_at:
+            raise KeyboardInterrupt
+        ran.append(method.name)
+        return real(model, method, *rest, **named)
+
+    monkeypatch.setattr(session_module, "timed_run", run)
+    return ran
+
+
+def test_an_interrupted_trade_goes_on_where_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(tmp_path)
+    whole = counted_runs(monkeypatch)
+    expected = quick(path, fresh=True)
+    monkeypatch.undo()
+    monkeypatch.setattr("bgc.runtime.trade.store._FOLDER", str(tmp_path / "other"))
+    before = counted_runs(monkeypatch, stop_at=len(whole) // 2)
+    with pytest.raises(KeyboardInterrupt):
+        quick(path)
+    monkeypatch.undo()
+    monkeypatch.setattr("bgc.runtime.trade.store._FOLDER", str(tmp_path / "other"))
+    after = counted_runs(monkeypatch)
+    found = quick(path)
+    assert len(before) == len(whole) // 2
+    assert 0 < len(after) < len(whole) - len(before) // 2
+    pairs = zip(found.measurements, expected.measurements, strict=True)
+    assert all(one.errors == other.errors for one, other in pairs)
+    counted = counted_runs(monkeypatch)
+    quick(path)
+    assert counted == []  # everything is there
+    quick(path, fresh=True)
+    assert len(counted) == len(whole)
+
+
+def test_a_damaged_file_is_measured_anew(tmp_path: Path, cache: Path) -> None:
+    path = written(tmp_path)
+    first = quick(path)
+    for row in cache.rglob("rows/*.json"):
+        row.write_text(row.read_text()[:40])
+    second = quick(path)
+    pairs = zip(first.measurements, second.measurements, strict=True)
+    assert all(one.errors == other.errors for one, other in pairs)
+
+
+def test_two_trades_at_once_store_what_one_does(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    found: list[bgc.Trade] = []
+    threads = [Thread(target=lambda: found.append(quick(path))) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    model = bgc.compile(path)
+    store = open_store(model, 2.0, None)
+    for row in found[0].measurements:
+        stored = store.measurement(model.facts.content, row.configuration)
+        assert stored is not None and stored.errors == row.errors
+
+
+# --- solver auto ------------------------------------------------------------------------------
+
+REQUIRING = OSCILLATOR.replace("run 2 s;", "require x within 1 um; solver auto; run 2 s;")
+
+
+def codes(result: bgc.Result) -> list[str]:
+    return [warning.code for warning in result.warnings]
+
+
+def test_solver_auto_takes_the_stored_answer(tmp_path: Path) -> None:
+    path = written(tmp_path, REQUIRING)
+    before = bgc.compile(path).simulate()
+    assert codes(before) == ["BG090"] and before.solver == "rodas5p"
+    found = bgc.trade(path, solvers=["rk4"], steps=[0.1, 0.01, 0.005])
+    assert found.recommended is not None and found.recommended.solver == "rk4"
+    after = bgc.compile(path).simulate()
+    assert after.solver == "rk4" and codes(after) == []
+    assert after.counts["steps"] == pytest.approx(2 / found.recommended.step)
+    # what a caller asks for goes before it, and no warning is due
+    assert bgc.compile(path).simulate(rtol=1e-9).solver == "rodas5p"
+
+
+def test_solver_auto_does_not_take_the_answer_to_another_question(tmp_path: Path) -> None:
+    path = written(tmp_path, REQUIRING)
+    bgc.trade(path, solvers=["rk4"], steps=[0.01])
+    model = bgc.compile(path)
+    assert codes(model.simulate(parameters={"k": 5})) == ["BG090"]
+    written(tmp_path, REQUIRING.replace("I(1 kg)", "I(2 kg)"))
+    assert codes(bgc.compile(path).simulate()) == ["BG090"]
+    written(tmp_path, REQUIRING.replace("within 1 um", "within 1 nm"))
+    assert codes(bgc.compile(path).simulate()) == ["BG090"]
+    written(tmp_path, f"// a remark\n{REQUIRING}")
+    assert codes(bgc.compile(path).simulate()) == []
+
+
+def test_the_answer_holds_for_a_scene_that_named_a_solver_when_it_was_measured(
+    tmp_path: Path,
+) -> None:
+    path = written(tmp_path, REQUIRING.replace("solver auto;", "solver ros23(step = 1 ms);"))
+    bgc.trade(path, solvers=["rk4"], steps=[0.01])
+    written(tmp_path, REQUIRING)
+    assert bgc.compile(path).simulate().solver == "rk4"
+
+
+def test_part_of_a_scene_is_no_answer_for_the_whole(tmp_path: Path) -> None:
+    path = written(tmp_path, REQUIRING)
+    found = bgc.trade(path, solvers=["rk4"], steps=[0.01], duration=1.0)
+    assert found.recommended is not None and not found.complete
+    assert codes(bgc.compile(path).simulate()) == ["BG090"]
+
+
+# --- require ----------------------------------------------------------------------------------
+
+
+def test_what_is_required_need_not_be_observed(tmp_path: Path) -> None:
+    path = written(tmp_path, REQUIRING.replace("x within 1 um", "mass.p within 1e-6 N*s"))
+    model = bgc.compile(path)
+    assert model.facts.requirements == (("mass.p", 1e-6),)
+    assert list(model.simulate(0.1, solver="rodas5p")) == ["x", "v"]
+    assert list(model.observe()) == ["x", "v"]
+    assert model.linearise().outputs == ("x", "v")
+    found = quick(path)
+    assert [(q.name, q.decides) for q in found.quantities] == [
+        ("x", False),
+        ("v", False),
+        ("mass.p", True),
+    ]
+
+
+def test_a_column_may_be_required_by_its_name_or_by_what_it_is(tmp_path: Path) -> None:
+    for text in ("require x within 1 mm;", "require spring.q within 1 mm;"):
+        model = bgc.compile(written(tmp_path, OSCILLATOR.replace("run 2 s;", f"{text} run 2 s;")))
+        assert model.facts.requirements == (("x", 1e-3),)
+
+
+# --- variants ---------------------------------------------------------------------------------
+
+MOUNTED = """
+interface Mount { port p in; }
+model Soft is Mount { port p in; spring : C(stiffness = 4 N/m); p -> spring; }
+model Stiff is Mount { port p in; spring : C(stiffness = 4.04 N/m); p -> spring; }
+model Pair {
+  left : Mount = Soft; right : Mount = Soft;
+  push : Se(e = 1 N); one : J1; block : I(1 kg);
+  push -> one; one -> block, left, right;
+}
+scene s of Pair { observe block.f as v; require v within 1 mm/s; run 2 s; }
+"""
+
+
+def test_variants_are_measured_against_the_scene_as_it_is(tmp_path: Path) -> None:
+    found = quick(written(tmp_path, MOUNTED), variants=["*t", "left"])
+    by_variant: dict[str, list[float]] = {}
+    for row in found.measurements:
+        if row.done:
+            by_variant.setdefault(row.configuration.variant, []).append(found.target.error(row))
+    assert set(by_variant) == {"", "left=Stiff, right=Stiff", "left=Stiff"}
+    one = np.sqrt(8.0), np.sqrt(8.04), np.sqrt(8.08)
+    times = np.linspace(0, 2, 1001)
+    speeds = [np.sin(w * times) / w for w in one]
+    for variant, speed in (("left=Stiff", speeds[1]), ("left=Stiff, right=Stiff", speeds[2])):
+        expected = np.max(np.abs(speed - speeds[0])) / 1e-3
+        assert min(by_variant[variant]) == pytest.approx(expected, rel=1e-2)
+
+
+# --- devices ----------------------------------------------------------------------------------
+
+FOLLOWER = """
+model Follower {
+  input x : m = 0 m;
+  state y : m = 0 m;
+  der(y) = (x - y) / 0.1 s;
+}
+scene s of Follower {
+  device hand = trace(file = "hand.csv");
+  drive x = hand.position[1];
+  observe y;
+  step 10 ms;
+  run 1 s every 10 ms;
+}
+"""
+
+
+def test_all_steps_that_divide_the_scenes_see_the_same_samples(tmp_path: Path) -> None:
+    (tmp_path / "hand.csv").write_text("time,x,y,z\n0,0,0,0\n1,1,0,0\n")
+    path = written(tmp_path, FOLLOWER)
+    found = bgc.trade(
+        path, solvers=["ros34prw", "rodas5p"], steps=[0.02, 0.01, 0.005, 0.0025], keeps=[1]
+    )
+    errors = {r.configuration.step: found.target.error(r) for r in found.measurements if r.done}
+    assert errors[0.01] / errors[0.0025] == pytest.approx(4**3, rel=0.3)  # the method's order
+    assert errors[0.02] > 100 * errors[0.01]  # fewer samples are another input
+    late = {r.configuration.step: found.target.samples(r) for r in found.measurements}
+    assert late == {0.02: False, 0.01: True, 0.005: True, 0.0025: True, 0.0: True}
+    assert found.recommended is not None and found.recommended.step <= 0.01
+
+
+def test_another_motion_of_the_hand_is_another_question(tmp_path: Path) -> None:
+    trace = tmp_path / "hand.csv"
+    trace.write_text("time,x,y,z\n0,0,0,0\n1,1,0,0\n")
+    path = written(tmp_path, FOLLOWER.replace("step 10 ms;", "step 10 ms; solver auto;"))
+    bgc.trade(path, solvers=["ros34prw"], steps=[0.01], keeps=[1])
+    assert codes(bgc.compile(path).simulate()) == []
+    trace.write_text("time,x,y,z\n0,0,0,0\n1,2,0,0\n")
+    assert codes(bgc.compile(path).simulate()) == ["BG090"]
+
+
+# --- the command ------------------------------------------------------------------------------
+
+
+class Links(HTMLParser):
+    """What a page refers to, and its tables' rows."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: list[str] = []
+        self.rows = 0
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.rows += tag == "tr"
+        self.found += [v or "" for k, v in attrs if k in ("src", "href", "xlink:href")]
+
+
+def test_the_command_writes_a_table_a_picture_and_a_page_that_needs_nothing_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written(tmp_path, REQUIRING)
+    monkeypatch.chdir(tmp_path)
+    arguments = "trade scene.bg --out t.csv --plot t.png --html t.html --steps 10ms".split()
+    outcome = CliRunner().invoke(application, [*arguments[:-1], "10 ms, 5 ms"])
+    assert outcome.exit_code == 0, outcome.output
+    assert "solver " in outcome.output.splitlines()[-1]
+    rows = list(csv.DictReader((tmp_path / "t.csv").read_text().splitlines()))
+    assert len({(r["solver"], r["rtol"], r["step"], r["keep"]) for r in rows}) == len(rows) > 30
+    (best,) = (row for row in rows if row["recommended"] == "True")
+    assert float(best["error"]) <= 1 and best["solver"] in outcome.output.splitlines()[-1]
+    cheaper = [r for r in rows if r["accurate"] == "True" and r["cpu_per_second"]]
+    assert float(best["cpu_per_second"]) == min(float(r["cpu_per_second"]) for r in cheaper)
+    assert (tmp_path / "t.png").read_bytes()[:4] == b"\x89PNG"
+    page = Links()
+    text = (tmp_path / "t.html").read_text()
+    page.feed(text)
+    assert all(link.startswith("#") for link in page.found)
+    assert not re.search(r"@import|url\(\s*['\"]?(?!#)", text)
+    assert page.rows > len([row for row in rows if row["status"] == "done"])
+    assert "<svg" in text and 'name="viewport"' in text
+
+
+def test_ctrl_c_ends_the_command_with_a_word_on_how_to_go_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(tmp_path)
+    counted_runs(monkeypatch, stop_at=3)
+    outcome = CliRunner().invoke(application, ["trade", str(path)])
+    assert outcome.exit_code == 130
+    assert "goes on" in outcome.output
+
+
+def test_a_configuration_can_be_written_into_the_scene_as_it_is_recommended(tmp_path: Path) -> None:
+    for configuration in (
+        Configuration("ros34prw", step=2.5e-4, keep=5),
+        Configuration("rodas5p", rtol=1e-7),
+    ):
+        text = OSCILLATOR.replace("run 2 s;", f"{configuration.statement} run 2 s;")
+        facts = bgc.compile(written(tmp_path, text)).facts
+        assert facts.solver == configuration.solver
+        options = dict(facts.solver_options)
+        assert options.get("step", 0.0) == pytest.approx(configuration.step)
+        assert options.get("rtol", 0.0) == pytest.approx(configuration.rtol)
+        assert options.get("keep", 1) == configuration.keep
