@@ -57,11 +57,10 @@ def _unit(name: str, parts: Sequence[str]) -> Unit:
 def _table(functions: Sequence[str], work: int, apart: bool) -> str:
     """The table of the functions there are, and the function that gives it."""
     shared = {"jacobian", "factor", "solve"} if apart else set[str]()
-    fields = [f".n_work = {work},"]
-    fields += [
-        f".{name} = {LANES.shared if name in shared else LANES.prefix}_{name}," for name in functions
-    ]
-    lines = "".join(f"    {field}\n" for field in fields)
+    fields = {"n_work": str(work)}
+    for name in functions:
+        fields[name] = f"{LANES.shared if name in shared else LANES.prefix}_{name}"
+    lines = "".join(f"    .{name} = {value},\n" for name, value in fields.items())
     return (
         f"static const bgc_lane_model lanes_info = {{\n{lines}}};\n\n"
         "const bgc_lane_model *bgc_get_lane_model(void)\n{\n    return &lanes_info;\n}\n"

@@ -1,0 +1,65 @@
+"""BG74x: many runs of one model at once."""
+
+from __future__ import annotations
+
+from bgc.grammar.catalogue import error
+from bgc.grammar.diagnostics import Diagnostic
+
+
+def uneven_values(name: str, count: int, other: str, expected: int) -> Diagnostic:
+    """BG740: the parameters of an ensemble have different numbers of values
+
+    What: each varied parameter needs one value for each instance.
+
+    Why: instance k takes the k-th value of every parameter.
+
+    Example: `simulate_many({"m": [1, 2, 3], "k": [10, 20]})`.
+
+    Way out: lists of equal length; one number or text where all instances share it.
+    """
+    return error(
+        "BG740",
+        f"`{name}` has {_values(count)} and `{other}` {_values(expected)}",
+        help="give one value for each instance, or a single number that all share",
+    )
+
+
+def no_instances() -> Diagnostic:
+    """BG741: an ensemble without instances
+
+    What: there is nothing to simulate.
+
+    Why: the list of parameter sets, or of a parameter's values, is empty.
+
+    Example: `simulate_many([])`.
+
+    Way out: at least one set; `simulate_many([{}])` runs the model as it is.
+    """
+    return error(
+        "BG741",
+        "there are no parameter sets to simulate",
+        help="give at least one: `simulate_many([{}])` runs the model as it is",
+    )
+
+
+def source_changed(path: str) -> Diagnostic:
+    """BG742: the file has changed since the model was compiled
+
+    What: what runs many instances at once is compiled when it is first needed, and the file is no
+    longer what the model was made of.
+
+    Why: it was edited in between; one model would mix two texts.
+
+    Example: `simulate_many` in a notebook after an edit of the file.
+
+    Way out: compile the model again: `model = bgc.compile(path)`.
+    """
+    return error(
+        "BG742",
+        f"`{path}` has changed since this model was compiled",
+        help="compile it again, and simulate that",
+    )
+
+
+def _values(count: int) -> str:
+    return "1 value" if count == 1 else f"{count} values"

@@ -1,0 +1,325 @@
+"""Many instances at once compute what each does alone."""
+
+from __future__ import annotations
+
+import csv
+import os
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bgc
+from bgc.building.toolchain import find_toolchain
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime import many
+from bgc.runtime.ensemble import Ensemble, EnsembleInterrupted
+from bgc.runtime.model import Model
+
+MODELS = Path(__file__).parents[1] / "models"
+FIXED = {"solver": "ros34prw", "step": 0.01}
+
+# A mass on a spring that hardens; what it is pushed by has no root before it is let go.
+OSCILLATOR = """
+model Oscillator {
+  param mass : kg = 1 kg;
+  param k : N/m = 10 N/m;
+  param limit : m = 10 m;
+  param late : s = -1 s;
+  param length : m = 1 m;
+  param period : s = 1 s;
+  param strength : N = 1 mN;
+
+  joint  : J1;
+  body   : I(mass);
+  spring : C(q0 = 1 m) { e = k*q*(1 + (q/length)^2); }
+  push   : Se(e = strength*sqrt((time - late)/period)*sin(time/period));
+  push -> joint -> body, spring;
+  assert abs(spring.q) < limit, "the spring is torn";
+}
+
+scene swing of Oscillator {
+  observe spring.q as q, body.f as v;
+  run 3 s every 0.5 s;
+}
+
+scene watched of Oscillator {
+  observe body.f as v, energy.residual as residual, spring.q as q;
+  run 3 s every 0.3 s;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def oscillator_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("model") / "oscillator.bg"
+    path.write_text(OSCILLATOR)
+    return path
+
+
+@pytest.fixture(scope="module")
+def oscillator(oscillator_file: Path) -> Model:
+    return bgc.compile(oscillator_file)
+
+
+def one_by_one(model: Model, ensemble: Ensemble, **options: float | str) -> np.ndarray:
+    """The values of an ensemble, each instance simulated alone."""
+    results = [
+        model.simulate(parameters={n: v[k] for n, v in ensemble.parameters.items()}, **options)
+        for k in range(len(ensemble))
+    ]
+    return np.array([np.column_stack(list(result.columns.values())) for result in results])
+
+
+def distance(computed: np.ndarray, expected: np.ndarray) -> float:
+    """The largest difference over the largest value of each output."""
+    scale = np.abs(expected).max(axis=(0, 1))
+    return float((np.abs(computed - expected) / np.where(scale > 0, scale, 1)).max())
+
+
+# --- agreement --------------------------------------------------------------------------------
+
+CASES = [
+    ("dc_motor", "start", {"L": np.linspace(0.4, 0.6, 11)}),
+    ("series_rlc", "step_response", {"R": np.linspace(1, 3, 11)}),
+    ("two_lags", "step_response", {"tau2": np.geomspace(1e-5, 1e-2, 11)}),
+    ("crane_sag", "sag", {"stiffness": np.geomspace(1e8, 1e10, 9)}),
+    ("tumbling", "quaternion", {"com[1]": np.linspace(0.05, 0.2, 9)}),
+]
+
+
+@pytest.mark.parametrize(("name", "scene", "values"), CASES, ids=[case[0] for case in CASES])
+@pytest.mark.parametrize("solver", ["ros34prw", "rk4"])
+def test_fixed_steps_agree_with_runs_alone_to_rounding(name, scene, values, solver):
+    model = bgc.compile(MODELS / f"{name}.bg", scene=scene)
+    step = 1e-5 if solver == "rk4" else 1e-3
+    options = {"duration": 200 * step, "every": 20.5 * step, "solver": solver, "step": step}
+    ensemble = model.simulate_many(values, **options)
+    assert ensemble.together == len(ensemble) == len(next(iter(values.values())))
+    assert np.isfinite(ensemble.values).all()
+    outputs = [k for k, n in enumerate(ensemble.names) if n not in model.accounts.values()]
+    expected = one_by_one(model, ensemble, **options)
+    assert distance(ensemble.values[:, :, outputs], expected[:, :, outputs]) < 1e-12
+
+
+@pytest.mark.parametrize("keep", [1, 4])
+def test_a_kept_jacobian_is_kept_as_long(tmp_path, keep):
+    source = OSCILLATOR.replace("run 3 s", f"solver ros34prw(keep = {keep}, step = 20 ms); run 3 s")
+    (tmp_path / "kept.bg").write_text(source)
+    model = bgc.compile(tmp_path / "kept.bg")
+    ensemble = model.simulate_many({"k": np.linspace(5, 40, 8)})
+    assert ensemble.together == 8
+    assert distance(ensemble.values, one_by_one(model, ensemble)) < 1e-12
+
+
+@pytest.mark.parametrize("solver", ["rodas5p", "rodas4p2", "dopri5"])
+def test_every_lane_is_within_tolerance_under_error_control(oscillator, solver):
+    k = np.geomspace(1, 100, 13)
+    ensemble = oscillator.simulate_many({"k": k}, solver=solver, rtol=1e-6)
+    assert ensemble.together == 13
+    exact = one_by_one(oscillator, ensemble, solver="radau5", rtol=1e-11)
+    alone = one_by_one(oscillator, ensemble, solver=solver, rtol=1e-6)
+    scale = np.abs(exact).max(axis=1)
+    error = (np.abs(ensemble.values - exact).max(axis=1) / scale).max(axis=1)
+    error_alone = (np.abs(alone - exact).max(axis=1) / scale).max(axis=1)
+    assert (error <= 10 * error_alone + 1e-7).all()
+    assert error.max() < 1e-4
+
+
+def test_fixed_steps_keep_the_energy_accounts(oscillator_file):
+    model = bgc.compile(oscillator_file, scene="watched")
+    ensemble = model.simulate_many({"mass": np.linspace(1, 2, 8)}, solver="ros34prw", step=0.05)
+    assert ensemble.together == 8
+    assert ensemble.names == ("v", "residual", "q")
+    assert ensemble.units["residual"] == "J"
+    expected = one_by_one(model, ensemble, solver="ros34prw", step=0.05)
+    assert distance(ensemble.values, expected) < 1e-10
+
+
+def test_what_batches_do_not_serve_runs_alone_and_gives_the_same_bits(oscillator):
+    ensemble = oscillator.simulate_many({"k": np.linspace(5, 9, 5)}, solver="radau5")
+    assert ensemble.together == 0
+    np.testing.assert_array_equal(
+        ensemble.values, one_by_one(oscillator, ensemble, solver="radau5")
+    )
+
+
+def test_models_that_switch_run_alone():
+    model = bgc.compile(MODELS / "events.bg", scene="slack_rope")
+    ensemble = model.simulate_many([{}] * 5)
+    assert (ensemble.together, ensemble.status) == (0, ("done",) * 5)
+    np.testing.assert_array_equal(
+        ensemble["time" if "time" in ensemble else model.outputs[0].name],
+        [model.simulate()[model.outputs[0].name]] * 5,
+    )
+
+
+# --- lanes that fail --------------------------------------------------------------------------
+
+
+def test_a_lane_that_fails_tells_why_and_the_others_go_on(oscillator):
+    limit, late = np.full(11, 10.0), np.full(11, -1.0)
+    limit[3], late[9] = 0.9, 0.5  # torn at the start; the root of a negative number
+    ensemble = oscillator.simulate_many({"limit": limit, "late": late}, **FIXED)
+    assert [k for k, status in enumerate(ensemble.status) if status != "done"] == [3, 9]
+    assert {k: why.code for k, why in ensemble.failures.items()} == {3: "BG705", 9: "BG703"}
+    assert ensemble.together == 9
+    assert list(np.flatnonzero(~ensemble.done)) == [3, 9]
+    assert np.isfinite(ensemble.values[ensemble.done]).all()
+    assert np.isnan(ensemble.values[[3, 9]]).any(axis=(1, 2)).all()
+    good = oscillator.simulate(**FIXED)
+    np.testing.assert_allclose(ensemble["q"][4], good["q"], rtol=1e-12)
+
+
+def test_a_lane_that_fails_on_the_way_has_its_rows_up_to_there(oscillator):
+    ensemble = oscillator.simulate_many({"limit": [10, 10, 1.0000001, 10]}, **FIXED, duration=20.0)
+    alone = oscillator.simulate_many(
+        {"limit": [10, 10, 1.0000001, 10]}, **FIXED, duration=20.0, vectorised=False
+    )
+    np.testing.assert_array_equal(np.isnan(ensemble.values), np.isnan(alone.values))
+    np.testing.assert_allclose(ensemble.values, alone.values, rtol=1e-11, atol=1e-12)
+    assert ensemble.status == alone.status
+
+
+def test_under_error_control_the_lane_at_fault_leaves(oscillator):
+    late = np.array([-1.0, -1.0, 0.5, -1.0, -1.0])
+    ensemble = oscillator.simulate_many({"late": late})
+    assert ensemble.status == ("done", "done", "failed", "done", "done")
+    assert ensemble.together == 4
+    exact = oscillator.simulate(rtol=1e-10)
+    np.testing.assert_allclose(ensemble["q"][4], exact["q"], atol=1e-4)
+
+
+# --- other registers --------------------------------------------------------------------------
+
+_X86 = os.uname().machine == "x86_64"
+_COMPILERS = {
+    "no vector types": ("cc -DBGC_LANES_SCALAR", 1),
+    "two": ("cc -mno-avx", 2),
+    "four": ("cc -mno-avx512f -mavx2", 4),
+    "zig": (f"{sys.executable} -m ziglang cc", None),
+}
+
+
+@pytest.mark.parametrize("kind", _COMPILERS)
+def test_registers_of_every_width_give_the_same_values(
+    kind, oscillator_file, oscillator, monkeypatch
+):
+    compiler, width = _COMPILERS[kind]
+    if kind == "zig" and find_spec("ziglang") is None:
+        pytest.skip("there is no ziglang")
+    if kind != "zig" and not (_X86 and find_toolchain().kind == "gcc"):
+        pytest.skip("flags of gcc on x86-64")
+    values = {"k": np.linspace(5, 40, 10)}
+    expected = oscillator.simulate_many(values, **FIXED)
+    monkeypatch.setenv("CC", compiler)
+    model = bgc.compile(oscillator_file)
+    library = many._lane_library(model)
+    assert width in (None, library.width)
+    ensemble = model.simulate_many(values, **FIXED)
+    assert ensemble.together == 10
+    np.testing.assert_allclose(ensemble.values, expected.values, rtol=1e-11, atol=1e-12)
+
+
+# --- parameters -------------------------------------------------------------------------------
+
+
+def test_parameters_are_lists_with_units_or_sets(oscillator):
+    by_name = oscillator.simulate_many({"mass": ["2000 g", 3.0], "k": "20 N/m"}, **FIXED)
+    by_set = oscillator.simulate_many([{"mass": 2, "k": 20}, {"mass": "3 kg", "k": 20}], **FIXED)
+    np.testing.assert_array_equal(by_name.parameters["mass"], [2, 3])
+    np.testing.assert_array_equal(by_name.parameters["k"], [20, 20])
+    np.testing.assert_array_equal(by_name.values, by_set.values)
+
+
+def test_what_was_set_before_holds_for_all(oscillator_file):
+    model = bgc.compile(oscillator_file)
+    model.parameters["k"] = 25.0
+    ensemble = model.simulate_many({"mass": [1.0, 2.0]}, **FIXED)
+    assert list(ensemble.parameters) == ["mass"]
+    expected = model.simulate(parameters={"mass": 2.0}, **FIXED)
+    np.testing.assert_array_equal(ensemble["q"][1], expected["q"])
+
+
+@pytest.mark.parametrize(
+    ("sets", "code"),
+    [
+        ({"mass": [1, 2], "k": [1, 2, 3]}, "BG740"),
+        ([], "BG741"),
+        ({"mass": []}, "BG741"),
+        ({"weight": [1, 2]}, "BG060"),
+        ({"mass": ["1 m", "2 m"]}, "BG063"),
+    ],
+)
+def test_parameters_that_make_no_sense(oscillator, sets, code):
+    with pytest.raises(BgError) as caught:
+        oscillator.simulate_many(sets)
+    assert caught.value.diagnostics[0].code == code
+
+
+def test_a_file_that_changed_is_not_mixed_with_the_model_in_memory(tmp_path):
+    path = tmp_path / "edited.bg"
+    path.write_text(OSCILLATOR)
+    model = bgc.compile(path)
+    path.write_text(OSCILLATOR.replace(")^2)", ")^4)"))
+    with pytest.raises(BgError) as caught:
+        model.simulate_many({"k": [1, 2, 3, 4]})
+    assert caught.value.diagnostics[0].code == "BG742"
+
+
+# --- the result -------------------------------------------------------------------------------
+
+
+def test_outputs_are_found_by_name_and_vectors_whole():
+    model = bgc.compile(MODELS / "handle.bg", scene="position")
+    ensemble = model.simulate_many([{}, {}], 0.1, every=0.05)
+    vector = next(n.partition("[")[0] for n in ensemble.names if n.endswith("[1]"))
+    assert ensemble[vector].shape == (2, 3, 3)
+    assert ensemble[f"{vector}[2]"].shape == (2, 3)
+    assert vector in ensemble and "nothing" not in ensemble
+    with pytest.raises(KeyError):
+        ensemble["nothing"]
+
+
+def test_files_have_every_row_with_its_parameters(oscillator, tmp_path):
+    ensemble = oscillator.simulate_many({"k": [5, 6]}, **FIXED)
+    ensemble.to_csv(tmp_path / "many.csv")
+    with (tmp_path / "many.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["instance", "k", "time", "q", "v"]
+    assert len(rows) == 2 * 7
+    assert (rows[-1]["instance"], float(rows[-1]["k"]), float(rows[-1]["time"])) == ("1", 6, 3)
+    assert float(rows[-1]["q"]) == ensemble["q"][1, -1]
+    ensemble.to_npz(tmp_path / "many.npz")
+    with np.load(tmp_path / "many.npz") as archive:
+        np.testing.assert_array_equal(archive["values"], ensemble.values)
+        np.testing.assert_array_equal(archive["parameter:k"], [5, 6])
+        assert list(archive["names"]) == ["q", "v"]
+
+
+def test_an_xarray_is_labelled(oscillator):
+    pytest.importorskip("xarray")
+    array = oscillator.simulate_many({"k": [5, 6]}, **FIXED).to_xarray()
+    assert array.dims == ("instance", "time", "output")
+    assert array.sel(output="q").shape == (2, 7)
+
+
+def test_ctrl_c_keeps_what_was_computed(oscillator, monkeypatch):
+    waits = iter(range(2))
+    original = many.wait
+
+    def interrupted_wait(*arguments, **named):
+        if next(waits, None) == 0:
+            raise KeyboardInterrupt
+        return original(*arguments, **named)
+
+    monkeypatch.setattr(many, "wait", interrupted_wait)
+    sets = {"k": np.linspace(5, 6, 40)}
+    with pytest.raises(EnsembleInterrupted) as caught:
+        oscillator.simulate_many(sets, 1e5, every=1e4, solver="rk4", step=1e-5)
+    result = caught.value.result
+    assert len(result) == 40
+    assert set(result.status) <= {"done", "interrupted"}
+    assert "interrupted" in result.status
