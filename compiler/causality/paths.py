@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import TypeAlias
 
 from bgc.causality.regions import ports_of
 from bgc.grammar.catalogue.causality import Connection
@@ -21,10 +22,7 @@ def rigid_path(graph: FlatGraph, start: int, end: int, bonds: Collection[int]) -
 def _search(
     graph: FlatGraph, start: int, end: int, bonds: Collection[int] | None
 ) -> list[int] | None:
-    on_bond: dict[int, list[int]] = {}
-    for index, element in enumerate(graph.elements):
-        for port in ports_of(element):
-            on_bond.setdefault(port.bond, []).append(index)
+    on_bond = _elements_on_bonds(graph)
     came_from = {start: start}
     queue = deque([start])
     while queue and end not in came_from:
@@ -48,6 +46,60 @@ def _search(
     return way[::-1]
 
 
+def gyrators_around(graph: FlatGraph, closing: Iterable[int]) -> list[int]:
+    """The gyrators of the odd loops that some gyrators close, these among them, in order."""
+    on_bond = _elements_on_bonds(graph)
+    return sorted({k for gyrator in closing for k in _odd_loop(graph, on_bond, gyrator)})
+
+
+_Place: TypeAlias = tuple[int, bool]  # a bond, and whether an odd number of gyrators is behind
+
+
+def _odd_loop(
+    graph: FlatGraph, on_bond: Mapping[int, Sequence[int]], closing: int
+) -> Iterable[int]:
+    """The gyrators of a shortest odd loop through one: a way back to it past an even number."""
+    gyrator = graph.elements[closing]
+    assert isinstance(gyrator, Gyrator)
+    starts = [(port.bond, False) for port in gyrator.ports2]
+    came_from: dict[_Place, tuple[_Place, int] | None] = dict.fromkeys(starts)
+    queue = deque(starts)
+    while queue:
+        here = queue.popleft()
+        bond, odd = here
+        if not odd and any(port.bond == bond for port in gyrator.ports1):
+            way = [closing]
+            while step := came_from[here]:
+                here, passed = step
+                way.append(passed)
+            return [index for index in way if isinstance(graph.elements[index], Gyrator)]
+        for index in on_bond[bond]:
+            new = [
+                x for x in _beyond(graph, index, here) if index != closing and x not in came_from
+            ]
+            came_from |= dict.fromkeys(new, (here, index))
+            queue.extend(new)
+    return [closing]
+
+
+def _beyond(graph: FlatGraph, index: int, place: _Place) -> list[_Place]:
+    """Where an element leads to, if it passes anything on."""
+    bond, odd = place
+    element = graph.elements[index]
+    if not _is_rigid(element):
+        return []
+    now = odd != isinstance(element, Gyrator)
+    return [(end, now) for end in _other_ends(element, bond)]
+
+
+def _other_ends(element: Element, bond: int) -> list[int]:
+    """Where a bond leads to through an element: of a gyrator, its other side."""
+    if not isinstance(element, Gyrator):
+        return [port.bond for port in ports_of(element) if port.bond != bond]
+    first = any(port.bond == bond for port in element.ports1)
+    return [port.bond for port in (element.ports2 if first else element.ports1)]
+
+
 def holding(graph: FlatGraph, bonds: Collection[int]) -> list[int]:
     """The junctions and sources on some bonds, which hold the variables there."""
     return [
@@ -56,6 +108,14 @@ def holding(graph: FlatGraph, bonds: Collection[int]) -> list[int]:
         if isinstance(element, Junction | Source)
         and any(port.bond in bonds for port in ports_of(element))
     ]
+
+
+def _elements_on_bonds(graph: FlatGraph) -> dict[int, list[int]]:
+    found: dict[int, list[int]] = {}
+    for index, element in enumerate(graph.elements):
+        for port in ports_of(element):
+            found.setdefault(port.bond, []).append(index)
+    return found
 
 
 def _is_rigid(element: Element) -> bool:

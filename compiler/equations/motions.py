@@ -329,9 +329,7 @@ class _Search:
                     bonds.append(causal.graph.bonds[causal.ports[port].bond].name)
         if not gyrators:
             return self._held_by_moduli(flows)
-        first = causal.graph.elements[min(gyrators)]
-        names = [causal.graph.elements[k].name for k in sorted(set(gyrators))]
-        return BgError([catalogue.gyrator_loop(first.span, names, list(dict.fromkeys(bonds)))])
+        return self._variables.places.odd_loop(gyrators, list(dict.fromkeys(bonds)))
 
     def _held_by_moduli(self, flows: set[int]) -> BgError:
         """An error that names the compliances, or whatever there is, on some flows."""

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.causality.causal import CausalGraph, Role
+from bgc.causality.paths import connections, gyrators_around
 from bgc.grammar.catalogue import causality as catalogue
 from bgc.grammar.diagnostics import BgError, Label
 from bgc.grammar.source import Span
@@ -105,14 +106,13 @@ class Places:
         graph = self._causal.graph
         ports = {port.element for port in self._causal.ports}
         gyrators = [
-            graph.elements[k]
+            k
             for k in sorted(ports)
             if isinstance(graph.elements[k], Gyrator)
             and (not elements or graph.elements[k].name in elements)
         ]
         if gyrators:
-            listed = [gyrator.name for gyrator in gyrators]
-            return BgError([catalogue.gyrator_loop(gyrators[0].span, listed, names)])
+            return self.odd_loop(gyrators, names)
         named = bonds or names
         marked = [Label(span, f"`{name}` is in the loop") for name, span in self._around(named)]
         marked += [
@@ -122,6 +122,12 @@ class Places:
         ]
         span = places[0][1]
         return BgError([catalogue.singular_loop(span, named, elements, solutions, marked)])
+
+    def odd_loop(self, gyrators: Iterable[int], bonds: Sequence[str]) -> BgError:
+        """The odd loops that some gyrators close leave bonds undetermined."""
+        graph = self._causal.graph
+        around = connections(graph, gyrators_around(graph, gyrators))
+        return BgError([catalogue.gyrator_loop(around, bonds)])
 
     def not_invertible(self, symbol: Node, elements: Sequence[str], why: str) -> BgError:
         """A law gives no single value of the variable that is asked for."""

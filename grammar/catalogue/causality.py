@@ -441,7 +441,7 @@ def rate_unknown(span: Span, name: str) -> Diagnostic:
     )
 
 
-def gyrator_loop(span: Span, gyrators: Sequence[str], bonds: Sequence[str]) -> Diagnostic:
+def gyrator_loop(gyrators: Sequence[Connection], bonds: Sequence[str]) -> Diagnostic:
     """BG523: an odd loop of gyrators that leaves a flow open
 
     What: a loop with an odd number of gyrators leaves a direction of flow on which the gyrators
@@ -452,10 +452,12 @@ def gyrator_loop(span: Span, gyrators: Sequence[str], bonds: Sequence[str]) -> D
     Example: three gyrators in a ring between three junctions with nothing but an `Se` each.
     Way out: put an R, C or I into the loop, which every real one has, or leave a gyrator out.
     """
+    first, *others = gyrators
     return error(
         "BG523",
-        f"the odd loop of gyrators through {_listed(gyrators)} cannot be solved",
-        span,
+        f"the odd loop of gyrators through {_listed([g.name for g in gyrators])} cannot be solved",
+        first.span,
+        labels=[Label(g.span, f"`{g.name}` is in the loop") for g in others],
         note=f"it leaves {_listed(bonds)} undetermined",
         help="put an R, C or I into the loop, or leave one of the gyrators out",
     )

@@ -142,3 +142,25 @@ def test_a_loop_without_a_single_solution_is_underlined_all_along(tmp_path):
     assert diagnostic.code == "BG520"
     assert "load" in marked(diagnostic)
     assert any("in the loop" in text for text in marked(diagnostic).values())
+
+
+RING = """\
+model M {
+  push : Se(1);
+  a : J1;  b : J1;  c : J1;  d : J1;  ea : Se(1);  eb : Se(1);  ec : Se(1);  ed : Se(1);
+  gab : GY(2);  gbc : GY(3);  gear : TF(2);  gda : GY(5);  aside : GY(7);  load : R(1);
+  ea -> a; eb -> b; ec -> c; ed -> d;
+  a -> gab -> b;
+  b -> gbc -> c;
+  c -> gear -> d;
+  d -> gda -> a;
+  push -> aside -> load;
+}
+"""
+
+
+def test_all_gyrators_of_an_odd_loop_are_named_and_no_others(tmp_path):
+    diagnostic = refused(tmp_path, RING)
+    assert diagnostic.code == "BG523"
+    assert "`gab`, `gbc` and `gda`" in diagnostic.message
+    assert diagnostic.span.text == "gab" and set(marked(diagnostic)) == {"gbc", "gda"}

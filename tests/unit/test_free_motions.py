@@ -348,7 +348,7 @@ def prescribed(kind: str, value: str) -> GraphBuilder:
 @pytest.mark.parametrize("value", ["constant", "time", "state"])
 def test_what_a_source_bears_is_derived(kind: str, value: str) -> None:
     g = prescribed(kind, value)
-    g.accounts = ("supplied",)
+    g.accounts = ("residual",)
     program = assert_solves_everything(g)
     assert len(program.states) == (1 if value == "state" else 0)
     assert abs(energy_defect(program)) < 1e-8
