@@ -31,6 +31,7 @@ _COMMANDS = {
     "cost": "tell what a scene costs, what was left out, and what variants would cost",
     "trade": "measure speed against accuracy of a scene, and recommend a method",
     "stress": "drive a scene to its extremes, and map where it holds and where it fails",
+    "activity": "tell where the energy of a scene goes, and which parts it can do without",
     "fmt": "print files in canonical form",
     "explain": "tell more about a diagnostic's code",
     "doctor": "say what bgc found on this machine, and what to install",

@@ -1,0 +1,229 @@
+"""`bgc activity`: shares of parts, and changes to the scene, each verified by running it."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bgc.cost import Cost, cost_of, lowered_program
+from bgc.driver import Compilation
+from bgc.grammar.catalogue.machine import no_duration
+from bgc.grammar.catalogue.stress import nominal_run_failed, nothing_to_judge
+from bgc.grammar.diagnostics import BgError
+from bgc.options import Options
+from bgc.runtime.activity.changes import Change, possible_changes, with_changes
+from bgc.runtime.activity.powers import Activity, activities, metered_model
+from bgc.runtime.binding import Array
+from bgc.runtime.model import Model, load_model
+from bgc.runtime.progress import ProgressBar
+from bgc.runtime.run import Method, choose_method
+from bgc.runtime.trade.errors import combined, largest_errors, quantities_of
+from bgc.runtime.trade.measure import Run, timed_run
+
+NEGLIGIBLE = 0.01
+WITHIN = 0.01
+BUDGET = 120.0
+_ROWS = 2000
+_REPEATS = 3
+_PATIENCE = 10.0  # times the scene's own run
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """Changes that were made together, and what came of them; without an error if `refused`.
+
+    `error` is the largest of what the scene observes, over its range or over what `require` asks
+    for; `time` the processor time, over that of the scene as it is.
+    """
+
+    changes: tuple[Change, ...]
+    error: float | None = None
+    time: float | None = None
+    cost: Cost | None = None
+    refused: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ActivityReport:
+    """`activities` of all elements, the largest first; `spread` is how far rows decide on them.
+
+    `trials` are the changes tried one by one; `together` those within the limit, all at once, as
+    many of them as keep to it. `limit` is 1 where errors are in terms of `require`. `left` counts
+    changes for which there was no time.
+    """
+
+    scene: str
+    method: str
+    duration: float
+    activities: tuple[Activity, ...]
+    spread: float
+    cost: Cost
+    trials: tuple[Trial, ...]
+    together: Trial | None
+    limit: float
+    required: bool
+    left: int
+
+    @property
+    def total(self) -> float:
+        """The activity of all elements, J."""
+        return sum(activity.activity for activity in self.activities)
+
+
+def activity_report(
+    model: Model,
+    *,
+    duration: float | None = None,
+    negligible: float = NEGLIGIBLE,
+    within: float = WITHIN,
+    budget: float = BUDGET,
+    progress: bool = False,
+) -> ActivityReport:
+    """Measure where the energy of a scene goes, and try what it could do without.
+
+    Parameters
+    ----------
+    model
+        A model with its source.
+    duration
+        How much of the scene to run, s; by default all.
+    negligible
+        The share of activity up to which a part is tried to be left out or simplified.
+    within
+        The error that may cost, relative to the range of each observed quantity; where the scene
+        says `require`, that decides instead.
+    budget
+        Roughly how long the trials may take, s.
+
+    Raises
+    ------
+    BgError
+        BG088, BG089.
+    """
+    started = time.monotonic()
+    end = duration or model.facts.duration
+    if end is None:
+        raise BgError([no_duration(model.facts.scene)])
+    if not model.measured:
+        raise BgError([nothing_to_judge(model.facts.scene)])
+    assert model.origin is not None
+    method = choose_method(model.library, model.facts, None, None, None, None)
+    session = _Session(*model.origin, method, np.linspace(0.0, end, _ROWS + 1), within)
+    session.begin(model)
+    metered, graph = metered_model(model)
+    run = timed_run(metered, method, session.times, accounts=False, limit=budget)
+    if run.status != "done":
+        raise BgError([nominal_run_failed(run.message)])
+    found, spread = activities(metered, graph, session.times, run.rows)
+    base = Compilation(*model.origin)
+    changes = possible_changes(base.package, base.graph, found, negligible)
+    trials: list[Trial] = []
+    with ProgressBar(len(changes), progress, "trying", " changes") as bar:
+        for change in changes:
+            if time.monotonic() - started > budget:
+                break
+            bar.show(len(trials))
+            trials.append(session.tried((change,)))
+    return ActivityReport(
+        scene=model.facts.scene or model.facts.model,
+        method=method.name,
+        duration=end,
+        activities=found,
+        spread=spread,
+        cost=cost_of(lowered_program(base)),
+        trials=tuple(trials),
+        together=session.together(trials),
+        limit=session.limit,
+        required=session.required,
+        left=len(changes) - len(trials),
+    )
+
+
+@dataclass
+class _Session:
+    """The scene as it is, and trials against it."""
+
+    path: Path
+    options: Options
+    method: Method
+    times: Array
+    within: float
+
+    def begin(self, model: Model) -> None:
+        """Run the scene as it is; BG089 where it does not."""
+        self._requirements = dict(model.facts.requirements)
+        self._names = [variable.name for variable in model.measured]
+        self._base = self._timed(model, 600.0)
+        if self._base.status != "done":
+            raise BgError([nominal_run_failed(self._base.message)])
+        self._quantities = quantities_of(model.measured, self._base.rows, self._requirements)
+
+    @property
+    def required(self) -> bool:
+        """Whether `require` decides."""
+        return bool(self._requirements)
+
+    @property
+    def limit(self) -> float:
+        """The error up to which a change will do."""
+        return 1.0 if self.required else self.within
+
+    def _timed(self, model: Model, limit: float) -> Run:
+        """A run with the median time of a few."""
+        runs = [
+            timed_run(model, self.method, self.times, accounts=False, limit=limit)
+            for _ in range(_REPEATS)
+        ]
+        done = [run for run in runs if run.status == "done"]
+        if not done:
+            return runs[0]
+        middle = statistics.median(run.seconds for run in done)
+        return Run("done", "", done[0].rows, middle, done[0].counts)
+
+    def tried(self, changes: Sequence[Change]) -> Trial:
+        """The scene with changes, run and compared."""
+        options = with_changes(self.options, changes)
+        try:
+            compilation = Compilation(self.path, options)
+            cost = cost_of(lowered_program(compilation))
+            model = load_model(self.path, options)
+        except BgError as problem:
+            first = problem.diagnostics[0]
+            return Trial(tuple(changes), refused=f"{first.code}: {first.message}")
+        if [variable.name for variable in model.measured] != self._names:
+            return Trial(tuple(changes), refused="it observes something else")
+        run = self._timed(model, max(2.0, _PATIENCE * self._base.seconds))
+        if run.status != "done":
+            return Trial(tuple(changes), refused=run.message)
+        errors = largest_errors(run.rows, self._base.rows)
+        return Trial(
+            tuple(changes),
+            combined(errors, self._quantities),
+            run.seconds / max(self._base.seconds, 1e-9),
+            cost,
+        )
+
+    def together(self, trials: Sequence[Trial]) -> Trial | None:
+        """The changes that will do and save something, the least error first, all at once.
+
+        The last ones are given up as long as all together do not. One change a slot.
+        """
+        good = [t for t in trials if t.error is not None and t.error <= self.limit]
+        good.sort(key=lambda trial: trial.error or 0.0)
+        chosen: dict[str, Change] = {}
+        for (change,) in (trial.changes for trial in good):
+            slots = (other.name for other in chosen.values() if other.is_use)
+            if not any(change.name.startswith(f"{slot}.") for slot in slots):
+                chosen.setdefault(change.name, change)
+        changes = list(chosen.values())
+        while changes:
+            trial = self.tried(changes)
+            if trial.error is not None and trial.error <= self.limit:
+                return trial
+            changes.pop()
+        return None

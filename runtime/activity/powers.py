@@ -1,0 +1,114 @@
+"""The powers of elements over a run, for which the scene is compiled with them observed.
+
+The activity of an element is the integral over time of the absolute power that it exchanges; its
+share of the sum is its activity index: L. S. Louca, J. L. Stein, G. M. Hulbert, J. Sprague, Proper
+model generation: an energy-based methodology, Proc. ICBGM 1997. An element of several ports counts
+the power of each: a spring that turns a motion into another one is active, though it stores no
+more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bgc.algebra.dag import Kind
+from bgc.building.build import build_shared_object
+from bgc.building.built import Built, run_facts
+from bgc.building.cache import open_cache
+from bgc.building.toolchain import find_toolchain
+from bgc.driver import Compilation
+from bgc.graph import FlatGraph, Observation, Resistor, Storage
+from bgc.runtime.binding import Array
+from bgc.runtime.model import Model
+
+_NAME = "power of port"  # no name of a scene holds a blank
+
+
+@dataclass(frozen=True, slots=True)
+class Activity:
+    """The activity of an element (C, I, IC or R) in J."""
+
+    element: str
+    kind: str
+    activity: float
+
+    @property
+    def part(self) -> str:
+        """The part that the element belongs to; empty for one of the scene's own model."""
+        return self.element.rpartition(".")[0]
+
+
+def metered_model(model: Model) -> tuple[Model, FlatGraph]:
+    """The scene of a model with the power of every port of C, I and R observed, and its graph.
+
+    Parts that the scene does without are compiled too, since their powers are observed.
+    """
+    assert model.origin is not None
+    path, options = model.origin
+    compilation = Compilation(path, options)
+    compilation.graph = metered = _metered(compilation.graph)
+    library = build_shared_object(compilation.emitted.units, find_toolchain(), open_cache())
+    facts = run_facts(metered.scene, compilation.folding.parameters, metered.requirements)
+    built = Built(library, facts)
+    return Model(built, model.folder), metered
+
+
+def _metered(graph: FlatGraph) -> FlatGraph:
+    dag = graph.dag
+    added = []
+    for index, element in enumerate(graph.elements):
+        if not isinstance(element, (Storage, Resistor)):
+            continue
+        for port in element.ports:
+            if graph.bonds[port.bond].power:
+                effort = dag.symbol(Kind.EFFORT, port.bond)
+                node = dag.mul(effort, dag.symbol(Kind.FLOW, port.bond))
+                name = f"{_NAME} {index} {port.bond}"
+                added.append(Observation(name, "W", node, element.span))
+    return replace(graph, observations=(*graph.observations, *added))
+
+
+def activities(
+    model: Model, graph: FlatGraph, times: Array, rows: Array
+) -> tuple[tuple[Activity, ...], float]:
+    """The activities from the rows of a metered model, the largest first.
+
+    And how far their sum depends on the rows: by how much it changes, relatively, with every
+    second row alone.
+    """
+    sums: dict[int, tuple[float, float]] = {}
+    for column, variable in enumerate(model.measured):
+        if not variable.name.startswith(_NAME):
+            continue
+        element = int(variable.name.removeprefix(_NAME).split()[0])
+        power = np.abs(rows[:, column])
+        fine, coarse = sums.get(element, (0.0, 0.0))
+        sums[element] = (
+            fine + float(np.trapezoid(power, times)),
+            coarse + float(np.trapezoid(power[::2], times[::2])),
+        )
+    found = [
+        Activity(graph.elements[k].name, graph.elements[k].kind, fine)
+        for k, (fine, _) in sums.items()
+    ]
+    total = sum(fine for fine, _ in sums.values())
+    coarse = sum(coarse for _, coarse in sums.values())
+    found.sort(key=lambda activity: -activity.activity)
+    return tuple(found), abs(coarse - total) / total if total > 0 else 0.0
+
+
+def by_part(found: Sequence[Activity]) -> dict[str, float]:
+    """The activities of parts, those of their elements together, the largest first."""
+    sums: dict[str, float] = {}
+    for activity in found:
+        sums[activity.part] = sums.get(activity.part, 0.0) + activity.activity
+    return dict(sorted(sums.items(), key=lambda pair: -pair[1]))
+
+
+def below(found: Sequence[Activity], part: str) -> float | None:
+    """The activity of a part with all its parts; None where they have no C, I or R."""
+    inside = [a.activity for a in found if a.element.startswith(f"{part}.")]
+    return sum(inside) if inside else None

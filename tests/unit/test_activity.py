@@ -1,0 +1,120 @@
+"""`bgc activity` on models whose activities are known."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.linalg import expm
+
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.activity.activity import activity_report
+from bgc.runtime.cli.app import application
+from bgc.runtime.model import compile_model
+
+MODELS = Path(__file__).parents[1] / "models" / "activity.bg"
+
+
+def report_of(scene, **options):
+    return activity_report(compile_model(MODELS, scene), **options)
+
+
+def test_two_resistors_share_by_their_resistance():
+    report = report_of("divider")
+    found = {a.element: a.activity for a in report.activities}
+    assert found == {"large": pytest.approx(2**2 * 3 * 5), "small": pytest.approx(2**2 * 2 * 5)}
+    assert [a.element for a in report.activities] == ["large", "small"]
+    assert report.spread < 1e-12
+
+
+def free_motion(A, b, times):
+    """x' = A x + b from rest, at all times."""
+    whole = np.block([[A, b[:, None]], [np.zeros((1, len(b) + 1))]])
+    start = np.append(np.zeros(len(b)), 1.0)
+    return np.array([expm(whole * t) @ start for t in times])[:, :-1]
+
+
+def train(times):
+    """Position and speed of the first mass: by a spring of 2e4 N/m, and joined."""
+    k, link, m, small, d = 100.0, 2e4, 1.0, 0.1, 1e-6
+    # q, v, deflection of the link (first minus second), speed of the second
+    A = np.array(
+        [
+            [0, 1, 0, 0],
+            [-k / m, -d / m, -link / m, 0],
+            [0, 1, 0, -1],
+            [0, 0, link / small, 0],
+        ]
+    )
+    sprung = free_motion(A, np.array([0, 1 / m, 0, 0]), times)
+    both = m + small
+    joined = free_motion(np.array([[0, 1], [-k / both, -d / both]]), np.array([0, 1 / both]), times)
+    return sprung, joined, link
+
+
+def test_a_stiff_spring_that_does_little_is_made_rigid_at_the_error_that_this_has():
+    report = report_of("train", negligible=0.05)
+    times = np.linspace(0, 1, 2001)
+    sprung, joined, link = train(times)
+    errors = np.abs(sprung[:, :2] - joined).max(axis=0) / np.ptp(sprung[:, :2], axis=0)
+    rigid = next(t for t in report.trials if t.changes[0].statement == "use link = Joined;")
+    assert rigid.error == pytest.approx(errors.max(), rel=1e-3)
+    assert rigid.error < report.limit
+    assert rigid.cost.states == 2 < report.cost.states
+    assert report.together is not None
+    lines = {change.statement for change in report.together.changes}
+    assert "use link = Joined;" in lines
+    assert "use link = Open;" not in lines
+
+    power = np.abs(link * sprung[:, 2] * (sprung[:, 1] - sprung[:, 3]))
+    spring = next(a for a in report.activities if a.element == "link.spring")
+    assert spring.activity == pytest.approx(np.trapezoid(power, times), rel=1e-4)
+    assert spring.part == "link"
+
+
+def test_letting_go_is_tried_and_found_too_far_off():
+    report = report_of("train", negligible=0.05)
+    (open_,) = (t for t in report.trials if t.changes[0].statement == "use link = Open;")
+    assert open_.error > report.limit
+
+
+def test_an_element_is_switched_off_by_its_parameter():
+    report = report_of("train", negligible=0.05)
+    statements = {t.changes[0].statement for t in report.trials}
+    assert "set link.stiffness = 0;" in statements
+
+
+def test_what_a_scene_requires_decides():
+    report = report_of("exact", negligible=0.05)
+    assert report.required and report.limit == 1
+    assert all(t.error is None or t.error > 1 for t in report.trials if t.changes[0].is_use)
+
+
+def test_only_what_carries_little_is_tried():
+    assert report_of("train", negligible=0.0).trials == ()
+
+
+def test_a_scene_that_observes_nothing_is_refused(tmp_path):
+    path = tmp_path / "m.bg"
+    path.write_text("model M { s : Se(e = 1); r : R(1); s -> r; }\nscene s of M { run 1 s; }")
+    with pytest.raises(BgError) as problem:
+        activity_report(compile_model(path))
+    assert [d.code for d in problem.value.diagnostics] == ["BG088"]
+
+
+def run(*arguments):
+    return CliRunner().invoke(application, ["activity", str(MODELS), *arguments])
+
+
+def test_the_command_prints_the_lines_for_the_scene():
+    done = run("--scene", "train", "--negligible", "0.05")
+    assert done.exit_code == 0
+    assert "use link = Joined;" in done.output.split("lines for the scene")[1]
+    assert "too far off" in done.output
+
+
+def test_the_command_prints_json():
+    found = json.loads(run("--scene", "divider", "--json").output)
+    assert [e["element"] for e in found["elements"]] == ["large", "small"]
+    assert found["trials"] == []
