@@ -303,7 +303,9 @@ class Model:
         instance = self.parameters.instance(parameters or {})
         require(instance, set_method(instance, method, accounts))
         with open_devices(instance, self.folder):
-            require(instance, start(instance, method), self._places)
+            asked = dict(self.facts.solver_options).get("settle", 0.0)
+            settled = method if method.settle > 0 else replace(method, settle=asked)
+            require(instance, start(instance, settled), self._places)
             yield instance
 
     def explain(self, instance: Instance, status: Status) -> Diagnostic:
