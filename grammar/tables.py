@@ -14,6 +14,7 @@ from hashlib import sha256
 from pathlib import Path
 
 import lark
+from lark import lexer
 
 from bgc.grammar.places import cache_directory
 
@@ -40,14 +41,21 @@ def make_parser(grammar: str, *, strict: bool = False) -> lark.Lark:
 
     With `strict` any conflict of rules or of terminals is an error (needs `interegular`).
     """
-    return lark.Lark(
-        grammar,
-        start=["start", "setting"],
-        parser="lalr",
-        lexer="contextual",
-        maybe_placeholders=True,
-        strict=strict,
-    )
+    # Where `interegular` is installed, Lark searches for terminals that overlap, for 0.7 s. A test
+    # does that once and for all.
+    searches = lexer.has_interegular
+    lexer.has_interegular = searches and strict
+    try:
+        return lark.Lark(
+            grammar,
+            start=["start", "setting"],
+            parser="lalr",
+            lexer="contextual",
+            maybe_placeholders=True,
+            strict=strict,
+        )
+    finally:
+        lexer.has_interegular = searches
 
 
 def _keep(made: lark.Lark, path: Path) -> None:
