@@ -5,8 +5,8 @@ for all its instances (`runtime/c/lanes`), and an instance that cannot keep up (
 an assertion does not hold, static pivots lose digits) leaves it and is run alone, as `simulate`
 does, which also tells what is wrong with it. So are all instances, one on each processor, where
 there is something that batches do not serve: devices and inputs, laws that switch, algebraic
-equations, collocation methods (`radau5`, `midpoint`, `gauss4`), energy accounts under error
-control, and iteration matrices that are factorised by tables.
+equations, methods that are no Rosenbrock or explicit ones (`radau5`, `midpoint`, `gauss4`,
+`cvode`), energy accounts under error control, and iteration matrices that are factorised by tables.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from bgc.building.backends import BACKENDS
 from bgc.building.built import ENERGY_ACCOUNTS
 from bgc.grammar.catalogue.ensembles import no_instances, source_changed, uneven_values
 from bgc.grammar.catalogue.run import no_memory
@@ -30,7 +31,7 @@ from bgc.runtime.failures import require
 from bgc.runtime.lanes import LaneLibrary
 from bgc.runtime.parameters import Parameters, Quantity
 from bgc.runtime.progress import ProgressBar
-from bgc.runtime.run import Method, open_devices, start
+from bgc.runtime.run import Method, open_devices, set_method, start
 
 if TYPE_CHECKING:
     from bgc.runtime.model import Model
@@ -115,7 +116,7 @@ class _Work:
         index = {name: k for k, name in enumerate(self.parameters)}
         self.values[number] = [instance.parameter(index[name]) for name in self.varied]
         accounts = self.rows.shape[2] > self.library.model.n_output
-        require(instance, instance.set_options(self.method.struct(accounts)))
+        require(instance, set_method(instance, self.method, accounts))
         return instance
 
     def _run_together(self, library: LaneLibrary, batch: Mapping[int, Instance]) -> None:
@@ -238,6 +239,7 @@ def _is_served(model: Model, method: Method, accounts: bool) -> bool:
         and info.n_device == info.n_input == info.n_switch == 0
         and len(rates) == info.n_state > 0
         and method.name not in _COLLOCATION
+        and method.name not in BACKENDS
         and (method.fixed or not accounts)
     )
 

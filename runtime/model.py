@@ -240,6 +240,7 @@ class Model:
         rtol: float | None = None,
         atol: float | None = None,
         step: float | None = None,
+        settle: float | None = None,
         progress: bool = False,
         vectorised: bool = True,
     ) -> Ensemble:
@@ -256,7 +257,7 @@ class Model:
             A mapping `{"m": values, "k": values}` with one value for each instance (a number or
             a text with a unit is for all; of a vector, one vector for each), or a list of
             mappings as `simulate` takes them, one for each instance.
-        duration, every, solver, rtol, atol, step
+        duration, every, solver, rtol, atol, step, settle
             As for `simulate`.
         progress
             Show a progress bar on a terminal when it takes longer than a second.
@@ -278,7 +279,7 @@ class Model:
         from bgc.runtime.many import parameter_sets, simulate_many
 
         sets = parameter_sets(parameters)
-        asked = choose_method(self.library, self.facts, solver, rtol, atol, step)
+        asked = choose_method(self.library, self.facts, solver, rtol, atol, step, settle, BACKENDS)
         method, notices = self._settled(asked, {})
         width = len(self.measured) + (len(ENERGY_ACCOUNTS) if self.accounts else 0)
         times = self._row_times(duration, every, method, width * len(sets))

@@ -80,13 +80,10 @@ def _joined(sources: Mapping[str, str]) -> str:
 
 
 def lane_runtime_units() -> tuple[Unit, ...]:
-    """Read the C sources that models share which run many instances at once."""
-    return _units_in(runtime_directory() / "lanes")
-
-
-def _units_in(folder: Path) -> tuple[Unit, ...]:
-    paths = sorted(folder.glob("*.c"))
-    return tuple(Unit(path.stem, path.read_text(encoding="utf-8")) for path in paths)
+    """Read the C sources that models share which run many instances at once, as one unit."""
+    paths = sorted((runtime_directory() / "lanes").glob("*.c"))
+    sources = {path.stem: path.read_text(encoding="utf-8") for path in paths}
+    return (Unit("lanes_runtime", _joined(sources)),)
 
 
 def build_shared_object(
