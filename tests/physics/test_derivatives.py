@@ -1,0 +1,147 @@
+"""f and its Jacobian in emitted C, on the library's scenes, against two independent answers.
+
+Complex steps through the expressions (W. Squire, G. Trapp, SIAM Review 40, 1998), and central
+differences.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+import re
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import bgc
+import bgc.library
+from bgc.algebra.dag import Dag, Kind, Op, Symbol
+from bgc.algebra.evaluate import apply, to_double
+from bgc.causality.certificates import default_values
+from bgc.driver import Compilation
+from bgc.options import Options
+from bgc.program import Program
+from bgc.runtime.model import Model
+
+Floats = npt.NDArray[np.float64]
+
+SCENES = [
+    (path, name)
+    for path in sorted((Path(bgc.library.__file__).parent / "scenes").glob("*.bg"))
+    for name in re.findall(r"^scene (\w+)", path.read_text(), re.MULTILINE)
+]
+TINY = 1e-100  # no difference is taken, so nothing cancels
+ENTIRE: Mapping[Op, Callable[[complex], complex]] = {
+    Op.SIN: cmath.sin, Op.COS: cmath.cos, Op.TAN: cmath.tan, Op.EXP: cmath.exp,
+    Op.TANH: cmath.tanh, Op.SINH: cmath.sinh, Op.COSH: cmath.cosh, Op.ATAN: cmath.atan,
+    Op.ASIN: cmath.asin, Op.ACOS: cmath.acos, Op.LOG: cmath.log, Op.SQRT: cmath.sqrt,
+}  # fmt: skip
+
+
+def complex_value(op: Op, x: tuple[complex, ...]) -> complex:
+    """One operation on complex numbers close to the real axis."""
+    match op, x:
+        case (Op.ADD, (a, b)):
+            return a + b
+        case (Op.SUB, (a, b)):
+            return a - b
+        case (Op.MUL, (a, b)):
+            return a * b
+        case (Op.DIV, (a, b)):
+            return a / b
+        case (Op.NEG, (a,)):
+            return -a
+        case (Op.ABS, (a,)):
+            return -a if a.real < 0 else a
+        case (Op.POW, (a, b)) if b.imag == 0 and b.real == int(b.real):
+            return a ** int(b.real)
+        case (Op.POW, (a, b)):
+            return a**b
+        case (Op.HYPOT, (a, b)):
+            return cmath.sqrt(a * a + b * b)
+        case (Op.ATAN2, (y, x)):
+            turn = (x.real * y.imag - y.real * x.imag) / (x.real**2 + y.real**2)
+            return complex(math.atan2(y.real, x.real), turn)
+        case (Op.SELECT, (condition, yes, no)):
+            return yes if condition.real != 0 else no
+        case (Op.MIN, (a, b)):
+            return a if a.real <= b.real else b
+        case (Op.MAX, (a, b)):
+            return a if a.real >= b.real else b
+        case _ if op in ENTIRE:
+            return ENTIRE[op](x[0])
+        case _:  # comparisons and steps: what is constant on both sides
+            return complex(apply(op, *(a.real for a in x)))
+
+
+def rates(program: Program, values: Mapping[Symbol, complex]) -> list[complex]:
+    """The rates of all states."""
+    dag: Dag = program.dag
+    nodes = [state.derivative for state in program.states]
+    done: dict[int, complex] = {}
+    for node in dag.reachable(nodes):
+        exact, symbol = dag.value(node), dag.symbol_of(node)
+        if exact is not None:
+            done[node] = complex(to_double(exact))
+        elif symbol is not None:
+            done[node] = complex(values[symbol])
+        else:
+            operands = tuple(done[x] for x in dag.operands(node))
+            done[node] = complex_value(Op(dag.op[node]), operands)
+    return [done[node] for node in nodes]
+
+
+@cache
+def compiled(path: Path, scene: str) -> tuple[Model, Program]:
+    program = Compilation(path, Options(scene)).optimised
+    return bgc.compile(path, scene=scene), program
+
+
+def point(model: Model) -> Floats:
+    """A state near the initial one, all moving and deflected: each state by a part of itself."""
+    start = model.initial_state()
+    shake = np.random.default_rng(7).uniform(-1, 1, len(start))
+    return start + 0.05 * shake * np.maximum(np.abs(start), 1e-3)
+
+
+@pytest.mark.parametrize(("path", "scene"), SCENES, ids=[name for _, name in SCENES])
+def test_rates_and_jacobian_are_those_of_complex_steps(path: Path, scene: str) -> None:
+    model, program = compiled(path, scene)
+    state, time = point(model), 0.3
+    values: dict[Symbol, complex] = dict(default_values(program.dag, program.parameters))
+    values[Symbol(Kind.TIME, 0)] = time
+    values.update({Symbol(Kind.INPUT, k): 0.0 for k in range(program.inputs)})
+    values.update({Symbol(Kind.STATE, k): x for k, x in enumerate(state)})
+    exact = np.array(rates(program, values)).real
+    found = model.rhs(state, time)
+    np.testing.assert_allclose(found, exact, rtol=1e-9, atol=1e-12 * np.abs(exact).max())
+    jacobian = model.jacobian(state, time)
+    for k, x in enumerate(state):
+        stepped = rates(program, {**values, Symbol(Kind.STATE, k): x + 1j * TINY})
+        column = np.array(stepped).imag / TINY
+        largest = np.abs(column).max(initial=0.0)
+        np.testing.assert_allclose(jacobian[:, k], column, rtol=1e-9, atol=1e-12 * largest)
+
+
+@pytest.mark.parametrize(("path", "scene"), SCENES, ids=[name for _, name in SCENES])
+def test_jacobian_is_that_of_central_differences(path: Path, scene: str) -> None:
+    model, _ = compiled(path, scene)
+    state, time = point(model), 0.3
+    jacobian = model.jacobian(state, time)
+    size = np.abs(model.rhs(state, time))
+
+    def central(k: int, h: float) -> Floats:
+        ahead, behind = (state + s * np.eye(len(state))[k] for s in (h, -h))
+        return (model.rhs(ahead, time) - model.rhs(behind, time)) / (2 * h)
+
+    for k, x in enumerate(state):
+        h = 1e-4 * max(abs(x), 1e-3)
+        difference = (4 * central(k, h) - central(k, 2 * h)) / 3
+        rounding = 1e-14 * size / h
+        largest = np.abs(jacobian[:, k]).max()
+        error = np.abs(difference - jacobian[:, k])
+        assert (error <= 1e-6 * np.abs(jacobian[:, k]) + 1e-7 * largest + 10 * rounding).all()
