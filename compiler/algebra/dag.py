@@ -335,8 +335,8 @@ class Dag:
                 return self.const(folded)
             root = _ROOTS[op](*exact) if op in _ROOTS else None
             if root is not None:
-                share, square = map(self.const, root)
-                return self.mul(share, self.call(Op.SQRT, square))
+                share, square = root
+                return self.mul(self.const(share), self.call(Op.SQRT, self.const(square)))
         return self._make(int(op), *operands)
 
     def sum(self, nodes: Iterable[int]) -> int:
