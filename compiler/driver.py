@@ -12,6 +12,7 @@ from typing import ParamSpec, TypeVar
 from bgc.building.build import Unit, build_shared_object, lane_runtime_units
 from bgc.building.built import Built, run_facts
 from bgc.building.cache import digest_of, open_cache
+from bgc.building.preview import previewed
 from bgc.building.recall import remember
 from bgc.building.toolchain import find_toolchain
 from bgc.causality.assign import assign_causality
@@ -119,7 +120,11 @@ class Compilation:
     def built(self) -> Built:
         """The shared object in the cache, noted there for a warm start."""
         cache = open_cache()
-        units = (*self.emitted.units, *(self.lanes if self.options.lanes else ()))
+        units = self.emitted.units
+        if self.options.preview:
+            units = previewed(units)
+        if self.options.lanes:
+            units += self.lanes
         library = self._timed("C compiler", build_shared_object, units, find_toolchain(), cache)
         facts = run_facts(
             self.graph.scene,

@@ -37,6 +37,7 @@ def compile_model(
     strict: bool = False,
     whole: bool = False,
     uses: Mapping[str, str] | None = None,
+    preview: bool = False,
 ) -> Model:
     """Compile a scene of a `.bg` file, or load it from the cache, and return the model.
 
@@ -57,6 +58,8 @@ def compile_model(
         state is left out and no parameter folded.
     uses
         What fills slots of the model, as `{"crane.elbow.lock": "Rigid[5]"}`.
+    preview
+        Whether to compile fast what runs slowly, with tcc where it is installed.
 
     Raises
     ------
@@ -64,7 +67,8 @@ def compile_model(
         What is wrong with the model, the machine or the values; its `diagnostics` say where.
     """
     given = dict(parameters or {})
-    options = Options(scene, strict=strict, whole=whole, uses=tuple((uses or {}).items()))
+    filled = tuple((uses or {}).items())
+    options = Options(scene, strict=strict, whole=whole, uses=filled, preview=preview)
     try:
         model = load_model(Path(path), options)
         known = model.parameters

@@ -10,6 +10,7 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import sys
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -41,11 +42,15 @@ _NO_HEADERS: Mapping[str, str] = MappingProxyType({})
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """One C file to compile: its name without `.c`, its text and the compiler's flags."""
+    """One C file to compile: its name without `.c`, its text and the compiler's flags.
+
+    `compiler` is one of its own; None: that of the build, which links everything.
+    """
 
     name: str
     text: str
     flags: tuple[str, ...] = RUNTIME_FLAGS
+    compiler: Toolchain | None = None
 
 
 def runtime_directory() -> Path:
@@ -120,8 +125,8 @@ def _build(
     everything = (*runtime_units(), *units)
     assert len({unit.name for unit in everything}) == len(everything), "units share a name"
     shared = _shared_key(toolchain, headers)
-    keys = [digest_of((shared, *unit.flags, unit.name, unit.text)) for unit in everything]
-    link_flags = _link_flags(toolchain)
+    keys = [_unit_key(shared, unit) for unit in everything]
+    link_flags = _link_flags(toolchain, units)
     library = f"{digest_of((shared, *link_flags, *keys))}.so"
     if (found := cache.blob("models", library)) is not None:
         return found
@@ -149,9 +154,19 @@ def _shared_key(toolchain: Toolchain, headers: Mapping[str, str]) -> str:
     return digest_of((*identity, *(part for pair in every for part in pair)))
 
 
-def _link_flags(toolchain: Toolchain) -> tuple[str, ...]:
+def _unit_key(shared: str, unit: Unit) -> str:
+    own = (*unit.compiler.command, unit.compiler.version) if unit.compiler else ()
+    return digest_of((shared, *own, *unit.flags, unit.name, unit.text))
+
+
+def _link_flags(toolchain: Toolchain, units: Sequence[Unit]) -> tuple[str, ...]:
     # clang as gcc understand -shared on macOS too.
-    return ("-shared", "-fno-sanitize=undefined") if toolchain.kind == "zig" else ("-shared",)
+    flags = ["-shared"]
+    if toolchain.kind == "zig":
+        flags.append("-fno-sanitize=undefined")
+    if sys.platform == "linux" and any(unit.compiler for unit in units):
+        flags.append("-Wl,-z,noexecstack")  # tcc does not say so, and glibc would not load it
+    return tuple(flags)
 
 
 def unit_flags(unit: Unit, toolchain: Toolchain) -> tuple[str, ...]:
@@ -178,11 +193,12 @@ def _compile_all(
         unit = units[k]
         (work / f"{unit.name}.c").write_text(unit.text, encoding="utf-8")
         include = f"-I{runtime_directory()}"
-        flags = unit_flags(unit, toolchain)
+        compiler = unit.compiler or toolchain
+        flags = unit_flags(unit, compiler)
         made = f"{unit.name}.o"
-        done = toolchain.run((*flags, include, "-c", f"{unit.name}.c", "-o", made), work)
+        done = compiler.run((*flags, include, "-c", f"{unit.name}.c", "-o", made), work)
         if done.returncode != 0:
-            return done.stdout or f"{toolchain.name} ended with status {done.returncode}"
+            return done.stdout or f"{compiler.name} ended with status {done.returncode}"
         found[k] = cache.publish("objects", f"{keys[k]}.o", work / made)
         return ""
 

@@ -36,7 +36,7 @@ double bgc_probe(double x) { char t[8]; memset(t, 0, sizeof t); return sqrt(x) +
 class Toolchain:
     """A C compiler: the words that start it, its kind and its version's first line.
 
-    `kind` is `gcc`, `clang`, `zig` or `cc` (one that does not say).
+    `kind` is `gcc`, `clang`, `zig`, `tcc` or `cc` (one that does not say).
     """
 
     command: tuple[str, ...]
@@ -77,25 +77,25 @@ def find_toolchain() -> Toolchain:
         command = tuple(shlex.split(chosen))
         if shutil.which(command[0]) is None:
             raise BgError([chosen_compiler_missing(chosen)])
-        return _identify(command)
+        return identify(command)
     for candidate in CANDIDATES:
         if shutil.which(candidate) is not None:
-            return _identify((candidate,))
+            return identify((candidate,))
     if find_spec("ziglang") is not None:
-        return _identify((sys.executable, "-m", "ziglang", "cc"))
+        return identify((sys.executable, "-m", "ziglang", "cc"))
     raise BgError([no_c_compiler(("$CC", *CANDIDATES, "ziglang"))])
 
 
-def try_compiler(toolchain: Toolchain) -> str:
+def try_compiler(toolchain: Toolchain, flags: tuple[str, ...] = RUNTIME_FLAGS) -> str:
     """Make a trivial shared object; returns what the compiler complains about, or nothing."""
     with tempfile.TemporaryDirectory(prefix="bgc-") as place:
         (Path(place) / "probe.c").write_text(_PROBE, encoding="utf-8")
-        arguments = (*RUNTIME_FLAGS, "-shared", "probe.c", "-o", "probe.so", "-lm")
+        arguments = (*flags, "-shared", "probe.c", "-o", "probe.so", "-lm")
         done = toolchain.run(arguments, Path(place))
     return done.stdout.strip() or f"status {done.returncode}" if done.returncode else ""
 
 
-def _identify(command: tuple[str, ...]) -> Toolchain:
+def identify(command: tuple[str, ...]) -> Toolchain:
     """Ask a compiler for its version; one that does not answer fails when it is used."""
     try:
         answer = subprocess.run(
@@ -117,4 +117,6 @@ def _kind(command: tuple[str, ...], answer: str) -> str:
         return "zig"
     if "clang" in answer:
         return "clang"
+    if answer.startswith("tcc"):
+        return "tcc"
     return "gcc" if "Free Software Foundation" in answer else "cc"

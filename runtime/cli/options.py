@@ -47,6 +47,12 @@ def whole_option(command: _Command) -> _Command:
     return click.option("--whole", is_flag=True, help=text)(command)
 
 
+def preview_option(command: _Command) -> _Command:
+    """Add `--preview`."""
+    text = "Compile at once what runs slowly: with tcc where it is installed, else without -O."
+    return click.option("--preview", is_flag=True, help=text)(command)
+
+
 def strict_option(command: _Command) -> _Command:
     """Add `--strict`."""
     text = "Make every warning an error, with status 1."

@@ -13,6 +13,7 @@ from bgc.runtime.cli.app import AT_FAULT, INTERRUPTED, print_diagnostics
 from bgc.runtime.cli.options import (
     check_target,
     model_file,
+    preview_option,
     read_assignments,
     read_uses,
     scene_option,
@@ -36,6 +37,7 @@ _PICTURES = (".png", ".svg", ".pdf")
 @use_option
 @whole_option
 @strict_option
+@preview_option
 @click.option("--out", metavar="FILE", help="Write the rows: .csv, .npz, or - for CSV here.")
 @click.option("--plot", metavar="FILE", help="Draw them: .png, .svg or .pdf.")
 @click.option(
@@ -64,6 +66,7 @@ def run(
     uses: tuple[str, ...],
     whole: bool,
     strict: bool,
+    preview: bool,
     out: str | None,
     plot: str | None,
     panels: tuple[str, ...],

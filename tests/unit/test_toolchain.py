@@ -59,7 +59,7 @@ def test_gcc_is_known_by_its_licence(bare_machine):
 
 def test_the_ziglang_wheel_serves_where_nothing_else_is(bare_machine, monkeypatch):
     monkeypatch.setattr(toolchain, "find_spec", lambda name: name)
-    monkeypatch.setattr(toolchain, "_identify", lambda command: Toolchain(command, "zig", ""))
+    monkeypatch.setattr(toolchain, "identify", lambda command: Toolchain(command, "zig", ""))
     assert find_toolchain().command == (sys.executable, "-m", "ziglang", "cc")
 
 
