@@ -20,6 +20,10 @@ from bgc.emission.vertices import TIME, Row, by_state_and_time, eliminated_rows
 from bgc.graph import Node
 from bgc.program import Program
 
+# As plain ints: comparing with a member of an enumeration takes several times longer.
+_SYMBOL, _ADD, _SUB, _MUL = map(int, (Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL))
+_PARAM = int(Level.PARAM)
+
 
 def differentiate(program: Program) -> tuple[Program, Jacobian]:
     """The Jacobian of a program, and the program on the graph that holds it too.
@@ -44,7 +48,7 @@ def operation_count(dag: Dag, jacobian: Jacobian) -> int:
     """Operations that evaluate the Jacobian, without those of parameters alone."""
     op, level = dag.op, dag.level
     nodes = dag.reachable((*jacobian.entries, *jacobian.by_time))
-    return sum(1 for n in nodes if op[n] > Op.SYMBOL and level[n] > Level.PARAM)
+    return sum(1 for n in nodes if op[n] > _SYMBOL and level[n] > _PARAM)
 
 
 def _jacobian(dag: Dag, rows: Sequence[Row]) -> Jacobian:
@@ -73,26 +77,26 @@ def forward_rows(
     nothing: Row = {}
     rows: dict[Node, Row] = {}
     for node in dag.reachable(outputs):
-        if level[node] <= Level.PARAM:
+        if level[node] <= _PARAM:
             continue
         kind = op[node]
         row: Row
-        if kind == Op.SYMBOL:
+        if kind == _SYMBOL:
             column = column_of(dag.symbols[a[node]])
             if column is not None:
                 rows[node] = {column: dag.one}
             continue
         of_a, of_b = rows.get(a[node], nothing), rows.get(b[node], nothing)
-        if kind == Op.MUL:
+        if kind == _MUL:
             x, y = a[node], b[node]
             row = {k: mul(d, y) for k, d in of_a.items()}
             for k, d in of_b.items():
                 row[k] = add(row[k], mul(x, d)) if k in row else mul(x, d)
-        elif kind == Op.ADD:
+        elif kind == _ADD:
             row = dict(of_a)
             for k, d in of_b.items():
                 row[k] = add(row[k], d) if k in row else d
-        elif kind == Op.SUB:
+        elif kind == _SUB:
             row = dict(of_a)
             for k, d in of_b.items():
                 row[k] = sub(row[k], d) if k in row else neg(d)

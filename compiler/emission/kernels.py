@@ -15,10 +15,14 @@ from dataclasses import dataclass
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.emission.lowered import Kernel, Reads, Store
 from bgc.emission.print_c import DOUBLES, Numbers
+from bgc.emission.windows import pointed, repointed
 from bgc.graph import Node
 
 CHUNK = 250  # operations in one C function
 _INLINE = 10  # operations in one expression
+
+# As plain ints: comparing with a member of an enumeration takes several times longer.
+_CONST, _SYMBOL, _PARAM = int(Op.CONST), int(Op.SYMBOL), int(Level.PARAM)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,10 +55,10 @@ def hoisted_nodes(dag: Dag, kernels: Sequence[Kernel]) -> tuple[Node, ...]:
         if node in seen:
             continue
         seen.add(node)
-        if level[node] <= Level.PARAM:
-            if op[node] != Op.CONST:
+        if level[node] <= _PARAM:
+            if op[node] != _CONST:
                 found[node] = None
-        elif op[node] != Op.SYMBOL:
+        elif op[node] != _SYMBOL:
             stack.extend(x for x in (c[node], b[node], a[node]) if x >= 0)
     return tuple(found)
 
@@ -142,7 +146,7 @@ def _schedule(dag: Dag, roots: Sequence[Node], floor: int, leaves: Set[Node]) ->
                 uses[node] += 1
             else:
                 uses[node] = 1
-                if op[node] <= Op.SYMBOL or level[node] <= floor or node in leaves:
+                if op[node] <= _SYMBOL or level[node] <= floor or node in leaves:
                     continue
                 stack.append(~node)
                 if c[node] >= 0:
@@ -303,8 +307,10 @@ def _functions(
         # What is written in place is only read here: new values wait in w.
         declared = _declared(passed, () if kernel.in_place else results, numbers, "restrict ")
         part = f"{own}_{k}"
-        parts.append(_function(f"static void {part}", declared, chunk.lines, chunk.used))
-        calls.append(f"{part}({', '.join(passed)});")
+        arrays = [name for name in passed if name != "t" and numbers is DOUBLES]
+        lines, places = repointed(chunk.lines, arrays)
+        parts.append(_function(f"static void {part}", declared, lines, chunk.used))
+        calls.append(f"{part}({', '.join(pointed(name, places) for name in passed)});")
         used |= chunk.used
     parts.append(_function(head, _declared(names, results, numbers), calls + finish, used))
     return comment + "\n".join(parts)

@@ -21,6 +21,9 @@ from bgc.emission.rewrite import map_program, program_roots
 from bgc.graph import Node
 from bgc.program import Program
 
+# As plain ints: comparing with a member of an enumeration takes several times longer.
+_CONST, _SYMBOL, _DIV = map(int, (Op.CONST, Op.SYMBOL, Op.DIV))
+
 
 def optimise(program: Program) -> Program:
     """The program on a new graph that holds nothing else, with equal outputs.
@@ -49,9 +52,9 @@ def number_values(dag: Dag, roots: Sequence[Node]) -> tuple[Dag, dict[Node, Node
 
 def _remake(dag: Dag, simple: Dag, node: Node, new: dict[Node, Node]) -> Node:
     op, a = dag.op[node], dag.a[node]
-    if op == Op.CONST:
+    if op == _CONST:
         return simple.const(dag.constants[a])
-    if op == Op.SYMBOL:
+    if op == _SYMBOL:
         symbol = dag.symbols[a]
         return simple.symbol(symbol.kind, symbol.index)
     b, c = dag.b[node], dag.c[node]
@@ -59,7 +62,7 @@ def _remake(dag: Dag, simple: Dag, node: Node, new: dict[Node, Node]) -> Node:
         return simple.apply(op, (new[a],))
     if c >= 0:
         return simple.apply(op, (new[a], new[b], new[c]))
-    if op == Op.DIV and new[b] != simple.zero:  # whoever divides by zero has reported it
+    if op == _DIV and new[b] != simple.zero:  # whoever divides by zero has reported it
         return simple.mul(new[a], simple.div(simple.one, new[b]))
     return simple.apply(op, (new[a], new[b]))
 
@@ -68,7 +71,7 @@ def _known(
     dag: Dag, first: dict[tuple[int, ...], Node], value: tuple[int, ...], node: Node
 ) -> Node:
     """The node to use for one with this value: an equal one, the opposite of one, or itself."""
-    if dag.op[node] <= Op.SYMBOL:
+    if dag.op[node] <= _SYMBOL:
         first[value] = node
         return node
     if not any(value):

@@ -62,7 +62,12 @@ HELPERS: dict[str, str] = {
 }
 
 _ARRAY = {Kind.PARAM: "p", Kind.INPUT: "u", Kind.STATE: "x"}
-_TRUTH = frozenset({Op.LT, Op.LE, Op.EQ, Op.AND, Op.OR, Op.NOT})
+_TRUTH = frozenset(map(int, (Op.LT, Op.LE, Op.EQ, Op.AND, Op.OR, Op.NOT)))
+
+# As plain ints: comparing with a member of an enumeration takes several times longer.
+_CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG, _SELECT = map(
+    int, (Op.CONST, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG, Op.SELECT)
+)
 
 
 def literal(value: Fraction) -> str:
@@ -106,9 +111,9 @@ class Printer:
                 self.used.add(name[0])
             return name, _ATOM
         op = self._op[node]
-        if op > Op.SYMBOL:
+        if op > _SYMBOL:
             return self._write(node)
-        if op == Op.CONST:
+        if op == _CONST:
             return self._constant(literal(self._dag.constants[self._a[node]]))
         symbol = self._dag.symbols[self._a[node]]
         if symbol.kind is Kind.TIME:
@@ -125,22 +130,22 @@ class Printer:
 
     def _write(self, node: Node) -> tuple[str, int]:
         op, a, b = self._op[node], self._a[node], self._b[node]
-        if op == Op.MUL:
+        if op == _MUL:
             for factor, other in ((a, b), (b, a)):
                 divisor = self._open_reciprocal(other)
                 if divisor is not None:
                     return f"{self._within(factor, _PRODUCT)} / {divisor}", _PRODUCT
             return f"{self._within(a, _PRODUCT)} * {self._within(b, _UNARY)}", _PRODUCT
-        if op == Op.ADD:
+        if op == _ADD:
             return f"{self._within(a, _SUM)} + {self._within(b, _PRODUCT)}", _SUM
-        if op == Op.SUB:
+        if op == _SUB:
             return f"{self._within(a, _SUM)} - {self._within(b, _PRODUCT)}", _SUM
-        if op == Op.NEG:
+        if op == _NEG:
             text, binding = self._operand(a)
             return (f"-{text}" if binding == _ATOM else f"-({text})"), _UNARY
-        if op == Op.DIV:
+        if op == _DIV:
             return f"{self._within(a, _PRODUCT)} / {self._within(b, _UNARY)}", _PRODUCT
-        if op == Op.SELECT:
+        if op == _SELECT:
             return self._choice(node)
         if op in _TRUTH:
             return self._from_truth(self._truth(node)[0])
@@ -164,7 +169,7 @@ class Printer:
 
     def _open_reciprocal(self, node: Node) -> str | None:
         """The divisor of a reciprocal that has no name: its product is one division."""
-        if self._op[node] != Op.DIV or node in self._names:
+        if self._op[node] != _DIV or node in self._names:
             return None
         if self._dag.value(self._a[node]) != 1:
             return None
