@@ -107,7 +107,8 @@ def _range(modes: Sequence[Mode]) -> tuple[float, float]:
 
 
 def _frequencies(modes: Sequence[Mode], low: float, high: float) -> Real:
-    count = max(2, math.ceil(_POINTS_A_DECADE * math.log10(high / low)) + 1)
+    decades = math.log10(high) - math.log10(low)
+    count = max(2, math.ceil(_POINTS_A_DECADE * decades) + 1)
     grids = [np.geomspace(low, high, count)]
     for mode in modes:
         centre = mode.eigenvalue.imag

@@ -98,7 +98,7 @@ def _print_equations(compilation: Compilation, full: bool) -> None:
     from bgc.show import show_equations
 
     program = compilation.optimised
-    text = show_equations(program)
+    text = show_equations(program) or "no states, and nothing is observed\n"
     length = text.count("\n")
     if full or length <= _LINES:
         click.echo(text, nl=False)
@@ -135,5 +135,7 @@ def _print_linear(
     linear = opened.linearise(opened.operating_point(point))
     print_diagnostics(opened.warnings)
     print_tables(linear_tables(linear, full))
+    if not linear.states and not linear.inputs:
+        click.echo("no states: give an `--input`, to see what an output owes to it")
     if out is not None:
         (write_npz if Path(out).suffix.lower() == ".npz" else write_csv)(linear, Path(out))

@@ -327,6 +327,17 @@ def test_a_range_that_is_none(tmp_path, low, high):
     assert code_of(error) == "BG085"
 
 
+def test_the_widest_range_of_frequencies(tmp_path):
+    """Velocity by force, of masses between springs: by the stiffnesses far below their modes."""
+    push = linear(tmp_path, TWO_MASSES, ["push.e"], ["right.f"])
+    response = frequency_response(push, 1e-300, 1e300)
+    np.testing.assert_allclose(response.omega[[0, -1]], [1e-300, 1e300])
+    stiffness = np.array([[70, -20], [-20, 90]])
+    compliance = np.linalg.inv(stiffness)[1, 0]
+    assert response.value[0] == pytest.approx(1e-300j * compliance, rel=1e-9, abs=0)
+    assert abs(response.value[-1]) < 1e-290
+
+
 def test_an_output_that_does_not_respond(tmp_path):
     text = """
     model M {
