@@ -82,6 +82,14 @@ class Reference:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class _Resolution:
+    """Errors that count for nothing: in the unit of each quantity, and as a part of its size."""
+
+    absolute: Array
+    part: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Judge:
     """Judges runs of a model, as its parameters stand, over the same times.
 
@@ -96,7 +104,7 @@ class Judge:
     def reference(self) -> Reference:
         """Run methods at tight tolerances until two agree to a tenth of what is asked for."""
         best = Reference(None, math.inf, "no two methods complete the run at a tight tolerance")
-        resolution = self._resolution(DEFAULT_RTOL)
+        resolution = self._resolution(0.0)
         for rtol in _RTOLS:
             found: list[Run] = []
             for name in _METHODS:
@@ -123,7 +131,7 @@ class Judge:
         if known.rows is None:
             return Judgement(Verdict.UNJUDGED, residual=residual, message=known.message)
         rows = run.rows[:, : len(self.model.measured)]
-        error = self._error(rows, known.rows, self._resolution(rtol or DEFAULT_RTOL))
+        error = self._error(rows, known.rows, self._resolution(rtol))
         # A reference that is worse than what is asked for can only tell what is far off.
         if known.accuracy > self.tolerance.within and error <= _TELLS * known.accuracy:
             message = f"two references differ by {known.accuracy:.1e}"
@@ -157,7 +165,7 @@ class Judge:
         for name in _METHODS[1:]:
             run = self._run(Method(name, fixed=False, rtol=_RTOLS[-1], max_step=longest))
             if run.status == "done" and reference.rows is not None:
-                error = self._error(run.rows, reference.rows, self._resolution(DEFAULT_RTOL))
+                error = self._error(run.rows, reference.rows, self._resolution(0.0))
                 return error <= max(self.tolerance.within, _TELLS * reference.accuracy)
         return False
 
@@ -165,36 +173,41 @@ class Judge:
         if not self.tolerance.required:
             return error <= self.tolerance.within
         requirements = dict(self.tolerance.requirements)
-        return self._error(rows, reference, np.zeros(rows.shape[1]), requirements) <= 1
+        exact = _Resolution(np.zeros(rows.shape[1]), 0.0)
+        return self._error(rows, reference, exact, requirements) <= 1
 
     def _error(
         self,
         rows: Array,
         reference: Array,
-        resolution: Array,
+        resolution: _Resolution,
         requirements: Mapping[str, float] = MappingProxyType({}),
     ) -> float:
         """The worst error over its scale; infinite where numbers overflow on the way.
 
-        An error within the resolution of its quantity counts for nothing.
+        An error within the resolution of its quantity counts for nothing, and so does one that is
+        small beside the quantity itself, which may be one that is conserved.
         """
         with np.errstate(over="ignore", invalid="ignore"):
             quantities = quantities_of(self.model.measured, reference, requirements)
             errors = np.array(largest_errors(rows, reference))
-            errors = np.where(errors <= resolution, 0.0, errors)
+            size = np.max(np.abs(reference), axis=0)
+            errors = np.where(errors <= resolution.absolute + resolution.part * size, 0.0, errors)
             error = combined(errors.tolist(), quantities)
         return error if math.isfinite(error) else math.inf
 
-    def _resolution(self, rtol: float) -> Array:
-        """What absolute tolerances leave open of each observed quantity over a run, in its unit.
+    def _resolution(self, rtol: float) -> _Resolution:
+        """What a tolerance leaves open of each observed quantity over a run.
 
-        By the scales of the states at the start. A value that moves by less, as what is left of a
+        By the scales of the states at the start; no less than what it leaves by default, which no
+        reference goes far below. A value that moves by less, as what is left of a
         transient that is over between two rows, is zero as far as the method is told.
         """
+        rtol = max(rtol, DEFAULT_RTOL)
         instance = self.model.parameters.instance({})
         found = np.zeros(len(self.model.measured))
         if instance.reset() is not Status.OK:
-            return found
+            return _Resolution(found, _OF_TOLERANCE * rtol)
         _, start = instance.outputs()
         for k, size in enumerate(instance.scale.tolist()):
             present = instance.state[k]
@@ -203,4 +216,4 @@ class Judge:
             instance.state[k] = present
             change = np.abs(moved - start)
             found += np.where(np.isfinite(change), change, 0.0)
-        return _OF_TOLERANCE * rtol * found
+        return _Resolution(_OF_TOLERANCE * rtol * found, _OF_TOLERANCE * rtol)
