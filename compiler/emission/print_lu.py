@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 from bgc.emission.lowered import LuPlan
 from bgc.emission.print_c import DOUBLES, LANES, Numbers
+from bgc.emission.windows import pointed, repointed
 
 UNROLLED = 30_000  # operations of a factorisation
 _CHUNK = 250  # operations in one C function
@@ -169,7 +170,8 @@ def _unrolled_factor(
         for statement in _factor_row(slots, k, mass, jacobian, f"{numbers.function}fabs")
     )
     parts, calls = [], []
-    for count, lines in enumerate(chunks, 1):
+    for count, statements in enumerate(chunks, 1):
+        lines, places = _near(statements, numbers)
         body = "\n".join(lines)
         used = [name for name in _ARGUMENTS if re.search(rf"\b{name}\b", body)]
         declared = ", ".join(_ARGUMENTS[name].format(number) for name in used)
@@ -178,7 +180,8 @@ def _unrolled_factor(
             f"static {number} {part}({declared})\n"
             f"{{\n    {number} g = {zero};\n{body}\n    return g;\n}}\n\n"
         )
-        calls.append(f"    g += {part}({', '.join(used)});\n")
+        passed = ", ".join(pointed(name, places) for name in used)
+        calls.append(f"    g += {part}({passed});\n")
     if not plan.rows:
         parts, calls = [], ["    (void)c;\n    (void)lu;\n"]
     return (
@@ -264,16 +267,23 @@ def _unrolled_solve(slots: _Slots, shared: bool, numbers: Numbers) -> str:
         statements.append((line, 1 + len(terms)))
     parts, calls = [], []
     extra, more = ("", "") if diagonal else (f", {number} *restrict w", ", w")
-    for count, lines in enumerate(_in_chunks(statements), 1):
+    for count, chunk in enumerate(_in_chunks(statements), 1):
+        lines, places = _near(chunk, numbers)
         part = f"{numbers.prefix}_solve_{count}"
         parts.append(
             f"static void {part}(const {number} *restrict lu, {number} *restrict b{extra})\n"
             "{\n" + "\n".join(lines) + "\n}\n\n"
         )
-        calls.append(f"    {part}(lu, b{more});\n")
+        passed = f"{pointed('lu', places)}, {pointed('b', places)}"
+        calls.append(f"    {part}({passed}{more});\n")
     head = "".join(["    (void)w;\n"] * diagonal + ["    (void)lu;\n    (void)b;\n"] * (not parts))
     signature = _solve_head(shared, numbers)
     return f"{_SOLVE_PURPOSE}{''.join(parts)}{signature}\n{{\n{head}{''.join(calls)}}}\n"
+
+
+def _near(statements: Sequence[str], numbers: Numbers) -> tuple[list[str], dict[str, int]]:
+    """The statements of a part, its pointers near what it uses; vectors have a reach of their own."""
+    return repointed(statements, () if numbers is LANES else ("m", "jac", "lu", "b"))
 
 
 def _in_chunks(statements: Iterable[tuple[str, int]]) -> list[list[str]]:

@@ -12,7 +12,8 @@ from pathlib import Path
 
 from table import machine, pin, show
 
-_NAMES = ("kernels", "sundials", "scipy_solvers", "rigid_peers", "casadi_code")
+_NAMES = ("kernels", "sundials", "scipy_solvers", "rigid_peers", "casadi_code",
+          "ensembles")  # fmt: skip
 _PACKAGES = ("numpy", "scipy", "mujoco", "pin", "casadi")
 
 

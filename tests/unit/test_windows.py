@@ -1,0 +1,30 @@
+"""Pointers near what a part of a function uses."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bgc.emission.windows import best_place, pointed, repointed
+
+REACH = range(-16, 16)
+
+
+def test_near_accesses_keep_their_indices():
+    lines = ["w[3] = x[15] * h[0];"]
+    assert repointed(lines, ("w", "x", "h")) == (lines, {})
+
+
+def test_far_accesses_count_from_the_place():
+    lines, places = repointed(["jac[400] = x[2] * w[17];", "jac[431] = -jac[400];"], ("jac", "x"))
+    assert places == {"jac": 416}
+    assert lines == ["jac[-16] = x[2] * w[17];", "jac[15] = -jac[-16];"]
+    assert pointed("jac", places) == "jac + 416" and pointed("x", places) == "x"
+
+
+@given(st.lists(st.integers(0, 200), max_size=40))
+def test_no_place_has_more_accesses_near(indices):
+    def near(place):
+        return sum(index - place in REACH for index in indices)
+
+    place = best_place(indices)
+    assert 0 <= place <= max(indices, default=0)
+    assert near(place) == max(near(other) for other in range(201))
