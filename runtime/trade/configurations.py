@@ -89,27 +89,18 @@ def scene_configurations(
 ) -> tuple[Configuration, ...]:
     """All configurations of a scene as it is, in the order in which they are best measured.
 
-    Methods take turns from coarse to fine, so that little time shows already the whole range;
-    kept Jacobians come after all methods with fresh ones.
+    Methods, with fresh and with kept Jacobians, take turns from coarse to fine, so that little time
+    shows already the whole range, and what takes longest comes last.
     """
     rtols, steps = sorted(rtols, reverse=True), sorted(steps, reverse=True)
-    keeps = sorted(keeps)
     ladders = [[Configuration(name, rtol=rtol) for rtol in rtols] for name in adaptive]
-    ladders += [
-        [Configuration(name, step=step, keep=_least_keep(name, keeps)) for step in steps]
-        for name in fixed
-    ]
-    found = list(_in_turns(ladders))
-    for keep in keeps[1:]:
-        kept = (name for name in fixed if name not in _WITHOUT_JACOBIAN)
-        found += _in_turns(
-            [[Configuration(name, step=step, keep=keep) for step in steps] for name in kept]
-        )
-    return tuple(found)
-
-
-def _least_keep(name: str, keeps: Sequence[int]) -> int:
-    return 1 if name in _WITHOUT_JACOBIAN else keeps[0]
+    for place, keep in enumerate(sorted(keeps)):
+        for name in fixed:
+            if name not in _WITHOUT_JACOBIAN:
+                ladders.append([Configuration(name, step=step, keep=keep) for step in steps])
+            elif place == 0:
+                ladders.append([Configuration(name, step=step) for step in steps])
+    return tuple(_in_turns(ladders))
 
 
 def _in_turns(ladders: Iterable[Sequence[Configuration]]) -> Iterator[Configuration]:

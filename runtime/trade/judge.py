@@ -137,7 +137,7 @@ def _of_none(rows: Sequence[Measurement], target: Target) -> str:
             f"A smaller step or tolerance might (`--steps`, `--rtols`), or a `require` "
             f"{target.error(finest) / target.limit:.2g} times as wide."
         )
-    quickest = min(accurate, key=lambda r: r.worst)
+    quickest = min(accurate, key=lambda r: (not r.certain, r.worst))
     text = (
         f"No configuration meets {_limit(target)} and the deadline of "
         f"{spelled(target.deadline or 0.0)}. Of those accurate enough, the quickest is "
@@ -148,7 +148,9 @@ def _of_none(rows: Sequence[Measurement], target: Target) -> str:
             f" Of those in time, the most accurate is {finest.configuration.label} with "
             f"{_error(finest, target)}."
         )
-    noise = "" if quickest.paced else ", if it is not the machine that was busy with something else"
+    noise = (
+        "" if quickest.certain else ", if it is not the machine that was busy with something else"
+    )
     return f"{text} A deadline of {spelled(quickest.worst)} would do{noise}."
 
 

@@ -9,6 +9,7 @@ from typing import Any
 from bgc.runtime.trade.configurations import Configuration
 
 DONE = "done"
+OUT_OF_BUDGET = "not run: the budget was spent; the same command goes on"
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +66,13 @@ class Measurement:
 
     @property
     def certain(self) -> bool:
-        """Whether the worst is more than the one time that a single run took, whatever else ran."""
-        return self.paced > 0 or self.repeats > 1
+        """Whether the worst is the method's, and not what else the machine did in a single run.
+
+        Adaptive steps of a scene without devices are not repeated one by one; there the median of
+        several runs counts.
+        """
+        adaptive = not self.configuration.fixed and not self.worst_sample
+        return self.paced > 0 or (adaptive and self.repeats > 1)
 
     @property
     def real_time_factor(self) -> float:

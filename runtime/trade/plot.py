@@ -134,7 +134,7 @@ def _draw_limits(trade: Trade, axes: Any) -> None:
         axes.axhspan(_LEAST * 1e-3, floor, color="0.5", alpha=0.12, label=label)
         axes.set_ylim(bottom=bottom)
     low, high = axes.get_xlim()
-    if low < 1.0 < 30 * high:
+    if low < 1.0 < 3 * high:
         axes.axvline(1.0, color="#D55E00", linewidth=0.9, label="real time")
     late = [row for rows in _lines(trade).values() for row in rows if target.late(row)]
     if target.deadline is not None and late:

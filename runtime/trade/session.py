@@ -17,7 +17,7 @@ from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.errors import combined, largest_errors, quantities_of
 from bgc.runtime.trade.judge import Target, front
 from bgc.runtime.trade.measure import Run, paced_worst, timed_run
-from bgc.runtime.trade.measurement import DONE, Measurement
+from bgc.runtime.trade.measurement import DONE, OUT_OF_BUDGET, Measurement
 from bgc.runtime.trade.reference import Reference, find_reference
 from bgc.runtime.trade.store import Store
 
@@ -30,7 +30,6 @@ _MOST_PACED = 12  # configurations that are tried for the deadline
 _MEASURING = 0.7  # of the budget, before the rest goes to deadlines and repetitions
 _SAME = 0.01  # part by which errors and counts of steps may differ and still be the same
 _NEAR = 1.2  # times the time of a configuration on the front: may be on it, but for noise
-_OUT_OF_BUDGET = "not run: the budget was spent; the same command goes on"
 
 
 @dataclass
@@ -175,10 +174,10 @@ class Session:
         limit = max(_AT_LEAST, _AS_THE_REFERENCE * reference.seconds)
         left = self.left - (1.0 - _MEASURING) * self.budget
         if left <= 0:
-            return Measurement(configuration, "skipped", _OUT_OF_BUDGET)
+            return Measurement(configuration, "skipped", OUT_OF_BUDGET)
         found = self._measured(configuration, reference, min(limit, left), watch)
         if found.status == "stopped" and left < limit:
-            return Measurement(configuration, "skipped", _OUT_OF_BUDGET)
+            return Measurement(configuration, "skipped", OUT_OF_BUDGET)
         self.store.keep(content, found)
         return found
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from bgc.printing.tables import Table
 from bgc.runtime.files import written_whole
 from bgc.runtime.trade.judge import spelled
-from bgc.runtime.trade.measurement import Measurement
+from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 
 if TYPE_CHECKING:
     from bgc.runtime.trade.errors import Quantity
@@ -214,17 +214,27 @@ def _excess(trade: Trade, row: Measurement, front: Sequence[Measurement]) -> flo
 
 
 def _unfinished(rows: Sequence[Measurement]) -> tuple[tuple[str, ...], ...]:
-    """Lines for configurations without numbers, those with one reason together."""
-    by_reason: dict[tuple[str, str, str], list[str]] = {}
+    """Lines for configurations without numbers, those of a method with one kind of reason together.
+
+    Of several reasons of a kind, which differ in their time, the first is shown.
+    """
+    kinds: dict[tuple[str, str, str], list[Measurement]] = {}
     for row in rows:
         configuration = row.configuration
-        name = configuration.solver + (
-            f" with {configuration.variant}" if configuration.uses else ""
-        )
-        by_reason.setdefault((name, row.status, row.message), []).append(configuration.setting)
+        name = configuration.solver
+        name += f" with {configuration.variant}" if configuration.uses else ""
+        if row.message == OUT_OF_BUDGET:
+            name = ""
+        kind = row.message.partition(": ")[0] if row.status == "failed" else row.message
+        kinds.setdefault((name, row.status, kind), []).append(row)
     return tuple(
-        (name, status, "; ".join(settings), message)
-        for (name, status, message), settings in by_reason.items()
+        (
+            name or f"{len(found)} more",
+            status,
+            "; ".join(row.configuration.setting for row in found) if name else "",
+            found[0].message,
+        )
+        for (name, status, _), found in kinds.items()
     )
 
 

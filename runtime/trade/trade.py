@@ -26,7 +26,7 @@ from bgc.runtime.trade.configurations import (
 )
 from bgc.runtime.trade.errors import Quantity
 from bgc.runtime.trade.judge import Target, Verdict, judge
-from bgc.runtime.trade.measurement import Measurement
+from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 from bgc.runtime.trade.reference import Reference
 from bgc.runtime.trade.session import Session
 from bgc.runtime.trade.store import machine_description, open_store
@@ -321,7 +321,7 @@ def _warnings(
         )
     if not complete:
         found.append("only part of the scene was run: nothing is stored for `solver auto`")
-    left = sum("budget" in row.message for row in rows if row.status == "skipped")
+    left = sum(row.message == OUT_OF_BUDGET for row in rows)
     if left:
         found.append(
             f"{left} configurations were not run within the budget: the same command goes on"
