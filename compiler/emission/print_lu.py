@@ -282,7 +282,7 @@ def _unrolled_solve(slots: _Slots, shared: bool, numbers: Numbers) -> str:
 
 
 def _near(statements: Sequence[str], numbers: Numbers) -> tuple[list[str], dict[str, int]]:
-    """The statements of a part, its pointers near what it uses; vectors have a reach of their own."""
+    """The statements of a part, its pointers near what it uses; vectors reach far."""
     return repointed(statements, () if numbers is LANES else ("m", "jac", "lu", "b"))
 
 

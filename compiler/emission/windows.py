@@ -2,8 +2,8 @@
 
 Straight-line code that exceeds the instruction cache runs as fast as its bytes arrive. An access
 within 16 doubles of where a pointer points takes three bytes less than one farther away, so each
-part is handed pointers into the middle of what it uses most: on a crane of 70 states a factorisation
-takes 11 % less time so, and its Jacobian 8 %.
+part is handed pointers into the middle of what it uses most: on a crane of 70 states a
+factorisation takes 11 % less time so, and its Jacobian 8 %.
 """
 
 from __future__ import annotations
