@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
+import sys
 from fractions import Fraction
 from pathlib import Path
 
@@ -261,3 +263,25 @@ def test_initial_values_cannot_read_states() -> None:
     (x,) = states(dag, 1)
     with pytest.raises(AssertionError, match="initial reads"):
         emit_model(make_program(dag, [x], initial=[x]), "0")
+
+
+def test_the_text_does_not_depend_on_the_order_of_hashes() -> None:
+    program = (
+        "import sys; from pathlib import Path; from bgc.driver import Compilation;"
+        "from bgc.options import Options;"
+        "units = Compilation(Path(sys.argv[1]), Options()).emitted.units;"
+        "print(*(unit.text for unit in units))"
+    )
+    scene = Path(__file__).parents[2] / "library" / "scenes" / "planar_crane.bg"
+    texts = {
+        subprocess.run(
+            [sys.executable, "-c", program, str(scene)],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in ("1", "2")
+    }
+    assert len(texts) == 1
+    assert "model_jacobian" in texts.pop()
