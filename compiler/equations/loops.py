@@ -296,16 +296,25 @@ class _Loop:
         return 1 if level == Level.PARAM else 2
 
     def _unsolvable(
-        self, torn: Sequence[Node], rows: Sequence[Sequence[Node]], right: Sequence[Node]
+        self,
+        torn: Sequence[Node],
+        rows: Sequence[Sequence[Node]],
+        right: Sequence[Node],
+        unknowns: Sequence[Node] = (),
     ) -> BgError:
-        """No single solution: none where what is left of the equations is a contradiction."""
+        """No single solution: none where what is left of the equations is a contradiction.
+
+        Where the rows change with the unknowns, these say nothing of what is left.
+        """
         residue = self._fingerprints.value
-        found = solutions_of([[residue(n)[0] for n in row] for row in rows],
-                             [residue(n)[0] for n in right])  # fmt: skip
+        found = "unclear"
+        if set(unknowns).isdisjoint(self._dag.reachable([n for row in rows for n in row])):
+            found = solutions_of([[residue(n)[0] for n in row] for row in rows],
+                                 [residue(n)[0] for n in right]).value  # fmt: skip
         ports = self._variables.ports_among(self._members)
         places = self._variables.places
         return places.unsolvable(
-            torn, found.value, places.bonds_of(self._symbols, ports), places.elements_of(ports)
+            torn, found, places.bonds_of(self._symbols, ports), places.elements_of(ports)
         )
 
     def report(self, torn: Sequence[Node], kind: LoopKind, solution: LoopSolution) -> Loop:
@@ -380,7 +389,7 @@ class _Loop:
         found = solutions_of([[residue(n)[0] for n in row] for row in rows], [0] * len(rows))
         if found is not Solutions.ONE:
             right = [state.residual for state in states]
-            raise self._unsolvable([state.symbol for state in states], rows, right)
+            raise self._unsolvable([state.symbol for state in states], rows, right, unknowns)
 
 
 def _is_flat(dag: Dag, slope: Node) -> bool:

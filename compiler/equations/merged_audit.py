@@ -26,6 +26,9 @@ from bgc.grammar.diagnostics import BgError
 from bgc.graph import Node
 
 _LEAST = 1e-9  # eigenvalue of the reduced mass scaled to a diagonal of ones
+_ROUNDING = 1e-13  # the same without masses
+_STILL = 1e-6  # of the fastest flow: what is slower stands still but for rounding
+_TAKING_PART = 1e-3  # of the fastest
 _TOLERANCE = 1e-6  # relative; far above rounding and differences, far below a slip
 _SHIFT = 1e-5  # of the point, for differences
 
@@ -65,6 +68,21 @@ class MergedAudit:
         for i, k in enumerate(group.flows):
             speed = random.Random(f"flow {k}").uniform(0.3, 1)
             self._flows[k] = speed / mass[i][i] ** 0.5
+
+    def require_held(self, group: Group) -> None:
+        """Refuse a group on whose flows a motion moves no inertia, whatever the laws.
+
+        Raises
+        ------
+        BgError
+            Names the inertias beside the motion.
+        """
+        held = _reduced_mass(self._point, group)
+        if not all(math.isfinite(entry) for row in held for entry in row):
+            return
+        motion = motion_without_inertia(held, _ROUNDING)
+        if motion is not None:
+            raise _moving_without_inertia(self._point, group, motion)
 
     def note(self, merged: MergedGroup) -> None:
         """Have what was written for a group checked by `finish`."""
@@ -187,9 +205,11 @@ class _Point:
 def _entries(
     point: _Point, element: StorageElement
 ) -> Iterator[tuple[StoragePort, StoragePort, float]]:
-    """The entries of an element's inertia that are not zero."""
+    """The entries of an element's inertia that are not zero; those of one for another law."""
     capacity = element.law.capacity
-    assert capacity is not None
+    if capacity is None:
+        yield from ((port, port, 1.0) for port in inertias_of(element))
+        return
     for port, other in product(inertias_of(element), repeat=2):
         entry = point.value(capacity[port.port.position][other.port.position])
         if entry:
@@ -254,7 +274,7 @@ def motion_without_inertia(mass: Sequence[Sequence[float]], least: float) -> lis
 
 
 def _moving_without_inertia(point: _Point, group: Group, motion: Sequence[float]) -> BgError:
-    """The error that names the elements that take part in a motion."""
+    """The error that names the elements that take part in a motion; if none does, its bonds."""
     speed_of = dict(zip(group.flows, motion, strict=True))
     speeds = [
         max(
@@ -263,10 +283,20 @@ def _moving_without_inertia(point: _Point, group: Group, motion: Sequence[float]
         )
         for element in group.elements
     ]
+    if max(speeds) < _STILL * max(map(abs, motion)):
+        causal = point.variables.causal
+        classes = [
+            causal.classes[causal.basis[k].bond_class]
+            for k, speed in speed_of.items()
+            if abs(speed) > _TAKING_PART * max(map(abs, motion))
+        ]
+        bonds = [causal.graph.bonds[members.bonds[0]] for members in classes]
+        names = [bond.name for bond in bonds]
+        return BgError([catalogue.motion_without_inertia(bonds[0].span, names)])
     moving = [
         element.storage
         for element, speed in zip(group.elements, speeds, strict=True)
-        if speed > 1e-3 * max(speeds)
+        if speed > _TAKING_PART * max(speeds)
     ]
     names = [storage.name for storage in moving]
     return BgError([catalogue.motion_without_inertia(moving[0].span, names)])

@@ -56,6 +56,8 @@ def _merge_inertia_group(
         audit.require_definite(group)
         flows = _reduced_flows(variables, group, merged)
         audit.note(MergedGroup(group, merged, flows))
+    else:
+        audit.require_held(group)
     for k, state in merged.items():
         number = causal.basis[k].bond_class
         if flows is not None:

@@ -274,7 +274,8 @@ def motion_without_inertia(span: Span, names: Sequence[str]) -> Diagnostic:
     What: inertias that rigid connections make one have no common inertia along one of their
     motions: the mass matrix of the mechanism is singular, or so nearly that the accelerations
     would be noise (scaled to a diagonal of ones, its least eigenvalue is below 1e-9).
-    Why: a force along that motion would give an infinite acceleration.
+    Why: a force along that motion would give an infinite acceleration. A resistance along it
+    could hold it, but how would change with the moduli that lead there, so it is not asked.
     Example: a rigid arm whose last link has the mass 0; masses in the ratio 1e10 on rigid joints.
     Way out: give what moves an inertia of its own, or join it by a compliance.
     """
