@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from types import MappingProxyType
 
@@ -83,7 +83,7 @@ class Reference:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Resolution:
-    """Errors that count for nothing: in the unit of each quantity, and as a part of its size."""
+    """Errors that hold in any case: in the unit of each quantity, and as a part of its size."""
 
     absolute: Array
     part: float
@@ -185,15 +185,18 @@ class Judge:
     ) -> float:
         """The worst error over its scale; infinite where numbers overflow on the way.
 
-        An error within the resolution of its quantity counts for nothing, and so does one that is
-        small beside the quantity itself, which may be one that is conserved.
+        No scale is so small that the resolution of its quantity would not hold: one that hardly
+        moves between the rows, or is conserved.
         """
         with np.errstate(over="ignore", invalid="ignore"):
             quantities = quantities_of(self.model.measured, reference, requirements)
-            errors = np.array(largest_errors(rows, reference))
             size = np.max(np.abs(reference), axis=0)
-            errors = np.where(errors <= resolution.absolute + resolution.part * size, 0.0, errors)
-            error = combined(errors.tolist(), quantities)
+            open_to = (resolution.absolute + resolution.part * size) / self.tolerance.within
+            scaled = [
+                replace(q, scale=max(q.scale, least))
+                for q, least in zip(quantities, open_to.tolist(), strict=True)
+            ]
+            error = combined(largest_errors(rows, reference), scaled)
         return error if math.isfinite(error) else math.inf
 
     def _resolution(self, rtol: float) -> _Resolution:
