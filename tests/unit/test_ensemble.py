@@ -104,6 +104,29 @@ def test_fixed_steps_agree_with_runs_alone_to_rounding(name, scene, values, solv
     assert distance(ensemble.values[:, :, outputs], expected[:, :, outputs]) < 1e-12
 
 
+EXPRESSIONS = (
+    *("sin(x)", "cos(x)", "tan(x)", "asin(x/3)", "acos(x/3)", "atan(x)", "sinh(x)", "cosh(x)"),
+    *("tanh(x)", "asinh(x)", "acosh(x + 3)", "atanh(x/3)", "exp(x)", "log(x + 3)", "log10(x + 3)"),
+    *("sqrt(x + 3)", "cbrt(x)", "erf(x)", "expm1(x)", "log1p(x + 3)", "(x + 3)^1.7", "x^3"),
+    *("atan2(x, 0.5)", "hypot(x, 2)", "fmod(5*x, 0.7371)", "floor(3*x)", "ceil(3*x)", "sign(x)"),
+    *("abs(x)", "min(x, 0.25)", "max(x, -0.25, x^2)", "if x > 0.5 then sin(x) else -x"),
+    *("if x > 0 and not x > 1 then 1 else 2", "if x < -0.5 or x >= 0.5 then x else 1/(x + 3)"),
+)
+
+
+def test_functions_and_choices_of_every_kind_are_those_of_one_instance(tmp_path):
+    observed = ", ".join(f"{text} as y{k}" for k, text in enumerate(EXPRESSIONS))
+    (tmp_path / "functions.bg").write_text(
+        "model Functions { param a = 0; state x = a; der(x) = 1; }\n"
+        f"scene all of Functions {{ observe {observed}; run 1 every 0.1; }}\n"
+    )
+    model = bgc.compile(tmp_path / "functions.bg")
+    ensemble = model.simulate_many({"a": np.linspace(-1.2987, 0.4113, 9)}, solver="rk4", step=0.1)
+    assert ensemble.together == 9
+    expected = one_by_one(model, ensemble, solver="rk4", step=0.1)
+    np.testing.assert_allclose(ensemble.values, expected, rtol=1e-13, atol=1e-14)
+
+
 @pytest.mark.parametrize("keep", [1, 4])
 def test_a_kept_jacobian_is_kept_as_long(tmp_path, keep):
     source = OSCILLATOR.replace("run 3 s", f"solver ros34prw(keep = {keep}, step = 20 ms); run 3 s")
