@@ -61,5 +61,23 @@ def source_changed(path: str) -> Diagnostic:
     )
 
 
+def bad_range(text: str) -> Diagnostic:
+    """BG743: `--vary` without a range
+
+    What: the text is not of the form `name=low..high`, with a unit and a count if need be.
+
+    Why: a sweep takes each varied parameter from one value to another.
+
+    Example: `--vary boom.mass=7`.
+
+    Way out: `--vary "boom.mass=5..9 t:20"` for 20 values from 5 t to 9 t.
+    """
+    return error(
+        "BG743",
+        f"`{text}` is not of the form name=low..high unit:count",
+        help='write `--vary "boom.mass=5..9 t:20"`; the unit and the count may be left out',
+    )
+
+
 def _values(count: int) -> str:
     return "1 value" if count == 1 else f"{count} values"

@@ -29,6 +29,7 @@ _COMMANDS = {
     "show": "print what a pass of the compiler made",
     "graph": "draw the bond graph with its causal strokes",
     "cost": "tell what a scene costs, what was left out, and what variants would cost",
+    "sweep": "simulate a scene with many values of its parameters at once",
     "trade": "measure speed against accuracy of a scene, and recommend a method",
     "stress": "drive a scene to its extremes, and map where it holds and where it fails",
     "activity": "tell where the energy of a scene goes, and which parts it can do without",

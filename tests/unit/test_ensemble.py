@@ -10,11 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import bgc
 from bgc.building.toolchain import find_toolchain
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime import many
+from bgc.runtime.cli.app import application
 from bgc.runtime.ensemble import Ensemble, EnsembleInterrupted
 from bgc.runtime.model import Model
 
@@ -346,3 +348,37 @@ def test_ctrl_c_keeps_what_was_computed(oscillator, monkeypatch):
     assert len(result) == 40
     assert set(result.status) <= {"done", "interrupted"}
     assert "interrupted" in result.status
+
+
+# --- bgc sweep --------------------------------------------------------------------------------
+
+
+def sweep(*arguments: str | Path):
+    return CliRunner().invoke(application, ["sweep", *map(str, arguments)])
+
+
+def test_a_sweep_runs_every_combination(oscillator_file, tmp_path):
+    out = tmp_path / "many.csv"
+    ranges = ("--vary", "k=5..7 N/m:3", "--vary", "mass=1000..2000 g:2")
+    done = sweep(oscillator_file, *ranges, "--solver", "ros34prw", "--step", "10 ms", "--out", out)
+    assert (done.exit_code, done.output) == (0, "6 done\n")
+    with out.open() as file:
+        rows = list(csv.DictReader(file))
+    pairs = list(dict.fromkeys((float(row["k"]), float(row["mass"])) for row in rows))
+    assert pairs == [(5, 1), (5, 2), (6, 1), (6, 2), (7, 1), (7, 2)]
+
+
+def test_a_sample_covers_every_range_evenly(oscillator_file, tmp_path):
+    out = tmp_path / "many.npz"
+    options = ("--sample", "10", "--time", "0.1", "-q", "--out", out)
+    done = sweep(oscillator_file, "--vary", "k=10..20", "--vary", "mass=1..3 kg", *options)
+    assert (done.exit_code, done.output) == (0, "")
+    with np.load(out) as archive:
+        assert sorted(np.floor(archive["parameter:k"])) == list(range(10, 20))
+        assert sorted(np.floor((archive["parameter:mass"] - 1) * 5)) == list(range(10))
+
+
+@pytest.mark.parametrize("text", ["k", "k=5", "k=5..", "k=5..6:many", "=1..2"])
+def test_a_range_that_is_none(text, oscillator_file, tmp_path):
+    done = sweep(oscillator_file, "--vary", text, "--out", tmp_path / "many.csv")
+    assert done.exit_code == 1 and "BG743" in done.output

@@ -1,0 +1,103 @@
+"""`bgc sweep`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from bgc.runtime.cli.app import AT_FAULT, INTERRUPTED, print_diagnostics
+from bgc.runtime.cli.options import (
+    check_target,
+    model_file,
+    read_assignments,
+    scene_option,
+    set_option,
+)
+
+_TABLES = (".csv", ".npz")
+_SHOWN = 3  # failures
+
+
+@click.command()
+@model_file
+@scene_option
+@set_option
+@click.option(
+    "--vary",
+    "varied",
+    multiple=True,
+    required=True,
+    metavar="RANGE",
+    help='A parameter\'s range, any number of times: "boom.mass=5..9 t:20" for 20 values.',
+)
+@click.option(
+    "--sample",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="N points spread over all ranges, instead of every combination.",
+)
+@click.option("--out", metavar="FILE", required=True, help="Where to write: .csv or .npz.")
+@click.option("--solver", metavar="NAME", help="Integration method, as rodas5p or rk4.")
+@click.option("--rtol", type=float, help="Relative tolerance.")
+@click.option("--step", metavar="TIME", help="Step of a fixed-step method: 0.001, or 1 ms.")
+@click.option("--every", metavar="TIME", help="Interval between rows.")
+@click.option("--time", "duration", metavar="TIME", help="How long to simulate.")
+@click.option("--quiet", "-q", is_flag=True, help="No summary and no progress bar.")
+@click.pass_context
+def sweep(
+    context: click.Context,
+    file: Path,
+    scene: str | None,
+    assignments: tuple[str, ...],
+    varied: tuple[str, ...],
+    sample: int | None,
+    out: str,
+    solver: str | None,
+    rtol: float | None,
+    step: str | None,
+    every: str | None,
+    duration: str | None,
+    quiet: bool,
+) -> None:
+    """Simulate a scene of FILE with many values of its parameters, several at once.
+
+    Every combination of the values is an instance; with --sample, N points among them.
+    """
+    from bgc.runtime.ensemble import EnsembleInterrupted
+    from bgc.runtime.model import compile_model
+    from bgc.runtime.quantity import read_quantity
+    from bgc.runtime.sweep import grid, latin_hypercube, read_range
+
+    check_target(out, _TABLES)
+    times = {
+        name: None if text is None else read_quantity(text, f"--{name}", "s")
+        for name, text in (("step", step), ("every", every), ("time", duration))
+    }
+    model = compile_model(file, scene, dict(read_assignments(assignments)))
+    print_diagnostics(model.warnings)
+    ranges = [read_range(text, model.parameters) for text in varied]
+    values = grid(ranges) if sample is None else latin_hypercube(ranges, sample)
+    status = 0
+    try:
+        ensemble = model.simulate_many(
+            values,
+            times["time"],
+            every=times["every"],
+            solver=solver,
+            rtol=rtol,
+            step=times["step"],
+            progress=not quiet,
+        )
+    except EnsembleInterrupted as problem:
+        click.echo(str(problem), err=True)
+        ensemble, status = problem.result, INTERRUPTED
+    print_diagnostics((*ensemble.warnings, *list(ensemble.failures.values())[:_SHOWN]))
+    if Path(out).suffix.lower() == ".npz":
+        ensemble.to_npz(out)
+    else:
+        ensemble.to_csv(out)
+    if not quiet:
+        counts = {name: ensemble.status.count(name) for name in dict.fromkeys(ensemble.status)}
+        click.echo(", ".join(f"{count} {name}" for name, count in counts.items()))
+    context.exit(status or (AT_FAULT if ensemble.failures else 0))
