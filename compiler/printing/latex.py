@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
+from functools import partial
 
 from bgc.algebra.dag import Dag, Op, Symbol
 from bgc.algebra.infix import number
 from bgc.graph import Node
-from bgc.printing.latex_names import dotted, latex_name
+from bgc.printing.latex_names import dotted, latex_names
 from bgc.program import Program
 
 _LINE = 80  # visible characters of a line, about
@@ -39,19 +40,21 @@ _RELATIONS = {
 
 def latex_equations(program: Program, name: Callable[[Symbol], str]) -> str:
     """The state equations with their start, and what the scene observes."""
-    symbols = [latex_name(state.name) for state in program.states]
-    left = _left_sides(program, symbols, name)
+    text = _symbols(program, name)
+    symbols = [text[state.name] for state in program.states]
+    spell = partial(_spelled, text, name)
+    left = _left_sides(program, symbols, spell)
     equations = [
         *zip(left, (state.derivative for state in program.states), strict=True),
-        *((latex_name(o.name), o.node) for o in program.observations),
+        *((text[o.name], o.node) for o in program.observations),
     ]
     start = [
         (f"{symbol}(0)", state.initial)
         for symbol, state in zip(symbols, program.states, strict=True)
         if state.initial != program.dag.zero
     ]
-    printer = _Printer(program.dag, name, [node for _, node in (*start, *equations)])
-    bodies = [(text, printer.terms(node)) for text, node in (*start, *equations)]
+    printer = _Printer(program.dag, spell, [node for _, node in (*start, *equations)])
+    bodies = [(left_side, printer.terms(node)) for left_side, node in (*start, *equations)]
     first, second = len(start), len(start) + len(left)
     blocks = (
         ("auxiliary quantities", printer.auxiliaries),
@@ -60,6 +63,20 @@ def latex_equations(program: Program, name: Callable[[Symbol], str]) -> str:
         ("observed", bodies[second:]),
     )
     return "\n".join(_align(title, lines) for title, lines in blocks if lines)
+
+
+def _symbols(program: Program, name: Callable[[Symbol], str]) -> dict[str, str]:
+    """The LaTeX of all that is named, each different from the others."""
+    states, observed = program.states, program.observations
+    roots = [node for state in states for node in (state.initial, state.derivative)]
+    roots += [o.node for o in observed] + [entry.value for entry in program.mass or ()]
+    symbols = map(program.dag.symbol_of, program.dag.reachable(roots))
+    read = [name(symbol) for symbol in symbols if symbol is not None]
+    return latex_names([s.name for s in states] + [o.name for o in observed] + read)
+
+
+def _spelled(text: Mapping[str, str], name: Callable[[Symbol], str], symbol: Symbol) -> str:
+    return text[name(symbol)]
 
 
 _Terms = list[str]  # of a sum, each but the first with its sign
@@ -112,7 +129,7 @@ class _Printer:
         self._named: set[Node] = set()
         self.auxiliaries: list[tuple[str, _Terms]] = []
         order = dag.reachable(roots)
-        taken = {latex_name(name(s)) for s in map(dag.symbol_of, order) if s is not None}
+        taken = {name(s) for s in map(dag.symbol_of, order) if s is not None}
         free = (a for a in _AUXILIARY if not any(text.startswith(a) for text in taken))
         letter = next(free, r"\mathcal{A}")
         for node in self._worth_a_name(order, roots):
@@ -203,7 +220,7 @@ class _Printer:
         if value is not None:
             return _number(value)
         if symbol is not None:
-            return latex_name(self._name(symbol)), _ATOM
+            return self._name(symbol), _ATOM
         op, operands = Op(dag.op[node]), dag.operands(node)
         if op in {Op.ADD, Op.SUB, Op.NEG}:
             return " ".join(self.terms(node)), _SUM

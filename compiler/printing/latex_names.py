@@ -3,6 +3,8 @@ r"""Names of a model in LaTeX: `crane.boom.omega_x[2]` is `\omega_{x,\mathrm{cra
 from __future__ import annotations
 
 import re
+from collections import Counter
+from collections.abc import Iterable
 
 _GREEK = frozenset(
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau "
@@ -38,6 +40,16 @@ def latex_name(name: str) -> str:
     if index:
         below.append(index.removesuffix("]"))
     return _with_subscript(symbol, below)
+
+
+def latex_names(names: Iterable[str]) -> dict[str, str]:
+    """Symbols of names; of names that would look alike, such as `x1` and `x_1`, the whole names."""
+    short = {name: latex_name(name) for name in names}
+    alike = Counter(short.values())
+    return {
+        name: symbol if alike[symbol] == 1 else rf"\mathit{{{name.translate(_SPECIAL)}}}"
+        for name, symbol in short.items()
+    }
 
 
 def dotted(symbol: str) -> str:

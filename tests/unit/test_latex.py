@@ -14,7 +14,7 @@ from bgc.algebra.evaluate import evaluate_nodes
 from bgc.driver import Compilation
 from bgc.options import Options
 from bgc.printing.latex import latex_equations
-from bgc.printing.latex_names import dotted, latex_name
+from bgc.printing.latex_names import dotted, latex_name, latex_names
 from bgc.show import symbol_names
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -233,3 +233,10 @@ def test_a_mass_matrix_stands_on_the_left():
     )
     assert found[0][0] == r"a\,\dot{x}_{0} + \dot{x}_{1}"
     assert found[1][0] == "0"
+
+
+def test_names_that_would_look_alike_are_written_out():
+    names = latex_names(["x1", "x_1", "x__1", "omega", "t", "time", "x1"])
+    assert len(set(names.values())) == len(names)
+    assert names["omega"] == r"\omega"
+    assert dotted(names["x_1"]) == r"\dot{\mathit{x\_1}}"
