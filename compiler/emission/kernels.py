@@ -18,8 +18,8 @@ from bgc.emission.print_c import DOUBLES, Numbers
 from bgc.emission.windows import pointed, repointed
 from bgc.graph import Node
 
-CHUNK = 250  # operations in one C function
-_INLINE = 10  # operations in one expression
+CHUNK = 100  # operations in one C function
+_INLINE = 20  # operations in one expression
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
 _CONST, _SYMBOL, _PARAM = int(Op.CONST), int(Op.SYMBOL), int(Level.PARAM)
