@@ -12,7 +12,7 @@ from fractions import Fraction
 
 from bgc.elaboration.domains import WATT
 from bgc.elaboration.report import Report
-from bgc.grammar.catalogue import graph
+from bgc.grammar.catalogue import widths as width_messages
 from bgc.grammar.source import Span
 from bgc.values.units import Dimension, describe_dimension, divide, multiply, power
 
@@ -93,7 +93,7 @@ class BondUnits:
                 self._told.add(root)
                 one, two = describe_dimension(known.dimension), describe_dimension(dimension)
                 self._report.add(
-                    graph.units_differ(
+                    width_messages.units_differ(
                         span, self._names[bond], variable, one, known.span, two, span
                     )
                 )
@@ -146,7 +146,9 @@ class BondUnits:
         wanted = describe_dimension(ratio.argument_for(expected))
         given = describe_dimension(ratio.argument_for(ratio.dimension))
         name, argument = self._names[ratio.bond], ratio.argument
-        self._report.add(graph.unit_misfit(ratio.span, name, argument, wanted, given, places))
+        self._report.add(
+            width_messages.unit_misfit(ratio.span, name, argument, wanted, given, places)
+        )
 
     def _apply_link(self, link: Link) -> bool:
         source = self.dimension(*link.source)

@@ -10,7 +10,8 @@ from bgc.elaboration.quantities import dimension_of
 from bgc.elaboration.tree import Environment
 from bgc.elaboration.world import World
 from bgc.grammar import syntax
-from bgc.grammar.catalogue import graph, names
+from bgc.grammar.catalogue import names
+from bgc.grammar.catalogue import widths as width_messages
 from bgc.grammar.diagnostics import BgError
 from bgc.values.units import Dimension, describe_dimension, multiply, parse_unit
 from bgc.values.value import Shape
@@ -93,7 +94,11 @@ class Domains:
         efforts, flows = units["effort"], units["flow"]
         if len(efforts) != len(flows) or not efforts:
             raise BgError(
-                [graph.domain_unbalanced(domain.name_span, domain.name, len(efforts), len(flows))]
+                [
+                    width_messages.domain_unbalanced(
+                        domain.name_span, domain.name, len(efforts), len(flows)
+                    )
+                ]
             )
         for k, (effort, flow) in enumerate(zip(efforts, flows, strict=True)):
             if domain.pseudo or effort is None or flow is None:
@@ -101,7 +106,9 @@ class Domains:
             power = multiply(effort, flow)
             if power != WATT:
                 found = describe_dimension(power)
-                raise BgError([graph.domain_no_power(domain.name_span, domain.name, k + 1, found)])
+                raise BgError(
+                    [width_messages.domain_no_power(domain.name_span, domain.name, k + 1, found)]
+                )
         return DomainFacts(
             domain.name,
             domain.pseudo,

@@ -25,6 +25,7 @@ from bgc.elaboration.tree import (
 from bgc.elaboration.world import World
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import graph, laws, names
+from bgc.grammar.catalogue import widths as width_messages
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.source import Span
 from bgc.graph import Slot
@@ -426,7 +427,11 @@ class Builder:
         have = next(d for k, d in built.kinds if k.syntax is interface.syntax)
         if have != asked:
             raise BgError(
-                [graph.slot_width(fill.span, fill.name, part.type.name, asked, have, part.span)]
+                [
+                    width_messages.slot_width(
+                        fill.span, fill.name, part.type.name, asked, have, part.span
+                    )
+                ]
             )
         self.slots.append(Slot(pending.path, part.type.name, asked, fill.name))
         return built

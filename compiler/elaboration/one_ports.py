@@ -21,7 +21,7 @@ from bgc.elaboration.quantities import component_name
 from bgc.elaboration.tree import Element
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import laws as law_messages
-from bgc.grammar.catalogue import values
+from bgc.grammar.catalogue import shapes as shape_messages
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import (
     EnergyLaw,
@@ -148,7 +148,9 @@ def read_resistor(laws: Laws, element: Element) -> Resistor:
 
 def _read_law(laws: Laws, element: Element, given: dict[str, syntax.Argument]) -> Law:
     if len(laws.ports(element, "all")) > _MAX_PORTS:
-        raise BgError([values.too_large(element.use.span, f"the matrix of `{element.path}`")])
+        raise BgError(
+            [shape_messages.too_large(element.use.span, f"the matrix of `{element.path}`")]
+        )
     forms = LAW_ARGUMENTS.get(element.basic, {})
     named = [name for name in forms if name in given]
     if element.law is not None and named:

@@ -18,6 +18,7 @@ from bgc.elaboration.tree import Environment, Given, Quantity, Status
 from bgc.elaboration.world import World
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import names, values
+from bgc.grammar.catalogue import shapes as shape_messages
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.source import Span
 from bgc.graph import Parameter
@@ -356,7 +357,7 @@ class Quantities:
         if value.is_scalar and (len(shape) == 1 or zero):
             return Value(shape, value.nodes * count, value.units * count)
         expected, found = describe_shape(shape), describe_shape(value.shape)
-        raise BgError([values.wrong_shape(span, what, expected, found)])
+        raise BgError([shape_messages.wrong_shape(span, what, expected, found)])
 
     def check(
         self, value: Value, shape: Shape, unit: Dimension | None, span: Span, what: str
@@ -364,7 +365,7 @@ class Quantities:
         """BgError unless the value has the shape, and the unit where both are known."""
         if value.shape != shape and not (len(value.nodes) == 1 and not shape):
             expected, found = describe_shape(shape), describe_shape(value.shape)
-            raise BgError([values.wrong_shape(span, what, expected, found)])
+            raise BgError([shape_messages.wrong_shape(span, what, expected, found)])
         self.check_units(value, unit, span, what)
 
     def check_units(self, value: Value, unit: Dimension | None, span: Span, what: str) -> None:

@@ -13,6 +13,7 @@ from bgc.elaboration.tree import Environment
 from bgc.elaboration.world import World
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import scenes, values
+from bgc.grammar.catalogue import shapes as shape_messages
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import Node
 from bgc.values.expressions import evaluate_constant
@@ -114,7 +115,7 @@ def constant_of(
         raise BgError([values.wrong_unit(expr.span, what, expected, describe_dimension(found))])
     if len(value.nodes) != 1:
         raise BgError(
-            [values.wrong_shape(expr.span, what, "a scalar", describe_shape(value.shape))]
+            [shape_messages.wrong_shape(expr.span, what, "a scalar", describe_shape(value.shape))]
         )
     exact = evaluate_constant(expr, Names(world, scene.env, {}, False), world.dag, what)
     return to_double(exact)

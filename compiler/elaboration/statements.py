@@ -16,6 +16,7 @@ from bgc.elaboration.wiring import Wiring
 from bgc.elaboration.world import World
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import graph, laws, names, values
+from bgc.grammar.catalogue import shapes as shape_messages
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.source import Span
 from bgc.graph import Equation, Guard, Node, State, Unknown
@@ -201,7 +202,7 @@ def _components(world: World, quantity: Quantity) -> list[tuple[str, str, Node]]
     if start.shape != value.shape:
         raise BgError(
             [
-                values.wrong_shape(
+                shape_messages.wrong_shape(
                     quantity.declaration.span,
                     f"`{quantity.declaration.name}`",
                     describe_shape(value.shape),

@@ -11,8 +11,8 @@ from bgc.elaboration.law_checks import LawChecks, varies
 from bgc.elaboration.quantities import component_name
 from bgc.elaboration.tree import Element
 from bgc.grammar import syntax
-from bgc.grammar.catalogue import graph as messages
 from bgc.grammar.catalogue import laws as law_messages
+from bgc.grammar.catalogue import widths as width_messages
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import Gyrator, Gyristor, Matrix, Node, Port, Transformer
 
@@ -185,7 +185,7 @@ def _pairs(
     """The scalar two-ports of a wide one."""
     width = len(ports1)
     if len(ports2) != width:
-        raise BgError([messages.widths_differ(element.span, width, None, len(ports2), None)])
+        raise BgError([width_messages.widths_differ(element.span, width, None, len(ports2), None)])
     for k, (one, two, node) in enumerate(zip(ports1, ports2, nodes, strict=True)):
         yield component_name(element.path, (k + 1,) if width > 1 else ()), one, two, node
 

@@ -16,6 +16,7 @@ from bgc.elaboration.tree import Element, PortEntry
 from bgc.elaboration.wiring import Wiring, check_single
 from bgc.elaboration.world import World
 from bgc.grammar.catalogue import graph
+from bgc.grammar.catalogue import widths as width_messages
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.source import Span
 
@@ -130,7 +131,9 @@ def _set_width(work: Nets, net: Net, width: Width) -> bool:
         return True
     if net.width.size != width.size:
         work.world.report.add(
-            graph.widths_differ(width.span, net.width.size, net.width.span, width.size, width.span)
+            width_messages.widths_differ(
+                width.span, net.width.size, net.width.span, width.size, width.span
+            )
         )
     elif width.explicit and not net.width.explicit:
         net.width = width
@@ -144,7 +147,7 @@ def _set_domain(work: Nets, net: Net, use: DomainUse) -> None:
     elif net.domain.declared.syntax is not use.declared.syntax:
         one, two = net.domain, use
         work.world.report.add(
-            graph.domains_differ(
+            width_messages.domains_differ(
                 use.span, one.declared.syntax.name, one.span, two.declared.syntax.name, two.span
             )
         )
@@ -157,7 +160,7 @@ def _merge(work: Nets, one: Net, two: Net, span: Span) -> None:
         return
     if one.width is not None and two.width is not None and one.width.size != two.width.size:
         work.world.report.add(
-            graph.widths_differ(
+            width_messages.widths_differ(
                 span, one.width.size, one.width.span, two.width.size, two.width.span
             )
         )
@@ -168,7 +171,7 @@ def _merge(work: Nets, one: Net, two: Net, span: Span) -> None:
         and one.domain.declared.syntax is not two.domain.declared.syntax
     ):
         work.world.report.add(
-            graph.domains_differ(
+            width_messages.domains_differ(
                 span,
                 one.domain.declared.syntax.name,
                 one.domain.span,
@@ -198,7 +201,9 @@ def _propagate(work: Nets) -> None:
             elif b is not None and a is None:
                 news |= _set_width(work, one, Width(b.size, b.span, False))
             elif a is not None and b is not None and a.size != b.size:
-                work.world.report.add(graph.widths_differ(span, a.size, a.span, b.size, b.span))
+                work.world.report.add(
+                    width_messages.widths_differ(span, a.size, a.span, b.size, b.span)
+                )
         work.same = [s for s in work.same if s[0].root().width is None or s[1].root().width is None]
         for face in work.sums:
             news |= _settle_sum(work, face)
@@ -312,7 +317,9 @@ def _place(work: Nets) -> None:
                 joint.at = joint.slice
                 if max(joint.at) >= width.size:
                     work.world.report.add(
-                        graph.slice_outside(joint.span, face.name, max(joint.at) + 1, width.size),
+                        width_messages.slice_outside(
+                            joint.span, face.name, max(joint.at) + 1, width.size
+                        ),
                         note=note(owner.env),
                     )
             elif face.junction:
@@ -324,6 +331,6 @@ def _place(work: Nets) -> None:
         if not face.junction and sorted(taken) != list(range(width.size)):
             parts = [len(joint.at) for joint in face.joints]
             work.world.report.add(
-                graph.widths_do_not_add_up(face.span, face.name, width.size, parts),
+                width_messages.widths_do_not_add_up(face.span, face.name, width.size, parts),
                 note=note(owner.env),
             )

@@ -11,6 +11,7 @@ from bgc.algebra.solving import SingularSystemError, solve_general
 from bgc.equations.storage import StorageElement
 from bgc.equations.variables import Variables
 from bgc.grammar.catalogue import causality as catalogue
+from bgc.grammar.catalogue import storage as storage_messages
 from bgc.grammar.diagnostics import BgError
 from bgc.grammar.source import Span
 from bgc.graph import Initial, Node, Storage
@@ -29,7 +30,7 @@ def given_values(element: StorageElement) -> Given:
             if (initial.port, variable) in found:
                 raise BgError(
                     [
-                        catalogue.initial_twice(
+                        storage_messages.initial_twice(
                             initial.span, element.storage.name, f"{variable}0",
                             f"{initial.variable}0",
                         )
@@ -102,7 +103,9 @@ def _from_answers(
 
 
 def _unusable(storage: Storage, initial: Initial) -> BgError:
-    return BgError([catalogue.initial_unusable(initial.span, storage.name, f"{initial.variable}0")])
+    return BgError(
+        [storage_messages.initial_unusable(initial.span, storage.name, f"{initial.variable}0")]
+    )
 
 
 def _inverted(variables: Variables, element: StorageElement, initial: Initial) -> Node:

@@ -15,7 +15,7 @@ from typing import TypeAlias
 from bgc.algebra.solving import SingularSystemError, solve_general
 from bgc.equations.storage import StorageElement
 from bgc.equations.variables import Variables
-from bgc.grammar.catalogue import causality as catalogue
+from bgc.grammar.catalogue import storage as storage_messages
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import Initial, Node
 
@@ -141,7 +141,7 @@ def contradiction(condition: Condition, others: Sequence[Condition]) -> BgError:
     assert condition.initial is not None, "what nothing was said about contradicts nothing"
     variable, span = f"{condition.initial.variable}0", condition.initial.span
     name = condition.element.storage.name
-    return BgError([catalogue.initial_conflict(span, name, variable, names)])
+    return BgError([storage_messages.initial_conflict(span, name, variable, names)])
 
 
 def solve_conditions(
@@ -161,4 +161,4 @@ def unusable(condition: Condition) -> BgError:
     """The error for a value that the state cannot be found from."""
     initial, name = condition.initial, condition.element.storage.name
     assert initial is not None, "values that are given come first"
-    return BgError([catalogue.initial_unusable(initial.span, name, f"{initial.variable}0")])
+    return BgError([storage_messages.initial_unusable(initial.span, name, f"{initial.variable}0")])

@@ -25,7 +25,7 @@ from bgc.equations.initial_conditions import (
 from bgc.equations.merged_initial import reduced_mass
 from bgc.equations.storage import IntegratedState, StorageElement, StoragePort
 from bgc.equations.variables import Variables
-from bgc.grammar.catalogue import causality as catalogue
+from bgc.grammar.catalogue import storage as storage_messages
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import Initial, Matrix, Node
 
@@ -160,7 +160,9 @@ def _all_given(
         assert first.initial is not None, "values that are given come first"
         others = list(dict.fromkeys(names)) or [first.element.storage.name]
         span = first.initial.span
-        raise BgError([catalogue.initial_incomplete(span, first.element.storage.name, others)])
+        raise BgError(
+            [storage_messages.initial_incomplete(span, first.element.storage.name, others)]
+        )
     values = {state.symbol: told[i] for i, state in enumerate(states)}
     parts = [x for node in balances for x in variables.dag.operands(node)]
     left = variables.at_start([*balances, *parts])

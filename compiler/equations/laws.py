@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.derivatives import gradient
 from bgc.algebra.linalg import SingularMatrixError, apply, inverse, transpose
-from bgc.grammar.catalogue import causality as catalogue
+from bgc.grammar.catalogue import storage as storage_messages
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import (
     EnergyLaw,
@@ -150,7 +150,11 @@ def _refuse_foreign(dag: Dag, storage: Storage, own: set[Node]) -> None:
         symbol = dag.symbol_of(node)
         if symbol is not None and dag.level[node] > Level.PARAM and node not in own:
             raise BgError(
-                [catalogue.variable_storage(storage.span, storage.name, _in_words(symbol.kind))]
+                [
+                    storage_messages.variable_storage(
+                        storage.span, storage.name, _in_words(symbol.kind)
+                    )
+                ]
             )
 
 
@@ -171,11 +175,11 @@ def _inverted(dag: Dag, storage: Storage, matrix: Matrix) -> Matrix:
     what = "inertia" if storage.kind == "I" else "compliance"
     value = dag.value(matrix[0][0])
     if len(matrix) == 1 and value is not None and value <= 0:
-        raise BgError([catalogue.storage_not_positive(storage.span, storage.name, what)])
+        raise BgError([storage_messages.storage_not_positive(storage.span, storage.name, what)])
     try:
         return inverse(dag, matrix)
     except SingularMatrixError:
-        diagnostic = catalogue.storage_not_positive(storage.span, storage.name, what)
+        diagnostic = storage_messages.storage_not_positive(storage.span, storage.name, what)
         raise BgError([diagnostic]) from None
 
 

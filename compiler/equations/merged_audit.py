@@ -21,7 +21,7 @@ from bgc.equations.merged_flows import flow_definitions
 from bgc.equations.merged_groups import Group, inertias_of
 from bgc.equations.storage import StorageElement, StoragePort
 from bgc.equations.variables import Rate, Variables
-from bgc.grammar.catalogue import causality as catalogue
+from bgc.grammar.catalogue import storage as storage_messages
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import Node
 
@@ -292,11 +292,11 @@ def _moving_without_inertia(point: _Point, group: Group, motion: Sequence[float]
         ]
         bonds = [causal.graph.bonds[members.bonds[0]] for members in classes]
         names = [bond.name for bond in bonds]
-        return BgError([catalogue.motion_without_inertia(bonds[0].span, names)])
+        return BgError([storage_messages.motion_without_inertia(bonds[0].span, names)])
     moving = [
         element.storage
         for element, speed in zip(group.elements, speeds, strict=True)
         if speed > _TAKING_PART * max(speeds)
     ]
     names = [storage.name for storage in moving]
-    return BgError([catalogue.motion_without_inertia(moving[0].span, names)])
+    return BgError([storage_messages.motion_without_inertia(moving[0].span, names)])

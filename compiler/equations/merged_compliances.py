@@ -29,7 +29,7 @@ from bgc.equations.merged_groups import shortened
 from bgc.equations.motions import FreeMotions, free_motions
 from bgc.equations.storage import IntegratedState, StorageElement, StoragePort
 from bgc.equations.variables import Explicit, Unknown, Variables
-from bgc.grammar.catalogue import causality as catalogue
+from bgc.grammar.catalogue import storage as storage_messages
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import Node, Source
 
@@ -444,4 +444,4 @@ class _Merging:
         first, *others = (self._slots[i] for i in self._moved_slots(members))
         names = list(dict.fromkeys(name for slot in others for name in slot.state.stores))
         storage = first.element.storage
-        return BgError([catalogue.dependent_storage(storage.span, storage.name, names, why)])
+        return BgError([storage_messages.dependent_storage(storage.span, storage.name, names, why)])

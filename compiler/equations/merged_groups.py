@@ -9,7 +9,7 @@ from bgc.causality.causal import BasisKind, Role
 from bgc.causality.regions import Forest
 from bgc.equations.storage import StorageElement, StoragePort
 from bgc.equations.variables import Variables
-from bgc.grammar.catalogue import causality as catalogue
+from bgc.grammar.catalogue import storage as storage_messages
 from bgc.grammar.diagnostics import BgError
 
 
@@ -68,4 +68,4 @@ def cannot_merge(group: Group, why: str) -> BgError:
     """The error that refuses a group, named after its first element."""
     first = group.elements[0].storage
     others = group.names()[1:]
-    return BgError([catalogue.dependent_storage(first.span, first.name, others, why)])
+    return BgError([storage_messages.dependent_storage(first.span, first.name, others, why)])

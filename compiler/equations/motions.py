@@ -28,7 +28,7 @@ from bgc.causality.regions import Forest
 from bgc.equations.laws import gyrator_matrix
 from bgc.equations.storage import own_flow
 from bgc.equations.variables import Column, Variables
-from bgc.grammar.catalogue import causality as catalogue
+from bgc.grammar.catalogue import storage as storage_messages
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import Form, Gyrator, Gyristor, LinearLaw, Matrix, Node, Resistor, Source
 
@@ -340,7 +340,7 @@ class _Search:
         first, *others = (causal.graph.elements[k] for k in sorted(found))
         why = "the modulus that joins them may vanish"
         names = [element.name for element in others]
-        return BgError([catalogue.dependent_storage(first.span, first.name, names, why)])
+        return BgError([storage_messages.dependent_storage(first.span, first.name, names, why)])
 
 
 def _connected(rows: Sequence[_Row]) -> Iterator[list[_Row]]:

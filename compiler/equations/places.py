@@ -8,6 +8,7 @@ from bgc.algebra.dag import Kind, Symbol
 from bgc.causality.causal import CausalGraph, Role
 from bgc.causality.paths import connections, gyrators_around
 from bgc.grammar.catalogue import causality as catalogue
+from bgc.grammar.catalogue import storage as storage_messages
 from bgc.grammar.diagnostics import BgError, Label
 from bgc.grammar.source import Span
 from bgc.graph import Gyrator, Node, Storage
@@ -153,7 +154,7 @@ class Places:
             if isinstance(e, Storage) and 0 <= index - e.first_state < len(e.ports)
         )
         name = f"{storage.name}.p[{index - storage.first_state + 1}]"
-        return BgError([catalogue.no_momentum(storage.span, name)])
+        return BgError([storage_messages.no_momentum(storage.span, name)])
 
     def undetermined(self, bond: int, *, through: bool) -> BgError:
         """Nothing determines a bond's through or across variable."""

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Op
+from bgc.grammar.catalogue import shapes as shape_messages
 from bgc.grammar.catalogue import values as catalogue
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.source import Span
@@ -51,7 +52,7 @@ def require_scalar(operand: Operand, what: str, help: str = "") -> int:
     """The node of a scalar operand."""
     if len(operand.value.nodes) != 1:
         found = describe_shape(operand.shape)
-        raise failure(catalogue.needs_scalar(operand.span, what, found, help))
+        raise failure(shape_messages.needs_scalar(operand.span, what, found, help))
     return operand.value.node
 
 
@@ -67,7 +68,7 @@ def require_plain(operand: Operand, what: str) -> None:
 def require_size(span: Span, components: int, what: str) -> None:
     """Refuse what would take the compiler minutes or all memory."""
     if components > MAX_COMPONENTS:
-        raise failure(catalogue.too_large(span, what))
+        raise failure(shape_messages.too_large(span, what))
 
 
 # --- componentwise ----------------------------------------------------------------------
@@ -82,7 +83,7 @@ def unify(operands: Sequence[Operand], operator: str) -> tuple[Shape, tuple[Dime
             one, two = describe_shape(shape), describe_shape(operand.shape)
             context = _CONTEXTS.get(operator, f"`{operator}`")
             pair = ((first.span, one), (operand.span, two))
-            raise failure(catalogue.shapes_differ(context, *pair))
+            raise failure(shape_messages.shapes_differ(context, *pair))
         shape = max(shape, operand.shape, key=len)
         for place, unit in enumerate(operand.value.units):
             if unit is not None and units[place] not in (unit, None):
@@ -196,7 +197,7 @@ def multiply(dag: Dag, left: Operand, right: Operand) -> Value:
             raise _no_product(left, right)
     span = left.span.to(right.span)
     if left.shape[0] * inner * columns > _MAX_PRODUCTS:
-        raise failure(catalogue.too_large(span, "this product"))
+        raise failure(shape_messages.too_large(span, "this product"))
     sums = [
         dot_product(
             dag,
@@ -219,7 +220,7 @@ def _no_product(left: Operand, right: Operand) -> BgError:
         case _:
             help = "the columns of the left must be as many as the rows of the right"
     one, two = describe_shape(left.shape), describe_shape(right.shape)
-    return failure(catalogue.no_product((left.span, one), (right.span, two), help))
+    return failure(shape_messages.no_product((left.span, one), (right.span, two), help))
 
 
 Component = tuple[int, Dimension | None]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.algebra.dag import Dag
-from bgc.grammar.catalogue import values as catalogue
+from bgc.grammar.catalogue import shapes as shape_messages
 from bgc.grammar.source import Span
 from bgc.values.arithmetic import Component, Operand, failure, require_size
 from bgc.values.value import Value
@@ -20,7 +20,9 @@ def join_blocks(dag: Dag, blocks: Sequence[Sequence[Operand]], span: Span) -> Va
     for row in blocks:
         if not row or len(row) != width:
             at = row[-1].span if row else span
-            raise failure(catalogue.blocks_differ(at, "the rows of `block` have different lengths"))
+            raise failure(
+                shape_messages.blocks_differ(at, "the rows of `block` have different lengths")
+            )
     heights = [_common_size(dag, row, 0, "heights in this row") for row in blocks]
     columns = list(zip(*blocks, strict=True))
     widths = [_common_size(dag, column, 1, "widths in this column") for column in columns]
@@ -48,6 +50,8 @@ def _common_size(dag: Dag, blocks: Sequence[Operand], axis: int, what: str) -> i
     for block, size in zip(sized, sizes, strict=True):
         if size != sizes[0]:
             raise failure(
-                catalogue.blocks_differ(block.span, f"the {what} differ: {sizes[0]} and {size}")
+                shape_messages.blocks_differ(
+                    block.span, f"the {what} differ: {sizes[0]} and {size}"
+                )
             )
     return sizes[0] if sizes else 1

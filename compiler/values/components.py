@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bgc.grammar.catalogue import values as catalogue
+from bgc.grammar.catalogue import shapes as shape_messages
 from bgc.grammar.source import Span
 from bgc.values.arithmetic import failure
 from bgc.values.value import Value, describe_shape
@@ -26,19 +26,21 @@ def member(value: Value, name: str, span: Span) -> Value:
     """Component `.x`, `.y` or `.z` of a vector."""
     if name in _AXES and len(value.shape) == 1 and len(value.nodes) > _AXES.index(name):
         return value.components[_AXES.index(name)]
-    raise failure(catalogue.no_component(span, name, describe_shape(value.shape)))
+    raise failure(shape_messages.no_component(span, name, describe_shape(value.shape)))
 
 
 def select(value: Value, selections: tuple[Selection, ...], span: Span) -> Value:
     """The components of a vector or matrix; a single index drops its direction."""
     if len(selections) != len(value.shape):
         shape = describe_shape(value.shape)
-        raise failure(catalogue.wrong_index_count(span, shape, len(value.shape), len(selections)))
+        raise failure(
+            shape_messages.wrong_index_count(span, shape, len(value.shape), len(selections))
+        )
     for selection, size in zip(selections, value.shape, strict=True):
         for place in (selection.first, selection.last):
             if not 1 <= place <= size:
                 shape = describe_shape(value.shape)
-                raise failure(catalogue.index_out_of_range(selection.span, place, size, shape))
+                raise failure(shape_messages.index_out_of_range(selection.span, place, size, shape))
     places = [0]
     for selection, size in zip(selections, value.shape, strict=True):
         chosen = range(selection.first - 1, selection.last)

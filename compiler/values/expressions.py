@@ -14,6 +14,7 @@ from typing import TypeAlias, assert_never
 from bgc.algebra.dag import Dag, Kind, Op
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import names
+from bgc.grammar.catalogue import shapes as shape_messages
 from bgc.grammar.catalogue import values as catalogue
 from bgc.grammar.catalogue.syntax import empty_vector
 from bgc.grammar.source import Span
@@ -92,7 +93,7 @@ def resolve_path(expr: syntax.Expr, scope: Scope, dag: Dag) -> Value | Namespace
     try:
         return _Evaluator(scope, dag).path(expr)
     except RecursionError:
-        raise failure(catalogue.too_deep(expr.span)) from None
+        raise failure(shape_messages.too_deep(expr.span)) from None
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +212,7 @@ class _Evaluator:
             return components.select(base, selections, span)
         for selection in selections:
             if not selection.single:
-                raise failure(catalogue.no_range_of_parts(selection.span, base.description))
+                raise failure(shape_messages.no_range_of_parts(selection.span, base.description))
         return base.index(tuple(selection.first for selection in selections), span)
 
     def selection(self, index: syntax.Expr | syntax.Range) -> components.Selection:
@@ -220,7 +221,7 @@ class _Evaluator:
             return components.Selection(place, place, True, index.span)
         first, last = self.place(index.first), self.place(index.last)
         if first > last:
-            raise failure(catalogue.empty_range(index.span, first, last))
+            raise failure(shape_messages.empty_range(index.span, first, last))
         return components.Selection(first, last, False, index.span)
 
     def place(self, index: syntax.Expr) -> int:
@@ -298,7 +299,7 @@ class _Evaluator:
             if element.shape != shape or len(shape) > 1:
                 expected = describe_shape(shape if len(shape) < 2 else ())
                 found = describe_shape(element.shape)
-                raise failure(catalogue.ragged(element.span, expected, found))
+                raise failure(shape_messages.ragged(element.span, expected, found))
         return Value(
             (len(elements), *shape),
             tuple(node for element in elements for node in element.value.nodes),
@@ -335,7 +336,7 @@ class _Evaluator:
             calls = self.active[self.active.index(function.name) :]
             raise failure(catalogue.recursive_function(expr.span, function.name, calls))
         if len(self.active) == _MAX_CALLS:
-            raise failure(catalogue.too_deep(expr.span))
+            raise failure(shape_messages.too_deep(expr.span))
         expected, found = len(function.formals), len(expr.arguments)
         if expected != found:
             takes = functions.count(expected)
@@ -374,10 +375,12 @@ class _Evaluator:
             raise failure(catalogue.wrong_argument_count(expr.span, "block", takes, found))
         rows = expr.arguments[0]
         if not isinstance(rows, syntax.Vector):
-            raise failure(catalogue.blocks_differ(rows.span, "`block` takes a matrix of matrices"))
+            raise failure(
+                shape_messages.blocks_differ(rows.span, "`block` takes a matrix of matrices")
+            )
         blocks = []
         for row in rows.elements:
             if not isinstance(row, syntax.Vector):
-                raise failure(catalogue.blocks_differ(row.span, "this is no row of matrices"))
+                raise failure(shape_messages.blocks_differ(row.span, "this is no row of matrices"))
             blocks.append([self.operand(element) for element in row.elements])
         return join_blocks(self.dag, blocks, expr.span)

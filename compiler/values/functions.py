@@ -9,6 +9,7 @@ from functools import partial
 from typing import TypeAlias
 
 from bgc.algebra.dag import Dag, Op
+from bgc.grammar.catalogue import shapes as shape_messages
 from bgc.grammar.catalogue import values as catalogue
 from bgc.grammar.source import Span
 from bgc.values import vectors
@@ -67,7 +68,7 @@ def _refuse_matrix(name: str, operand: Operand) -> None:
     if len(operand.shape) == 2:
         found = describe_shape(operand.shape)
         raise failure(
-            catalogue.wrong_argument_shape(operand.span, name, "a scalar or a vector", found)
+            shape_messages.wrong_argument_shape(operand.span, name, "a scalar or a vector", found)
         )
 
 

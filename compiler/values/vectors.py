@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 from bgc.algebra import linalg
 from bgc.algebra.dag import Dag, Level, Op
+from bgc.grammar.catalogue import shapes as shape_messages
 from bgc.grammar.catalogue import values as catalogue
 from bgc.grammar.source import Span
 from bgc.values.arithmetic import (
@@ -37,7 +38,7 @@ def _vector(name: str, operand: Operand, size: int | None = None) -> Value:
     if len(shape) != 1 or (size is not None and shape[0] != size):
         expected = "a vector" if size is None else f"a vector of {size}"
         raise failure(
-            catalogue.wrong_argument_shape(operand.span, name, expected, describe_shape(shape))
+            shape_messages.wrong_argument_shape(operand.span, name, expected, describe_shape(shape))
         )
     return operand.value
 
@@ -56,7 +57,7 @@ def dot(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
     left, right = _vector(name, one), _vector(name, two)
     if left.shape != right.shape:
         shapes = [(each.span, describe_shape(each.shape)) for each in arguments]
-        raise failure(catalogue.shapes_differ(f"`{name}`", shapes[0], shapes[1]))
+        raise failure(shape_messages.shapes_differ(f"`{name}`", shapes[0], shapes[1]))
     return _from_parts((), [dot_product(dag, _parts(left), _parts(right), span)])
 
 
@@ -154,7 +155,9 @@ def diag(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
 def _require_square(name: str, operand: Operand) -> int:
     if len(operand.shape) != 2 or operand.shape[0] != operand.shape[1]:
         found = describe_shape(operand.shape)
-        raise failure(catalogue.wrong_argument_shape(operand.span, name, "a square matrix", found))
+        raise failure(
+            shape_messages.wrong_argument_shape(operand.span, name, "a square matrix", found)
+        )
     return operand.shape[0]
 
 
@@ -166,7 +169,7 @@ def stack(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
         if matrices and first.shape[1:] != argument.shape[1:]:
             one, two = describe_shape(first.shape), describe_shape(argument.shape)
             raise failure(
-                catalogue.shapes_differ(f"`{name}`", (first.span, one), (argument.span, two))
+                shape_messages.shapes_differ(f"`{name}`", (first.span, one), (argument.span, two))
             )
     parts = [part for argument in arguments for part in _parts(argument.value)]
     require_size(span, len(parts), "this vector")
@@ -185,7 +188,7 @@ def inv(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
     if value.shape:
         size = _require_square(name, argument)
     if size > _MAX_INVERSE:
-        raise failure(catalogue.too_large(argument.span, "this matrix, to be inverted,"))
+        raise failure(shape_messages.too_large(argument.span, "this matrix, to be inverted,"))
     try:
         inverse = linalg.inverse(dag, value.rows)
     except linalg.SingularMatrixError:

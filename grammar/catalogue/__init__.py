@@ -38,6 +38,14 @@ def warning(
     return Diagnostic(code, Severity.WARNING, message, span, note, tuple(labels), help)
 
 
+def listed(names: Sequence[str], limit: int = 8) -> str:
+    """`a`, `b` and `c`; of a long list the first few."""
+    shown = [f"`{name}`" for name in names[:limit]]
+    if len(names) > limit:
+        return f"{', '.join(shown)} and {len(names) - limit} more"
+    return " and ".join([", ".join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)
+
+
 def with_article(kind: str) -> str:
     """Put `a` or `an` before an element's name as it is spoken: `an Se`, `a C`, `a Mux`."""
     return f"an {kind}" if kind[0] in "EFILMRS" and kind != "Mux" else f"a {kind}"

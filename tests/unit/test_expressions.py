@@ -17,7 +17,7 @@ from bgc.algebra.dag import Dag, Kind, Level, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.grammar import syntax
 from bgc.grammar.catalogue.names import unknown_name
-from bgc.grammar.catalogue.values import index_out_of_range
+from bgc.grammar.catalogue.shapes import index_out_of_range
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.parse import parse
 from bgc.grammar.source import Source, Span

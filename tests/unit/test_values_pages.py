@@ -9,12 +9,13 @@ import pytest
 
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.resolve import load_text
-from bgc.grammar.catalogue import values
+from bgc.grammar.catalogue import shapes, values
 from bgc.grammar.diagnostics import BgError
 
 PAGES = {
     page[:5]: page
-    for _, constructor in inspect.getmembers(values, inspect.isfunction)
+    for topic in (values, shapes)
+    for _, constructor in inspect.getmembers(topic, inspect.isfunction)
     if (page := inspect.getdoc(constructor) or "").startswith("BG")
 }
 EXAMPLE = re.compile(r"^Example: `(.+?)`$", re.MULTILINE | re.DOTALL)
