@@ -57,4 +57,15 @@ class BgError(Exception):
 
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
         self.diagnostics = tuple(diagnostics)
-        super().__init__("; ".join(f"{d.code}: {d.message}" for d in self.diagnostics))
+        super().__init__("\n".join(map(_line, self.diagnostics)))
+
+
+def _line(diagnostic: Diagnostic) -> str:
+    """A diagnostic in one line, as a Python traceback ends: place, code, message, way out."""
+    place = ""
+    if diagnostic.span is not None:
+        source = diagnostic.span.source
+        line, column = source.position(diagnostic.span.start)
+        place = f"{source.name}:{line}:{column}: "
+    way_out = f" ({diagnostic.help})" if diagnostic.help else ""
+    return f"{place}{diagnostic.code}: {diagnostic.message}{way_out}"

@@ -7,7 +7,7 @@ from textwrap import dedent
 
 import pytest
 
-from bgc.grammar.diagnostics import Diagnostic, Label, Severity
+from bgc.grammar.diagnostics import BgError, Diagnostic, Label, Severity
 from bgc.grammar.render import render
 from bgc.grammar.source import Source, Span
 
@@ -132,3 +132,8 @@ def test_colour_changes_nothing_but_the_colour() -> None:
     coloured = render([one], colour=True)
     assert "\x1b[1;31merror[BG201]\x1b[0m" in coloured
     assert re.sub(r"\x1b\[[0-9;]*m", "", coloured) == plain(one)
+
+
+def test_an_exception_tells_place_code_and_way_out():
+    error = BgError([diagnostic(at(RLC, "I(L)"), help="mend it"), diagnostic(None)])
+    assert str(error) == "rlc.bg:3:10: BG201: what is wrong (mend it)\nBG201: what is wrong"
