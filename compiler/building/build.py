@@ -30,7 +30,15 @@ from bgc.grammar.diagnostics import BgError, Diagnostic
 
 _LINES_SHOWN = 20
 _GCC_ONLY = frozenset(
-    ("-fexpensive-optimizations", "-fno-expensive-optimizations", "-fno-tree-dse", "-fno-dse")
+    (
+        "-fexpensive-optimizations",
+        "-fno-expensive-optimizations",
+        "-fno-tree-dse",
+        "-fno-dse",
+        "-fno-tree-ccp",
+        "-fno-tree-bit-ccp",
+        "-fno-forward-propagate",
+    )
 )
 _DISK_FULL = {
     errno.ENOSPC: "No space left on device",

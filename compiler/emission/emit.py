@@ -28,6 +28,9 @@ MODEL_FLAGS = (
     "-fexpensive-optimizations",
     "-fno-tree-dse",
     "-fno-dse",
+    "-fno-tree-ccp",  # these three change no instruction
+    "-fno-tree-bit-ccp",
+    "-fno-forward-propagate",
     *COMMON_FLAGS,
     "-ffp-contract=fast",
 )
