@@ -16,7 +16,8 @@ from bgc.runtime.binding import Instance, Status
 from bgc.runtime.linear import Real, without_algebraic
 
 _ITERATIONS = 50
-_AT_REST = 1e-10  # of the largest value so far of each state, or of the first change
+_AT_REST = 1e-10  # of the state or the first change, whichever is the larger, both balanced
+_ROUNDING = 1e-6  # changes below this that shrink no more are rounding
 
 
 def settle(instance: Instance, frequency: float) -> Status:
@@ -37,9 +38,7 @@ def settle(instance: Instance, frequency: float) -> Status:
         rates cannot be solved for.
     """
     status, mass = instance.mass()
-    largest = np.abs(instance.state)
-    first: Real | None = None
-    modes = -1
+    first, before, modes = 0.0, math.inf, -1
     for _ in range(_ITERATIONS):
         if status is not Status.OK:
             return status
@@ -49,33 +48,42 @@ def settle(instance: Instance, frequency: float) -> Status:
         status, jacobian, _ = instance.jacobian()
         if status is not Status.OK:
             return status
-        change, fast = _correction(jacobian, rates, mass, 2 * math.pi * frequency)
+        change, scale, fast = _correction(jacobian, rates, mass, 2 * math.pi * frequency)
         if not np.isfinite(change).all() or modes not in (-1, fast):
             break
         modes = fast
         instance.state[:] += change
-        first = np.abs(change) if first is None else first
-        largest = np.maximum(largest, np.abs(instance.state))
-        if (np.abs(change) <= _AT_REST * np.maximum(largest, first)).all():
+        size = float(np.linalg.norm(change / scale))
+        first = max(first, size)
+        whole = max(first, float(np.linalg.norm(instance.state / scale)))
+        shrinks = size < 0.5 * before
+        if size <= _AT_REST * whole or (size <= _ROUNDING * whole and not shrinks):
             return instance.restart()
+        before = size
     raise BgError([not_settled(frequency)])
 
 
-def _correction(jacobian: Real, rates: Real, mass: Real, limit: float) -> tuple[Real, int]:
-    """The change of all states that takes the fast modes to their rest, and how many these are."""
+def _correction(jacobian: Real, rates: Real, mass: Real, limit: float) -> tuple[Real, Real, int]:
+    """The change of all states that takes the fast modes to their rest, what balances the states
+    (infinite for those without a rate), and how many modes are fast.
+    """
     n = len(rates)
     every, none = np.eye(n), np.zeros((n, 1))
-    slope, rate, follow, direct, left_mass, _ = without_algebraic(
+    slope, rate, follow, direct, left_mass, left = without_algebraic(
         jacobian, rates[:, None], every, none, mass
     )
     if not np.array_equal(left_mass, np.eye(len(slope))):
         raise BgError([not_separable()])
-    step, fast = _fast_newton(slope, rate[:, 0], limit)
-    return follow @ step + direct[:, 0], fast
+    step, scale, fast = _fast_newton(slope, rate[:, 0], limit)
+    everywhere = np.full(n, np.inf)
+    everywhere[left] = scale
+    return follow @ step + direct[:, 0], everywhere, fast
 
 
-def _fast_newton(slope: Real, rate: Real, limit: float) -> tuple[Real, int]:
-    """`-A^-1 P f` with the projector P on the modes of A beyond the limit, and their number."""
+def _fast_newton(slope: Real, rate: Real, limit: float) -> tuple[Real, Real, int]:
+    """`-A^-1 P f` with the projector P on the modes of A beyond the limit, what balances A, and
+    the number of these modes.
+    """
     from scipy.linalg import matrix_balance, schur, solve_sylvester
 
     balanced, (scale, _) = matrix_balance(slope, permute=False, separate=True)
@@ -83,10 +91,10 @@ def _fast_newton(slope: Real, rate: Real, limit: float) -> tuple[Real, int]:
         balanced, output="real", sort=lambda re, im: math.hypot(re, im) > limit
     )
     if fast == 0:
-        return np.zeros_like(rate), 0
+        return np.zeros_like(rate), scale, 0
     inner, slow = triangle[:fast, :fast], triangle[fast:, fast:]
     turned = basis.T @ (rate / scale)
     # P = basis [[1, R], [0, 0]] basis^T, where inner R - R slow = coupling
     coupling = triangle[:fast, fast:]
     within = turned[:fast] + solve_sylvester(inner, -slow, coupling) @ turned[fast:]
-    return scale * (basis[:, :fast] @ np.linalg.solve(inner, -within)), int(fast)
+    return scale * (basis[:, :fast] @ np.linalg.solve(inner, -within)), scale, int(fast)
