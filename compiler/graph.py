@@ -19,11 +19,10 @@ from enum import Enum
 from typing import TypeAlias
 
 from bgc.algebra.dag import Dag
+from bgc.algebra.nodes import Matrix as Matrix
+from bgc.algebra.nodes import Node as Node
 from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.source import Span
-
-Node: TypeAlias = int
-Matrix: TypeAlias = tuple[tuple[Node, ...], ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,8 @@ import numpy as np
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.causality.certificates import default_values
 from bgc.cost import Cost, cost_of, lowered_program
+from bgc.defaults import default_values
 from bgc.driver import Compilation
 from bgc.elaboration.resolve import load
 from bgc.emission.lowered import Lowered

@@ -14,7 +14,7 @@ from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.analysis.linear_form import LinearForm, linear_form
 from bgc.analysis.opening import Opened, open_scene
-from bgc.causality.certificates import default_values
+from bgc.defaults import default_values
 from bgc.elaboration.resolve import load
 from bgc.grammar.catalogue.analysis import no_equilibrium
 from bgc.grammar.diagnostics import BgError, Diagnostic

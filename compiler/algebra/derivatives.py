@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Op
-from bgc.graph import Node
+from bgc.algebra.nodes import Node
 
 _TWO_OVER_SQRT_PI = Fraction("1.128379167095512573896158903121545171688101258657997")
 _ONE_OVER_LN_10 = Fraction("0.4342944819032518276511289189166050822943970058036665")

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Level, Op
+from bgc.algebra.nodes import Node
 from bgc.algebra.polynomials import terms_in
-from bgc.graph import Node
 
 _INVERSES = {
     Op.EXP: Op.LOG,

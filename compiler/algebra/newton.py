@@ -14,7 +14,7 @@ from itertools import islice
 from bgc.algebra.dag import Dag, Symbol
 from bgc.algebra.derivatives import gradient
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.graph import Node
+from bgc.algebra.nodes import Node
 
 _MOST = 100  # unknowns: beyond that elimination in Python takes too long
 _ITERATIONS = 100  # from one point

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 from bgc.algebra.dag import Dag, Op
-from bgc.graph import Node
+from bgc.algebra.nodes import Node
 
 Terms: TypeAlias = dict[tuple[int, int], Node]
 """(power of x, 1 if times abs(x)) -> coefficient."""

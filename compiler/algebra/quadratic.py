@@ -25,7 +25,7 @@ from heapq import heappop, heappush
 
 from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.graph import Node
+from bgc.algebra.nodes import Node
 
 Row = dict[int, Node]  # variable -> coefficient
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 
 from bgc.algebra.dag import Dag, Symbol
 from bgc.algebra.evaluate import Evaluator
-from bgc.graph import Node
+from bgc.algebra.nodes import Node
 
 _POINTS = 12
 

@@ -7,7 +7,7 @@ from heapq import heapify, heappop, heappush
 
 from bgc.algebra.dag import Dag
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.graph import Node
+from bgc.algebra.nodes import Node
 
 
 class SingularSystemError(Exception):

@@ -18,13 +18,13 @@ from bgc.elaboration.devices import channel_unit
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.modules import Package
 from bgc.emission.optimise import optimise
-from bgc.emission.rewrite import map_program, program_roots
 from bgc.equations.derive import derive_equations
 from bgc.grammar.catalogue import analysis as catalogue
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.graph import Element, FlatGraph, Node, Parameter, Source
 from bgc.options import Options
 from bgc.program import Program
+from bgc.program_nodes import map_program, program_roots
 from bgc.slicing.slice import without_unread
 
 _COMPONENT = re.compile(r"\[[\d,]+\]$")

@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 
-from bgc.algebra.dag import Dag, Kind, Level, Op, Symbol
-from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.rounding import RoundedEvaluator
+from bgc.defaults import default_values
 from bgc.graph import Node, Parameter
 
 
@@ -109,24 +109,3 @@ class Certifier:
         return dag.op[node] in products and all(
             map(self._is_product_of_parameters, dag.operands(node))
         )
-
-
-def default_values(dag: Dag, parameters: Iterable[Parameter]) -> dict[Symbol, float]:
-    """The default of each parameter as a number; a default may hold other parameters."""
-    values: dict[Symbol, float] = {}
-    waiting = {Symbol(Kind.PARAM, p.index): p.value for p in parameters}
-    needs = {
-        symbol: {s for s in map(dag.symbol_of, dag.reachable([node])) if s is not None}
-        for symbol, node in waiting.items()
-    }
-    stack = list(waiting)
-    while stack:
-        symbol = stack[-1]
-        missing = [s for s in needs[symbol] if s not in values and s in waiting]
-        if symbol in values or not missing:
-            stack.pop()
-            if symbol not in values:
-                values[symbol] = evaluate_nodes(dag, [waiting[symbol]], values)[0]
-        else:
-            stack.extend(missing)
-    return values

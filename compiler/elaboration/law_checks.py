@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from bgc.algebra.dag import Dag, Kind, Level, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.causality.certificates import default_values
+from bgc.defaults import default_values
 from bgc.elaboration.law_blocks import Laws
 from bgc.elaboration.tree import Element
 from bgc.elaboration.world import World

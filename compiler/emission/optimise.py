@@ -17,9 +17,9 @@ from collections.abc import Sequence
 
 from bgc.algebra.dag import Dag, Op
 from bgc.algebra.fingerprint import Fingerprints, negative
-from bgc.emission.rewrite import map_program, program_roots
 from bgc.graph import Node
 from bgc.program import Program
+from bgc.program_nodes import map_program, program_roots
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
 _CONST, _SYMBOL, _DIV = map(int, (Op.CONST, Op.SYMBOL, Op.DIV))

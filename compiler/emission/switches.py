@@ -18,9 +18,9 @@ from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.building.built import Place, Places
 from bgc.emission.lowered import Lowered, Operation, Switch
-from bgc.emission.rewrite import map_program, program_roots
 from bgc.graph import Node
 from bgc.program import Program
+from bgc.program_nodes import map_program, program_roots
 
 _OPERATIONS = {
     int(Op.LT): Operation.ABOVE,

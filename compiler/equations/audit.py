@@ -13,7 +13,7 @@ from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.derivatives import gradient
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.newton import Rows
-from bgc.causality.certificates import default_values
+from bgc.defaults import default_values
 from bgc.equations.starting import algebraic_rows
 from bgc.program import Program
 

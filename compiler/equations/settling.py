@@ -12,12 +12,12 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Kind
 from bgc.algebra.derivatives import directional_derivative
-from bgc.emission.rewrite import map_program, program_roots
 from bgc.equations.implicit_rates import implicit_rates
 from bgc.equations.resolving import Resolver
 from bgc.equations.variables import Variables
 from bgc.graph import Node
 from bgc.program import Program, ProgramState
+from bgc.program_nodes import map_program, program_roots
 
 
 def settle_motions(

@@ -13,7 +13,7 @@ from dataclasses import replace
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.newton import Rows
-from bgc.causality.certificates import default_values
+from bgc.defaults import default_values
 from bgc.program import Program
 
 _DIGITS = 6  # of a start value: enough, and the same on every machine

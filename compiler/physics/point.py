@@ -9,7 +9,7 @@ from functools import cached_property
 
 from bgc.algebra.dag import Dag, Kind, Level, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.causality.certificates import default_values
+from bgc.defaults import default_values
 from bgc.graph import FlatGraph, Matrix, Node, Storage
 
 _RANDOM_STATES = 3

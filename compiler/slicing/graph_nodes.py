@@ -1,6 +1,6 @@
 """Every node that a flat graph holds, and the same graph on other nodes.
 
-One place knows where a `FlatGraph` keeps nodes, as `emission.rewrite` does for a `Program`.
+One place knows where a `FlatGraph` keeps nodes, as `program_nodes` does for a `Program`.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.causality.certificates import default_values
+from bgc.defaults import default_values
 from bgc.elaboration.modules import Package
 from bgc.graph import FlatGraph, Resistor, Storage
 from bgc.options import Options

@@ -21,7 +21,7 @@ import bgc
 import bgc.library
 from bgc.algebra.dag import Dag, Kind, Op, Symbol
 from bgc.algebra.evaluate import apply, to_double
-from bgc.causality.certificates import default_values
+from bgc.defaults import default_values
 from bgc.driver import Compilation
 from bgc.options import Options
 from bgc.program import Program

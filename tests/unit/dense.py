@@ -16,8 +16,8 @@ from graphs import GraphBuilder
 
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.causality.certificates import default_values
 from bgc.causality.regions import ports_of
+from bgc.defaults import default_values
 from bgc.graph import (
     EnergyLaw,
     ExplicitLaw,

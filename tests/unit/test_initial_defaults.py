@@ -7,7 +7,7 @@ import pytest
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.causality.assign import assign_causality
-from bgc.causality.certificates import default_values
+from bgc.defaults import default_values
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.resolve import load_text
 from bgc.equations.derive import derive_equations

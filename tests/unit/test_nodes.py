@@ -11,8 +11,8 @@ import pytest
 
 from bgc.algebra.dag import Dag
 from bgc.driver import Compilation
-from bgc.emission.rewrite import map_program
 from bgc.options import Options
+from bgc.program_nodes import map_program
 from bgc.slicing.graph_nodes import map_graph
 
 MODELS = Path(__file__).parents[1] / "models"

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bgc.causality.certificates import default_values
+from bgc.defaults import default_values
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.resolve import load, load_text
 from bgc.grammar.diagnostics import Diagnostic, Severity

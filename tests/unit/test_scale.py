@@ -12,7 +12,7 @@ import pytest
 from bgc.algebra.dag import Kind, Level, Op, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.quadratic import minimise, minimise_in_order
-from bgc.causality.certificates import default_values
+from bgc.defaults import default_values
 from bgc.driver import Compilation
 from bgc.equations import merged_flows
 from bgc.options import Options
