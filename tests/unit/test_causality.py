@@ -244,9 +244,9 @@ def test_long_chains_take_well_under_a_second(size: int) -> None:
     g = GraphBuilder()
     chain(g, size)
     graph = g.build()
-    start = time.perf_counter()
+    start = time.process_time()
     causal = assign_causality(graph)
-    assert time.perf_counter() - start < 1
+    assert time.process_time() - start < 1
     assert len(causal.basis) == size
 
 

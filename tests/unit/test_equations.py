@@ -485,9 +485,9 @@ def test_long_chains_are_derived_in_about_a_second(size: int) -> None:
     g = GraphBuilder()
     chain(g, size)
     causal = assign_causality(g.build())
-    start = time.perf_counter()
+    start = time.process_time()
     program = derive_equations(causal)
-    assert time.perf_counter() - start < 2
+    assert time.process_time() - start < 2
     assert len(program.states) == 2 * size
 
 

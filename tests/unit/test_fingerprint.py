@@ -99,11 +99,11 @@ def test_what_holds_for_half_the_values_is_not_claimed(dag: Dag) -> None:
 def test_fingerprints_grow_with_the_dag_in_linear_time(dag: Dag) -> None:
     prints = Fingerprints(dag)
     node = dag.symbol(Kind.STATE, 0)
-    start = time.perf_counter()
+    start = time.process_time()
     for k in range(20_000):
         node = dag.add(dag.mul(node, node), dag.const(k))
         prints.is_zero(node)
-    assert time.perf_counter() - start < 2
+    assert time.process_time() - start < 2
 
 
 def test_a_long_decimal_behind_a_rotation_is_not_taken_for_another_number() -> None:
