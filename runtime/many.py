@@ -6,7 +6,7 @@ an assertion does not hold, static pivots lose digits) leaves it and is run alon
 does, which also tells what is wrong with it. So are all instances, one on each processor, where
 there is something that batches do not serve: devices and inputs, laws that switch, algebraic
 equations, methods that are no Rosenbrock or explicit ones (`radau5`, `midpoint`, `gauss4`,
-`cvode`), energy accounts under error control, and iteration matrices that are factorised by tables.
+`cvode`), and iteration matrices that are factorised by tables.
 """
 
 from __future__ import annotations
@@ -179,7 +179,7 @@ def simulate_many(
     """Run a model with all parameter sets, each to all times; see `Model.simulate_many`."""
     accounts = bool(model.accounts)
     numbers = [model.parameters.given(each) for each in sets]
-    use_lanes = vectorised and len(sets) >= _FEWEST and _is_served(model, method, accounts)
+    use_lanes = vectorised and len(sets) >= _FEWEST and _is_served(model, method)
     library = _lane_library(model) if use_lanes else model.library
     preset = model.parameters.given({})
     given = dict.fromkeys(name for each in numbers for name in each)
@@ -230,7 +230,7 @@ def _processors() -> int:
     return os.cpu_count() or 1
 
 
-def _is_served(model: Model, method: Method, accounts: bool) -> bool:
+def _is_served(model: Model, method: Method) -> bool:
     """Whether batches serve a model under a method, and there is source to compile them from."""
     info = model.library.model
     rates = set(info.mass_row[: info.n_mass]) if info.n_mass else set(range(info.n_state))
@@ -240,7 +240,6 @@ def _is_served(model: Model, method: Method, accounts: bool) -> bool:
         and len(rates) == info.n_state > 0
         and method.name not in _COLLOCATION
         and method.name not in BACKENDS
-        and (method.fixed or not accounts)
     )
 
 

@@ -163,6 +163,16 @@ def test_fixed_steps_keep_the_energy_accounts(oscillator_file):
     assert distance(ensemble.values, expected) < 1e-10
 
 
+def test_the_energy_accounts_are_under_error_control(oscillator_file):
+    model = bgc.compile(oscillator_file, scene="watched")
+    ensemble = model.simulate_many({"k": np.geomspace(5, 50, 9)}, rtol=1e-7)
+    assert ensemble.together == 9
+    alone = one_by_one(model, ensemble, rtol=1e-7)
+    residual, alone_residual = (np.abs(each[:, :, 1]).max() for each in (ensemble.values, alone))
+    assert 0 < residual < 2 * alone_residual + 1e-12
+    assert distance(ensemble.values[:, :, [0, 2]], alone[:, :, [0, 2]]) < 1e-5
+
+
 def test_what_batches_do_not_serve_runs_alone_and_gives_the_same_bits(oscillator):
     ensemble = oscillator.simulate_many({"k": np.linspace(5, 9, 5)}, solver="radau5")
     assert ensemble.together == 0

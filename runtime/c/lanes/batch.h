@@ -25,12 +25,21 @@ typedef struct {
     double h_next, error_old; /* of step control */
     int rejected;            /* the last attempt was, because of the lanes at fault */
     unsigned at_fault;
+    int account_rejections;  /* in a row */
 
     lane *h, *x, *mass, *scale, *inverse_mass, *jac, *dfdt, *lu, *f;
     lane *y0, *k, *stages;
     lane *next, *error, *point, *b, *residual, *magnitude, *output, *check, *work;
     lane stored0, supplied, dissipated, supplied_old, dissipated_old;
+    lane largest_account, energy_scale;
 } bgc_batch;
+
+/* Energies in J of one step: bgc_balance on lanes. */
+typedef struct {
+    lane supplied, dissipated, moved, error, stored;
+} bgc_lane_balance;
+
+static inline lane_mask bgc_is_finite(lane v) { return v - v == lane_of(0.0); }
 
 /* The lanes of the batch for which a condition holds, as bits. */
 static inline unsigned bgc_lanes_where(const bgc_batch *b, lane_mask condition) {
@@ -47,13 +56,18 @@ void bgc_batch_attempt(bgc_batch *b);
 void bgc_batch_evaluate_f(bgc_batch *b);
 void bgc_batch_check(bgc_batch *b, double t, const lane *x);
 unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v);
+lane bgc_batch_norm(const bgc_batch *b, const lane *v, const lane *p, const lane *q);
 
 /* --- lane_stages.c */
 void bgc_batch_combine(int n, int count, const double *weight, const lane *vectors, lane *out);
 void bgc_batch_advance(bgc_batch *b, double h);
+void bgc_batch_multiply_mass(const bgc_batch *b, const lane *v, lane *out);
+void bgc_batch_solve(bgc_batch *b, lane *v);
 
 /* --- lane_rows.c */
-void bgc_batch_integrate_energy(bgc_batch *b, double t, lane power[2]);
+lane bgc_batch_dense_error(bgc_batch *b);
+void bgc_batch_settle_energy_scale(bgc_batch *b);
+void bgc_batch_balance(bgc_batch *b, bgc_lane_balance *balance);
 void bgc_batch_row(bgc_batch *b, double t, double *const *rows, size_t row);
 
 #endif

@@ -63,29 +63,99 @@ static void interpolate(bgc_batch *b, double t) {
     }
 }
 
-/* Supplied and dissipated energy from the start of the last step to t inside it. */
-void bgc_batch_integrate_energy(bgc_batch *b, double t, lane power[2]) {
+/* How far the dense output is from the equations in the middle of the last step, over the
+ * tolerances: dense_error of step.c. */
+lane bgc_batch_dense_error(bgc_batch *b) {
+    const bgc_model *m = b->m;
+    const int n = m->n_state;
+    const double h = b->t - b->t_old, middle = b->t_old + 0.5 * h;
+    const lane *k2 = b->k + n, *k3 = k2 + n;
+
+    if (!b->method->tableau->blind || b->method->tableau->dense == 0) {
+        return lane_of(0.0);
+    }
+    interpolate(b, middle);
+    b->kernel->rhs(b->h, lane_of(middle), b->point, NULL, b->error, b->work);
+    b->counts.rhs++;
+    for (int i = 0; i < n; i++) { /* less M times its rate */
+        b->point[i] = -(b->x[i] - b->y0[i] + 0.25 * (k2[i] + k3[i])) / h;
+        b->error[i] += m->n_mass == 0 ? b->point[i] : lane_of(0.0);
+    }
+    bgc_batch_multiply_mass(b, b->point, b->error);
+    bgc_batch_solve(b, b->error);
+    return bgc_batch_norm(b, b->error, b->y0, b->x);
+}
+
+/* --- energies ------------------------------------------------------------------------------ */
+
+/* Stored energy, and supplied and dissipated power, at a time inside the last step. */
+static void energy_at(bgc_batch *b, double t, lane energy[3]) {
+    const lane *x = b->point;
+
+    if (t == b->t_old) {
+        x = b->y0;
+    } else if (t == b->t) {
+        x = b->x;
+    } else {
+        interpolate(b, t);
+    }
+    b->kernel->energy(b->h, lane_of(t), x, NULL, energy, b->work);
+}
+
+/* The rule of Lobatto with four points from the start of the last step to t inside it. */
+static void lobatto(bgc_batch *b, double t, lane energy[4][3], lane power[2]) {
     static const double node[4] = {0.0, 0.27639320225002103, 0.72360679774997897, 1.0};
     static const double weight[4] = {1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0};
     const double start = b->t_old, length = t - start;
 
     power[0] = power[1] = lane_of(0.0);
     for (int k = 0; k < 4; k++) {
-        const double at = k == 3 ? t : start + node[k] * length;
-        const lane *x = b->point;
-        lane energy[3];
-        if (k == 0) {
-            x = b->y0;
-        } else if (k == 3 && t == b->t) {
-            x = b->x;
-        } else {
-            interpolate(b, at);
-        }
-        b->kernel->energy(b->h, lane_of(at), x, NULL, energy, b->work);
-        power[0] += weight[k] * length * energy[1];
-        power[1] += weight[k] * length * energy[2];
+        energy_at(b, k == 3 ? t : start + node[k] * length, energy[k]);
+        power[0] += weight[k] * length * energy[k][1];
+        power[1] += weight[k] * length * energy[k][2];
     }
 }
+
+/* The energies of the last step and, under error control, their error: bgc_balance_step. */
+void bgc_batch_balance(bgc_batch *b, bgc_lane_balance *balance) {
+    const double length = b->t - b->t_old;
+    lane energy[4][3], middle[3], power[2];
+
+    lobatto(b, b->t, energy, power);
+    *balance = (bgc_lane_balance){power[0], power[1], lane_of(0.0), lane_of(0.0), energy[3][0]};
+    if (bgc_embedded(b->method) == 0) {
+        return;
+    }
+    energy_at(b, b->t_old + 0.5 * length, middle);
+    for (int k = 0; k < 2; k++) {
+        const lane first = energy[0][k + 1], last = energy[3][k + 1];
+        const lane inner = lane_fabs(energy[1][k + 1]) + lane_fabs(energy[2][k + 1]);
+        const lane simpson = length / 6.0 * (first + last + 4.0 * middle[k + 1]);
+        balance->moved = lane_max(
+            balance->moved, length / 12.0 * (lane_fabs(first) + 5.0 * inner + lane_fabs(last)));
+        balance->error = lane_max(balance->error, lane_fabs(power[k] - simpson));
+    }
+}
+
+/* What energies are small: settle_energy_scale of step.c. */
+void bgc_batch_settle_energy_scale(bgc_batch *b) {
+    const int n = b->m->n_state;
+    lane present[3], energy[3];
+
+    memcpy(b->point, b->x, (size_t)n * sizeof *b->point);
+    b->kernel->energy(b->h, lane_of(b->t), b->point, NULL, present, b->work);
+    for (int i = 0; i < n; i++) {
+        lane change;
+        b->point[i] = b->x[i] + b->scale[i];
+        b->kernel->energy(b->h, lane_of(b->t), b->point, NULL, energy, b->work);
+        b->point[i] = b->x[i];
+        change = lane_fabs(energy[0] - present[0]);
+        change = lane_select(bgc_is_finite(change), change, lane_of(0.0));
+        b->energy_scale = lane_max(b->energy_scale, change);
+    }
+}
+
+/* --- rows ---------------------------------------------------------------------------------- */
 
 /* Writes a row of every live lane. */
 void bgc_batch_row(bgc_batch *b, double t, double *const *rows, size_t row) {
@@ -99,7 +169,8 @@ void bgc_batch_row(bgc_batch *b, double t, double *const *rows, size_t row) {
 
     if (inside) {
         if (accounts) {
-            bgc_batch_integrate_energy(b, t, power);
+            lane energy[4][3];
+            lobatto(b, t, energy, power);
         }
         interpolate(b, t);
         x = b->point;

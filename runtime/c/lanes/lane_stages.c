@@ -77,7 +77,7 @@ static lane backward_error(bgc_batch *b, const lane *right, const lane *x) {
 }
 
 /* v := W^-1 v. A lane without a finite right-hand side has no solution to check. */
-static void solve(bgc_batch *b, lane *v) {
+void bgc_batch_solve(bgc_batch *b, lane *v) {
     const int n = b->m->n_state;
     unsigned finite;
 
@@ -95,6 +95,15 @@ static void solve(bgc_batch *b, lane *v) {
 
 /* --- methods ------------------------------------------------------------------------------- */
 
+/* out += M v. */
+void bgc_batch_multiply_mass(const bgc_batch *b, const lane *v, lane *out) {
+    const bgc_model *m = b->m;
+
+    for (int k = 0; k < m->n_mass; k++) {
+        out[m->mass_row[k]] += b->mass[k] * v[m->mass_col[k]];
+    }
+}
+
 /* right += M (sum of c_ij U_j) / h. */
 static void add_earlier_stages(bgc_batch *b, const double *c, int stage, double h, lane *right) {
     const bgc_model *m = b->m;
@@ -109,9 +118,7 @@ static void add_earlier_stages(bgc_batch *b, const double *c, int stage, double 
     }
     memset(b->point, 0, (size_t)m->n_state * sizeof *b->point);
     bgc_batch_combine(m->n_state, stage, weight, b->stages, b->point);
-    for (int k = 0; k < m->n_mass; k++) {
-        right[m->mass_row[k]] += b->mass[k] * b->point[m->mass_col[k]];
-    }
+    bgc_batch_multiply_mass(b, b->point, right);
 }
 
 /* f at the point of a stage, to `out`. */
@@ -137,7 +144,7 @@ static void rosenbrock_stage(bgc_batch *b, int stage, double h, lane *out) {
     for (int i = 0; slope != 0.0 && i < b->m->n_state; i++) {
         out[i] += slope * b->dfdt[i];
     }
-    solve(b, out);
+    bgc_batch_solve(b, out);
 }
 
 /* From x at t, with f there, to `next`, with the error estimate of an embedded method; an implicit

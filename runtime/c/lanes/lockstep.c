@@ -11,6 +11,7 @@
 static const double safety = 0.9, least_factor = 0.2, largest_factor = 5.0; /* see step.c */
 static const double proportional = 0.7, integral = 0.4;
 static const double least_remembered = 1e-2;
+enum { MOST_ACCOUNT_REJECTIONS = 8 };
 
 /* The lanes with an entry that is not finite. */
 unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v) {
@@ -41,47 +42,70 @@ void bgc_batch_check(bgc_batch *b, double t, const lane *x) {
     }
 }
 
-/* Makes `next` the present at t_new. */
-static void accept(bgc_batch *b, double t_new) {
+/* Makes `next` the present at t_new; what was is kept, for the dense output. */
+static void move(bgc_batch *b, double t_new) {
     lane *old = b->y0;
 
     if (b->m->project != NULL) {
         b->kernel->project(b->h, lane_of(t_new), b->next, b->work);
     }
-    bgc_batch_check(b, t_new, b->next);
-    b->counts.steps++;
-    b->counts.last_step = t_new - b->t;
     b->y0 = b->x;
     b->x = b->next;
     b->next = old;
     b->t_old = b->t;
     b->t = t_new;
     b->dense = b->f_valid = 0;
-    b->supplied_old = b->supplied;
-    b->dissipated_old = b->dissipated;
+}
+
+/* Takes that back. */
+static void move_back(bgc_batch *b) {
+    lane *scratch = b->next;
+
+    b->next = b->x;
+    b->x = b->y0;
+    b->y0 = scratch;
+    b->t = b->t_old;
+    b->dense = b->f_valid = 0;
+}
+
+/* Enters the step just made into the counts and the accounts; lanes in which an assertion fails
+ * leave. */
+static void accept(bgc_batch *b, const bgc_lane_balance *balance) {
+    bgc_batch_check(b, b->t, b->x);
+    b->counts.steps++;
+    b->counts.last_step = b->t - b->t_old;
     if (b->option->accounts) {
-        lane power[2];
-        bgc_batch_integrate_energy(b, t_new, power);
-        b->supplied += power[0];
-        b->dissipated += power[1];
+        const lane stored = lane_fabs(balance->stored - b->stored0);
+        b->supplied_old = b->supplied;
+        b->dissipated_old = b->dissipated;
+        b->supplied += balance->supplied;
+        b->dissipated += balance->dissipated;
+        b->largest_account =
+            lane_max(lane_max(b->largest_account, stored),
+                     lane_max(lane_fabs(b->supplied), lane_fabs(b->dissipated)));
     }
 }
 
 static void attempt_fixed(bgc_batch *b) {
     const double step = b->option->step;
+    bgc_lane_balance balance;
 
     bgc_batch_evaluate_f(b);
     bgc_batch_advance(b, step);
     b->held = (b->held == 0 ? b->option->keep : b->held) - 1;
     b->live &= ~bgc_batch_bad(b, b->m->n_state, b->next);
     b->ticks++;
-    accept(b, b->option->origin + (double)b->ticks * step);
+    move(b, b->option->origin + (double)b->ticks * step);
+    if (b->option->accounts) {
+        bgc_batch_balance(b, &balance);
+    }
+    accept(b, &balance);
 }
 
 /* --- error control ------------------------------------------------------------------------- */
 
 /* Of each lane: root mean square of v over the tolerances at a state between p and q. */
-static lane norm(const bgc_batch *b, const lane *v, const lane *p, const lane *q) {
+lane bgc_batch_norm(const bgc_batch *b, const lane *v, const lane *p, const lane *q) {
     const double rtol = b->option->rtol, atol = b->option->atol;
     lane sum = lane_of(0.0);
 
@@ -115,8 +139,8 @@ static double first_step(bgc_batch *b) {
     for (int i = 0; i < n; i++) {
         b->point[i] = b->f[i] * b->inverse_mass[i];
     }
-    d0 = norm(b, b->x, b->x, b->x);
-    d1 = norm(b, b->point, b->x, b->x);
+    d0 = bgc_batch_norm(b, b->x, b->x, b->x);
+    d1 = bgc_batch_norm(b, b->point, b->x, b->x);
     h0 = lane_select((d0 < lane_of(1e-5)) | (d1 < lane_of(1e-5)), lane_of(1e-6), 0.01 * d0 / d1);
     if (most > 0.0) {
         h0 = lane_min(h0, lane_of(most));
@@ -129,7 +153,7 @@ static double first_step(bgc_batch *b) {
     for (int i = 0; i < n; i++) {
         b->error[i] = b->error[i] * b->inverse_mass[i] - b->point[i];
     }
-    d2 = norm(b, b->error, b->x, b->x) / h0;
+    d2 = bgc_batch_norm(b, b->error, b->x, b->x) / h0;
     slope = lane_max(d1, d2);
     h1 = lane_select(slope <= lane_of(1e-15), lane_max(lane_of(1e-6), 1e-3 * h0),
                      lane_pow(0.01 / slope, lane_of(1.0 / (order + 1.0))));
@@ -146,11 +170,37 @@ static void reject(bgc_batch *b, unsigned at_fault, double h) {
     b->h_next = h;
 }
 
+/* Whether the errors of a step of length h refuse it; `error` becomes the largest if it is larger. */
+static int is_refused(bgc_batch *b, lane errors, double h, double *error) {
+    const double q = b->method->tableau->embedded + 1;
+    const unsigned bad = bgc_lanes_where(b, lane_not(bgc_is_finite(errors)));
+
+    if (bad != 0) {
+        reject(b, bad, 0.25 * h);
+        return 1;
+    }
+    *error = fmax(*error, largest(b, errors));
+    if (*error > 1.0) {
+        reject(b, bgc_lanes_where(b, errors > lane_of(1.0)),
+               h * fmax(least_factor, safety * pow(*error, -1.0 / q)));
+    }
+    return *error > 1.0;
+}
+
+/* The error of the energies of the step just made over their tolerance: account_error of step.c. */
+static lane account_error(const bgc_batch *b, const bgc_lane_balance *balance) {
+    const double rounding = 1e-12;
+    const lane tolerance = rounding * b->energy_scale +
+                           b->option->rtol * lane_max(b->largest_account, balance->moved);
+    const lane_mask counts = bgc_is_finite(balance->error) & (balance->error > lane_of(0.0));
+
+    return lane_select(counts, balance->error / tolerance, lane_of(0.0));
+}
+
 static void attempt_adaptive(bgc_batch *b) {
     const double q = b->method->tableau->embedded + 1;
-    double h, error, factor;
-    unsigned bad;
-    lane errors;
+    double h, error = 1e-10, factor;
+    bgc_lane_balance balance;
 
     bgc_batch_evaluate_f(b);
     b->live &= ~bgc_batch_bad(b, b->m->n_state, b->f);
@@ -167,24 +217,30 @@ static void attempt_adaptive(bgc_batch *b) {
         return;
     }
     bgc_batch_advance(b, h);
-    errors = norm(b, b->error, b->x, b->next);
-    bad = bgc_lanes_where(b, errors - errors != lane_of(0.0));
-    if (bad != 0) {
-        reject(b, bad, 0.25 * h);
+    if (is_refused(b, bgc_batch_norm(b, b->error, b->x, b->next), h, &error)) {
         return;
     }
-    error = fmax(largest(b, errors), 1e-10);
-    if (error > 1.0) {
-        reject(b, bgc_lanes_where(b, errors > lane_of(1.0)),
-               h * fmax(least_factor, safety * pow(error, -1.0 / q)));
+    move(b, b->t + h);
+    if (is_refused(b, bgc_batch_dense_error(b), h, &error)) {
+        move_back(b);
         return;
+    }
+    if (b->option->accounts) {
+        bgc_batch_balance(b, &balance);
+        if (b->account_rejections < MOST_ACCOUNT_REJECTIONS &&
+            is_refused(b, account_error(b, &balance), h, &error)) {
+            b->account_rejections++;
+            move_back(b);
+            return;
+        }
+        b->account_rejections = 0;
     }
     factor = safety * pow(error, -proportional / q) * pow(b->error_old, integral / q);
     factor = fmin(b->rejected ? 1.0 : largest_factor, fmax(least_factor, factor));
     b->h_next = h < b->h_next ? fmax(b->h_next, factor * h) : factor * h;
     b->error_old = fmax(error, least_remembered);
     b->rejected = 0;
-    accept(b, b->t + h);
+    accept(b, &balance);
 }
 
 /* One attempt at a step of all lanes. */
