@@ -37,11 +37,11 @@ def read_range(text: str, parameters: Parameters) -> Range:
     if not (name and equals and low and dots and high) or (colon and not count.isdecimal()):
         raise BgError([bad_range(text)])
     unit = " ".join(high.split()[1:])
-    values = [
+    first, last = (
         read_quantity(f"{number} {unit}".strip(), name, parameters[name].unit)
         for number in (low, high.split()[0])
-    ]
-    return Range(name, *values, int(count) if colon else _COUNT)
+    )
+    return Range(name, first, last, int(count) if colon else _COUNT)
 
 
 def grid(ranges: Sequence[Range]) -> dict[str, Array]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -239,7 +239,7 @@ class Numbers:
     prefix: str
     shared: str
     function: str
-    printer: type[Printer]
+    printer: Callable[[Dag, Mapping[Node, str]], Printer]
 
     def constant(self, text: str) -> str:
         """A literal as such a number."""
