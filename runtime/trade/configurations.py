@@ -58,12 +58,13 @@ class Configuration:
         text = f"{self.solver} {self.setting}"
         return f"{text} with {self.variant}" if self.uses else text
 
-    @property
-    def statement(self) -> str:
-        """The line that a scene would say."""
+    def statement(self, settle: float = 0.0) -> str:
+        """The line that a scene would say; `settle`, 1/s, is how its start is made, if not 0."""
         options = [f"step = {spelled_time(self.step)}" if self.fixed else f"rtol = {self.rtol:g}"]
         if self.keep > 1:
             options.append(f"keep = {self.keep}")
+        if settle > 0:
+            options.append(f"settle = {settle:.12g} Hz")
         return f"solver {self.solver}({', '.join(options)});"
 
     @property

@@ -21,7 +21,8 @@ class Target:
     `required` says whether errors are in terms of `require`, and 1 is the limit; else they are
     parts of the range. `deadline` is in s, None where there is none. `sample` is the period of the
     scene's devices, s, None without devices: a longer step would take fewer samples than the scene
-    says. `floor` is the error below which the reference tells nothing.
+    says. `floor` is the error below which the reference tells nothing. `settle` is the scene's
+    option of that name, 1/s.
     """
 
     quantities: tuple[Quantity, ...]
@@ -29,6 +30,7 @@ class Target:
     deadline: float | None = None
     sample: float | None = None
     floor: float = 0.0
+    settle: float = 0.0
 
     @property
     def limit(self) -> float:
@@ -112,9 +114,8 @@ def _of_best(row: Measurement, target: Target) -> str:
     asked += ["the deadline"] if target.deadline is not None else []
     if not target.required:
         asked.insert(0, f"{DEFAULT_ACCURACY:g} of the range (the scene has no `require`)")
-    text = (
-        f"The cheapest configuration within {' and '.join(asked)}: `{row.configuration.statement}`"
-    )
+    statement = row.configuration.statement(target.settle)
+    text = f"The cheapest configuration within {' and '.join(asked)}: `{statement}`"
     details = [_error(row, target), _cost(row)]
     if target.deadline is not None:
         details.append(f"worst {_worst(row, target)} of {spelled(target.deadline)}")

@@ -51,7 +51,7 @@ def timed_run(
     width = len(model.measured) + (len(ENERGY_ACCOUNTS) if accounts else 0)
     rows = np.full((len(times), width), np.nan)
     try:
-        with model.started(method, accounts) as instance:
+        with model.started(method.seeing(times, model.facts.timed), accounts) as instance:
             status, seconds, stopped = _run_in_thread(instance, times, rows, limit, watch)
             counts = instance.counts
             if stopped and status is Status.INTERRUPTED:

@@ -92,6 +92,7 @@ class Session:
             deadline=facts.deadline,
             sample=(facts.step or _DEFAULT_SAMPLE) if self._sampled else None,
             floor=reference.accuracy,
+            settle=dict(facts.solver_options).get("settle", 0.0),
         )
 
     def measure(

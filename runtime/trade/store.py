@@ -154,6 +154,7 @@ def _key(
     return digest_of(
         (
             model.facts.content,
+            repr(dict(model.facts.solver_options).get("settle")),  # another start
             repr(sorted(values.items())),
             repr((duration, every)),
             *_device_files(model),

@@ -479,10 +479,20 @@ def test_a_configuration_can_be_written_into_the_scene_as_it_is_recommended(tmp_
         Configuration("ros34prw", step=2.5e-4, keep=5),
         Configuration("rodas5p", rtol=1e-7),
     ):
-        text = OSCILLATOR.replace("run 2 s;", f"{configuration.statement} run 2 s;")
+        text = OSCILLATOR.replace("run 2 s;", f"{configuration.statement(50.0)} run 2 s;")
         facts = bgc.compile(written(tmp_path, text)).facts
         assert facts.solver == configuration.solver
         options = dict(facts.solver_options)
         assert options.get("step", 0.0) == pytest.approx(configuration.step)
         assert options.get("rtol", 0.0) == pytest.approx(configuration.rtol)
         assert options.get("keep", 1) == configuration.keep
+        assert options["settle"] == pytest.approx(50.0)
+
+
+def test_another_start_is_another_question(tmp_path: Path) -> None:
+    path = written(tmp_path, REQUIRING)
+    bgc.trade(path, solvers=["rk4"], steps=[0.01])
+    written(tmp_path, REQUIRING.replace("solver auto;", "solver auto(settle = 1 kHz);"))
+    assert codes(bgc.compile(path).simulate()) == ["BG090"]
+    found = bgc.trade(path, solvers=["rk4"], steps=[0.01])
+    assert "settle = 1000 Hz" in found.sentence
