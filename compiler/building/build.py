@@ -38,6 +38,7 @@ _GCC_ONLY = frozenset(
         "-fno-tree-ccp",
         "-fno-tree-bit-ccp",
         "-fno-forward-propagate",
+        "-fno-inline-functions-called-once",
     )
 )
 _DISK_FULL = {

@@ -28,6 +28,7 @@ MODEL_FLAGS = (
     "-fexpensive-optimizations",
     "-fno-tree-dse",
     "-fno-dse",
+    "-fno-inline-functions-called-once",  # the parts that long functions were cut into
     "-fno-tree-ccp",  # these three change no instruction
     "-fno-tree-bit-ccp",
     "-fno-forward-propagate",

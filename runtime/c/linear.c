@@ -40,10 +40,17 @@ static void multiply(const bgc_model *m, const bgc_data *d, const double *v, dou
         out[m->mass_row[k]] += term;
         magnitude[m->mass_row[k]] += fabs(term);
     }
-    for (int k = 0; k < m->n_jac; k++) {
-        const double term = d->jac[k] * v[m->jac_col[k]];
-        out[m->jac_row[k]] -= term;
-        magnitude[m->jac_row[k]] += fabs(term);
+    /* Entries of a row follow one another: their sums need not go through memory. */
+    for (int k = 0; k < m->n_jac;) {
+        const int row = m->jac_row[k];
+        double sum = 0.0, size = 0.0;
+        for (; k < m->n_jac && m->jac_row[k] == row; k++) {
+            const double term = d->jac[k] * v[m->jac_col[k]];
+            sum += term;
+            size += fabs(term);
+        }
+        out[row] -= sum;
+        magnitude[row] += size;
     }
 }
 
