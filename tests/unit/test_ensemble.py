@@ -173,6 +173,16 @@ def test_the_energy_accounts_are_under_error_control(oscillator_file):
     assert distance(ensemble.values[:, :, [0, 2]], alone[:, :, [0, 2]]) < 1e-5
 
 
+def test_energies_that_no_state_needs_are_as_accurate_as_alone():
+    model = bgc.compile(MODELS / "accounts.bg", scene="lag")
+    ensemble = model.simulate_many([{}] * 4, rtol=1e-6)
+    exact = model.simulate(rtol=1e-11)
+    assert ensemble.together == 4
+    np.testing.assert_allclose(
+        ensemble["energy.supplied"][:, -1], exact["energy.supplied"][-1], rtol=1e-5
+    )
+
+
 def test_what_batches_do_not_serve_runs_alone_and_gives_the_same_bits(oscillator):
     ensemble = oscillator.simulate_many({"k": np.linspace(5, 9, 5)}, solver="radau5")
     assert ensemble.together == 0
