@@ -9,6 +9,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import ParamSpec, TypeVar
 
+from bgc.analysis.time_dependence import depends_on_time
 from bgc.building.build import Unit, build_shared_object, lane_runtime_units
 from bgc.building.built import Built, run_facts
 from bgc.building.cache import digest_of, open_cache
@@ -131,6 +132,7 @@ class Compilation:
             self.folding.parameters,
             self.graph.requirements,
             content_of(self.emitted),
+            depends_on_time(self.sliced),
         )
         places = places_of(self.emitted.lowered)
         built = Built(library, facts, (*self.warnings, *cache.warnings), places=places)

@@ -197,6 +197,8 @@ class Model:
         duration, every
             End time and interval between rows, s; by default the scene's. Without an interval
             there is a row for each step of a fixed-step method, else there are 1,000 intervals.
+            Where the time itself stands in the model, adaptive methods take no step longer than
+            five rows, unless the scene says `max_step`.
         solver, rtol, atol, step
             Method and its options; by default the scene's, else `rodas5p`, or `ros34prw` where
             the scene gives a step. `atol` is one for all states, SI; without it each state has
@@ -223,7 +225,9 @@ class Model:
         width = len(self.measured) + (len(ENERGY_ACCOUNTS) if self.accounts else 0)
         times = self._row_times(duration, every, method, width)
         rows = np.full((len(times), width), np.nan)
-        with self.started(method, bool(self.accounts), parameters) as instance:
+        with self.started(
+            method.seeing(times, self.facts.timed), bool(self.accounts), parameters
+        ) as instance:
             status, done, interrupted = run_watched(instance, times, rows, progress)
         result = self._result(times[:done], rows[:done], method, instance, notices)
         if interrupted or status is Status.INTERRUPTED:
@@ -287,7 +291,9 @@ class Model:
         method, notices = self._settled(asked, {})
         width = len(self.measured) + (len(ENERGY_ACCOUNTS) if self.accounts else 0)
         times = self._row_times(duration, every, method, width * len(sets))
-        return simulate_many(self, method, sets, times, progress, vectorised, notices)
+        return simulate_many(
+            self, method.seeing(times, self.facts.timed), sets, times, progress, vectorised, notices
+        )
 
     def _row_times(
         self, duration: float | None, every: float | None, method: Method, columns: int

@@ -37,6 +37,7 @@ ADAPTIVE_DEFAULT = "rodas5p"
 FIXED_DEFAULT = "ros34prw"
 AUTO = "auto"
 
+_ROWS_IN_A_STEP = 5
 _MESSAGE_LENGTH = 300  # characters of what a driver says
 _WATCH_SECONDS = 0.05  # how often a run is looked at: bounds the wait after Ctrl-C
 
@@ -58,6 +59,17 @@ class Method:
     keep: int = 0
     settle: float = 0.0
     measured: bool = False
+
+    def seeing(self, times: Array, timed: bool) -> Method:
+        """The same for a `timed` model: no step of an adaptive method beyond a few of the rows.
+
+        Error control knows nothing of a source that stirs between two stages of a long step; who
+        asks for rows is to see what happens between them.
+        """
+        if not timed or self.fixed or self.max_step or len(times) < 2:
+            return self
+        interval = float(times[-1] - times[0]) / (len(times) - 1)
+        return replace(self, max_step=_ROWS_IN_A_STEP * interval)
 
     def struct(self, accounts: bool) -> OptionsStruct:
         """The options as C takes them."""

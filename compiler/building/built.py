@@ -33,7 +33,8 @@ class RunFacts:
     `accounts` lists in the same order. Times are in seconds, `solver_options` are SI numbers.
     `folded` are the parameters that were compiled in, zeros and ones. `requirements` are the
     accuracies asked for, by output, of which some may be no column. `content` tells apart models
-    that differ in more than their text: it is a hash of what was compiled.
+    that differ in more than their text: it is a hash of what was compiled. `timed` says whether
+    rates or observed powers depend on the time itself.
     """
 
     scene: str
@@ -50,6 +51,7 @@ class RunFacts:
     folded: tuple[tuple[str, float], ...] = ()
     requirements: tuple[tuple[str, float], ...] = ()
     content: str = ""
+    timed: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +86,7 @@ def run_facts(
     folded: tuple[tuple[str, float], ...] = (),
     requirements: Sequence[Requirement] = (),
     content: str = "",
+    timed: bool = True,
 ) -> RunFacts:
     """Take from a scene what its run needs, and note what was folded and what is required."""
     solver = scene.solver
@@ -102,4 +105,5 @@ def run_facts(
         folded=folded,
         requirements=tuple((r.name, r.tolerance) for r in requirements),
         content=content,
+        timed=timed,
     )

@@ -84,7 +84,7 @@ def test_an_oscillation_that_nothing_else_resolves_is_not_lost(load):
 
 
 def test_a_switch_that_is_passed_and_passed_back_within_one_step(load):
-    result = load("events", "stone").simulate()
+    result = load("events", "stone").simulate(every=1.0)  # steps may be long
     assert result.counts["steps"] < 10
     assert result["above"][-1] == pytest.approx(2 * np.sqrt(2e-5), abs=1e-10)
 
