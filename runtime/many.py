@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, TypeGuard
 
 import numpy as np
 
@@ -67,7 +67,7 @@ def parameter_sets(given: Sets) -> list[Mapping[str, Quantity]]:
     return sets
 
 
-def _is_list(value: Quantity) -> bool:
+def _is_list(value: Quantity) -> TypeGuard[Sequence[Quantity]]:
     return not isinstance(value, str) and np.ndim(np.asarray(value, dtype=object)) > 0
 
 
