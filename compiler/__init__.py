@@ -13,17 +13,19 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bgc.grammar.diagnostics import BgError
+    from bgc.runtime.ensemble import Ensemble
     from bgc.runtime.failures import SimulationError
     from bgc.runtime.model import Model
     from bgc.runtime.model import compile_model as compile
     from bgc.runtime.result import Result
     from bgc.runtime.trade.trade import Trade, trade
 
-__all__ = ["BgError", "Model", "Result", "SimulationError", "Trade", "compile", "trade"]
+__all__ = ["BgError", "Ensemble", "Model", "Result", "SimulationError", "Trade", "compile", "trade"]
 
 # Imported when first asked for: a pass of the compiler needs nothing of the runtime.
 _HOMES = {
     "BgError": ("bgc.grammar.diagnostics", "BgError"),
+    "Ensemble": ("bgc.runtime.ensemble", "Ensemble"),
     "Model": ("bgc.runtime.model", "Model"),
     "Result": ("bgc.runtime.result", "Result"),
     "SimulationError": ("bgc.runtime.failures", "SimulationError"),
