@@ -68,7 +68,8 @@ class Probe:
         units = emit_model(program, f"rates of {scene}").units
         library = build_shared_object(units, find_toolchain(), open_cache())
         columns = tuple(o.name for o in program.observations)
-        self.model = Model(Built(library, run_facts(replace(program.scene, columns=columns))))
+        facts = replace(run_facts(replace(program.scene, columns=columns)), accounts=())
+        self.model = Model(Built(library, facts))
         self.velocities = tuple(velocities)
         self.states = tuple(state.name for state in program.states)
         self._momenta = [k for k, s in enumerate(program.states) if s.kind == "momentum"]
