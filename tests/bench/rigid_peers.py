@@ -1,9 +1,9 @@
 """MuJoCo and Pinocchio on the crane with rigid joints, against the reduced f and fixed steps.
 
-Rules: the peers' crane has the same bodies, joints, weights and drives (springs and friction that
-hold still; Pinocchio has given torques instead), and no water. No contacts, no constraints, no
-sensors. All are called in loops in C (Pinocchio: C++ with -O3 and its fixed joint types) from moving
-states; ours is the whole right-hand side, water included. Each time is the least of several
+Rules: the peers' crane has the same bodies, joints, weights and drives (still springs, and
+friction; Pinocchio has given torques instead), and no water. No contacts, no constraints, no
+sensors. All are called in loops in C (Pinocchio: C++ with -O3 and its fixed joint types) from
+moving states; ours is the whole right-hand side, water included. Each time is the least of several
 batches, ours the median over fresh copies, those of steps in turn with the peer's.
 
 The springs: a bar falls from level on a pivot of stiff springs, undamped, at a step of 1 ms.
