@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bgc.grammar.catalogue.machine import bad_option, no_duration, unknown_solver
 from bgc.grammar.catalogue.trade import nothing_to_measure
-from bgc.grammar.diagnostics import BgError, Diagnostic
+from bgc.grammar.diagnostics import BgError
 from bgc.options import Options
 from bgc.runtime.model import Model, compile_model, load_model
 from bgc.runtime.parameters import Quantity as Value
@@ -327,6 +327,3 @@ def _warnings(
             f"{left} configurations were not run within the budget: the same command goes on"
         )
     return tuple(found)
-
-
-__all__ = ["BUDGET", "KEEPS", "REPEATS", "RTOLS", "Configuration", "Diagnostic", "Trade", "trade"]
