@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 _COMPONENT = re.compile(r"(.*)\[(\d+)\]")
 _ROWS_AT_ONCE = 4096
-_UNBALANCED = 0.01  # of the energy exchanged: a residual that is no rounding and no tolerance
+_UNBALANCED = 0.005  # of the energy exchanged: a residual that is no rounding and no tolerance
 
 
 def unbalanced(residual: float, exchanged: float) -> bool:

@@ -265,8 +265,8 @@ def value_not_finite(name: str, time: float, to_the_end: bool) -> Diagnostic:
 def out_of_balance(time: float, share: float) -> Diagnostic:
     """BG716: the energies of a run do not balance
 
-    What: stored energy differs from what was supplied less what was dissipated by more than a
-    hundredth of all that was exchanged.
+    What: stored energy differs from what was supplied less what was dissipated by more than half a
+    per cent of all that was exchanged.
 
     Why: a bond graph conserves energy, whatever its laws. What is missing was lost or made by the
     integration: its step is too long, or its tolerance too wide, and the rows are as far off.
