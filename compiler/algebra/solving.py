@@ -104,67 +104,98 @@ def solve_general(
     SingularSystemError
         No single solution exists.
     """
-    rows = [
-        {j: node for j, node in row.items() if not fingerprints.is_zero(node)} for row in matrix
-    ]
-    values = list(right)
-    columns: list[set[int]] = [set() for _ in rows]
-    for i, row in enumerate(rows):
-        for j in row:
-            columns[j].add(i)
-    open_rows = set(range(len(rows)))
-    steps: list[tuple[int, int]] = []
-    queue: list[tuple[tuple[int, int, int], int]] = []
+    work = _Elimination(dag, fingerprints, matrix, right)
+    while (pivot := work.next_pivot(preference)) is not None:
+        work.take(*pivot, note)
+    return work.solution()
 
-    def enqueue(i: int) -> None:
-        if rows[i]:
-            heappush(queue, (best_of(i)[0], i))
 
-    def best_of(i: int) -> tuple[tuple[int, int, int], int]:
-        width = len(rows[i])
+class _Elimination:
+    """A sparse system on its way to triangular form; steps are (row, column) of the pivots."""
+
+    def __init__(
+        self,
+        dag: Dag,
+        fingerprints: Fingerprints,
+        matrix: Sequence[dict[int, Node]],
+        right: Sequence[Node],
+    ) -> None:
+        self._dag = dag
+        self._is_zero = fingerprints.is_zero
+        self._rows = [{j: x for j, x in row.items() if not self._is_zero(x)} for row in matrix]
+        self._values = list(right)
+        self._columns: list[set[int]] = [set() for _ in self._rows]  # open rows with each
+        for i, row in enumerate(self._rows):
+            for j in row:
+                self._columns[j].add(i)
+        self._open = set(range(len(self._rows)))
+        self._steps: list[tuple[int, int]] = []
+        self._queue: list[tuple[tuple[int, int, int], int]] = []
+        self._changed = list(self._open)
+
+    def next_pivot(self, preference: Callable[[Node], int]) -> tuple[int, int] | None:
+        """The open row and column to eliminate by next; None where no open row has an entry."""
+        for i in self._changed:
+            if self._rows[i]:
+                heappush(self._queue, (self._best_of(i, preference)[0], i))
+        self._changed = []
+        while self._queue:
+            key, i = heappop(self._queue)
+            if i not in self._open or not self._rows[i]:
+                continue
+            now, j = self._best_of(i, preference)
+            if now <= key:
+                return i, j
+            heappush(self._queue, (now, i))
+        return None
+
+    def _best_of(
+        self, i: int, preference: Callable[[Node], int]
+    ) -> tuple[tuple[int, int, int], int]:
+        """The key of a row's best entry, and its column."""
+        width = len(self._rows[i])
         return min(
-            (((preference(node), (width - 1) * (len(columns[j]) - 1), int(j != i)), j))
-            for j, node in rows[i].items()
+            ((preference(node), (width - 1) * (len(self._columns[j]) - 1), int(j != i)), j)
+            for j, node in self._rows[i].items()
         )
 
-    for i in range(len(rows)):
-        enqueue(i)
-    while queue:
-        key, i = heappop(queue)
-        if i not in open_rows or not rows[i]:
-            continue
-        now, j = best_of(i)
-        if now > key:
-            heappush(queue, (now, i))
-            continue
-        open_rows.remove(i)
-        steps.append((i, j))
-        pivot = rows[i][j]
-        note(pivot, len(rows[i]) == 1 or len(columns[j]) == 1)
-        for other in rows[i]:
-            columns[other].discard(i)
-        for r in sorted(columns[j]):
-            factor = dag.div(rows[r].pop(j), pivot)
-            values[r] = dag.sub(values[r], dag.mul(factor, values[i]))
-            for other, entry in rows[i].items():
-                if other == j:
-                    continue
-                changed = dag.sub(rows[r].get(other, dag.zero), dag.mul(factor, entry))
-                if fingerprints.is_zero(changed):
-                    rows[r].pop(other, None)
-                    columns[other].discard(r)
-                else:
-                    rows[r][other] = changed
-                    columns[other].add(r)
-            enqueue(r)
-        columns[j].clear()
-    if open_rows:
-        raise SingularSystemError(sorted(open_rows))
-    solution = [dag.zero] * len(rows)
-    for i, j in reversed(steps):
-        known = dag.dot(
-            (entry for other, entry in rows[i].items() if other != j),
-            (solution[other] for other in rows[i] if other != j),
-        )
-        solution[j] = dag.div(dag.sub(values[i], known), rows[i][j])
-    return solution
+    def take(self, i: int, j: int, note: Callable[[Node, bool], None]) -> None:
+        """Close a row by one of its columns, and take it from all others that have that."""
+        self._open.remove(i)
+        self._steps.append((i, j))
+        source, column = self._rows[i], self._columns[j]
+        note(source[j], len(source) == 1 or len(column) == 1)
+        for other in source:
+            self._columns[other].discard(i)
+        for r in sorted(column):
+            self._subtract(r, i, j)
+        self._changed = sorted(column)
+        column.clear()
+
+    def _subtract(self, target: int, source: int, column: int) -> None:
+        dag, row = self._dag, self._rows[target]
+        factor = dag.div(row.pop(column), self._rows[source][column])
+        taken = dag.mul(factor, self._values[source])
+        self._values[target] = dag.sub(self._values[target], taken)
+        for j, entry in self._rows[source].items():
+            if j == column:
+                continue
+            changed = dag.sub(row.get(j, dag.zero), dag.mul(factor, entry))
+            if self._is_zero(changed):
+                row.pop(j, None)
+                self._columns[j].discard(target)
+            else:
+                row[j] = changed
+                self._columns[j].add(target)
+
+    def solution(self) -> list[Node]:
+        """The unknowns, last step first; SingularSystemError where rows are left open."""
+        if self._open:
+            raise SingularSystemError(sorted(self._open))
+        dag, found = self._dag, [self._dag.zero] * len(self._rows)
+        for i, j in reversed(self._steps):
+            row = self._rows[i]
+            others = [k for k in row if k != j]
+            known = dag.dot((row[k] for k in others), (found[k] for k in others))
+            found[j] = dag.div(dag.sub(self._values[i], known), row[j])
+        return found
