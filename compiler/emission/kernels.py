@@ -9,7 +9,8 @@ linear, and no function is too large for the register allocator.
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Set
+import re
+from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
@@ -20,6 +21,8 @@ from bgc.graph import Node
 
 CHUNK = 100  # operations in one C function
 _INLINE = 20  # operations in one expression
+_LOOP = 8  # elements that are copied by a loop
+_ARGUMENT = re.compile(r"\b(?:\w+(?=\[)|t\b)")
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
 _CONST, _SYMBOL, _PARAM = int(Op.CONST), int(Op.SYMBOL), int(Level.PARAM)
@@ -186,7 +189,8 @@ class _Body:
         self._order, self._uses = schedule.order, schedule.uses
         self.operations = len(self._order)
         self._statement: dict[Node, int] = {}  # node -> chunk of the statement that makes it
-        self._cut(chunk if chunk is not None else len(self._order) + 1)
+        self._limit = chunk if chunk is not None else len(self._order) + len(stores) + 1
+        self._cut(self._limit)
         self._last: dict[Node, int] = {}  # node -> last chunk that reads it
         self._local: set[Node] = set()  # read in the chunk that makes it
         self._find_crossings()
@@ -276,13 +280,63 @@ class _Body:
                 lines.append(f"const {self._type} v{count} = {text};")
                 text = f"v{count}"
             lines.extend(f"{place} = {text};" for place in places)
-        for node, places in self._targets.items():
-            if node not in self._statement:
-                text = printer.leaf(node)
-                lines.extend(f"{place} = {text};" for place in places)
-                printer.used.update(place[: place.index("[")] for place in places)
-        chunks.append(_Chunk(lines, frozenset(printer.used)))
+        used = frozenset(printer.used)
+        copies = [
+            (place, printer.leaf(node))
+            for node, places in self._targets.items()
+            if node not in self._statement
+            for place in places
+        ]
+        statements = list(_copies(copies))
+        room = max(self._limit - len(lines), 0)
+        chunks.append(_Chunk(lines + statements[:room], used | _read(statements[:room])))
+        for begin in range(room, len(statements), self._limit):
+            part = statements[begin : begin + self._limit]
+            chunks.append(_Chunk(part, _read(part)))
         return chunks
+
+
+def _copies(stores: Iterable[tuple[str, str]]) -> Iterator[str]:
+    """Statements that store what is known: loops over elements that lie side by side.
+
+    A store is a place and the text of a number or of an element. Thousands of statements in one
+    function, as a Jacobian of constant entries has them, would take the C compiler seconds.
+    """
+    runs: list[list[tuple[str, str]]] = []
+    expected = None
+    for store in sorted(stores, key=lambda s: _element(s[0])):
+        if store != expected:
+            runs.append([])
+        runs[-1].append(store)
+        expected = (_next(store[0]), _next(store[1]))
+    for run in runs:
+        if len(run) < _LOOP:
+            yield from (f"{place} = {text};" for place, text in run)
+            continue
+        (array, first), text = _element(run[0][0]), run[0][1]
+        if "[" in text:
+            source, begin = _element(text)
+            text = f"{source}[k + {begin - first}]".replace("k + -", "k - ").replace(" + 0]", "]")
+        yield f"for (int k = {first}; k < {first + len(run)}; k++) {array}[k] = {text};"
+
+
+def _read(statements: Sequence[str]) -> frozenset[str]:
+    """The arguments that statements of `_copies` refer to."""
+    return frozenset(_ARGUMENT.findall("\n".join(statements)))
+
+
+def _element(text: str) -> tuple[str, int]:
+    """The array and the index of `array[index]`."""
+    array, _, index = text.partition("[")
+    return array, int(index[:-1])
+
+
+def _next(text: str) -> str:
+    """The element behind this one; a number itself."""
+    if "[" not in text:
+        return text
+    array, index = _element(text)
+    return f"{array}[{index + 1}]"
 
 
 def _functions(

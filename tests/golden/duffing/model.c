@@ -40,9 +40,9 @@ static void model_jacobian(
     const double v2 = 0.25 * v1;
     const double v3 = v1 + (0.5 + (v2 + v2));
     jac[0] = -(v3 + v3);
-    jac[1] = 1.0;
     dfdt[0] = 0.0;
     dfdt[1] = 0.0;
+    jac[1] = 1.0;
 }
 
 /* Stored energy, supplied power, dissipated power. */

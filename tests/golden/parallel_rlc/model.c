@@ -34,11 +34,11 @@ static void model_jacobian(
     const double *h, double t, const double *x, const double *u, double *jac, double *dfdt, double *w)
 {
     (void)h, (void)t, (void)x, (void)u, (void)w;
+    dfdt[0] = 0.0;
+    dfdt[1] = 0.0;
     jac[0] = 1.0;
     jac[1] = -1.0;
     jac[2] = -1.0;
-    dfdt[0] = 0.0;
-    dfdt[1] = 0.0;
 }
 
 /* Stored energy, supplied power, dissipated power. */

@@ -50,11 +50,11 @@ static void model_jacobian(
     const double *h, double t, const double *x, const double *u, double *jac, double *dfdt, double *w)
 {
     (void)t, (void)x, (void)u, (void)w;
+    dfdt[0] = 0.0;
+    dfdt[1] = 0.0;
     jac[0] = h[3];
     jac[1] = h[4];
     jac[2] = h[1];
-    dfdt[0] = 0.0;
-    dfdt[1] = 0.0;
 }
 
 /* Stored energy, supplied power, dissipated power. */

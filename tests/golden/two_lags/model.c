@@ -49,11 +49,11 @@ static void model_jacobian(
     const double *h, double t, const double *x, const double *u, double *jac, double *dfdt, double *w)
 {
     (void)t, (void)x, (void)u, (void)w;
+    dfdt[0] = 0.0;
+    dfdt[1] = 0.0;
     jac[0] = h[2];
     jac[1] = h[0];
     jac[2] = h[3];
-    dfdt[0] = 0.0;
-    dfdt[1] = 0.0;
 }
 
 /* Stored energy, supplied power, dissipated power. */
