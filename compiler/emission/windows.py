@@ -30,14 +30,18 @@ def best_place(indices: Iterable[int]) -> int:
 
 
 def repointed(lines: Sequence[str], arrays: Sequence[str]) -> tuple[list[str], dict[str, int]]:
-    """The statements with indices counted from the best place of each array, and those places."""
+    """The statements with indices counted from the best place of each array, and those places.
+
+    Arrays with indices that are not numbers, as in loops, stay as they are.
+    """
+    text = "\n".join(lines)
+    arrays = [name for name in arrays if not re.search(rf"\b{name}\[(?!\d+\])", text)]
     if not arrays:
         return list(lines), {}
     access = re.compile(rf"\b({'|'.join(arrays)})\[(\d+)\]")
     used: dict[str, list[int]] = {name: [] for name in arrays}
-    for line in lines:
-        for name, index in access.findall(line):
-            used[name].append(int(index))
+    for name, index in access.findall(text):
+        used[name].append(int(index))
     places = {name: place for name in arrays if (place := best_place(used[name]))}
     if not places:
         return list(lines), {}

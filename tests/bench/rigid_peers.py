@@ -111,8 +111,8 @@ def _mujoco(f: float) -> list[Row]:
     peer.mujoco_seconds(model._address, data._address, _CALLS, _BATCHES, seconds)
     found = [Row(names[0], "reduced f", seconds[0] / f, 8, 12, note=f"{1e6 * seconds[0]:.2f} us")]
     for method, keep, must, aim in (
-        ("ros23", 1, 2.0, None), ("ros23", 5, None, 0.5), ("ros34prw", 1, 2.0, None),
-        ("ros34prw", 5, None, 0.5),
+        ("ros23", 1, 2.0, None), ("ros23", 5, None, 0.5), ("ros34prw", 1, None, None),
+        ("ros34prw", 5, None, None),
     ):  # fmt: skip
         pairs = []
         with copies(crane("near_rigid_still").path) as libraries:

@@ -20,6 +20,13 @@ def test_far_accesses_count_from_the_place():
     assert pointed("jac", places) == "jac + 416" and pointed("x", places) == "x"
 
 
+def test_arrays_that_loops_run_over_stay_as_they_are():
+    lines = ["w[90] = x[80];", "for (int k = 60; k < 70; k++) w[k] = h[k + 3];"]
+    moved, places = repointed(lines, ("w", "x", "h"))
+    assert places == {"x": 80}
+    assert moved == ["w[90] = x[0];", lines[1]]
+
+
 @given(st.lists(st.integers(0, 200), max_size=40))
 def test_no_place_has_more_accesses_near(indices):
     def near(place):
