@@ -285,3 +285,19 @@ def test_the_text_does_not_depend_on_the_order_of_hashes() -> None:
     }
     assert len(texts) == 1
     assert "model_jacobian" in texts.pop()
+
+
+def test_stores_of_known_values_are_loops_and_functions_of_bounded_length() -> None:
+    """A chain's Jacobian of constants, equal ones side by side and others."""
+    count = 600
+    dag = Dag()
+    x = states(dag, count)
+    derivatives = [dag.mul(dag.const(2 if k < 100 else k), x[k]) for k in range(count)]
+    units = emit_model(optimise(make_program(dag, derivatives)), "0").units
+    (text,) = (unit.text for unit in units if "dfdt[k] = 0.0;" in unit.text)
+    assert f"for (int k = 0; k < {count}; k++) dfdt[k] = 0.0;" in text
+    assert "for (int k = 0; k < 100; k++) jac[k] = 2.0;" in text
+    assert text.count("jac[") > 500
+    functions = [part for part in text.split("\n}\n") if "jac[" in part]
+    assert len(functions) > 3
+    assert max(part.count(";") for part in functions) < 200
