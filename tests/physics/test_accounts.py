@@ -32,7 +32,9 @@ def test_a_slow_state_beside_a_fast_power(load):
 
 def test_accounts_follow_the_tolerance(load):
     model = load("accounts", "moved")
-    loose, tight = (np.abs(model.simulate(rtol=r, every=0.9)["energy.residual"]).max() for r in (1e-4, 1e-9))
+    loose, tight = (
+        np.abs(model.simulate(rtol=r, every=0.9)["energy.residual"]).max() for r in (1e-4, 1e-9)
+    )
     assert tight < 1e-3 * loose
     assert tight < 1e-8
 
