@@ -67,9 +67,7 @@ def run_ratio(library: LaneLibrary, method: str, options: dict[str, float]) -> f
     return float(alone / together)
 
 
-def _instance(
-    library: LaneLibrary, name: str, options: dict[str, float], number: int
-) -> Instance:
+def _instance(library: LaneLibrary, name: str, options: dict[str, float], number: int) -> Instance:
     """An instance ready to run; they differ by some in a million in their first parameter."""
     made = instance(library)
     made.set_parameter(0, made.parameter(0) * (1.0 + 1e-6 * number))
