@@ -1,4 +1,4 @@
-"""Solvers of others (BG046, BG047)."""
+"""Diagnostics of the solvers of others: what they need and which models they serve."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""BG31x, BG32x: shapes and indices of values."""
+"""Diagnostics of shapes and indices of values."""
 
 from __future__ import annotations
 
