@@ -6,17 +6,13 @@ import random
 import re
 from fractions import Fraction
 from importlib import resources
-from inspect import getdoc, getmembers, isfunction
 from pathlib import Path
 
 import pytest
 
 import bgc.grammar
-from bgc.grammar import files, syntax
-from bgc.grammar.catalogue import files as wrong_files
-from bgc.grammar.catalogue import syntax as wrong_syntax
-from bgc.grammar.diagnostics import BgError
-from bgc.grammar.parse import MAX_ERRORS, parse, parse_setting, parse_with_tokens, read_source
+from bgc.grammar import syntax
+from bgc.grammar.parse import MAX_ERRORS, parse, parse_with_tokens, read_source
 from bgc.grammar.render import render
 from bgc.grammar.source import Source, Span
 from bgc.grammar.syntax import Binary, Call, Index, Member, Name, Number, Range, TypeUse, Unary
@@ -535,86 +531,3 @@ def test_mixed_up_tokens_never_break_the_parser(seed: int) -> None:
         mixed.insert(rng.randrange(len(mixed)), rng.choice(words))
     text = "model A { " + " ".join(mixed)
     assert wrong(text)
-
-
-# --- the command line -------------------------------------------------------------------
-
-
-def test_setting() -> None:
-    setting = parse_setting(Source("--set", "crane.boom[2].mass=3 t"))
-    assert show(setting.target) == "crane.boom[2].mass"
-    assert show(setting.value) == "3_t"
-
-
-@pytest.mark.parametrize(
-    ("text", "code"),
-    [
-        ("", "BG101"),
-        ("a.b", "BG101"),
-        ("a=", "BG101"),
-        ("a=3t", "BG106"),
-        ("a==3", "BG108"),
-        ("a=3;", "BG101"),
-        ("in=3", "BG112"),
-        ("a=[]", "BG126"),
-        ("a=" + "(" * 1000, "BG118"),
-        ("a=" + "1" * 200_000, "BG120"),
-    ],
-)
-def test_wrong_setting(text: str, code: str) -> None:
-    with pytest.raises(BgError) as caught:
-        parse_setting(Source("--set", text))
-    (diagnostic,) = caught.value.diagnostics
-    assert diagnostic.code == code, diagnostic.message
-
-
-# --- files ------------------------------------------------------------------------------
-
-
-def code_of(path: Path) -> str:
-    with pytest.raises(BgError) as caught:
-        read_source(path)
-    (diagnostic,) = caught.value.diagnostics
-    return f"{diagnostic.code}: {diagnostic.message}"
-
-
-def test_file_is_read_with_or_without_byte_order_mark(tmp_path: Path) -> None:
-    path = tmp_path / "a.bg"
-    for mark in (b"", b"\xef\xbb\xbf"):
-        path.write_bytes(mark + "// ø\r\n".encode())
-        assert read_source(path).text == "// ø\r\n"
-
-
-def test_unreadable_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert code_of(tmp_path / "no.bg").startswith("BG001")
-    assert code_of(Path("a\0b")).startswith("BG001")
-    assert code_of(tmp_path).startswith("BG002")
-    path = tmp_path / "a.bg"
-    path.mkdir()
-    assert code_of(path / "x" / "y.bg").startswith("BG001")
-    latin = tmp_path / "latin.bg"
-    latin.write_bytes("// blåse".encode("latin-1"))
-    assert code_of(latin) == f"BG004: `{latin}` is not UTF-8: byte 0xe5 at offset 5"
-    monkeypatch.setattr(files, "MAX_BYTES", 7)
-    assert code_of(latin).startswith("BG005")
-    assert code_of(latin / "below.bg").startswith("BG003")
-
-
-def test_save_of_bondgraphtools_is_recognised() -> None:
-    text = "version: 0.1\nroot: RLC\nmodels:\n  RLC:\n    components:\n      R1:\n"
-    assert wrong(text) == [("BG006", "version: 0.1")]
-
-
-@pytest.mark.parametrize("module", [wrong_syntax, wrong_files], ids=["syntax", "files"])
-def test_every_diagnostic_has_a_page(module: object) -> None:
-    makers = [
-        maker
-        for name, maker in getmembers(module, isfunction)
-        if maker.__module__ == module.__name__ and not name.startswith("_")  # type: ignore[attr-defined]
-    ]
-    pages = [getdoc(maker) or "" for maker in makers]
-    for page in pages:
-        assert re.match(
-            r"BG[01]\d\d: [^\n]+\n\nWhat: .*\nWhy: .*\nExample: .*\nWay out: ", page, re.S
-        )
-    assert len({page[:5] for page in pages}) == len(pages)
