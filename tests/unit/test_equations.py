@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -57,6 +56,23 @@ def assert_solves_everything(g: GraphBuilder) -> Program:
     for seed in (1, 2):
         assert largest_misfit(graph, evaluate_at_random(program, seed)) < 1e-9
     return program
+
+
+def energy_defect(program: Program) -> float:
+    """d stored/dt - supplied + dissipated at a random state, by central differences."""
+    dag = program.dag
+    states = [Symbol(Kind.STATE, k) for k in range(len(program.states))]
+    at = {s: 0.3 + 0.1 * s.index for s in states} | {Symbol(Kind.TIME, 0): 0.0}
+    rates = evaluate_nodes(dag, [s.derivative for s in program.states], at)
+    e = program.energy
+    supplied, dissipated = evaluate_nodes(dag, [e.supplied, e.dissipated], at)
+
+    def stored(h: float) -> float:
+        moved = {s: at[s] + h * v for s, v in zip(states, rates, strict=True)}
+        moved[Symbol(Kind.TIME, 0)] = h
+        return evaluate_nodes(dag, [e.stored], moved)[0]
+
+    return (stored(1e-5) - stored(-1e-5)) / 2e-5 - supplied + dissipated
 
 
 # --- textbook ---------------------------------------------------------------------------------
@@ -397,74 +413,6 @@ def test_initial_values_may_depend_on_each_other_but_not_in_a_circle() -> None:
     y = g.dag.symbol(Kind.STATE, index)
     g.states[0] = replace(g.states[0], initial=g.dag.add(y, g.dag.one))
     assert refusal(g) == ["BG532"]
-
-
-# --- energy -----------------------------------------------------------------------------------
-
-
-def energy_defect(program: Program) -> float:
-    """d stored/dt - supplied + dissipated at a random state, by central differences."""
-    dag = program.dag
-    states = [Symbol(Kind.STATE, k) for k in range(len(program.states))]
-    at = {s: 0.3 + 0.1 * s.index for s in states} | {Symbol(Kind.TIME, 0): 0.0}
-    rates = evaluate_nodes(dag, [s.derivative for s in program.states], at)
-    e = program.energy
-    supplied, dissipated = evaluate_nodes(dag, [e.supplied, e.dissipated], at)
-
-    def stored(h: float) -> float:
-        moved = {s: at[s] + h * v for s, v in zip(states, rates, strict=True)}
-        moved[Symbol(Kind.TIME, 0)] = h
-        return evaluate_nodes(dag, [e.stored], moved)[0]
-
-    return (stored(1e-5) - stored(-1e-5)) / 2e-5 - supplied + dissipated
-
-
-@pytest.mark.parametrize("make", [rlc, two_masses, duffing])
-def test_energy_is_kept_in_the_books(make: Callable[[], GraphBuilder]) -> None:
-    g = make()
-    g.accounts = ("residual",)
-    assert abs(energy_defect(program_of(g))) < 1e-8
-
-
-def test_a_field_that_is_no_energy_is_accounted_by_its_power() -> None:
-    g = GraphBuilder()
-    g.accounts = ("stored",)
-    g.junction("J1", "x", "y")
-    g.storage("C", "odd", [[2, 1], [0, 2]], Form.EFFORT)
-    for name in ("x", "y"):
-        g.storage("I", f"mass.{name}", 1)
-        g.bond(name, "odd")
-        g.bond(name, f"mass.{name}")
-    program = program_of(g)
-    assert program.states[-1].name == "odd.energy"
-    assert abs(energy_defect(program)) < 1e-8
-
-
-def test_energy_without_a_closed_form_is_integrated() -> None:
-    g = GraphBuilder()
-    g.accounts = ("stored",)
-    g.junction("J1", "body")
-    q = g.next_state(Kind.DISPLACEMENT)
-    g.storage("C", "spring", ExplicitLaw(Form.EFFORT, (g.dag.call(Op.SINH, q),)))
-    g.storage("I", "mass", 1)
-    g.fan("body", "spring", "mass")
-    program = program_of(g)
-    assert [s.name for s in program.states] == ["spring.q", "mass.p", "spring.energy"]
-    assert abs(energy_defect(program)) < 1e-8
-
-
-def test_the_energy_of_a_piecewise_law_is_found() -> None:
-    g = GraphBuilder()
-    g.accounts = ("stored",)
-    g.junction("J1", "body")
-    q = g.next_state(Kind.DISPLACEMENT)
-    force = g.dag.add(g.dag.mul(g.node(2), q), g.dag.mul(g.dag.call(Op.ABS, q), q))
-    g.storage("C", "spring", ExplicitLaw(Form.EFFORT, (force,)))
-    g.storage("I", "mass", 1)
-    g.fan("body", "spring", "mass")
-    program = program_of(g)
-    assert len(program.states) == 2
-    assert abs(energy_defect(program)) < 1e-8
 
 
 # --- scales -----------------------------------------------------------------------------------
