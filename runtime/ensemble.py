@@ -12,7 +12,8 @@ from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 
-from bgc.grammar.catalogue.machine import package_missing, unknown_column
+from bgc.grammar.catalogue.arguments import unknown_column
+from bgc.grammar.catalogue.machine import package_missing
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.runtime.binding import Array
 from bgc.runtime.files import written_whole

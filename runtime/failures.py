@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, assert_never
 
 from bgc.building.built import Place, Places
 from bgc.grammar.catalogue import run
-from bgc.grammar.catalogue.machine import parameter_out_of_range
+from bgc.grammar.catalogue.arguments import parameter_out_of_range
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.runtime.binding import Instance, Status, text
 

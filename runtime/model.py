@@ -12,7 +12,7 @@ import numpy as np
 
 from bgc.building.backends import BACKENDS
 from bgc.building.built import ENERGY_ACCOUNTS, Built, RunFacts
-from bgc.grammar.catalogue.machine import no_duration
+from bgc.grammar.catalogue.arguments import no_duration
 from bgc.grammar.catalogue.trade import nothing_measured
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.options import Options

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from bgc.grammar.catalogue.machine import (
+from bgc.grammar.catalogue.arguments import (
     parameter_folded,
     parameter_out_of_range,
     unknown_parameter,

@@ -13,7 +13,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bgc.building.built import Panel
-from bgc.grammar.catalogue.machine import bad_panel, nothing_to_draw, unknown_file_kind
+from bgc.grammar.catalogue.arguments import bad_panel
+from bgc.grammar.catalogue.machine import nothing_to_draw, unknown_file_kind
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.files import written_whole
 

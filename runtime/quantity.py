@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-from bgc.grammar.catalogue.machine import not_a_value, wrong_unit
+from bgc.grammar.catalogue.arguments import not_a_value, wrong_unit
 from bgc.grammar.diagnostics import BgError
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")

@@ -14,7 +14,8 @@ from zipfile import ZIP_DEFLATED, ZipFile
 import numpy as np
 
 from bgc.building.built import Panel
-from bgc.grammar.catalogue.machine import package_missing, unknown_column
+from bgc.grammar.catalogue.arguments import unknown_column
+from bgc.grammar.catalogue.machine import package_missing
 from bgc.grammar.catalogue.run import out_of_balance, value_not_finite
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.runtime.binding import Array

@@ -7,7 +7,7 @@ import os
 
 import numpy as np
 
-from bgc.grammar.catalogue.machine import bad_option, too_many_rows
+from bgc.grammar.catalogue.arguments import bad_option, too_many_rows
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.binding import Array
 

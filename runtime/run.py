@@ -13,14 +13,14 @@ from bgc.building.backends import BACKENDS, build_backend
 from bgc.building.built import RunFacts
 from bgc.building.cache import open_cache
 from bgc.building.toolchain import find_toolchain
-from bgc.grammar.catalogue.backends import solver_does_not_serve
-from bgc.grammar.catalogue.machine import (
+from bgc.grammar.catalogue.arguments import (
     bad_option,
     device_not_opened,
     step_needed,
     unknown_driver,
     unknown_solver,
 )
+from bgc.grammar.catalogue.backends import solver_does_not_serve
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.binding import (
     Array,

@@ -12,7 +12,7 @@ import numpy as np
 
 from bgc.cost import Cost, cost_of, lowered_program
 from bgc.driver import Compilation
-from bgc.grammar.catalogue.machine import no_duration
+from bgc.grammar.catalogue.arguments import no_duration
 from bgc.grammar.catalogue.stress import nominal_run_failed, nothing_to_judge
 from bgc.grammar.diagnostics import BgError
 from bgc.options import Options

@@ -8,7 +8,8 @@ from typing import Any, Literal, TypeVar
 
 import click
 
-from bgc.grammar.catalogue.machine import bad_assignment, cannot_write, unknown_file_kind
+from bgc.grammar.catalogue.arguments import bad_assignment
+from bgc.grammar.catalogue.machine import cannot_write, unknown_file_kind
 from bgc.grammar.diagnostics import BgError
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from bgc.driver import Compilation
-from bgc.grammar.catalogue.machine import no_duration
+from bgc.grammar.catalogue.arguments import no_duration
 from bgc.grammar.catalogue.stress import nominal_run_failed, nothing_to_judge
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.model import Model, compile_model

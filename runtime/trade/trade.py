@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bgc.grammar.catalogue.machine import bad_option, no_duration, unknown_solver
+from bgc.grammar.catalogue.arguments import bad_option, no_duration, unknown_solver
 from bgc.grammar.catalogue.trade import nothing_to_measure
 from bgc.grammar.diagnostics import BgError
 from bgc.options import Options
