@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bgc.grammar.diagnostics import BgError
+    from bgc.runtime.compiling import compile_model as compile
     from bgc.runtime.ensemble import Ensemble
     from bgc.runtime.failures import SimulationError
     from bgc.runtime.model import Model
-    from bgc.runtime.model import compile_model as compile
     from bgc.runtime.result import Result
     from bgc.runtime.trade.trade import Trade, trade
 
@@ -30,7 +30,7 @@ _HOMES = {
     "Result": ("bgc.runtime.result", "Result"),
     "SimulationError": ("bgc.runtime.failures", "SimulationError"),
     "Trade": ("bgc.runtime.trade.trade", "Trade"),
-    "compile": ("bgc.runtime.model", "compile_model"),
+    "compile": ("bgc.runtime.compiling", "compile_model"),
     "trade": ("bgc.runtime.trade.trade", "trade"),
 }
 

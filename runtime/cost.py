@@ -18,8 +18,8 @@ from bgc.emission.lowered import Lowered
 from bgc.grammar.diagnostics import BgError
 from bgc.options import Options
 from bgc.program import Dropped
+from bgc.runtime.compiling import load_model
 from bgc.runtime.linear import pencil_eigenvalues
-from bgc.runtime.model import load_model
 from bgc.runtime.progress import ProgressBar
 from bgc.variants import Variant, variants_of
 

@@ -245,7 +245,7 @@ def _is_served(model: Model, method: Method) -> bool:
 
 def _lane_library(model: Model) -> LaneLibrary:
     """Compile a model for batches, or take it from the cache; BG742 where its source changed."""
-    from bgc.runtime.model import load_or_compile
+    from bgc.runtime.compiling import load_or_compile
 
     assert model.origin is not None
     path, options = model.origin

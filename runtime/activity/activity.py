@@ -19,7 +19,8 @@ from bgc.options import Options
 from bgc.runtime.activity.changes import Change, possible_changes, with_changes
 from bgc.runtime.activity.powers import Activity, activities, metered_model
 from bgc.runtime.binding import Array
-from bgc.runtime.model import Model, load_model
+from bgc.runtime.compiling import load_model
+from bgc.runtime.model import Model
 from bgc.runtime.progress import ProgressBar
 from bgc.runtime.run import Method, choose_method
 from bgc.runtime.trade.errors import combined, largest_errors, quantities_of

@@ -64,7 +64,7 @@ def activity(
     from bgc.runtime.activity.tables import as_json as json_text
     from bgc.runtime.activity.tables import tables
     from bgc.runtime.cli.printing import print_tables
-    from bgc.runtime.model import compile_model
+    from bgc.runtime.compiling import compile_model
     from bgc.runtime.quantity import read_quantity
 
     model = compile_model(

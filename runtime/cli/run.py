@@ -83,8 +83,8 @@ def run(
 
     A run that fails, or that Ctrl-C or SIGTERM ends, still writes the rows up to there.
     """
+    from bgc.runtime.compiling import compile_model
     from bgc.runtime.failures import RunInterrupted, SimulationError
-    from bgc.runtime.model import compile_model
     from bgc.runtime.quantity import read_quantity
     from bgc.runtime.summary import summarise
 

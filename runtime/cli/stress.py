@@ -71,7 +71,7 @@ def stress(
     wrong without a word.
     """
     from bgc.runtime.cli.printing import print_tables
-    from bgc.runtime.model import compile_model
+    from bgc.runtime.compiling import compile_model
     from bgc.runtime.quantity import read_quantity
     from bgc.runtime.stress.stress import stress as drive_all
     from bgc.runtime.stress.tables import as_json as json_text

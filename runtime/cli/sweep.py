@@ -64,8 +64,8 @@ def sweep(
 
     Every combination of the values is an instance; with --sample, N points among them.
     """
+    from bgc.runtime.compiling import compile_model
     from bgc.runtime.ensemble import EnsembleInterrupted
-    from bgc.runtime.model import compile_model
     from bgc.runtime.quantity import read_quantity
     from bgc.runtime.sweep import grid, latin_hypercube, read_range
 

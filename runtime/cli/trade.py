@@ -73,7 +73,7 @@ def trade(
     the scene takes it. An interrupted command goes on where it was.
     """
     from bgc.runtime.cli.printing import print_tables
-    from bgc.runtime.model import compile_model
+    from bgc.runtime.compiling import compile_model
     from bgc.runtime.quantity import read_quantity
     from bgc.runtime.trade.configurations import KEEPS, RTOLS
     from bgc.runtime.trade.tables import tables

@@ -14,7 +14,8 @@ from bgc.driver import Compilation
 from bgc.grammar.catalogue.arguments import no_duration
 from bgc.grammar.catalogue.stress import nominal_run_failed, nothing_to_judge
 from bgc.grammar.diagnostics import BgError
-from bgc.runtime.model import Model, compile_model
+from bgc.runtime.compiling import compile_model
+from bgc.runtime.model import Model
 from bgc.runtime.progress import ProgressBar
 from bgc.runtime.run import FIXED_DEFAULT, Method, choose_method
 from bgc.runtime.stress.drives import (

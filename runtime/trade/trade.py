@@ -11,7 +11,8 @@ from bgc.grammar.catalogue.arguments import bad_option, no_duration, unknown_sol
 from bgc.grammar.catalogue.trade import nothing_to_measure
 from bgc.grammar.diagnostics import BgError
 from bgc.options import Options
-from bgc.runtime.model import Model, compile_model, load_model
+from bgc.runtime.compiling import compile_model, load_model
+from bgc.runtime.model import Model
 from bgc.runtime.parameters import Quantity as Value
 from bgc.runtime.rows import row_times
 from bgc.runtime.run import ADAPTIVE_DEFAULT

@@ -11,7 +11,7 @@ from scipy.linalg import expm
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.activity.activity import activity_report
 from bgc.runtime.cli.app import application
-from bgc.runtime.model import compile_model
+from bgc.runtime.compiling import compile_model
 
 MODELS = Path(__file__).parents[1] / "models" / "activity.bg"
 

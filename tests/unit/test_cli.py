@@ -15,6 +15,7 @@ from bgc.building.built import Built, RunFacts
 from bgc.building.cache import Cache
 from bgc.building.toolchain import find_toolchain
 from bgc.grammar.catalogue.pages import pages
+from bgc.runtime import compiling
 from bgc.runtime import model as runtime_model
 from bgc.runtime.cli.app import application
 
@@ -33,7 +34,7 @@ def library(tmp_path_factory) -> Path:
 def oscillator(library, monkeypatch) -> Built:
     """Whatever file is named: a model written by hand, without the compiler."""
     built = Built(library, RunFacts("swing", "Oscillator", COLUMNS, ACCOUNTS, duration=2.0))
-    monkeypatch.setattr(runtime_model, "load_or_compile", lambda path, options: built)
+    monkeypatch.setattr(compiling, "load_or_compile", lambda path, options: built)
     return built
 
 
@@ -94,7 +95,7 @@ def test_a_bug_is_status_70_and_shows_its_traceback_only_on_request(monkeypatch)
     def broken(*_: object) -> None:
         raise AssertionError("nobody expects this")
 
-    monkeypatch.setattr(runtime_model, "load_or_compile", broken)
+    monkeypatch.setattr(compiling, "load_or_compile", broken)
     monkeypatch.delenv("BGC_DEBUG", raising=False)
     result = bgc("run", "x.bg")
     assert result.exit_code == 70
@@ -179,7 +180,7 @@ def test_a_parameter_that_the_library_does_not_have_is_compiled_in(oscillator, m
         asked.append(options)
         return oscillator
 
-    monkeypatch.setattr(runtime_model, "load_or_compile", build)
+    monkeypatch.setattr(compiling, "load_or_compile", build)
     assert bgc("run", "x.bg", "--set", "n=3", "--set", "mass=2").exit_code == 0
     assert [options.overrides for options in asked] == [(), (("n", "3"),)]
 
@@ -192,9 +193,9 @@ def script(built: Built, tmp_path: Path) -> list[str]:
     text = f"""
         from pathlib import Path
         from bgc.building.built import Built, RunFacts
-        from bgc.runtime import cli, model
+        from bgc.runtime import cli, compiling
         facts = RunFacts("swing", "Oscillator", ("q",), duration=1e5)
-        model.load_or_compile = lambda path, options: Built(Path({str(built.library)!r}), facts)
+        compiling.load_or_compile = lambda path, options: Built(Path({str(built.library)!r}), facts)
         print("ready", flush=True)
         cli.main()
     """

@@ -13,7 +13,7 @@ from click.testing import CliRunner, Result
 from bgc.building.toolchain import find_toolchain
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.cli.app import application
-from bgc.runtime.model import compile_model
+from bgc.runtime.compiling import compile_model
 
 RC = """\
 /// A capacitor charged through a resistor.

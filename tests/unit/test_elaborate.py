@@ -1,4 +1,4 @@
-"""The flat graph of small models: values, parts, wiring, widths, units, laws."""
+"""The flat graph of small models: values, parts, wiring, widths, readings, domains, equations."""
 
 from fractions import Fraction
 

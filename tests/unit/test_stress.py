@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.cli.app import application
-from bgc.runtime.model import compile_model
+from bgc.runtime.compiling import compile_model
 from bgc.runtime.stress.drives import read_drive
 from bgc.runtime.stress.judge import Verdict
 from bgc.runtime.stress.stress import stress
