@@ -2,7 +2,7 @@
 
 Statements come in depth-first post-order from the outputs, so that values are used soon after
 they are made (in creation order the same code ran 1.3 times slower). A value used once is part
-of the expression that uses it. Beyond `CHUNK` operations a kernel is split into functions, and
+of the expression that uses it. Beyond a number of operations a kernel is cut into functions, and
 values that are used across the cut travel through the work array `w`: compile time stays
 linear, and no function is too large for the register allocator.
 """
@@ -19,7 +19,6 @@ from bgc.emission.print_c import DOUBLES, Numbers
 from bgc.emission.windows import pointed, repointed
 from bgc.graph import Node
 
-CHUNK = 100  # operations in one C function
 _INLINE = 20  # operations in one expression
 _LOOP = 8  # elements that are copied by a loop
 _ARGUMENT = re.compile(r"\b(?:\w+(?=\[)|t\b)")
@@ -100,7 +99,7 @@ def print_defaults(dag: Dag, values: Sequence[tuple[int, Node]]) -> KernelText:
     operations = 0
     helpers: set[str] = set()
     for index, node in _by_dependence(dag, values):
-        body = _Body(dag, (Store("p", index, node),), int(Level.CONST) - 1, {}, 0, chunk=None)
+        body = _Body(dag, (Store("p", index, node),), int(Level.CONST) - 1, {}, 0, whole=True)
         inner = "\n".join(f"        {line}" for line in body.chunks[0].lines)
         blocks.append(f"    if (!is_set[{index}]) {{\n{inner}\n    }}")
         operations += body.operations
@@ -178,8 +177,8 @@ class _Body:
         floor: int,
         leaves: dict[Node, str],
         reserved: int,
-        chunk: int | None = CHUNK,
         numbers: Numbers = DOUBLES,
+        whole: bool = False,
     ) -> None:
         self._dag = dag
         self._targets: dict[Node, list[str]] = {}
@@ -189,7 +188,7 @@ class _Body:
         self._order, self._uses = schedule.order, schedule.uses
         self.operations = len(self._order)
         self._statement: dict[Node, int] = {}  # node -> chunk of the statement that makes it
-        self._limit = chunk if chunk is not None else len(self._order) + len(stores) + 1
+        self._limit = len(self._order) + len(stores) + 1 if whole else numbers.part
         self._cut(self._limit)
         self._last: dict[Node, int] = {}  # node -> last chunk that reads it
         self._local: set[Node] = set()  # read in the chunk that makes it

@@ -8,11 +8,12 @@ left to the scalar functions of every instance.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from bgc.building.build import Unit
 from bgc.emission.emit import MODEL_FLAGS, is_large, print_matrix
 from bgc.emission.kernels import KernelText, print_kernel, prototype
-from bgc.emission.lowered import Lowered
+from bgc.emission.lowered import Kernel, Lowered
 from bgc.emission.print_c import LANES
 from bgc.emission.print_lu import matrix_prototypes
 
@@ -21,12 +22,10 @@ _KERNELS = ("rhs", "jacobian", "energy", "outputs", "asserts", "project")
 
 def lane_units(lowered: Lowered) -> tuple[Unit, ...]:
     """The C units to link with a model and its runtime, and with those of `runtime/c/lanes`."""
-    program = lowered.program
-    apart = is_large(program)
-    hoisted = {node: k for k, node in enumerate(lowered.hoisted)}
+    apart = is_large(lowered.program)
     kernels = {kernel.name: kernel for kernel in lowered.kernels if kernel.name in _KERNELS}
     texts = {
-        name: print_kernel(program.dag, kernel, hoisted, apart and name == "jacobian", LANES)
+        name: _jacobian(lowered, kernel, apart) if name == "jacobian" else _text(lowered, kernel)
         for name, kernel in kernels.items()
     }
     matrix = print_matrix(lowered, apart, LANES)
@@ -43,6 +42,24 @@ def lane_units(lowered: Lowered) -> tuple[Unit, ...]:
     if matrix.text:
         units.append(_unit("lanes_matrix", [*shared, matrix.text]))
     return tuple(units)
+
+
+def _text(lowered: Lowered, kernel: Kernel, shared: bool = False) -> KernelText:
+    hoisted = {node: k for k, node in enumerate(lowered.hoisted)}
+    return print_kernel(lowered.program.dag, kernel, hoisted, shared, LANES)
+
+
+def _jacobian(lowered: Lowered, kernel: Kernel, shared: bool) -> KernelText:
+    """The Jacobian, made by rows or by columns.
+
+    Every number takes a cache line here, so those that wait to be used crowd the cache: of a crane
+    of 70 states, 714 wait where it is made by rows, 239 by columns, and that takes 0.8 of the time.
+    """
+    columns = lowered.jacobian.columns
+    entries, by_time = kernel.stores[: len(columns)], kernel.stores[len(columns) :]
+    by_columns = (*sorted(entries, key=lambda store: columns[store.index]), *by_time)
+    orders = (kernel, replace(kernel, stores=by_columns))
+    return min((_text(lowered, each, shared) for each in orders), key=lambda text: text.work)
 
 
 def _texts(kernels: Iterable[KernelText]) -> list[str]:

@@ -232,13 +232,14 @@ class Numbers:
     """What the numbers of emitted functions are: their C type, and how the text differs.
 
     `prefix` begins the names of functions that belong to one unit, `shared` of those that units
-    share, `function` of mathematical ones.
+    share, `function` of mathematical ones. A long function is cut into parts of `part` operations.
     """
 
     type: str
     prefix: str
     shared: str
     function: str
+    part: int
     printer: Callable[[Dag, Mapping[Node, str]], Printer]
 
     def constant(self, text: str) -> str:
@@ -246,5 +247,5 @@ class Numbers:
         return f"{self.type}_of({text})" if self.function else text
 
 
-DOUBLES = Numbers("double", "model", "bgc_model", "", Printer)
-LANES = Numbers("lane", "lanes", "bgc_lanes", "lane_", LanePrinter)
+DOUBLES = Numbers("double", "model", "bgc_model", "", 100, Printer)
+LANES = Numbers("lane", "lanes", "bgc_lanes", "lane_", 250, LanePrinter)
