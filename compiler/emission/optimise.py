@@ -23,6 +23,7 @@ from bgc.program_nodes import map_program, program_roots
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
 _CONST, _SYMBOL, _DIV = map(int, (Op.CONST, Op.SYMBOL, Op.DIV))
+_ARITHMETIC = frozenset(map(int, (Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG)))  # of residues too
 
 
 def optimise(program: Program) -> Program:
@@ -38,16 +39,40 @@ def number_values(dag: Dag, roots: Sequence[Node]) -> tuple[Dag, dict[Node, Node
     """A new graph with the roots simplified, and the new node of every old one they need."""
     simple = Dag()
     residues = Fingerprints(dag).residues()
+    after = Fingerprints(simple)
     first: dict[tuple[int, ...], Node] = {}  # residues -> node
     new: dict[Node, Node] = {}
+    computed: set[Node] = set()  # their residues in `dag` are hashes of numbers now computed with
     for node in dag.reachable(roots):
-        new[node] = _known(simple, first, residues[node], _remake(dag, simple, node, new))
+        made = _remake(dag, simple, node, new)
+        if _is_computed(dag, simple, node, new, computed):
+            computed.add(node)
+            residues[node] = after.value(made)
+        new[node] = _known(simple, first, residues[node], made)
         if node in dag.places:
             simple.mark(new[node], dag.places[node])
-    after = Fingerprints(simple).residues()
+    now = after.residues()
     for root in roots:
-        assert after[new[root]] == residues[root], f"node {root} changed its value"
+        assert now[new[root]] == residues[root], f"node {root} changed its value"
     return simple, new
+
+
+def _is_computed(
+    dag: Dag, simple: Dag, node: Node, new: dict[Node, Node], computed: set[Node]
+) -> bool:
+    """Whether a function meets an operand that has turned out to be a number, or is of such.
+
+    `max(a - a + 2, 1)` is 2, which no hash of the operands tells.
+    """
+    if dag.op[node] <= _SYMBOL:
+        return False
+    is_function = dag.op[node] not in _ARITHMETIC
+    if not is_function and not computed:
+        return False
+    return any(
+        x in computed or (is_function and dag.op[x] != _CONST and simple.op[new[x]] == _CONST)
+        for x in dag.operands(node)
+    )
 
 
 def _remake(dag: Dag, simple: Dag, node: Node, new: dict[Node, Node]) -> Node:

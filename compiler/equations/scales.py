@@ -1,6 +1,8 @@
 """The unit in which each state's absolute tolerance counts.
 
-A momentum counts in that of its inertia at unit flow. A charge counts in that which gives the
+A momentum counts in what moves its own flow by one unit. Alone that is its inertia at unit flow; of
+several momenta that one matrix couples, M, it is 1/(M^-1)_ii, which does not grow with the lever
+from a body's frame to its centre of mass, as M_ii does. A charge counts in that which gives the
 compliance as much energy as the inertias beside it have at unit flow, `sqrt(m / k)`: an
 oscillation of a stiff spring is then resolved as finely as the momentum it belongs to, neither
 finer (which would cost small steps) nor coarser. A compliance without an inertia beside it
@@ -25,7 +27,7 @@ def port_scales(causal: CausalGraph, elements: Sequence[StorageElement]) -> dict
     for element in elements:
         for position, port in enumerate(element.ports):
             if port.port.role is Role.INERTIA:
-                size = _diagonal(dag, element, position, capacity=True)
+                size = _inertia(dag, element, position)
                 scales[port.index] = size or dag.one
                 for k in port.flow:
                     if size is not None:
@@ -35,6 +37,21 @@ def port_scales(causal: CausalGraph, elements: Sequence[StorageElement]) -> dict
             if port.port.role is Role.COMPLIANCE:
                 scales[port.index] = _of_compliance(dag, element, position, port, inertia)
     return scales
+
+
+def _inertia(dag: Dag, element: StorageElement, position: int) -> Node | None:
+    """What resists one flow while the others of the element are free; None if that varies."""
+    own = _diagonal(dag, element, position, capacity=True)
+    free = _diagonal(dag, element, position, capacity=False)
+    if own is None or free is None or _is_alone(dag, element, position):
+        return own
+    return dag.div(dag.one, free)
+
+
+def _is_alone(dag: Dag, element: StorageElement, position: int) -> bool:
+    """Whether no other momentum of the element moves the flow of this one."""
+    row = (element.law.capacity or ())[position]
+    return all(entry == dag.zero for k, entry in enumerate(row) if k != position)
 
 
 def _diagonal(dag: Dag, element: StorageElement, position: int, *, capacity: bool) -> Node | None:

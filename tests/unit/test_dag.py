@@ -123,6 +123,20 @@ def test_optimisation_finds_what_hashing_does_not(dag: Dag) -> None:
     assert program.states[1].derivative == program.dag.one
 
 
+def test_optimisation_computes_functions_of_what_turns_out_a_number(dag: Dag) -> None:
+    """`max(2, 1)` and `if 0 < 2` whose 2 only value numbering finds; and what is made of them."""
+    x, y = states(dag, 2)
+    rest = dag.sub(dag.mul(dag.add(x, y), dag.sub(x, y)), dag.mul(x, x))
+    two = dag.add(dag.add(rest, dag.mul(y, y)), dag.const(2))
+    assert dag.value(two) is None
+    largest = dag.call(Op.MAX, two, dag.one)
+    chosen = dag.select(dag.call(Op.LT, dag.zero, two), x, y)
+    program = optimise(make_program(dag, [dag.mul(largest, y), chosen]))
+    values = [s.derivative for s in program.states]
+    assert evaluate_nodes(program.dag, values, at([3.0, 5.0])) == [10.0, 3.0]
+    assert all(op not in {Op.MAX, Op.SELECT} for op in program.dag.op)
+
+
 def test_optimisation_shares_reciprocals(dag: Dag) -> None:
     x, y, z = states(dag, 3)
     program = optimise(make_program(dag, [dag.div(x, z), dag.div(y, z), dag.zero]))
