@@ -13,6 +13,7 @@ import numpy as np
 from bgc.grammar.catalogue.run import not_separable, not_settled
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.binding import Instance, Status
+from bgc.runtime.fast_modes import balancing, fast_projector
 from bgc.runtime.linear import Real, without_algebraic
 
 _ITERATIONS = 50
@@ -25,9 +26,8 @@ def settle(instance: Instance, frequency: float) -> Status:
 
     With the spectral projector P of the fast modes (eigenvalues beyond 2 pi times the frequency)
     of the Jacobian A, `x <- x - A^-1 P f(x)` until P f vanishes: Newton's method for the leading
-    term of the slow manifold (N. Fenichel, J. Differential Equations 31, 1979; the projector by
-    an ordered Schur form, Golub and Van Loan, Matrix Computations, 7.6). States without a rate
-    follow their equations.
+    term of the slow manifold (N. Fenichel, J. Differential Equations 31, 1979). States without a
+    rate follow their equations.
 
     Returns the status of an evaluation that failed.
 
@@ -82,19 +82,15 @@ def _correction(jacobian: Real, rates: Real, mass: Real, limit: float) -> tuple[
 
 def _fast_newton(slope: Real, rate: Real, limit: float) -> tuple[Real, Real, int]:
     """`-A^-1 P f` with the projector P on the modes of A beyond the limit, what balances A, and
-    the number of these modes.
+    the number of these modes; not a number where P cannot be told.
     """
-    from scipy.linalg import matrix_balance, schur, solve_sylvester
-
-    balanced, (scale, _) = matrix_balance(slope, permute=False, separate=True)
-    triangle, basis, fast = schur(
-        balanced, output="real", sort=lambda re, im: math.hypot(re, im) > limit
-    )
-    if fast == 0:
-        return np.zeros_like(rate), scale, 0
-    inner, slow = triangle[:fast, :fast], triangle[fast:, fast:]
-    turned = basis.T @ (rate / scale)
-    # P = basis [[1, R], [0, 0]] basis^T, where inner R - R slow = coupling
-    coupling = triangle[:fast, fast:]
-    within = turned[:fast] + solve_sylvester(inner, -slow, coupling) @ turned[fast:]
-    return scale * (basis[:, :fast] @ np.linalg.solve(inner, -within)), scale, int(fast)
+    scale = balancing(slope)
+    balanced = slope * scale / scale[:, None]
+    try:
+        projector, fast, between = fast_projector(balanced, limit)
+        # P f on the fast modes; what P leaves out stays zero, whatever A makes of it.
+        others = between * (np.eye(len(rate)) - projector)
+        step = np.linalg.solve(balanced @ projector + others, projector @ (-rate / scale))
+    except np.linalg.LinAlgError:
+        return np.full(len(rate), np.nan), scale, 0
+    return scale * step, scale, fast

@@ -258,7 +258,7 @@ def test_a_warm_start_loads_nothing_of_the_compiler(oscillator, tmp_path):
     path.write_text(
         text
         + "import sys, bgc.building.recall\nfrom bgc.runtime.cli.app import application\n"
-        + "try:\n    application.main(['run', 'x.bg', '--time', '1'])\n"
+        + "try:\n    application.main(['run', 'x.bg', '--time', '1', '--settle', '1 mHz'])\n"
         + "except SystemExit:\n    pass\n"
         + f"print(sorted(set(sys.modules) & {heavy!r}))\n"
     )
