@@ -134,6 +134,7 @@ typedef struct {
 
     /* Energies in J: stored at reset, and the integrals at t and at t_old. */
     double stored0, supplied, dissipated, supplied_old, dissipated_old;
+    double imbalance; /* of the accounts at t */
     double energy_scale; /* below 0: not settled yet */
     double largest_account;
     int account_rejections; /* in a row */

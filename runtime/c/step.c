@@ -10,6 +10,7 @@
 static const double safety = 0.9, least_factor = 0.2, largest_factor = 5.0;
 static const double proportional = 0.7, integral = 0.4;
 static const double least_remembered = 1e-2; /* a lucky small error does not slow the next step */
+static const double drift_weight = 4.0; /* a residual comes to a half of its tolerance */
 /* In a row: a power that grows from nothing has no energy to compare its error with at first. */
 enum { MOST_ACCOUNT_REJECTIONS = 8 };
 
@@ -101,10 +102,17 @@ static void settle_energy_scale(const bgc_model *m, bgc_data *d) {
     core->counts.exchanged = fmax(core->counts.exchanged, core->rtol * core->energy_scale);
 }
 
+/* The residual of the accounts at the end of a step. */
+static double residual_after(const bgc_core *core, const bgc_balance *balance) {
+    return balance->stored - core->stored0 - (core->supplied + balance->supplied) +
+           (core->dissipated + balance->dissipated);
+}
+
 /* Enters a step into the energy accounts. */
 static void enter(bgc_core *core, const bgc_balance *balance) {
     const double stored = balance->stored - core->stored0;
 
+    core->imbalance = residual_after(core, balance);
     core->supplied += balance->supplied;
     core->dissipated += balance->dissipated;
     core->largest_account = fmax(fmax(core->largest_account, fabs(stored)),
@@ -317,6 +325,22 @@ static double account_error(const bgc_core *core, const bgc_balance *balance) {
     return isfinite(balance->error) && balance->error > 0.0 ? balance->error / tolerance : 0.0;
 }
 
+/* How much the balance asks for a shorter next step. Each step is within its tolerances, but what
+ * they leave is often of one sign, and over a long run adds up to more than the accounts may be off.
+ * So what a step adds to the residual, over the tolerance of an average step's share of the energy,
+ * counts by how much of the tolerance of all the energy the residual has used up: a balance that
+ * stays small asks for nothing. At most the step is halved. */
+static double drift_error(const bgc_core *core, const bgc_balance *balance, double q,
+                          double error) {
+    const double residual = residual_after(core, balance), added = residual - core->imbalance;
+    const double energy = fmax(core->counts.exchanged, fmax(fabs(balance->stored), balance->moved));
+    const double share = fmax(balance->moved, energy / (double)(core->counts.steps + 1));
+    const double used = drift_weight * residual / (core->rtol * energy);
+    const double drift = used * added / (core->rtol * share);
+
+    return isfinite(drift) && drift > 0.0 ? fmin(drift, error * pow(2.0, q)) : 0.0;
+}
+
 /* The error of the dense output in the middle of a step to d->next, over the tolerances, for methods
  * whose own estimate is blind to stiff states that follow a slow motion: by L-stability these end
  * every step right, however long, and are wrong inside it. One linear iteration from the defect
@@ -409,6 +433,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
                           h * fmax(least_factor, safety * pow(error, -1.0 / q)));
         }
         core->account_rejections = 0;
+        error = fmax(error, drift_error(core, &balance, q, error));
     }
 
     /* The next step from this error and the one before; one that a sample cut short says nothing

@@ -13,7 +13,7 @@ from pathlib import Path
 from table import machine, pin, show
 
 _NAMES = ("kernels", "sundials", "scipy_solvers", "rigid_peers", "casadi_code",
-          "ensembles")  # fmt: skip
+          "ensembles", "long_runs")  # fmt: skip
 _PACKAGES = ("numpy", "scipy", "mujoco", "pin", "casadi")
 
 

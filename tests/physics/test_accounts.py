@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from bgc.runtime.run import Method
+from bgc.runtime.trade.measure import timed_run
+
 SOLVERS = ("rodas5p", "rodas4p2", "radau5", "dopri5")
 
 
@@ -56,3 +59,22 @@ def test_a_step_that_is_too_long_for_the_balance_is_told(load):
 def test_good_runs_are_not_warned_of_whatever_moves(load, scene, solver):
     step = 0.002 if solver in ("ros34prw", "midpoint") else None
     assert codes(load("accounts", scene).simulate(solver=solver, step=step)) == []
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6])
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_long_run_balances_within_the_tolerance(load, solver, rtol):
+    """What each step leaves is of one sign: without control of the sum, four tolerances here."""
+    result = load("accounts", "shaken").simulate(solver=solver, rtol=rtol)
+    assert np.abs(result["energy.residual"]).max() < rtol * result["energy.dissipated"][-1]
+
+
+def test_a_balance_that_stays_small_costs_no_steps(load):
+    """radau5 leaves little by itself: its steps are those of a run that keeps no books."""
+    model, method = load("accounts", "shaken"), Method("radau5", fixed=False, rtol=1e-6)
+    times = np.linspace(0, 200, 21)
+    with_accounts, without = (
+        timed_run(model, method, times, accounts=accounts, limit=60).counts["steps"]
+        for accounts in (True, False)
+    )
+    assert with_accounts == pytest.approx(without, rel=1e-2)

@@ -183,6 +183,14 @@ def test_energies_that_no_state_needs_are_as_accurate_as_alone():
     )
 
 
+def test_long_runs_balance_within_the_tolerance_as_alone():
+    model = bgc.compile(MODELS / "accounts.bg", scene="shaken")
+    ensemble = model.simulate_many({"shake": np.linspace(10, 20, 4)}, rtol=1e-5)
+    residual = np.abs(ensemble["energy.residual"]).max(axis=1)
+    assert ensemble.together == 4
+    assert (residual < 1e-5 * ensemble["energy.dissipated"][:, -1]).all()
+
+
 def test_what_batches_do_not_serve_runs_alone_and_gives_the_same_bits(oscillator):
     ensemble = oscillator.simulate_many({"k": np.linspace(5, 9, 5)}, solver="radau5")
     assert ensemble.together == 0

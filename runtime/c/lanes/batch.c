@@ -101,13 +101,14 @@ static void enter(bgc_batch *b, int count) {
         lane_set(&b->stored0, l, b->instance[l]->core.stored0);
         b->live |= may_join(b, b->instance[l]) ? 1u << l : 0u;
     }
-    b->supplied = b->dissipated = lane_of(0.0);
+    b->supplied = b->dissipated = b->imbalance = lane_of(0.0);
     b->t = b->t_old = b->option->t;
     b->error_old = 1.0;
     b->largest_account = b->energy_scale = lane_of(0.0);
     if (b->option->accounts && bgc_embedded(b->method) > 0) {
         bgc_batch_settle_energy_scale(b);
     }
+    b->exchanged = lane_max(lane_fabs(b->stored0), b->option->rtol * b->energy_scale);
     bgc_batch_check(b, b->t, b->x);
 }
 
@@ -153,6 +154,7 @@ static void leave(const bgc_batch *b, int count) {
         bgc_core *core = &b->instance[l]->core;
         if ((b->live >> l & 1u) != 0) {
             core->counts = b->counts;
+            core->counts.exchanged = lane_get(b->exchanged, l);
             core->t = b->t;
             core->ready = 0; /* its state is not that of the end: it has to be reset */
         }

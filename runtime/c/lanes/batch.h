@@ -31,7 +31,8 @@ typedef struct {
     lane *y0, *k, *stages;
     lane *next, *error, *point, *b, *residual, *magnitude, *output, *check, *work;
     lane stored0, supplied, dissipated, supplied_old, dissipated_old;
-    lane largest_account, energy_scale;
+    lane imbalance; /* of the accounts at t */
+    lane largest_account, exchanged, energy_scale;
 } bgc_batch;
 
 /* Energies in J of one step: bgc_balance on lanes. */

@@ -10,7 +10,7 @@
 
 static const double safety = 0.9, least_factor = 0.2, largest_factor = 5.0; /* see step.c */
 static const double proportional = 0.7, integral = 0.4;
-static const double least_remembered = 1e-2;
+static const double least_remembered = 1e-2, drift_weight = 4.0;
 enum { MOST_ACCOUNT_REJECTIONS = 8 };
 
 /* The lanes with an entry that is not finite. */
@@ -68,6 +68,12 @@ static void move_back(bgc_batch *b) {
     b->dense = b->f_valid = 0;
 }
 
+/* The residual of the accounts at the end of the step just made. */
+static lane residual_after(const bgc_batch *b, const bgc_lane_balance *balance) {
+    return balance->stored - b->stored0 - (b->supplied + balance->supplied) +
+           (b->dissipated + balance->dissipated);
+}
+
 /* Enters the step just made into the counts and the accounts; lanes in which an assertion fails
  * leave. */
 static void accept(bgc_batch *b, const bgc_lane_balance *balance) {
@@ -76,6 +82,7 @@ static void accept(bgc_batch *b, const bgc_lane_balance *balance) {
     b->counts.last_step = b->t - b->t_old;
     if (b->option->accounts) {
         const lane stored = lane_fabs(balance->stored - b->stored0);
+        b->imbalance = residual_after(b, balance);
         b->supplied_old = b->supplied;
         b->dissipated_old = b->dissipated;
         b->supplied += balance->supplied;
@@ -83,6 +90,8 @@ static void accept(bgc_batch *b, const bgc_lane_balance *balance) {
         b->largest_account =
             lane_max(lane_max(b->largest_account, stored),
                      lane_max(lane_fabs(b->supplied), lane_fabs(b->dissipated)));
+        b->exchanged =
+            lane_max(b->exchanged, lane_max(b->largest_account, lane_fabs(balance->stored)));
     }
 }
 
@@ -197,6 +206,21 @@ static lane account_error(const bgc_batch *b, const bgc_lane_balance *balance) {
     return lane_select(counts, balance->error / tolerance, lane_of(0.0));
 }
 
+/* How much the balance asks for a shorter next step: drift_error of step.c. */
+static double drift_error(const bgc_batch *b, const bgc_lane_balance *balance, double q,
+                          double error) {
+    const double rtol = b->option->rtol;
+    const lane residual = residual_after(b, balance), added = residual - b->imbalance;
+    const lane energy =
+        lane_max(b->exchanged, lane_max(lane_fabs(balance->stored), balance->moved));
+    const lane share = lane_max(balance->moved, energy / (double)(b->counts.steps + 1));
+    const lane drift =
+        drift_weight * residual / (rtol * energy) * (added / (rtol * share));
+    const lane counted = lane_select(bgc_is_finite(drift), drift, lane_of(0.0));
+
+    return fmin(largest(b, counted), error * pow(2.0, q));
+}
+
 static void attempt_adaptive(bgc_batch *b) {
     const double q = b->method->tableau->embedded + 1;
     double h, error = 1e-10, factor;
@@ -234,6 +258,7 @@ static void attempt_adaptive(bgc_batch *b) {
             return;
         }
         b->account_rejections = 0;
+        error = fmax(error, drift_error(b, &balance, q, error));
     }
     factor = safety * pow(error, -proportional / q) * pow(b->error_old, integral / q);
     factor = fmin(b->rejected ? 1.0 : largest_factor, fmax(least_factor, factor));
