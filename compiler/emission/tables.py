@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from bgc.algebra.dag import Kind, Symbol
-from bgc.algebra.evaluate import evaluate_nodes
+from bgc.defaults import default_values
 from bgc.emission.lowered import Lowered
 from bgc.graph import DeviceUse
 from bgc.program import Program
@@ -113,29 +113,12 @@ def quoted(text: str) -> str:
     return f'"{"".join(out)}"'
 
 
-def default_values(program: Program) -> list[float]:
-    """The default of every parameter, those computed from others among them."""
-    dag = program.dag
-    values: dict[Symbol, float] = {}
-    waiting = list(program.parameters)
-    while waiting:
-        later = []
-        for parameter in waiting:
-            needed = (dag.symbol_of(n) for n in dag.reachable([parameter.value]))
-            if all(symbol is None or symbol in values for symbol in needed):
-                value = evaluate_nodes(dag, [parameter.value], values)[0]
-                values[Symbol(Kind.PARAM, parameter.index)] = value
-            else:
-                later.append(parameter)
-        assert len(later) < len(waiting), "defaults of parameters depend on each other"
-        waiting = later
-    return [values[Symbol(Kind.PARAM, p.index)] for p in program.parameters]
-
-
 def _parameters(program: Program) -> list[str]:
     infinity = float("inf")
+    values = default_values(program.dag, program.parameters)
     rows = []
-    for parameter, value in zip(program.parameters, default_values(program), strict=True):
+    for parameter in program.parameters:
+        value = values[Symbol(Kind.PARAM, parameter.index)]
         low = -infinity if parameter.low is None else parameter.low
         high = infinity if parameter.high is None else parameter.high
         numbers = ", ".join(map(number, (value, low, high)))
