@@ -64,19 +64,21 @@ double bgc_norm(const bgc_model *m, const bgc_data *d, const double *v, const do
 /* Index of the first entry that is not finite, or -1. x - x is 0 for finite x and NaN otherwise,
  * so the common case is one pass without branches. */
 int bgc_first_bad(int n, const double *v) {
-    double sum[4] = {0.0, 0.0, 0.0, 0.0};
+    double sum[BGC_LANES] = {0.0}, all = 0.0;
     int i = 0;
 
-    for (; i + 4 <= n; i += 4) {
-        sum[0] += v[i] - v[i];
-        sum[1] += v[i + 1] - v[i + 1];
-        sum[2] += v[i + 2] - v[i + 2];
-        sum[3] += v[i + 3] - v[i + 3];
+    for (; i + BGC_LANES <= n; i += BGC_LANES) {
+        for (int l = 0; l < BGC_LANES; l++) {
+            sum[l] += v[i + l] - v[i + l];
+        }
     }
     for (; i < n; i++) {
-        sum[0] += v[i] - v[i];
+        all += v[i] - v[i];
     }
-    if (sum[0] + sum[1] + sum[2] + sum[3] == 0.0) {
+    for (int l = 0; l < BGC_LANES; l++) {
+        all += sum[l];
+    }
+    if (all == 0.0) {
         return -1;
     }
     for (i = 0; i < n; i++) {
