@@ -21,7 +21,7 @@ from bgc.program import Dropped
 from bgc.runtime.compiling import load_model
 from bgc.runtime.linear import pencil_eigenvalues
 from bgc.runtime.progress import ProgressBar
-from bgc.variants import Variant, variants_of
+from bgc.variants import Change, variants_of, with_changes
 
 _MOST_STATES = 1500  # of a Jacobian whose eigenvalues are looked for
 _FIXED_STEPS = 2000  # of a run that is measured
@@ -54,7 +54,7 @@ class Measured:
 class VariantCost:
     """A variant compiled: its cost, or in `refused` why it cannot stand there as it is."""
 
-    variant: Variant
+    variant: Change
     cost: Cost | None
     stiffness: float | None
     refused: str = ""
@@ -133,9 +133,8 @@ def cost_report(
     )
 
 
-def _variant_cost(base: Compilation, variant: Variant) -> VariantCost:
-    options = replace(base.options, uses=(*base.options.uses, variant.use))
-    compilation = Compilation(base.path, options)
+def _variant_cost(base: Compilation, variant: Change) -> VariantCost:
+    compilation = Compilation(base.path, with_changes(base.options, (variant,)))
     compilation.package = base.package
     try:
         lowered = lowered_program(compilation)

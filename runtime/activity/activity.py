@@ -16,15 +16,17 @@ from bgc.grammar.catalogue.arguments import no_duration
 from bgc.grammar.catalogue.stress import nominal_run_failed, nothing_to_judge
 from bgc.grammar.diagnostics import BgError
 from bgc.options import Options
-from bgc.runtime.activity.changes import Change, possible_changes, with_changes
+from bgc.runtime.activity.changes import Candidate, possible_changes
 from bgc.runtime.activity.powers import Activity, activities, metered_model
+from bgc.runtime.activity.store import keep_variants
 from bgc.runtime.binding import Array
 from bgc.runtime.compiling import load_model
 from bgc.runtime.model import Model
 from bgc.runtime.progress import ProgressBar
 from bgc.runtime.run import Method, choose_method
-from bgc.runtime.trade.errors import combined, largest_errors, quantities_of
+from bgc.runtime.trade.errors import largest_errors, quantities_of, worst_of
 from bgc.runtime.trade.measure import Run, timed_run
+from bgc.variants import Change, with_changes
 
 NEGLIGIBLE = 0.01
 WITHIN = 0.01
@@ -38,12 +40,15 @@ _PATIENCE = 10.0  # times the scene's own run
 class Trial:
     """Changes that were made together, and what came of them; without an error if `refused`.
 
-    `error` is the largest of what the scene observes, over its range or over what `require` asks
-    for; `time` the processor time, over that of the scene as it is.
+    `activity` is that of the elements they concern, J. `error` is the largest of what the scene
+    observes, over its range or over what `require` asks for, and `worst` the quantity that has it;
+    `time` the processor time, over that of the scene as it is.
     """
 
     changes: tuple[Change, ...]
+    activity: float
     error: float | None = None
+    worst: str = ""
     time: float | None = None
     cost: Cost | None = None
     refused: str = ""
@@ -75,6 +80,18 @@ class ActivityReport:
         """The activity of all elements, J."""
         return sum(activity.activity for activity in self.activities)
 
+    def will_do(self, trial: Trial) -> bool:
+        """Whether the error of a trial is within the limit."""
+        return trial.error is not None and trial.error <= self.limit
+
+    @property
+    def variants(self) -> tuple[tuple[Change, ...], ...]:
+        """The scenes that would do and take fewer operations, all together before one by one."""
+        cheaper = [t for t in self.trials if self.will_do(t) and _saves(t, self.cost)]
+        cheaper.sort(key=lambda trial: trial.time or 0.0)
+        together = [self.together] if self.together is not None else []
+        return tuple(dict.fromkeys(trial.changes for trial in (*together, *cheaper)))
+
 
 def activity_report(
     model: Model,
@@ -86,6 +103,8 @@ def activity_report(
     progress: bool = False,
 ) -> ActivityReport:
     """Measure where the energy of a scene goes, and try what it could do without.
+
+    What would do is stored for `bgc trade`.
 
     Parameters
     ----------
@@ -114,35 +133,44 @@ def activity_report(
         raise BgError([nothing_to_judge(model.facts.scene)])
     assert model.origin is not None
     method = choose_method(model.library, model.facts, None, None, None, None)
-    session = _Session(*model.origin, method, np.linspace(0.0, end, _ROWS + 1), within)
+    base = Compilation(*model.origin)
+    cost = cost_of(lowered_program(base))
+    session = _Session(*model.origin, method, np.linspace(0.0, end, _ROWS + 1), within, cost)
     session.begin(model)
     metered, graph = metered_model(model)
     run = timed_run(metered, method, session.times, accounts=False, limit=budget)
     if run.status != "done":
         raise BgError([nominal_run_failed(run.message)])
     found, spread = activities(metered, graph, session.times, run.rows)
-    base = Compilation(*model.origin)
-    changes = possible_changes(base.package, base.graph, found, negligible)
+    candidates = possible_changes(base.package, base.graph, found, negligible)
     trials: list[Trial] = []
-    with ProgressBar(len(changes), progress, "trying", " changes") as bar:
-        for change in changes:
+    with ProgressBar(len(candidates), progress, "trying", " changes") as bar:
+        for candidate in candidates:
             if time.monotonic() - started > budget:
                 break
             bar.show(len(trials))
-            trials.append(session.tried((change,)))
-    return ActivityReport(
+            trials.append(session.tried((candidate,)))
+    report = ActivityReport(
         scene=model.facts.scene or model.facts.model,
         method=method.name,
         duration=end,
         activities=found,
         spread=spread,
-        cost=cost_of(lowered_program(base)),
+        cost=cost,
         trials=tuple(trials),
         together=session.together(trials),
         limit=session.limit,
         required=session.required,
-        left=len(changes) - len(trials),
+        left=len(candidates) - len(trials),
     )
+    keep_variants(model, report.variants)
+    return report
+
+
+def _saves(trial: Trial, base: Cost) -> bool:
+    """Whether a step takes fewer operations than that of the scene as it is."""
+    found = trial.cost
+    return found is not None and found.operations(1, 1, 1, 1) < base.operations(1, 1, 1, 1)
 
 
 @dataclass
@@ -154,6 +182,7 @@ class _Session:
     method: Method
     times: Array
     within: float
+    cost: Cost
 
     def begin(self, model: Model) -> None:
         """Run the scene as it is; BG089 where it does not."""
@@ -186,8 +215,10 @@ class _Session:
         middle = statistics.median(run.seconds for run in done)
         return Run("done", "", done[0].rows, middle, done[0].counts)
 
-    def tried(self, changes: Sequence[Change]) -> Trial:
+    def tried(self, candidates: Sequence[Candidate]) -> Trial:
         """The scene with changes, run and compared."""
+        changes = tuple(candidate.change for candidate in candidates)
+        activity = sum(candidate.activity for candidate in candidates)
         options = with_changes(self.options, changes)
         try:
             compilation = Compilation(self.path, options)
@@ -195,16 +226,19 @@ class _Session:
             model = load_model(self.path, options)
         except BgError as problem:
             first = problem.diagnostics[0]
-            return Trial(tuple(changes), refused=f"{first.code}: {first.message}")
+            return Trial(changes, activity, refused=f"{first.code}: {first.message}")
         if [variable.name for variable in model.measured] != self._names:
-            return Trial(tuple(changes), refused="it observes something else")
+            return Trial(changes, activity, refused="it observes something else")
         run = self._timed(model, max(2.0, _PATIENCE * self._base.seconds))
         if run.status != "done":
-            return Trial(tuple(changes), refused=run.message)
+            return Trial(changes, activity, refused=run.message)
         errors = largest_errors(run.rows, self._base.rows)
+        quantity, error = worst_of(errors, self._quantities)
         return Trial(
-            tuple(changes),
-            combined(errors, self._quantities),
+            changes,
+            activity,
+            error / quantity.scale,
+            quantity.name,
             run.seconds / max(self._base.seconds, 1e-9),
             cost,
         )
@@ -212,19 +246,20 @@ class _Session:
     def together(self, trials: Sequence[Trial]) -> Trial | None:
         """The changes that will do and save something, the least error first, all at once.
 
-        The last ones are given up as long as all together do not. One change a slot.
+        The last ones are given up as long as all together do not. Of changes that exclude each
+        other, the first is taken.
         """
         good = [t for t in trials if t.error is not None and t.error <= self.limit]
+        good = [trial for trial in good if _saves(trial, self.cost)]
         good.sort(key=lambda trial: trial.error or 0.0)
-        chosen: dict[str, Change] = {}
-        for (change,) in (trial.changes for trial in good):
-            slots = (other.name for other in chosen.values() if other.is_use)
-            if not any(change.name.startswith(f"{slot}.") for slot in slots):
-                chosen.setdefault(change.name, change)
-        changes = list(chosen.values())
-        while changes:
-            trial = self.tried(changes)
-            if trial.error is not None and trial.error <= self.limit:
-                return trial
-            changes.pop()
+        chosen: list[Candidate] = []
+        for trial in good:
+            (change,) = trial.changes
+            if not any(change.excludes(other.change) for other in chosen):
+                chosen.append(Candidate(change, trial.activity))
+        while chosen:
+            found = self.tried(chosen)
+            if found.error is not None and found.error <= self.limit:
+                return found
+            chosen.pop()
         return None

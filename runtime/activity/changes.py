@@ -3,64 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.defaults import default_values
 from bgc.elaboration.modules import Package
 from bgc.graph import FlatGraph, Resistor, Storage
-from bgc.options import Options
 from bgc.runtime.activity.powers import Activity, below
 from bgc.runtime.stress.drives import law_nodes
-from bgc.variants import variants_of
+from bgc.variants import Change, variants_of
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
-    """A statement for the scene: `use slot = type;` or `set parameter = 0;`.
+class Candidate:
+    """A change to try, and the activity of the elements it concerns, J."""
 
-    `activity` is that of the elements it concerns, J.
-    """
-
-    name: str
-    value: str
-    is_use: bool
+    change: Change
     activity: float
-
-    @property
-    def statement(self) -> str:
-        """The line that a scene would say."""
-        return f"{'use' if self.is_use else 'set'} {self.name} = {self.value};"
-
-
-def with_changes(options: Options, changes: Sequence[Change]) -> Options:
-    """The options with the changes made."""
-    uses = tuple((c.name, c.value) for c in changes if c.is_use)
-    sets = tuple((c.name, c.value) for c in changes if not c.is_use)
-    return replace(options, uses=(*options.uses, *uses), overrides=(*options.overrides, *sets))
 
 
 def possible_changes(
     package: Package, graph: FlatGraph, found: Sequence[Activity], negligible: float
-) -> tuple[Change, ...]:
+) -> tuple[Candidate, ...]:
     """What concerns no more than a share `negligible` of all activity, the least first.
 
     Slots filled otherwise, and parameters which at zero leave an element without an effect.
     """
     most = negligible * sum(activity.activity for activity in found)
-    changes = [*_uses(package, graph, found), *_zeros(graph, found)]
-    fitting = [change for change in changes if change.activity <= most]
-    return tuple(sorted(fitting, key=lambda change: change.activity))
+    candidates = [*_uses(package, graph, found), *_zeros(graph, found)]
+    fitting = [candidate for candidate in candidates if candidate.activity <= most]
+    return tuple(sorted(fitting, key=lambda candidate: candidate.activity))
 
 
-def _uses(package: Package, graph: FlatGraph, found: Sequence[Activity]) -> Iterator[Change]:
+def _uses(package: Package, graph: FlatGraph, found: Sequence[Activity]) -> Iterator[Candidate]:
     for variant in variants_of(package, graph):
-        if (activity := below(found, variant.slot)) is not None:
-            yield Change(variant.slot, variant.type, True, activity)
+        if (activity := below(found, variant.name)) is not None:
+            yield Candidate(variant, activity)
 
 
-def _zeros(graph: FlatGraph, found: Sequence[Activity]) -> Iterator[Change]:
+def _zeros(graph: FlatGraph, found: Sequence[Activity]) -> Iterator[Candidate]:
     """Parameters that switch elements off, and nothing else.
 
     One whose value of zero makes all nodes of some laws zero, and which no other law holds.
@@ -74,7 +56,7 @@ def _zeros(graph: FlatGraph, found: Sequence[Activity]) -> Iterator[Change]:
             continue
         if (parameter.low is None or parameter.low <= 0) and _given(parameter.index, values) != 0:
             activity = sum(by_name.get(name, 0.0) for name in elements)
-            yield Change(parameter.name, "0", False, activity)
+            yield Candidate(Change(parameter.name, "0", is_use=False), activity)
 
 
 def _given(index: int, values: Mapping[Symbol, float]) -> float:

@@ -67,10 +67,10 @@ def _trials(report: ActivityReport) -> Table:
 def _row(trial: Trial, report: ActivityReport) -> tuple[str, ...]:
     (change,) = trial.changes
     name = change.statement.rstrip(";")
-    share = _share(change.activity, report)
+    share = _share(trial.activity, report)
     if trial.error is None or trial.cost is None or trial.time is None:
         return (name, share, "", "", "", "", "", "", trial.refused)
-    fits = "will do" if trial.error <= report.limit else "too far off"
+    fits = "will do" if report.will_do(trial) else f"too far off in {trial.worst}"
     return (
         name,
         share,
@@ -96,7 +96,7 @@ def _advice(report: ActivityReport) -> Table:
     saved = report.cost.states - together.cost.states
     note = (
         f"together: {saved} states less, {together.time:.2f} of the time, "
-        f"error {together.error:.1e}; run and compared"
+        f"error {together.error:.1e} in {together.worst}; run and compared"
     )
     return Table("lines for the scene", (), lines, note)
 
@@ -124,6 +124,7 @@ def _trial(trial: Trial) -> dict[str, Any]:
     return {
         "changes": [change.statement for change in trial.changes],
         "error": trial.error,
+        "worst": trial.worst,
         "time": trial.time,
         "states": None if trial.cost is None else trial.cost.states,
         "refused": trial.refused,

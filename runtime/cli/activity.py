@@ -10,6 +10,7 @@ from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import (
     model_file,
     read_assignments,
+    read_uses,
     scene_option,
     set_option,
     use_option,
@@ -68,7 +69,7 @@ def activity(
     from bgc.runtime.quantity import read_quantity
 
     model = compile_model(
-        file, scene, dict(read_assignments(assignments)), uses=dict(read_assignments(uses))
+        file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
     )
     print_diagnostics(model.warnings)
     report = activity_report(

@@ -117,7 +117,7 @@ def _variants(report: CostReport) -> Table:
     fitting = [v for v in report.variants if v.cost is not None]
     rows = [("as it is", "", *base), *(_row(report, variant) for variant in fitting)]
     notes = [
-        f"{v.variant.slot} = {v.variant.type} does not fit as it is: {v.refused}"
+        f"{v.variant.name} = {v.variant.value} does not fit as it is: {v.refused}"
         for v in report.variants
         if v.cost is None
     ]
@@ -132,8 +132,8 @@ def _variants(report: CostReport) -> Table:
 def _row(report: CostReport, variant: VariantCost) -> tuple[str, ...]:
     assert variant.cost is not None
     return (
-        variant.variant.slot,
-        variant.variant.type,
+        variant.variant.name,
+        variant.variant.value,
         *_counts(variant.cost),
         _rate(variant.stiffness),
         _time(report.estimate(variant.cost)),
@@ -169,8 +169,8 @@ def _as_json(report: CostReport) -> dict[str, Any]:
         "unmeasured": report.unmeasured,
         "variants": [
             {
-                "slot": v.variant.slot,
-                "type": v.variant.type,
+                "slot": v.variant.name,
+                "type": v.variant.value,
                 "cost": None if v.cost is None else asdict(v.cost),
                 "stiffness": v.stiffness,
                 "step_seconds": None if v.cost is None else report.estimate(v.cost),

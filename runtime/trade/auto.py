@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from bgc.building.backends import BACKENDS
 from bgc.runtime.model import Model
 from bgc.runtime.parameters import Quantity
 from bgc.runtime.run import Method
@@ -13,6 +14,6 @@ from bgc.runtime.trade.store import stored_answer
 def stored_method(model: Model, parameters: Mapping[str, Quantity]) -> Method | None:
     """The stored answer for a model with these parameters, None if there is none that holds."""
     values = model.parameters.given(parameters)
-    known = model.solvers
+    known = (*model.solvers, *BACKENDS)
     method = stored_answer(model, values)
     return method if method is not None and method.name in known else None

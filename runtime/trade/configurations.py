@@ -8,28 +8,27 @@ from dataclasses import dataclass
 from itertools import zip_longest
 
 from bgc.runtime.run import Method
+from bgc.variants import Change
 
 RTOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 KEEPS = (1, 2, 5)
 _FACTORS = (5.0, 2.0, 1.0, 0.5, 0.2)  # of the scene's step, or of a typical one
-_WITHOUT_JACOBIAN = ("rk4", "heun", "dopri5")
-
-Uses = tuple[tuple[str, str], ...]
+EXPLICIT = ("rk4", "heun", "dopri5")  # without a Jacobian
 
 
 @dataclass(frozen=True, slots=True)
 class Configuration:
     """One way to run a scene: adaptive with `rtol`, or with a fixed `step` in s.
 
-    `keep` is the number of steps over which a Jacobian is kept, `uses` are the slots that are
-    filled otherwise than in the scene.
+    `keep` is the number of steps over which a Jacobian is kept, `changes` are lines that make
+    another scene of it, a variant.
     """
 
     solver: str
     rtol: float = 0.0
     step: float = 0.0
     keep: int = 1
-    uses: Uses = ()
+    changes: tuple[Change, ...] = ()
 
     @property
     def fixed(self) -> bool:
@@ -49,14 +48,14 @@ class Configuration:
 
     @property
     def variant(self) -> str:
-        """What fills slots otherwise, as `--use` takes it; empty for the scene as it is."""
-        return ", ".join(f"{slot}={type_}" for slot, type_ in self.uses)
+        """The lines that are changed, without `use` and `set`; empty for the scene as it is."""
+        return ", ".join(f"{change.name}={change.value}" for change in self.changes)
 
     @property
     def label(self) -> str:
         """All of it in a line."""
         text = f"{self.solver} {self.setting}"
-        return f"{text} with {self.variant}" if self.uses else text
+        return f"{text} with {self.variant}" if self.changes else text
 
     def statement(self, settle: float = 0.0) -> str:
         """The line that a scene would say; `settle`, 1/s, is how its start is made, if not 0."""
@@ -68,9 +67,9 @@ class Configuration:
         return f"solver {self.solver}({', '.join(options)});"
 
     @property
-    def ladder(self) -> tuple[str, int, Uses]:
+    def ladder(self) -> tuple[str, int, tuple[Change, ...]]:
         """What configurations that differ in their step or tolerance alone have in common."""
-        return self.solver, self.keep, self.uses
+        return self.solver, self.keep, self.changes
 
 
 def spelled_time(seconds: float) -> str:
@@ -97,7 +96,7 @@ def scene_configurations(
     ladders = [[Configuration(name, rtol=rtol) for rtol in rtols] for name in adaptive]
     for place, keep in enumerate(sorted(keeps)):
         for name in fixed:
-            if name not in _WITHOUT_JACOBIAN:
+            if name not in EXPLICIT:
                 ladders.append([Configuration(name, step=step, keep=keep) for step in steps])
             elif place == 0:
                 ladders.append([Configuration(name, step=step) for step in steps])

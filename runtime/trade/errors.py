@@ -72,7 +72,13 @@ def largest_errors(rows: Array, reference: Array) -> tuple[float, ...]:
     return tuple(np.max(np.abs(rows - reference), axis=0).tolist())
 
 
+def worst_of(errors: Sequence[float], quantities: Sequence[Quantity]) -> tuple[Quantity, float]:
+    """Of the quantities that decide, the one with the largest error over its scale; its error."""
+    pairs = [(q, e) for q, e in zip(quantities, errors, strict=True) if q.decides]
+    return max(pairs, key=lambda pair: pair[1] / pair[0].scale)
+
+
 def combined(errors: Sequence[float], quantities: Sequence[Quantity]) -> float:
     """The worst error of those that decide, over its scale."""
-    pairs = zip(errors, quantities, strict=True)
-    return max(error / q.scale for error, q in pairs if q.decides)
+    quantity, error = worst_of(errors, quantities)
+    return error / quantity.scale

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from bgc.runtime.trade.configurations import Configuration, spelled_time
-from bgc.runtime.trade.errors import Quantity, combined
-from bgc.runtime.trade.measurement import Measurement
+from bgc.runtime.trade.errors import Quantity, combined, worst_of
+from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 
 DEFAULT_ACCURACY = 1e-3  # of the range, where a scene requires nothing
 _AT_THE_REFERENCE = 3.0  # times its accuracy: errors below it are not told from its own
+_USELESS = 1e3  # times the limit, or all of the range: nothing is known by that
 _BETTER = 0.95  # times an error: what is not below it is no gain
 
 
@@ -21,8 +23,8 @@ class Target:
     `required` says whether errors are in terms of `require`, and 1 is the limit; else they are
     parts of the range. `deadline` is in s, None where there is none. `sample` is the period of the
     scene's devices, s, None without devices: a longer step would take fewer samples than the scene
-    says. `floor` is the error below which the reference tells nothing. `settle` is the scene's
-    option of that name, 1/s.
+    says. `floor` is the error below which the reference tells nothing, and `verified` whether that
+    is well below what is asked for. `settle` is the scene's option of that name, 1/s.
     """
 
     quantities: tuple[Quantity, ...]
@@ -30,6 +32,7 @@ class Target:
     deadline: float | None = None
     sample: float | None = None
     floor: float = 0.0
+    verified: bool = True
     settle: float = 0.0
 
     @property
@@ -63,10 +66,13 @@ class Target:
         """Whether devices are sampled as often as the scene says."""
         return self.sample is None or row.configuration.step <= self.sample * (1 + 1e-9)
 
+    def fits(self, row: Measurement) -> bool:
+        """Whether it will do: accurate, in time, and with all samples."""
+        return self.accurate(row) and self.timely(row) and self.samples(row)
+
     def worst_quantity(self, row: Measurement) -> tuple[Quantity, float]:
         """The quantity that decides, with its error."""
-        pairs = [(q, e) for q, e in zip(self.quantities, row.errors, strict=True) if q.decides]
-        return max(pairs, key=lambda pair: pair[1] / pair[0].scale)
+        return worst_of(row.errors, self.quantities)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,24 +85,29 @@ class Verdict:
 
 
 def judge(rows: Sequence[Measurement], target: Target) -> Verdict:
-    """Find the front, and the cheapest configuration that is accurate and timely."""
+    """Find the front, and the cheapest configuration that is accurate and timely.
+
+    Nothing is recommended on a reference that is not verified.
+    """
     found = front(rows, target)
-    fit = [r for r in rows if target.accurate(r) and target.timely(r) and target.samples(r)]
-    best = min((r for r in fit if not r.configuration.uses), key=lambda r: r.cpu, default=None)
+    if not target.verified:
+        return Verdict(None, found, _UNVERIFIED)
+    fit = [row for row in rows if target.fits(row)]
+    best = min((r for r in fit if not r.configuration.changes), key=lambda r: r.cpu, default=None)
     sentences = [_of_best(best, target) if best is not None else _of_none(rows, target)]
-    other = min((r for r in fit if r.configuration.uses), key=lambda r: r.cpu, default=None)
+    other = min((r for r in fit if r.configuration.changes), key=lambda r: r.cpu, default=None)
     if other is not None and (best is None or other.cpu < best.cpu):
-        share = f"{other.cpu / best.cpu:.0%} of that time" if best else _cost(other)
-        sentences.append(f"{other.configuration.label} would do too, in {share}.")
+        sentences.append(_of_variant(other, best, target))
     return Verdict(best, found, " ".join(sentences))
 
 
 def front(rows: Iterable[Measurement], target: Target) -> frozenset[Configuration]:
     """The configurations that no other beats in both time and error.
 
-    Errors at the reference's accuracy count as equal, and so do those that differ by a hair.
+    Errors at the reference's accuracy count as equal, and so do those that differ by a hair. What
+    is beyond all use is not on it.
     """
-    least, found = float("inf"), []
+    least, found = _USELESS * target.limit, []
     done = (row for row in rows if row.done)
     for row in sorted(done, key=lambda row: (row.cpu, target.error(row))):
         error = max(target.error(row), _AT_THE_REFERENCE * target.floor)
@@ -107,6 +118,11 @@ def front(rows: Iterable[Measurement], target: Target) -> frozenset[Configuratio
 
 
 # --- the sentence -----------------------------------------------------------------------------
+
+_UNVERIFIED = (
+    "Nothing is recommended: the two methods of the reference do not agree well enough to measure "
+    "errors against it."
+)
 
 
 def _of_best(row: Measurement, target: Target) -> str:
@@ -122,37 +138,68 @@ def _of_best(row: Measurement, target: Target) -> str:
     return f"{text} with {', '.join(details)}."
 
 
+def _of_variant(row: Measurement, best: Measurement | None, target: Target) -> str:
+    configuration = row.configuration
+    lines = " ".join(change.statement for change in configuration.changes)
+    share = f"would do too, in {row.cpu / best.cpu:.0%} of that time" if best else "would do"
+    return (
+        f"With `{lines}`, `{configuration.statement(target.settle)}` {share}: "
+        f"{_error(row, target)}, {_cost(row)}."
+    )
+
+
 def _of_none(rows: Sequence[Measurement], target: Target) -> str:
     """Why no configuration will do, and what would: the nearest on each side."""
-    done = [r for r in rows if r.done and target.samples(r) and not r.configuration.uses]
+    ours = [row for row in rows if not row.configuration.changes]
+    done = [row for row in ours if row.done and target.samples(row)]
     if not done:
+        if any(row.message == OUT_OF_BUDGET for row in ours):
+            return "The budget was spent before anything was measured: the same command goes on."
         return "No configuration completed the run."
-    accurate = [r for r in done if target.accurate(r)]
-    timely = [r for r in done if target.timely(r)]
-    finest = min(timely or done, key=target.error)
-    if not accurate:
-        which = "within the deadline " if target.deadline is not None and timely else ""
-        found = f"the most accurate {which}is {finest.configuration.label} with "
-        return (
-            f"No configuration meets {_limit(target)}: {found}{_error(finest, target)}. "
-            f"A smaller step or tolerance might (`--steps`, `--rtols`), or a `require` "
-            f"{target.error(finest) / target.limit:.2g} times as wide."
-        )
-    quickest = min(accurate, key=lambda r: (not r.certain, r.worst))
-    text = (
-        f"No configuration meets {_limit(target)} and the deadline of "
-        f"{spelled(target.deadline or 0.0)}. Of those accurate enough, the quickest is "
-        f"{quickest.configuration.label}: worst {_worst(quickest, target)}, {_cost(quickest)}."
-    )
-    if timely:
-        text += (
-            f" Of those in time, the most accurate is {finest.configuration.label} with "
-            f"{_error(finest, target)}."
-        )
-    noise = (
-        "" if quickest.certain else ", if it is not the machine that was busy with something else"
-    )
-    return f"{text} A deadline of {spelled(quickest.worst)} would do{noise}."
+    accurate = [row for row in done if target.accurate(row)]
+    timely = [row for row in done if target.timely(row)]
+    asked = [_limit(target)] if not accurate or timely else []
+    if target.deadline is not None and (accurate or not timely):
+        asked.append(f"the deadline of {spelled(target.deadline)}")
+    sentences = [f"No configuration meets {' and '.join(asked)}."]
+    if accurate:
+        sentences.append(_of_quickest(accurate, "Of those accurate enough, the quickest", target))
+        if timely:
+            sentences.append(_of_finest(timely, "Of those in time, the most accurate", target))
+        return " ".join(sentences)
+    sentences.append(_of_finest(timely or done, "The most accurate", target))
+    if target.deadline is not None and not timely:
+        sentences.append(_of_quickest(done, "None is in time; the quickest", target))
+    sentences.append("A smaller step or tolerance may be accurate enough (`--steps`, `--rtols`).")
+    return " ".join(sentences)
+
+
+def _of_finest(rows: Sequence[Measurement], what: str, target: Target) -> str:
+    """The most accurate, and the `require` that it would meet."""
+    row = min(rows, key=target.error)
+    text = f"{what} is {row.configuration.label} with {_error(row, target)}"
+    short = [
+        f"`require {quantity.name} within {_above(error)} {quantity.unit}".rstrip() + ";`"
+        for quantity, error in zip(target.quantities, row.errors, strict=True)
+        if quantity.required and error > quantity.scale
+    ]
+    return f"{text}: {' and '.join(short)} would be met." if short else f"{text}."
+
+
+def _of_quickest(rows: Sequence[Measurement], what: str, target: Target) -> str:
+    """The one with the least worst time, and the deadline that it would keep."""
+    row = min(rows, key=lambda row: (not row.certain, row.worst))
+    text = f"{what} is {row.configuration.label}: worst {_worst(row, target)}, {_cost(row)}."
+    if row.cpu > 1.0:
+        return f"{text} It does not keep up with the time of the scene."
+    busy = "" if row.certain else ", if it was not the machine that was busy with something else"
+    return f"{text} A deadline of {spelled_time(float(_above(row.worst)))} would be kept{busy}."
+
+
+def _above(value: float) -> str:
+    """Two digits, rounded up."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 1) if value > 0 else 1.0
+    return f"{math.ceil(value / unit * (1 - 1e-12)) * unit:.12g}"
 
 
 def _limit(target: Target) -> str:

@@ -23,9 +23,9 @@ _PACED = 60_000  # periods of a run that are looked at one by one
 class Run:
     """What came of a run.
 
-    `status` is `done`, `stopped` at its limit, or `failed` with `message`. `rows` hold the
-    model's outputs, then the four energy accounts if they were wanted, those that were not
-    reached as NaN. `seconds` is the processor time of the computation alone.
+    `status` is `done`, `stopped` at its limit, or with `message` `failed`, or `refused` before it
+    started. `rows` hold the model's outputs, then the four energy accounts if they were wanted,
+    those that were not reached as NaN. `seconds` is the processor time of the computation alone.
     """
 
     status: str
@@ -63,7 +63,7 @@ def timed_run(
                 return Run("failed", message, rows, seconds, counts)
     except BgError as problem:
         first = problem.diagnostics[0]
-        return Run("failed", f"{first.code}: {first.message}", rows, 0.0, {})
+        return Run("refused", f"{first.code}: {first.message}", rows, 0.0, {})
     if not np.isfinite(rows).all():
         return Run("failed", "BG712: an observed value is not finite", rows, seconds, counts)
     return Run("done", "", rows, seconds, counts)

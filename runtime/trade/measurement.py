@@ -7,8 +7,9 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from bgc.runtime.trade.configurations import Configuration
+from bgc.variants import Change
 
-DONE = "done"
+DONE, FAILED, REFUSED = "done", "failed", "refused"
 OUT_OF_BUDGET = "not run: the budget was spent; the same command goes on"
 
 
@@ -21,8 +22,8 @@ class Measurement:
     configuration
         What was run.
     status, message
-        `done`; or `failed`, `stopped` (it took too long) or `skipped`, with the reason. All that
-        follows is of the first only.
+        `done`; or `failed`, `stopped` (it took too long), `refused` (nothing was run) or
+        `skipped`, with the reason. All that follows is of the first only.
     errors
         Largest absolute error of each quantity, in its unit.
     residual
@@ -88,6 +89,6 @@ def measurement_from_json(value: Any) -> Measurement:
     """Read what `as_json` made; KeyError, TypeError or ValueError where it is something else."""
     fields = dict(value)
     given = dict(fields.pop("configuration"))
-    given["uses"] = tuple((str(slot), str(type_)) for slot, type_ in given["uses"])
+    given["changes"] = tuple(Change(**change) for change in given["changes"])
     errors: Sequence[float] = fields.pop("errors")
     return Measurement(Configuration(**given), errors=tuple(map(float, errors)), **fields)

@@ -12,7 +12,17 @@ import matplotlib
 
 from bgc.runtime.files import written_whole
 from bgc.runtime.trade.measurement import Measurement
-from bgc.runtime.trade.tables import cells, header, legend, ordered, reference_lines
+from bgc.runtime.trade.tables import (
+    VARIANT_HEADER,
+    VARIANT_NOTE,
+    VARIANTS,
+    cells,
+    header,
+    legend,
+    ordered,
+    reference_lines,
+    variant_rows,
+)
 
 if TYPE_CHECKING:
     from bgc.runtime.trade.trade import Trade
@@ -87,7 +97,7 @@ more accurate. Times are processor times, medians of several runs for rows on or
 worst is what has to be done by a deadline.</p>
 <div class="wide">{_configurations(trade)}</div>
 <ul class="marks">{"".join(f"<li>{escape(line)}</li>" for line in legend(trade))}</ul>
-{_quantities(trade)}{_not_measured(trade)}<h2>What was measured against what</h2>
+{_variants(trade)}{_quantities(trade)}{_not_measured(trade)}<h2>What was measured against what</h2>
 <ul>
 {facts}<li>difference of the two methods at each tolerance tried: {escape(levels)}</li>
 </ul>
@@ -151,6 +161,27 @@ def _sort_keys(trade: Trade, row: Measurement) -> dict[str, float]:
     }
     counts = {"steps": "steps", "f": "rhs", "J": "jacobians", "LU": "factorisations"}
     return keys | {head: row.counts.get(name, 0.0) for head, name in counts.items()}
+
+
+def _variants(trade: Trade) -> str:
+    """The error that each variant brings, and what it saves."""
+    found = variant_rows(trade)
+    if not found:
+        return ""
+    names = ("variant", "in", "cheapest that will do")
+    kinds = [" class=name" if name in names else "" for name in VARIANT_HEADER]
+    heads = "".join(f"<th{k}>{escape(h)}</th>" for k, h in zip(kinds, VARIANT_HEADER, strict=True))
+    rows = "".join(
+        "<tr>"
+        + "".join(f"<td{k}>{escape(cell)}</td>" for k, cell in zip(kinds, row, strict=True))
+        + "</tr>\n"
+        for row in found
+    )
+    return (
+        f"<h2>{VARIANTS.capitalize()}</h2>\n<p>{escape(VARIANT_NOTE.capitalize())}.</p>\n"
+        f'<div class="wide"><table><thead><tr>{heads}</tr></thead><tbody>\n{rows}</tbody>'
+        "</table></div>\n"
+    )
 
 
 def _quantities(trade: Trade) -> str:

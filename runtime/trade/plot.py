@@ -14,9 +14,9 @@ from bgc.grammar.catalogue.machine import nothing_to_draw, unknown_file_kind
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.files import written_whole
 from bgc.runtime.plot import COLOURS, KINDS, STYLE
-from bgc.runtime.trade.configurations import Uses
 from bgc.runtime.trade.judge import spelled
 from bgc.runtime.trade.measurement import Measurement
+from bgc.variants import Change
 
 if TYPE_CHECKING:
     from bgc.runtime.trade.trade import Trade
@@ -50,7 +50,7 @@ def _draw(trade: Trade) -> Figure:
     axes.set_yscale("log")
     looks: dict[str, tuple[str, str]] = {}
     looks_left = zip(cycle(COLOURS), cycle(_MARKERS), strict=False)
-    for (solver, keep, uses), rows in _lines(trade).items():
+    for (solver, keep, changes), rows in _lines(trade).items():
         if solver not in looks:
             looks[solver] = next(looks_left)
         colour, marker = looks[solver]
@@ -61,8 +61,8 @@ def _draw(trade: Trade) -> Figure:
             color=colour,
             marker=marker,
             markersize=4.5,
-            markerfacecolor="white" if keep > 1 or uses else colour,
-            linestyle=":" if uses else "-" if keep == 1 else "--",
+            markerfacecolor="white" if keep > 1 or changes else colour,
+            linestyle=":" if changes else "-" if keep == 1 else "--",
             linewidth=1.0,
             alpha=0.9 if keep == 1 else 0.65,
             label=solver if first else None,
@@ -80,9 +80,9 @@ def _draw(trade: Trade) -> Figure:
     return figure
 
 
-def _lines(trade: Trade) -> dict[tuple[str, int, Uses], list[Measurement]]:
+def _lines(trade: Trade) -> dict[tuple[str, int, tuple[Change, ...]], list[Measurement]]:
     """The completed measurements by what their line has in common, coarse to fine."""
-    found: dict[tuple[str, int, Uses], list[Measurement]] = {}
+    found: dict[tuple[str, int, tuple[Change, ...]], list[Measurement]] = {}
     for row in trade.measurements:
         if row.done and trade.target.error(row) <= _BEYOND * max(trade.target.limit, 1.0):
             found.setdefault(row.configuration.ladder, []).append(row)

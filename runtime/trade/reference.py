@@ -17,7 +17,7 @@ METHODS = ("radau5", "rodas5p", "rodas4p2", "dopri5")  # the first two that comp
 RTOLS = (1e-8, 1e-10, 1e-12)
 _ROUNDING = 1e-12  # an agreement that no tighter tolerance betters
 _OF_REQUIRED = 0.1
-_OF_RANGE = 1e-3
+_OF_RANGE = 1e-4
 
 Solve = Callable[[Method, float], Run]
 """Runs a method for at most so many seconds."""

@@ -17,7 +17,7 @@ from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.errors import combined, largest_errors, quantities_of
 from bgc.runtime.trade.judge import Target, front
 from bgc.runtime.trade.measure import Run, paced_worst, timed_run
-from bgc.runtime.trade.measurement import DONE, OUT_OF_BUDGET, Measurement
+from bgc.runtime.trade.measurement import DONE, OUT_OF_BUDGET, REFUSED, Measurement
 from bgc.runtime.trade.reference import Reference, find_reference
 from bgc.runtime.trade.store import Store
 
@@ -26,8 +26,10 @@ _AT_LEAST = 5.0  # s that any configuration may take
 _AS_THE_REFERENCE = 3.0  # times the time of the reference, beyond which nothing is waited for
 _DEFAULT_SAMPLE = 1e-3  # s, of devices in a scene that gives no step: see bgc.h
 _SHORT = 0.05  # s: so short a run is repeated at once
+_MOST_REPEATS = 25  # of the shortest runs, whose times the machine disturbs most
 _MOST_PACED = 12  # configurations that are tried for the deadline
-_MEASURING = 0.7  # of the budget, before the rest goes to deadlines and repetitions
+# Shares of the budget kept from measuring: for deadlines and repetitions, and for variants.
+WITHOUT_VARIANTS, WITH_VARIANTS = 0.3, 0.6
 _SAME = 0.01  # part by which errors and counts of steps may differ and still be the same
 _NEAR = 1.2  # times the time of a configuration on the front: may be on it, but for noise
 
@@ -37,8 +39,8 @@ class Session:
     """Measures configurations of one scene against one reference.
 
     `times` are those of the rows, s. `repeats` is the number of runs that times are medians of.
-    `budget` bounds the whole, s. `audited` is the model with its energy accounts, where the model
-    itself has none.
+    `budget` bounds the whole, s, of which a share `reserve` is left for later. `audited` is the
+    model with its energy accounts, where the model itself has none.
     """
 
     model: Model
@@ -48,6 +50,7 @@ class Session:
     budget: float
     progress: bool = False
     audited: Model | None = None
+    reserve: float = WITHOUT_VARIANTS
     started: float = field(default_factory=time.monotonic)
 
     @property
@@ -92,6 +95,7 @@ class Session:
             deadline=facts.deadline,
             sample=(facts.step or _DEFAULT_SAMPLE) if self._sampled else None,
             floor=reference.accuracy,
+            verified=reference.converged,
             settle=dict(facts.solver_options).get("settle", 0.0),
         )
 
@@ -103,13 +107,12 @@ class Session:
     ) -> tuple[Measurement, ...]:
         """Measure configurations in their order, except what a coarser one makes needless."""
         rows: list[Measurement] = []
-        given_up: dict[object, str] = {}
+        given_up: dict[object, tuple[str, str]] = {}  # with a status and a reason
         coarser: dict[object, Measurement] = {}
         with ProgressBar(len(configurations), self.progress, "measuring", "") as bar:
             for count, configuration in enumerate(configurations):
-                reason = given_up.get(configuration.ladder, "")
-                if reason:
-                    rows.append(Measurement(configuration, "skipped", reason))
+                if configuration.ladder in given_up:
+                    rows.append(Measurement(configuration, *given_up[configuration.ladder]))
                     continue
 
                 def watch(reached: float, count: int = count) -> None:
@@ -118,8 +121,10 @@ class Session:
                 row = self.measured(configuration, reference, watch)
                 rows.append(row)
                 last = coarser.get(configuration.ladder)
-                if reason := _why_no_finer(row, last, target):
-                    given_up[configuration.ladder] = reason
+                if row.status == REFUSED:
+                    given_up[configuration.ladder] = REFUSED, row.message
+                elif reason := _why_no_finer(row, last, target):
+                    given_up[configuration.ladder] = "skipped", reason
                 coarser[configuration.ladder] = row
         return tuple(rows)
 
@@ -139,23 +144,33 @@ class Session:
         return tuple(finished)
 
     def in_time(self, rows: Sequence[Measurement], target: Target) -> tuple[Measurement, ...]:
-        """The same, with the worst times of the cheapest that are accurate, up to one in time."""
+        """The same, with the worst times of those that they matter for.
+
+        Of the cheapest that are accurate, up to the first in time where there is a deadline; then
+        of those on the front.
+        """
         found = {row.configuration: row for row in rows}
         fit = [row for row in rows if target.accurate(row) and target.samples(row)]
         tried = 0
         for row in sorted(fit, key=lambda row: row.cpu):
-            period = _period(row.configuration, target)
-            if target.deadline is None or tried == _MOST_PACED or self.left <= 0:
+            if target.deadline is None or tried == _MOST_PACED:
                 break
-            if period is not None and not row.paced and not _hopeless(row, period, target):
-                tried += 1
-                row = self._paced(row, period)
-                found[row.configuration] = row
+            period = _period(row.configuration, target)
+            if period is not None and not _hopeless(row, period, target):
+                tried += not row.paced
+                row = found[row.configuration] = self._paced(row, period)
             if target.timely(row) and row.certain:
                 break
+        on_front = front(rows, target)
+        for row in (row for row in rows if row.configuration in on_front):
+            if (period := _period(row.configuration, target)) is not None:
+                found[row.configuration] = self._paced(found[row.configuration], period)
         return tuple(found.values())
 
     def _paced(self, row: Measurement, period: float) -> Measurement:
+        """A measurement with its paced worst time; as it is when the budget is spent."""
+        if row.paced or self.left <= 0:
+            return row
         method = row.configuration.method
         worst = paced_worst(self.model, method, period, self.duration, self.repeats)
         found = replace(row, paced=worst)
@@ -173,13 +188,14 @@ class Session:
         if (stored := self.store.measurement(content, configuration)) is not None:
             return stored
         limit = max(_AT_LEAST, _AS_THE_REFERENCE * reference.seconds)
-        left = self.left - (1.0 - _MEASURING) * self.budget
+        left = self.left - self.reserve * self.budget
         if left <= 0:
             return Measurement(configuration, "skipped", OUT_OF_BUDGET)
         found = self._measured(configuration, reference, min(limit, left), watch)
         if found.status == "stopped" and left < limit:
             return Measurement(configuration, "skipped", OUT_OF_BUDGET)
-        self.store.keep(content, found)
+        if found.status != REFUSED:  # what is missing may be installed
+            self.store.keep(content, found)
         return found
 
     def _measured(
@@ -198,7 +214,7 @@ class Session:
             return Measurement(configuration, first.status, first.message, counts=first.counts)
         runs = [first]
         if first.seconds < _SHORT:
-            runs += self._again(configuration, self.repeats - 1)
+            runs += self._again(configuration, self._repeats(first.seconds) - 1)
         width = len(model.measured)
         residual = _residual(first, width) if accounts else None
         if self.audited is not None:  # accounts cost time, which is not to be counted
@@ -219,12 +235,16 @@ class Session:
         """A measurement with the medians of more runs; as it is when the budget is spent."""
         if self.left <= 0:
             return row
-        runs = self._again(row.configuration, self.repeats)
+        runs = self._again(row.configuration, self._repeats(row.cpu * self.duration))
         if len(runs) < self.repeats:
             return row
         found = self._timed(row, runs)
         self.store.keep(self.model.facts.content, found)
         return found
+
+    def _repeats(self, seconds: float) -> int:
+        """How often to repeat a run of so many seconds: the shorter, the more often."""
+        return max(self.repeats, min(_MOST_REPEATS, int(_SHORT / max(seconds, 1e-9))))
 
     def _again(self, configuration: Configuration, count: int) -> list[Run]:
         model = self.model
@@ -287,7 +307,7 @@ def _hopeless(row: Measurement, period: float, target: Target) -> bool:
 def _near_front(rows: Sequence[Measurement], target: Target) -> frozenset[Configuration]:
     """Configurations that may be on the front, or the cheapest that will do, but for noise."""
     on_front = [row for row in rows if row.configuration in front(rows, target)]
-    fit = [r for r in rows if target.accurate(r) and target.timely(r) and target.samples(r)]
+    fit = [row for row in rows if target.fits(row)]
     on_front += sorted(fit, key=lambda row: row.cpu)[:1]
     return frozenset(
         row.configuration

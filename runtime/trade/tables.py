@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from bgc.printing.tables import Table
 from bgc.runtime.files import written_whole
 from bgc.runtime.trade.judge import spelled
-from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
+from bgc.runtime.trade.measurement import FAILED, OUT_OF_BUDGET, REFUSED, Measurement
 
 if TYPE_CHECKING:
     from bgc.runtime.trade.errors import Quantity
@@ -139,7 +139,7 @@ def _remark(trade: Trade, row: Measurement) -> str:
     """Of a worst time: that it is too long, or may be."""
     if trade.target.late(row):
         return " late"
-    return "" if row.certain or trade.target.deadline is None else " ?"
+    return "" if row.certain else " ?"
 
 
 def tables(trade: Trade, everything: bool = False) -> list[Table]:
@@ -153,16 +153,21 @@ def tables(trade: Trade, everything: bool = False) -> list[Table]:
         notes.append(f"{hidden} more are slower or less accurate: `--all` shows them")
     title = f"{trade.scene} of {trade.model}: {spelled(trade.duration)}"
     rows = tuple(cells(trade, row) for row in shown)
+    variants = variant_rows(trade)
     return [
         Table(title, (), reference_lines(trade)),
         Table("configurations, cheapest first", header(trade), rows, "\n".join(notes)),
+        Table(VARIANTS, VARIANT_HEADER, variants, VARIANT_NOTE if variants else ""),
         Table("not measured", (), _unfinished([row for row in found if not row.done])),
     ]
 
 
 def legend(trade: Trade) -> tuple[str, ...]:
-    """What the marks of a table mean."""
-    lines = ["* on the Pareto front, => recommended, < no larger than the reference's own error"]
+    """What the marks and the headings of a table mean."""
+    lines = [
+        "* on the Pareto front, => recommended, < no larger than the reference's own error",
+        "cpu/s: processor time for a second of the scene; residual: of the energy exchanged",
+    ]
     if any(not trade.target.samples(row) for row in trade.measurements):
         lines.append("† takes fewer samples of the devices than the scene says: not recommended")
     if any(row.mean_step > row.worst for row in trade.measurements if row.done):
@@ -189,6 +194,34 @@ def reference_lines(trade: Trade) -> tuple[tuple[str, ...], ...]:
         lines.append(f"deadline {what}: {spelled(trade.target.deadline)}")
     lines.append(f"on: {trade.machine}")
     return tuple((line,) for line in lines)
+
+
+VARIANTS = "variants, against the scene as it is"
+VARIANT_HEADER = ("variant", "its error", "in", "cheapest that will do", "cpu/s", "of the scene's")
+VARIANT_NOTE = "its error: of the finest run, what is left is the variant's own"
+
+
+def variant_rows(trade: Trade) -> tuple[tuple[str, ...], ...]:
+    """For each variant the error that it brings, and the cheapest way to run it that will do."""
+    best = trade.verdict.recommended
+    by_variant: dict[str, list[Measurement]] = {}
+    for row in trade.measurements:
+        if row.configuration.changes and row.done:
+            by_variant.setdefault(row.configuration.variant, []).append(row)
+    found = []
+    for variant, rows in by_variant.items():
+        finest = min(rows, key=trade.target.error)
+        quantity, _ = trade.target.worst_quantity(finest)
+        cells = (variant, f"{trade.target.error(finest):.1e}", quantity.name)
+        fit = [row for row in rows if trade.target.fits(row)]
+        if not fit:
+            found.append((*cells, "none", "", ""))
+            continue
+        row = min(fit, key=lambda row: row.cpu)
+        name = f"{row.configuration.solver} {row.configuration.setting}"
+        share = f"{row.cpu / best.cpu:.0%}" if best is not None else ""
+        found.append((*cells, name, spelled(row.cpu), share))
+    return tuple(found)
 
 
 def _scaled(quantity: Quantity) -> str:
@@ -222,10 +255,10 @@ def _unfinished(rows: Sequence[Measurement]) -> tuple[tuple[str, ...], ...]:
     for row in rows:
         configuration = row.configuration
         name = configuration.solver
-        name += f" with {configuration.variant}" if configuration.uses else ""
+        name += f" with {configuration.variant}" if configuration.changes else ""
         if row.message == OUT_OF_BUDGET:
             name = ""
-        kind = row.message.partition(": ")[0] if row.status == "failed" else row.message
+        kind = row.message.partition(": ")[0] if row.status in (FAILED, REFUSED) else row.message
         kinds.setdefault((name, row.status, kind), []).append(row)
     return tuple(
         (
@@ -243,4 +276,4 @@ def _sampled(trade: Trade) -> bool:
 
 
 def _varied(trade: Trade) -> bool:
-    return any(row.configuration.uses for row in trade.measurements)
+    return any(row.configuration.changes for row in trade.measurements)

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bgc.building.backends import BACKENDS
 from bgc.grammar.catalogue.arguments import bad_option, no_duration, unknown_solver
 from bgc.grammar.catalogue.trade import nothing_to_measure
 from bgc.grammar.diagnostics import BgError
-from bgc.options import Options
-from bgc.runtime.compiling import compile_model, load_model
+from bgc.runtime.compiling import compile_model
 from bgc.runtime.model import Model
 from bgc.runtime.parameters import Quantity as Value
 from bgc.runtime.rows import row_times
@@ -20,7 +20,6 @@ from bgc.runtime.trade.configurations import (
     KEEPS,
     RTOLS,
     Configuration,
-    Uses,
     round_step,
     scene_configurations,
     step_ladder,
@@ -29,9 +28,9 @@ from bgc.runtime.trade.errors import Quantity
 from bgc.runtime.trade.judge import Target, Verdict, judge
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 from bgc.runtime.trade.reference import Reference
-from bgc.runtime.trade.session import Session
+from bgc.runtime.trade.session import WITH_VARIANTS, WITHOUT_VARIANTS, Session
 from bgc.runtime.trade.store import machine_description, open_store
-from bgc.runtime.trade.variants import chosen_variants, with_uses
+from bgc.runtime.trade.variants import audited, chosen_variants, measure_variants
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -157,14 +156,17 @@ def trade(
     parameters, uses
         As for `bgc.compile`.
     solvers
-        Methods; by default all.
+        Methods; by default all, and the solvers of others that are installed.
     rtols, steps, keeps
         Tolerances of adaptive methods; steps of fixed-step ones, s, by default around the scene's
         step; numbers of steps over which a Jacobian is kept.
     variants
-        Slots to fill otherwise as well: a slot's path, a pattern with `*` for several together, or
-        `all`. Their errors are against the scene as it is, and they are measured with what is on
-        the scene's own front.
+        Other scenes to measure against this one: a slot's path, for each type that fits it; a
+        pattern with `*` for several slots together; `all` for each slot; `activity` for what
+        `bgc activity` finds that the scene can do without; or lines as a scene says them,
+        `"use link = Joined; set friction = 0"`. Their errors are against the scene as it is. They
+        are measured with what is on its front, and by explicit methods that did not get through
+        it.
     duration
         Seconds to simulate; by default the scene's.
     budget
@@ -199,15 +201,19 @@ def trade(
     if fresh:
         store.clear()
     times = row_times(end, facts.every, None, len(loaded.measured))
-    session = Session(loaded, store, times, repeats, budget, progress, _audited(loaded))
+    session = Session(loaded, store, times, repeats, budget, progress, audited(loaded))
+    others = chosen_variants(session, variants) if variants else ()
+    if others:
+        session.reserve = WITH_VARIANTS
     reference = session.reference()
     target = session.target(reference)
     ladder = _ladder(session, reference, end) if steps is None and fixed else tuple(steps or ())
     configurations = scene_configurations(adaptive, fixed, rtols, ladder, keeps)
     rows = session.measure(configurations, reference, target)
     rows = session.repeat(session.in_time(rows, target), target)
-    if variants:
-        rows += _of_variants(session, variants, rows, reference, target)
+    if others:
+        session.reserve = WITHOUT_VARIANTS
+        rows += measure_variants(session, others, rows, reference, target)
     verdict = judge(rows, target)
     complete = end == facts.duration
     best = verdict.recommended
@@ -242,7 +248,7 @@ def _loaded(
 
 def _methods(model: Model, solvers: Sequence[str] | None) -> tuple[list[str], list[str]]:
     """Adaptive and fixed-step methods, of those that are asked for."""
-    known = model.solvers
+    known = (*model.solvers, *BACKENDS)
     for name in solvers or ():
         if name not in known:
             raise BgError([unknown_solver(name, known)])
@@ -258,55 +264,6 @@ def _ladder(session: Session, reference: Reference, duration: float) -> tuple[fl
         row = session.measured(Configuration(ADAPTIVE_DEFAULT, rtol=_TYPICAL_RTOL), reference)
         step = round_step(duration / max(row.counts.get("steps", 1000.0), 1.0))
     return step_ladder(step, duration)
-
-
-def _of_variants(
-    session: Session,
-    patterns: Sequence[str],
-    rows: Sequence[Measurement],
-    reference: Reference,
-    target: Target,
-) -> tuple[Measurement, ...]:
-    """Variants, each with the configurations that are on the front of the scene as it is."""
-    origin = session.model.origin
-    if origin is None:
-        raise ValueError("a model without its source has no variants")
-    path, options = origin
-    found = judge(rows, target).front
-    configurations = [row.configuration for row in rows if row.configuration in found]
-    measured: list[Measurement] = []
-    for uses in chosen_variants(path, options, patterns):
-        ours = [replace(configuration, uses=uses) for configuration in configurations]
-        try:
-            varied = _variant(session, path, options, uses)
-        except BgError as problem:
-            first = problem.diagnostics[0]
-            message = f"{first.code}: {first.message}"
-            measured += [Measurement(one, "failed", message) for one in ours[:1]]
-            continue
-        found_rows = varied.in_time(varied.measure(ours, reference, target), target)
-        measured += varied.repeat(found_rows, target)
-    return tuple(measured)
-
-
-def _variant(session: Session, path: Path, options: Options, uses: Uses) -> Session:
-    """A session of the same scene with slots filled otherwise."""
-    model = load_model(path, with_uses(options, uses))
-    for name, value in session.model.parameters.given({}).items():
-        if name in model.parameters:
-            model.parameters[name] = value
-    return replace(session, model=model, audited=_audited(model))
-
-
-def _audited(model: Model) -> Model | None:
-    """The model with its energy accounts, where it has none; None where they are not to be had."""
-    if model.accounts or model.origin is None:
-        return None
-    path, options = model.origin
-    found = load_model(path, replace(options, audited=True))
-    for name, value in model.parameters.given({}).items():
-        found.parameters[name] = value
-    return found
 
 
 def _warnings(

@@ -1,4 +1,4 @@
-"""Variants of a scene's slots: which are tried, and their models."""
+"""Variants of a scene: which are tried, and how they do against the scene as it is."""
 
 from __future__ import annotations
 
@@ -6,48 +6,164 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import TypeAlias
 
 from bgc.driver import Compilation
+from bgc.grammar.catalogue.arguments import bad_assignment
 from bgc.grammar.catalogue.trade import no_such_slot
 from bgc.grammar.diagnostics import BgError
 from bgc.options import Options
-from bgc.runtime.trade.configurations import Uses
-from bgc.variants import variants_of
+from bgc.runtime.activity.activity import activity_report
+from bgc.runtime.activity.store import stored_variants
+from bgc.runtime.compiling import load_model
+from bgc.runtime.model import Model
+from bgc.runtime.trade.configurations import EXPLICIT, Configuration
+from bgc.runtime.trade.judge import Target, front
+from bgc.runtime.trade.measurement import REFUSED, Measurement
+from bgc.runtime.trade.reference import Reference
+from bgc.runtime.trade.session import Session
+from bgc.variants import Change, variants_of, with_changes
 
-ALL = "all"
+Variant: TypeAlias = tuple[Change, ...]
+"""Lines that are changed together."""
+
+ALL, ACTIVITY = "all", "activity"
+_ACTIVITY_SHARE = 0.3  # of the budget, to find what the scene can do without
 
 
-def chosen_variants(path: Path, options: Options, patterns: Sequence[str]) -> tuple[Uses, ...]:
-    """What to fill slots with, by the patterns that a user gives.
+def chosen_variants(session: Session, patterns: Sequence[str]) -> tuple[Variant, ...]:
+    """What to change, by the patterns that a user gives.
 
     `crane.elbow.lock` is one slot, and `all` each slot by itself. A pattern with `*` exchanges all
-    slots that it matches together, by each type that fits all of them.
+    slots that it matches together, by each type that fits all of them. `activity` is what
+    `bgc activity` finds that the scene can do without; lines with `=` are taken as they are:
+    `use crane.elbow.lock = Rigid[5]; set handle.damping = 0`.
 
     Raises
     ------
     BgError
-        BG093: a pattern matches no slot that something else fits.
+        BG064: a line is none; BG093: a pattern matches no slot that something else fits.
     """
-    if not patterns:
-        return ()
-    compilation = Compilation(path, options)
-    by_slot: dict[str, list[str]] = {}
-    for variant in variants_of(compilation.package, compilation.graph):
-        by_slot.setdefault(variant.slot, []).append(variant.type)
-    found: list[Uses] = []
+    path, options = _origin(session.model)
+    by_slot = _types_by_slot(path, options)
+    found: list[Variant] = []
     for pattern in patterns:
-        if pattern == ALL:
-            found += [((slot, type_),) for slot, types in by_slot.items() for type_ in types]
-            continue
-        slots = [slot for slot in by_slot if fnmatchcase(slot, pattern)]
-        if not slots:
-            raise BgError([no_such_slot(pattern, tuple(by_slot))])
-        first, *others = (by_slot[slot] for slot in slots)
-        common = [type_ for type_ in first if all(type_ in other for other in others)]
-        found += [tuple((slot, type_) for slot in slots) for type_ in common]
+        if "=" in pattern:
+            found.append(_lines(pattern))
+        elif pattern == ALL:
+            found += [(Change(slot, type_),) for slot, types in by_slot.items() for type_ in types]
+        elif pattern == ACTIVITY:
+            found += _spared(session)
+        else:
+            found += _matching(pattern, by_slot)
     return tuple(dict.fromkeys(found))
 
 
-def with_uses(options: Options, uses: Uses) -> Options:
-    """The options that fill slots so."""
-    return replace(options, uses=(*options.uses, *uses))
+def _types_by_slot(path: Path, options: Options) -> dict[str, list[str]]:
+    compilation = Compilation(path, options)
+    by_slot: dict[str, list[str]] = {}
+    for change in variants_of(compilation.package, compilation.graph):
+        by_slot.setdefault(change.name, []).append(change.value)
+    return by_slot
+
+
+def _lines(text: str) -> Variant:
+    """Lines of a scene: `use` or `set`, or a slot alone as `--use` takes it."""
+    changes = []
+    for line in filter(None, (part.strip() for part in text.split(";"))):
+        word, _, rest = line.partition(" ")
+        stated = rest if word in ("use", "set") else line
+        name, _, value = (part.strip() for part in stated.partition("="))
+        if not (name and value):
+            raise BgError([bad_assignment(line, '--variants "use elbow.lock = Rigid[5]"')])
+        changes.append(Change(name, value, is_use=word != "set"))
+    return tuple(changes)
+
+
+def _matching(pattern: str, by_slot: dict[str, list[str]]) -> list[Variant]:
+    slots = [slot for slot in by_slot if fnmatchcase(slot, pattern)]
+    if not slots:
+        raise BgError([no_such_slot(pattern, tuple(by_slot))])
+    first, *others = (by_slot[slot] for slot in slots)
+    common = [type_ for type_ in first if all(type_ in other for other in others)]
+    return [tuple(Change(slot, type_) for slot in slots) for type_ in common]
+
+
+def _spared(session: Session) -> tuple[Variant, ...]:
+    """What `bgc activity` found, or finds now."""
+    if (stored := stored_variants(session.model)) is not None:
+        return stored
+    return activity_report(
+        session.model,
+        duration=session.duration,
+        budget=_ACTIVITY_SHARE * session.budget,
+        progress=session.progress,
+    ).variants
+
+
+def measure_variants(
+    session: Session,
+    variants: Sequence[Variant],
+    rows: Sequence[Measurement],
+    reference: Reference,
+    target: Target,
+) -> tuple[Measurement, ...]:
+    """Measure variants in what is on the front of the scene as it is.
+
+    And by explicit methods that do not get through that, and may do without its stiff parts; of
+    these only what is completed.
+    """
+    on_front = front(rows, target)
+    best = [row.configuration for row in rows if row.configuration in on_front]
+    through = {row.configuration.solver for row in rows if row.done}
+    explicit = [row.configuration for row in rows if row.configuration.solver in EXPLICIT]
+    more = [configuration for configuration in explicit if configuration.solver not in through]
+    found: dict[Variant, tuple[Measurement, ...]] = {}
+    sessions: dict[Variant, Session] = {}
+    for variant in variants:
+        try:
+            sessions[variant] = _session_of(session, variant)
+        except BgError as problem:
+            first = problem.diagnostics[0]
+            message = f"{first.code}: {first.message}"
+            refused = [replace(one, changes=variant) for one in best[:1]]
+            found[variant] = tuple(Measurement(one, REFUSED, message) for one in refused)
+    for variant, varied in sessions.items():
+        found[variant] = varied.measure(_with(best, variant), reference, target)
+    for variant, varied in sessions.items():
+        tried = varied.measure(_with(more, variant), reference, target)
+        found[variant] += tuple(row for row in tried if row.done)
+        found[variant] = varied.repeat(varied.in_time(found[variant], target), target)
+    return tuple(row for variant in variants for row in found[variant])
+
+
+def _with(configurations: Sequence[Configuration], variant: Variant) -> list[Configuration]:
+    return [replace(configuration, changes=variant) for configuration in configurations]
+
+
+def _session_of(session: Session, variant: Variant) -> Session:
+    """A session of the same scene with lines changed."""
+    path, options = _origin(session.model)
+    model = load_model(path, with_changes(options, variant))
+    changed = {change.name for change in variant}
+    for name, value in session.model.parameters.given({}).items():
+        if name in model.parameters and name not in changed:
+            model.parameters[name] = value
+    return replace(session, model=model, audited=audited(model))
+
+
+def audited(model: Model) -> Model | None:
+    """The model with its energy accounts, where it has none; None where they are not to be had."""
+    if model.accounts or model.origin is None:
+        return None
+    path, options = model.origin
+    found = load_model(path, replace(options, audited=True))
+    for name, value in model.parameters.given({}).items():
+        found.parameters[name] = value
+    return found
+
+
+def _origin(model: Model) -> tuple[Path, Options]:
+    if model.origin is None:
+        raise ValueError("a model without its source has no variants")
+    return model.origin

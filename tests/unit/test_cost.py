@@ -22,7 +22,7 @@ from bgc.program import Dropped, Reason
 from bgc.runtime.cli.app import application
 from bgc.runtime.cost import cost_report, spectral_radius
 from bgc.slicing.report import dropped_lines, folded_lines
-from bgc.variants import Variant, variants_of
+from bgc.variants import Change, variants_of
 
 MOUNTS = """
 interface Mount[n] { port p[n] in; }
@@ -56,14 +56,14 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_all_models_that_fit_a_slot_are_variants() -> None:
     package = load_text(MOUNTS, "engine.bg")
     found = variants_of(package, elaborate(package))
-    assert found == tuple(Variant("mount", t) for t in ("Loose[2]", "Pair", "Stop[2]"))
+    assert found == tuple(Change("mount", t) for t in ("Loose[2]", "Pair", "Stop[2]"))
 
 
 def test_the_present_filling_is_no_variant() -> None:
     package = load_text(MOUNTS, "engine.bg")
     found = variants_of(package, elaborate(package, uses=[("mount", "Stop[2]")]))
-    assert Variant("mount", "Spring[2]") in found
-    assert Variant("mount", "Stop[2]") not in found
+    assert Change("mount", "Spring[2]") in found
+    assert Change("mount", "Stop[2]") not in found
 
 
 def test_a_use_on_request_goes_before_the_scenes(file: Path) -> None:
@@ -94,7 +94,7 @@ def test_the_report_of_an_engine(file: Path) -> None:
     assert dict(report.folded) == {"mount.loss": 0.0}
     # Both inertias move together, the arm twice as fast: 1 + 4 on a spring of 4e6.
     assert report.stiffness == pytest.approx(math.sqrt(4e6 / 5), rel=1e-9)
-    rows = {row.variant.type: row for row in report.variants}
+    rows = {row.variant.value: row for row in report.variants}
     pair, stop, loose = rows["Pair"], rows["Stop[2]"], rows["Loose[2]"]
     assert pair.cost is not None and pair.stiffness == pytest.approx(math.sqrt(3 / 5))
     assert stop.cost is not None and stop.cost.states == 0

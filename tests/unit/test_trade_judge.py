@@ -17,8 +17,9 @@ from bgc.runtime.trade.configurations import (
 from bgc.runtime.trade.errors import Quantity, combined, quantities_of
 from bgc.runtime.trade.judge import Target, front, judge
 from bgc.runtime.trade.measure import Run
-from bgc.runtime.trade.measurement import Measurement, measurement_from_json
+from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement, measurement_from_json
 from bgc.runtime.trade.reference import find_reference
+from bgc.variants import Change
 
 TIP = Quantity("tip", "m", scale=5e-3, required=True, decides=True)
 ANGLE = Quantity("angle", "", scale=2.0, required=False, decides=False)
@@ -78,7 +79,8 @@ def test_why_nothing_is_accurate_enough_and_what_would_be() -> None:
     verdict = judge(ROWS[:1], target(deadline=1e-3))
     assert verdict.recommended is None
     assert "No configuration meets `require`" in verdict.sentence
-    assert "lie 1 ms" in verdict.sentence and "4 times as wide" in verdict.sentence
+    assert "lie 1 ms" in verdict.sentence
+    assert "`require tip within 0.02 m;` would be met" in verdict.sentence
 
 
 def test_why_nothing_is_in_time_and_the_nearest_on_each_side() -> None:
@@ -87,7 +89,33 @@ def test_why_nothing_is_in_time_and_the_nearest_on_each_side() -> None:
     assert verdict.recommended is None
     assert "the quickest is rodas5p rtol 1e-06: worst 2 ms" in verdict.sentence
     assert "the most accurate is lie 1 ms" in verdict.sentence
-    assert "A deadline of 2 ms would do" in verdict.sentence
+    assert "A deadline of 2 ms would be kept" in verdict.sentence
+
+
+def test_neither_accurate_nor_in_time_is_said_of_both() -> None:
+    verdict = judge(ROWS[:1], target(deadline=1e-5))
+    assert "meets `require` and the deadline of 10 us." in verdict.sentence
+    assert "None is in time; the quickest is lie 1 ms" in verdict.sentence
+
+
+def test_nothing_is_recommended_on_a_reference_that_is_not_verified() -> None:
+    verdict = judge(ROWS, target(verified=False))
+    assert verdict.recommended is None and verdict.front == {CHEAP, MIDDLE, DEAR}
+    assert verdict.sentence.startswith("Nothing is recommended")
+
+
+def test_a_spent_budget_is_not_taken_for_a_failure() -> None:
+    rows = (Measurement(CHEAP, "skipped", OUT_OF_BUDGET),)
+    assert "budget was spent" in judge(rows, target()).sentence
+    failed = (Measurement(CHEAP, "failed", "BG703"),)
+    assert judge(failed, target()).sentence == "No configuration completed the run."
+
+
+def test_a_variant_that_alone_will_do_is_named() -> None:
+    rigid = Configuration("rk4", step=1e-3, changes=(Change("d", "0", is_use=False),))
+    verdict = judge((ROWS[0], measured(rigid, 1e-3, cpu=0.0015)), target())
+    assert verdict.recommended is None and "No configuration meets" in verdict.sentence
+    assert "With `set d = 0;`, `solver rk4(step = 1 ms);` would do: `tip` off" in verdict.sentence
 
 
 def test_a_worst_time_without_the_machines_noise_goes_before_one_with_it() -> None:
@@ -111,10 +139,11 @@ def test_without_a_requirement_a_thousandth_of_the_range_is_asked_for() -> None:
 
 
 def test_a_variant_is_named_but_is_not_what_solver_auto_takes() -> None:
-    rigid = Configuration("ros34prw", step=1e-3, uses=(("lock", "Rigid[5]"),))
+    rigid = Configuration("ros34prw", step=1e-3, changes=(Change("lock", "Rigid[5]"),))
     verdict = judge((*ROWS, measured(rigid, 1e-3, cpu=0.0015)), target())
     assert verdict.recommended is ROWS[1]
-    assert "lock=Rigid[5] would do too, in 50% of that time" in verdict.sentence
+    assert "With `use lock = Rigid[5];`, `solver ros34prw(step = 1 ms);`" in verdict.sentence
+    assert "would do too, in 50% of that time" in verdict.sentence
 
 
 def test_failed_runs_are_never_recommended_nor_on_the_front() -> None:
@@ -249,5 +278,6 @@ def test_times_are_spelled_without_loss(seconds: float, text: str | None) -> Non
 def test_a_measurement_survives_storage() -> None:
     import json
 
-    row = measured(Configuration("rk4", step=0.1, uses=(("a", "B"),)), 1.0, 2.0, residual=1e-7)
+    changes = (Change("a", "B"), Change("c", "0", is_use=False))
+    row = measured(Configuration("rk4", step=0.1, changes=changes), 1.0, 2.0, residual=1e-7)
     assert measurement_from_json(json.loads(json.dumps(row.as_json()))) == row

@@ -15,6 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sundials/sundials_config.h>
+#include <time.h>
 #ifdef BGC_KLU
 #include <sunlinsol/sunlinsol_klu.h>
 #include <sunmatrix/sunmatrix_sparse.h>
@@ -199,6 +200,13 @@ static void add_counts(void *memory, bgc_counts *counts) {
     counts->solves += solves;
 }
 
+static double seconds(void) {
+    struct timespec now;
+
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
 /* Steps, and rows inside them, to the end. `y` is at the present time. */
 static bgc_status integrate(const problem *q, void *memory, N_Vector y, const double *times,
                             size_t n, double *rows, size_t *done) {
@@ -236,7 +244,10 @@ static bgc_status integrate(const problem *q, void *memory, N_Vector y, const do
             add_counts(memory, &d->core.counts);
             CVodeReInit(memory, d->core.t, y);
         }
+        const double start = seconds();
         const int flag = CVode(memory, times[n - 1], y, &d->core.t, CV_ONE_STEP);
+        d->core.counts.worst_step_seconds =
+            fmax(d->core.counts.worst_step_seconds, seconds() - start);
         status = status_of(flag);
         anew = flag == CV_ROOT_RETURN;
         d->core.counts.events += anew;
@@ -256,6 +267,7 @@ bgc_status bgc_cvode_run(const bgc_model *m, bgc_data *d, const double *times, s
                          double *rows, size_t *done) {
     problem q = {.m = m, .d = d, .size = m->n_state + (d->core.accounts ? 2 : 0)};
     SUNContext context = NULL;
+    const double begin = seconds();
     bgc_status status = BGC_OK;
 
     *done = 0;
@@ -321,5 +333,6 @@ bgc_status bgc_cvode_run(const bgc_model *m, bgc_data *d, const double *times, s
     N_VDestroy(y), N_VDestroy(atol);
     SUNContext_Free(&context);
     free(q.first), free(q.row), free(q.place);
+    d->core.counts.run_seconds += seconds() - begin;
     return status;
 }

@@ -1,0 +1,33 @@
+"""What `bgc activity` found that a scene could do without, kept for `bgc trade`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import asdict
+from typing import Any, cast
+
+from bgc.building.cache import digest_of, open_cache, read_note, write_note
+from bgc.runtime.model import Model
+from bgc.variants import Change
+
+
+def keep_variants(model: Model, variants: Sequence[Sequence[Change]]) -> None:
+    """Store the variants of a scene as it is compiled, with its present parameters."""
+    value = [[asdict(change) for change in one] for one in variants]
+    with suppress(OSError):  # a full disk: `bgc trade` will look for itself
+        write_note(open_cache().root, _key(model), value)
+
+
+def stored_variants(model: Model) -> tuple[tuple[Change, ...], ...] | None:
+    """The variants that were found; None where the scene as it is was not looked at."""
+    value = cast(Any, read_note(open_cache().root, _key(model)))
+    with suppress(TypeError):  # nothing, or damaged
+        return tuple(tuple(Change(**change) for change in one) for one in value)
+    return None
+
+
+def _key(model: Model) -> str:
+    values = sorted(model.parameters.given({}).items())
+    facts = model.facts
+    return digest_of(("activity", facts.content, repr(values), repr(facts.requirements)))
