@@ -35,8 +35,9 @@ _PICTURES = (".png", ".svg", ".pdf")
 @click.option(
     "--variants",
     multiple=True,
-    metavar="SLOT",
-    help='Fill a slot otherwise too; "*.lock" takes several together, all each by itself.',
+    metavar="WHAT",
+    help='Other scenes too: a slot filled otherwise ("*.lock" takes several together, all each by '
+    'itself), what `activity` finds it can do without, or lines: "use a = B; set c = 0".',
 )
 @click.option("--time", "duration", metavar="TIME", help="How much of the scene to simulate.")
 @click.option(

@@ -66,6 +66,10 @@ class Target:
         """Whether devices are sampled as often as the scene says."""
         return self.sample is None or row.configuration.step <= self.sample * (1 + 1e-9)
 
+    def tells(self, row: Measurement) -> bool:
+        """Whether something is known by it, however little."""
+        return self.error(row) <= _USELESS * self.limit
+
     def fits(self, row: Measurement) -> bool:
         """Whether it will do: accurate, in time, and with all samples."""
         return self.accurate(row) and self.timely(row) and self.samples(row)
@@ -107,8 +111,8 @@ def front(rows: Iterable[Measurement], target: Target) -> frozenset[Configuratio
     Errors at the reference's accuracy count as equal, and so do those that differ by a hair. What
     is beyond all use is not on it.
     """
-    least, found = _USELESS * target.limit, []
-    done = (row for row in rows if row.done)
+    least, found = float("inf"), []
+    done = (row for row in rows if target.tells(row))
     for row in sorted(done, key=lambda row: (row.cpu, target.error(row))):
         error = max(target.error(row), _AT_THE_REFERENCE * target.floor)
         if error < _BETTER * least:
@@ -215,11 +219,17 @@ def _error(row: Measurement, target: Target) -> str:
 
 
 def _cost(row: Measurement) -> str:
-    return f"{spelled(row.cpu)} of processor time a second ({row.real_time_factor:.3g} x real time)"
+    factor = times_real_time(row)
+    return f"{spelled(row.cpu)} of processor time a second ({factor} x real time)"
 
 
 def _worst(row: Measurement, target: Target) -> str:
     return f"{spelled(row.worst)} {'a sample' if target.sample is not None else 'a step'}"
+
+
+def times_real_time(row: Measurement) -> str:
+    """How many times faster than time itself it runs, three digits."""
+    return f"{float(f'{row.real_time_factor:.3g}'):,.15g}"
 
 
 def spelled(seconds: float) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bgc.printing.tables import Table
 from bgc.runtime.files import written_whole
-from bgc.runtime.trade.judge import spelled
+from bgc.runtime.trade.judge import spelled, times_real_time
 from bgc.runtime.trade.measurement import FAILED, OUT_OF_BUDGET, REFUSED, Measurement
 
 if TYPE_CHECKING:
@@ -127,7 +127,7 @@ def cells(trade: Trade, row: Measurement) -> tuple[str, ...]:
         *name,
         f"<{error}" if target.at_reference(row) else error,
         spelled(row.cpu),
-        f"{row.real_time_factor:,.3g}",
+        times_real_time(row),
         spelled(row.mean_step),
         spelled(row.worst) + _remark(trade, row),
         "" if row.residual is None else f"{row.residual:.0e}",

@@ -115,7 +115,7 @@ def measure_variants(
     """
     on_front = front(rows, target)
     best = [row.configuration for row in rows if row.configuration in on_front]
-    through = {row.configuration.solver for row in rows if row.done}
+    through = {row.configuration.solver for row in rows if target.tells(row)}
     explicit = [row.configuration for row in rows if row.configuration.solver in EXPLICIT]
     more = [configuration for configuration in explicit if configuration.solver not in through]
     found: dict[Variant, tuple[Measurement, ...]] = {}
@@ -132,7 +132,7 @@ def measure_variants(
         found[variant] = varied.measure(_with(best, variant), reference, target)
     for variant, varied in sessions.items():
         tried = varied.measure(_with(more, variant), reference, target)
-        found[variant] += tuple(row for row in tried if row.done)
+        found[variant] += tuple(row for row in tried if target.tells(row))
         found[variant] = varied.repeat(varied.in_time(found[variant], target), target)
     return tuple(row for variant in variants for row in found[variant])
 

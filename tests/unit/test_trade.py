@@ -15,12 +15,16 @@ import pytest
 from click.testing import CliRunner
 
 import bgc
+from bgc.building.backends import BACKENDS, Backend
 from bgc.grammar.diagnostics import BgError
+from bgc.runtime.activity.activity import activity_report
 from bgc.runtime.cli.app import application
 from bgc.runtime.trade import session as session_module
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.measure import timed_run
 from bgc.runtime.trade.store import open_store
+from bgc.runtime.trade.tables import _unfinished
+from bgc.variants import Change
 
 OSCILLATOR = """
 model Oscillator {
@@ -379,6 +383,102 @@ def test_variants_are_measured_against_the_scene_as_it_is(tmp_path: Path) -> Non
     for variant, speed in (("left=Stiff", speeds[1]), ("left=Stiff, right=Stiff", speeds[2])):
         expected = np.max(np.abs(speed - speeds[0])) / 1e-3
         assert by_variant[variant] == pytest.approx(expected, rel=1e-3)
+
+
+ACTIVITY = Path(__file__).parents[1] / "models" / "activity.bg"
+
+
+def test_what_activity_finds_that_a_scene_can_do_without_is_a_variant(tmp_path: Path) -> None:
+    given: dict[str, Any] = {"solvers": ["rodas5p"], "rtols": [1e-6], "duration": 1.0}
+    report = activity_report(bgc.compile(ACTIVITY, "train"), negligible=0.05)
+    assert report.variants
+    found = bgc.trade(ACTIVITY, "train", variants=["activity"], **given)
+    by_variant = {r.configuration.changes: r for r in found.measurements}
+    assert set(by_variant) == {(), *report.variants}
+    joined = (Change("link", "Joined"),)
+    (trial,) = (trial for trial in report.trials if trial.changes == joined)
+    assert found.target.error(by_variant[joined]) == pytest.approx(trial.error, rel=0.02)
+
+
+def test_activity_is_asked_where_nothing_is_stored(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("bgc.runtime.trade.variants.stored_variants", lambda model: None)
+    kept: list[object] = []
+    monkeypatch.setattr(
+        "bgc.runtime.activity.activity.keep_variants", lambda model, found: kept.append(found)
+    )
+    quick(written(tmp_path, MOUNTED), variants=["activity"])
+    assert len(kept) == 1
+
+
+def test_lines_of_a_scene_are_a_variant(tmp_path: Path) -> None:
+    text = MOUNTED.replace("block : I(1 kg)", "param m = 1 kg; block : I(m)")
+    lines = "use left = Stiff; set m = 2 kg"
+    path = written(tmp_path, text)
+    given: dict[str, Any] = {"solvers": ["rodas5p"], "rtols": [1e-7]}
+    found = bgc.trade(path, variants=[lines], parameters={"m": 1}, **given)
+    (row,) = (row for row in found.measurements if row.configuration.changes)
+    one, other = np.sqrt(8.0), np.sqrt(8.04 / 2)
+    times = np.linspace(0, 2, 1001)
+    expected = np.sin(other * times) / (2 * other) - np.sin(one * times) / one
+    assert row.errors[0] == pytest.approx(np.max(np.abs(expected)), rel=1e-3)
+    with pytest.raises(BgError) as caught:
+        bgc.trade(path, variants=["left="], **given)
+    assert [d.code for d in caught.value.diagnostics] == ["BG064"]
+
+
+def test_a_variant_that_does_not_compile_is_a_row_with_its_reason(tmp_path: Path) -> None:
+    found = quick(written(tmp_path, MOUNTED), variants=["left = Nothing"])
+    (row,) = (row for row in found.measurements if row.configuration.changes)
+    assert row.status == "refused" and row.message.startswith("BG")
+
+
+def test_explicit_methods_are_tried_anew_on_what_is_no_longer_stiff() -> None:
+    found = bgc.trade(
+        ACTIVITY,
+        "train",
+        parameters={"link.stiffness": 1e7},
+        variants=["use link = Joined"],
+        solvers=["rodas5p", "rk4"],
+        rtols=[1e-6],
+        steps=[0.01],
+    )
+    rows = [r for r in found.measurements if r.configuration.solver == "rk4"]
+    assert {(found.target.accurate(r), bool(r.configuration.changes)) for r in rows} == {
+        (False, False),
+        (True, True),
+    }
+    assert "With `use link = Joined;`, `solver " in found.sentence
+
+
+# --- CVODE ------------------------------------------------------------------------------------
+
+
+def test_cvode_is_a_row_or_says_why_it_is_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(tmp_path, OSCILLATOR)
+    nowhere = Backend("cvode", "SUNDIALS", "libsundials-dev", (("-lno_such_library",),))
+    monkeypatch.setitem(BACKENDS, "cvode", nowhere)
+    missing = quick(path, solvers=["cvode"])
+    assert {r.status for r in missing.measurements} == {"refused"}
+    assert missing.measurements[-1].message.startswith("BG046")
+    monkeypatch.undo()
+    monkeypatch.setattr("bgc.runtime.trade.store._FOLDER", str(tmp_path / "measured"))
+    here = quick(path, solvers=["cvode"])
+    if any(r.message.startswith("BG046") for r in here.measurements):
+        pytest.skip("SUNDIALS is not installed")
+    coarse, fine = here.measurements
+    assert fine.worst > 0 and fine.cpu > 0 and here.target.error(fine) < here.target.error(coarse)
+
+
+def test_what_cvode_does_not_serve_is_said_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "hand.csv").write_text("time,x,y,z\n0,0,0,0\n1,1,0,0\n")
+    found = quick(written(tmp_path, FOLLOWER), solvers=["cvode"])
+    (line,) = _unfinished(found.measurements)
+    assert line[:3] == ("cvode", "refused", "rtol 0.0001; rtol 1e-07")
+    assert line[3].startswith("BG047")
 
 
 # --- devices ----------------------------------------------------------------------------------
