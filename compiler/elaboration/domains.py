@@ -10,7 +10,7 @@ from bgc.elaboration.quantities import dimension_of
 from bgc.elaboration.tree import Environment
 from bgc.elaboration.world import World
 from bgc.grammar import syntax
-from bgc.grammar.catalogue import names
+from bgc.grammar.catalogue import names, shapes
 from bgc.grammar.catalogue import widths as width_messages
 from bgc.grammar.diagnostics import BgError
 from bgc.values.units import Dimension, describe_dimension, multiply, parse_unit
@@ -77,6 +77,10 @@ class Domains:
             if seen.setdefault(variable.name, variable) is not variable:
                 first = seen[variable.name].span
                 raise BgError([names.duplicate_name(variable.span, variable.name, first)])
+            if len(variable.dims) > 2:
+                raise BgError(
+                    [shapes.too_many_dimensions(variable.span, variable.name, len(variable.dims))]
+                )
             shape = tuple(
                 self._world.whole(d, env, "a dimension", 1, MAX_WIDTH) for d in variable.dims
             )

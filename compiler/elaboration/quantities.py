@@ -6,6 +6,7 @@ So declarations may come in any order, and a value that is defined by itself is 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import reduce
 
 from bgc.algebra.dag import Kind, Level
 from bgc.algebra.evaluate import evaluate_nodes
@@ -229,7 +230,8 @@ class Quantities:
             for i in target.indices
             if not isinstance(i, syntax.Range)
         )
-        if index not in set(indices(shape)) or not shape:
+        inside = len(index) == len(shape) and all(i <= n for i, n in zip(index, shape, strict=True))
+        if not inside or not shape:
             raise BgError([names.no_such_index(target.span, name, index, describe_shape(shape))])
         return index
 
@@ -330,6 +332,9 @@ class Quantities:
         dims = quantity.declaration.dims
         if not dims:
             return None
+        if len(dims) > 2:
+            span, name = quantity.declaration.name_span, quantity.declaration.name
+            raise BgError([shape_messages.too_many_dimensions(span, name, len(dims))])
         return tuple(self.world.whole(d, quantity.env, "a dimension", 0, MAX_WIDTH) for d in dims)
 
     def declared_unit(self, quantity: Quantity) -> Dimension | None:
@@ -401,6 +406,12 @@ def indices(shape: Shape) -> list[tuple[int, ...]]:
     for size in shape:
         found = [(*index, k) for index in found for k in range(1, size + 1)]
     return found
+
+
+def ordinal(index: tuple[int, ...], shape: Shape) -> int:
+    """Where a component with that index from 1 stands, a matrix row after row."""
+    steps = zip(index, shape, strict=True)
+    return reduce(lambda before, step: before * step[1] + step[0] - 1, steps, 0)
 
 
 def component_name(name: str, index: tuple[int, ...]) -> str:

@@ -9,8 +9,8 @@ from bgc.elaboration.bond_units import SECOND
 from bgc.elaboration.carried import Carried
 from bgc.elaboration.domains import Domains
 from bgc.elaboration.instantiate import note
-from bgc.elaboration.quantities import component_names, indices
-from bgc.elaboration.scopes import path_of
+from bgc.elaboration.quantities import component_names, ordinal
+from bgc.elaboration.scopes import find_member, path_of
 from bgc.elaboration.tree import Environment, Instance, PortEntry, Quantity
 from bgc.elaboration.wiring import Wiring
 from bgc.elaboration.world import World
@@ -66,7 +66,7 @@ def _note_assignment(
                     [graph.unknown_port_member(target.span, f"port `{port_name}`", signal, have)]
                 )
         case syntax.Name(name=name) | syntax.Index(base=syntax.Name(name=name)):
-            member = instance.members.get(name)
+            member = find_member(env, name)
             if (
                 isinstance(member, Quantity)
                 and member.kind in {"output", "signal"}
@@ -75,7 +75,8 @@ def _note_assignment(
                 world.quantities.definitions.setdefault(member, []).append((statement, env))
                 return
             if member is None:
-                raise BgError([names.unknown_name(target.span, name, instance.members)])
+                seen = [*env.locals, *instance.members]
+                raise BgError([names.unknown_name(target.span, name, seen)])
         case _:
             pass
     raise BgError([graph.cannot_assign(target.span, path_of(target))])
@@ -151,7 +152,7 @@ def _read_target(
     what = f"der({path_of(target)})" if rate else path_of(target)
     if isinstance(target, syntax.Index):
         index = world.quantities.component_index(target, env, symbols.shape, state.path)
-        places = [indices(symbols.shape).index(index)]
+        places = [ordinal(index, symbols.shape)]
         value = world.quantities.shaped(value, (), span, f"`{what}`")
     else:
         places = list(range(len(symbols.nodes)))

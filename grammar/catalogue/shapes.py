@@ -164,6 +164,26 @@ def too_deep(span: Span) -> Diagnostic:
     )
 
 
+def too_many_dimensions(span: Span, name: str, found: int) -> Diagnostic:
+    """BG319: more than two dimensions
+
+    What: a value is declared with three or more dimensions in brackets.
+
+    Why: values are scalars, vectors and matrices; products and indices are theirs.
+
+    Example: `state u[8, 8, 8];`
+
+    Way out: count two of the dimensions in one, as in `state u[64, 8]` with the index
+    `u[8*(i - 1) + j, k]`, or declare a vector inside a `for`: `for i in 1..8 { signal w[8]; }`.
+    """
+    return error(
+        "BG319",
+        f"`{name}` has {found} dimensions, and a value has two at most",
+        span,
+        help="count two dimensions in one, as `u[8*(i - 1) + j, k]`",
+    )
+
+
 def index_out_of_range(span: Span, index: int, size: int, shape: str) -> Diagnostic:
     """BG320: an index out of range
 

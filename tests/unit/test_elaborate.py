@@ -181,6 +181,21 @@ def test_arrays_loops_and_compile_time_if():
     assert [number(graph, e.law.matrix[0][0]) for e in storage[:3]] == [2, 4, 6]
 
 
+def test_a_signal_of_one_turn_is_assigned_in_a_loop_of_its_own():
+    text = """
+      model M {
+        signal total[2];
+        for i in 1..2 {
+          signal term[3];
+          for k in 1..3 { term[k] = 10*i + k; }
+          total[i] = sum(term);
+        }
+      }
+      scene s of M { observe total; }
+    """
+    assert observed(flat(text)) == {"total[1]": 36, "total[2]": 66}
+
+
 def test_a_thousand_masses_are_quick():
     text = """
       model Chain[n] {
