@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from bgc.runtime.binding import Status
 from bgc.runtime.failures import SimulationError
+from bgc.runtime.run import Method
 
 
 def spread(columns: np.ndarray) -> float:
@@ -21,6 +23,17 @@ def test_energy_and_inertial_momenta_are_kept(load, scene):
     assert np.abs(result["energy.stored"]).max() < 1e-9 * kinetic[0]
     assert spread(result["linear"]) < 1e-9
     assert spread(result["angular"]) < 1e-9
+
+
+def test_the_quaternion_has_length_one_after_every_step(load):
+    """Long steps of a method that does not keep it by itself."""
+    model = load("tumbling", "quaternion")
+    attitude = [k for k, state in enumerate(model.states) if ".attitude." in state.name]
+    row = np.empty((1, len(model.measured)))
+    with model.started(Method("ros23", fixed=True, step=0.05), False) as instance:
+        for step in range(1, 41):
+            assert instance.run(np.array([0.05 * step]), row)[0] is Status.OK
+            assert np.linalg.norm(instance.state[attitude]) == pytest.approx(1, abs=1e-15)
 
 
 def test_euler_angles_give_the_motion_of_the_quaternion(load):

@@ -34,6 +34,7 @@ TOLERANCE = 5e-11
 class CTableau(ctypes.Structure):
     _fields_ = (
         *((name, ctypes.c_int) for name in ("stages", "order", "w_order", "embedded", "dense")),
+        ("blind", ctypes.c_int),
         ("gamma", ctypes.c_double),
         ("a", ctypes.c_double * 64),
         ("c", ctypes.c_double * 64),
@@ -152,7 +153,7 @@ def collocation(raw: CCollocation) -> Tableau:
         alpha=matrix,
         gamma=np.zeros((n, n)),
         b=weights,
-        error=none,
+        error=np.array(raw.e)[:n],  # weights of the stages less y, not of the slopes
         interpolant=np.zeros((3, n)),
     )
 
@@ -265,6 +266,13 @@ def test_eigenvectors_of_a_collocation_method(tableaus: dict[str, Tableau], meth
     for power in range(1, len(tableau.b) + 1):
         left = tableau.alpha @ tableau.nodes ** (power - 1)
         np.testing.assert_allclose(left, tableau.nodes**power / power, atol=1e-14)
+
+
+def test_error_of_radau5_vanishes_up_to_order_3(tableaus: dict[str, Tableau]) -> None:
+    """`h f(t, y) + sum e_i Z_i` does for y' = p t^(p - 1) from 0, whose stages are c^p."""
+    radau = tableaus["radau5"]
+    found = [radau.error @ radau.nodes**power for power in range(1, radau.embedded + 1)]
+    np.testing.assert_allclose(found, [-1.0, 0.0, 0.0], atol=1e-14)
 
 
 @pytest.mark.parametrize("method", ["midpoint", "gauss4"])
