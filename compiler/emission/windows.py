@@ -9,24 +9,31 @@ factorisation takes 11 % less time so, and its Jacobian 8 %.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 
+_LOOPED = re.compile(r"\b(\w+)\[k\b")
 _REACH = 16  # doubles, before and behind: what eight bits of displacement hold
 
 
-def best_place(indices: Iterable[int]) -> int:
-    """The element to point at, so that most accesses are near; 0 where that is as good."""
-    accesses = sorted(indices)
-    if not accesses:
+def best_place(times: Mapping[int, int]) -> int:
+    """The element to point at, so that most accesses are near; 0 where that is as good.
+
+    `times` gives how often each index is used.
+    """
+    if not times:
         return 0
-    best, most = 0, sum(1 for index in accesses if index < _REACH)
-    first = 0
-    for last, index in enumerate(accesses):
-        while accesses[first] <= index - 2 * _REACH:
+    indices = sorted(times)
+    best, most = 0, sum(times[index] for index in indices if index < _REACH)
+    near, first = 0, 0  # accesses within reach of a place, and the first index of them
+    for index in indices:
+        near += times[index]
+        while indices[first] <= index - 2 * _REACH:
+            near -= times[indices[first]]
             first += 1
-        if last + 1 - first > most:
-            best, most = accesses[first] + _REACH, last + 1 - first
-    return min(best, accesses[-1])
+        if near > most:
+            best, most = indices[first] + _REACH, near
+    return min(best, indices[-1])
 
 
 def repointed(lines: Sequence[str], arrays: Sequence[str]) -> tuple[list[str], dict[str, int]]:
@@ -35,22 +42,28 @@ def repointed(lines: Sequence[str], arrays: Sequence[str]) -> tuple[list[str], d
     Arrays with indices that are not numbers, as in loops, stay as they are.
     """
     text = "\n".join(lines)
-    arrays = [name for name in arrays if not re.search(rf"\b{name}\[(?!\d+\])", text)]
+    if "[k" in text:  # a loop
+        looped = frozenset(_LOOPED.findall(text))
+        arrays = [name for name in arrays if name not in looped]
     if not arrays:
         return list(lines), {}
-    access = re.compile(rf"\b({'|'.join(arrays)})\[(\d+)\]")
-    used: dict[str, list[int]] = {name: [] for name in arrays}
-    for name, index in access.findall(text):
-        used[name].append(int(index))
+    # Text and accesses in turn: every access is looked at once, however often it is made.
+    pieces = re.split(rf"\b((?:{'|'.join(arrays)})\[\d+\])", text)
+    accesses = pieces[1::2]
+    used: dict[str, dict[int, int]] = {name: {} for name in arrays}
+    for access, times in Counter(accesses).items():
+        name, index = access[:-1].split("[")
+        used[name][int(index)] = times
     places = {name: place for name in arrays if (place := best_place(used[name]))}
     if not places:
         return list(lines), {}
-
-    def moved(match: re.Match[str]) -> str:
-        name, index = match.groups()
-        return f"{name}[{int(index) - places.get(name, 0)}]"
-
-    return [access.sub(moved, line) for line in lines], places
+    moved = {
+        f"{name}[{index}]": f"{name}[{index - places.get(name, 0)}]"
+        for name, indices in used.items()
+        for index in indices
+    }
+    pieces[1::2] = [moved[access] for access in accesses]
+    return "".join(pieces).split("\n"), places
 
 
 def pointed(name: str, places: dict[str, int]) -> str:
