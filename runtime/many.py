@@ -14,7 +14,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeAlias, TypeGuard
 
@@ -121,7 +121,7 @@ class _Work:
 
     def _run_together(self, library: LaneLibrary, batch: Mapping[int, Instance]) -> None:
         """Run a batch in lockstep. Those without an initial state are left to run alone."""
-        ready = [k for k, instance in batch.items() if start(instance, self.method) is Status.OK]
+        ready = [k for k, instance in batch.items() if self._start(instance) is None]
         if not ready:
             return
         rows = [self.rows[k] for k in ready]
@@ -137,13 +137,22 @@ class _Work:
         rows = self.rows[number]
         rows[:] = np.nan  # what a batch wrote that it left
         with open_devices(instance, self.model.folder):
-            status = start(instance, self.method)
-            if status is Status.OK:
-                status, _ = instance.run(self.times, rows)
+            if problem := self._start(instance):
+                self.failures[number] = problem
+                return
+            status, _ = instance.run(self.times, rows)
         if status is Status.OK:
             self.completed.add(number)
         elif status is not Status.INTERRUPTED:
             self.failures[number] = self.model.explain(instance, status)
+
+    def _start(self, instance: Instance) -> Diagnostic | None:
+        """Put an instance at its initial state; why there is none."""
+        try:
+            status = start(instance, self.method)
+        except BgError as problem:  # its fast modes do not come to rest
+            return problem.diagnostics[0]
+        return None if status is Status.OK else self.model.explain(instance, status)
 
     def status_of(self, number: int) -> str:
         """What became of an instance."""
@@ -236,7 +245,6 @@ def _is_served(model: Model, method: Method) -> bool:
     rates = set(info.mass_row[: info.n_mass]) if info.n_mass else set(range(info.n_state))
     return (
         model.origin is not None
-        and info.n_device == info.n_input == info.n_switch == 0
         and len(rates) == info.n_state > 0
         and method.name not in _COLLOCATION
         and method.name not in BACKENDS

@@ -191,6 +191,22 @@ def test_long_runs_balance_within_the_tolerance_as_alone():
     assert (residual < 1e-5 * ensemble["energy.dissipated"][:, -1]).all()
 
 
+@pytest.mark.parametrize("vectorised", [True, False])
+def test_an_instance_that_does_not_settle_leaves_the_others_alone(tmp_path, vectorised):
+    """x' = 1000 (a - x^2) has the fast rest sqrt(a), and none for a < 0."""
+    file = tmp_path / "rest.bg"
+    file.write_text(
+        "model M { param a = 1; state x = 2; der(x) = 1000*(a - x^2); }\n"
+        "scene s of M { observe x; run 1 ms; }"
+    )
+    ensemble = bgc.compile(file).simulate_many(
+        {"a": [1, -4, 4, 9, 16]}, settle=1, vectorised=vectorised
+    )
+    assert ensemble.status == ("done", "failed", "done", "done", "done")
+    assert ensemble.failures[1].code == "BG717"
+    np.testing.assert_allclose(ensemble["x"][[0, 2, 3, 4], -1], [1, 2, 3, 4], rtol=1e-9)
+
+
 def test_what_batches_do_not_serve_runs_alone_and_gives_the_same_bits(oscillator):
     ensemble = oscillator.simulate_many({"k": np.linspace(5, 9, 5)}, solver="radau5")
     assert ensemble.together == 0
