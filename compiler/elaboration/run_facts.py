@@ -122,11 +122,12 @@ def _only(world: World, scene: Scene, kind: type[Item], what: str) -> Item | Non
 
 
 def _time(world: World, scene: Scene, expr: syntax.Expr | None, what: str) -> float | None:
-    """A time in seconds; a number without a unit is in seconds."""
+    """A time in seconds; a number without a unit, `2*pi` too, is in seconds."""
     if expr is None:
         return None
     with world.report.collecting():
-        number = constant_of(world, scene, expr, what, _SECOND)
+        is_plain = world.evaluate(expr, scene.env).unit == _NUMBER
+        number = constant_of(world, scene, expr, what, None if is_plain else _SECOND)
         if not number > 0:
             raise BgError([scenes.not_positive(expr.span, what, number)])
         return number

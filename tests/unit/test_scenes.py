@@ -1,5 +1,7 @@
 """What scenes say: edits, devices, observations, the facts of a run."""
 
+import math
+
 import pytest
 
 from bgc.algebra.dag import Kind
@@ -49,6 +51,7 @@ def test_a_scene_that_says_nothing_leaves_it_open():
 
 def test_a_number_without_unit_is_in_seconds():
     assert scene("drive x = zeros(3); run 3;").scene.duration == 3
+    assert scene("drive x = zeros(3); run 2*pi;").scene.duration == 2 * math.pi
 
 
 def test_scenes_are_chosen_by_name_or_the_first():
