@@ -121,11 +121,14 @@ class _Work:
 
     def _run_together(self, library: LaneLibrary, batch: Mapping[int, Instance]) -> None:
         """Run a batch in lockstep. Those without an initial state are left to run alone."""
-        ready = [k for k, instance in batch.items() if self._start(instance) is None]
-        if not ready:
-            return
-        rows = [self.rows[k] for k in ready]
-        status, finished = library.run([batch[k] for k in ready], self.times, rows)
+        with ExitStack() as devices:
+            for instance in batch.values():
+                devices.enter_context(open_devices(instance, self.model.folder))
+            ready = [k for k, instance in batch.items() if self._start(instance) is None]
+            if not ready:
+                return
+            rows = [self.rows[k] for k in ready]
+            status, finished = library.run([batch[k] for k in ready], self.times, rows)
         if status is Status.NO_MEMORY:
             raise BgError([no_memory()])
         done = {k for k, good in zip(ready, finished, strict=True) if good}
