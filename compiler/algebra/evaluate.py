@@ -144,6 +144,11 @@ def _outwards(x: float) -> float:
     return math.copysign(math.inf, x)
 
 
+def _truth(holds: bool, *operands: float) -> float:
+    """Undefined where an operand is; only a single `x == x` asks whether it is (`switches`)."""
+    return math.nan if any(map(math.isnan, operands)) else float(holds)
+
+
 def _rounding(function: Callable[[float], int]) -> Callable[[float], float]:
     return lambda x: float(function(x)) if math.isfinite(x) else x
 
@@ -159,13 +164,13 @@ _OPERATIONS: Mapping[Op, Callable[..., float]] = {
     Op.DIV: _divide,
     Op.NEG: lambda x: -x,
     Op.POW: _power,
-    Op.SELECT: lambda condition, yes, no: yes if condition != 0 else no,
-    Op.LT: lambda x, y: float(x < y),
-    Op.LE: lambda x, y: float(x <= y),
-    Op.EQ: lambda x, y: float(x == y),
-    Op.AND: lambda x, y: float(x != 0 and y != 0),
-    Op.OR: lambda x, y: float(x != 0 or y != 0),
-    Op.NOT: lambda x: float(x == 0),
+    Op.SELECT: lambda c, yes, no: no if c == 0 else yes if c == c else c,
+    Op.LT: lambda x, y: _truth(x < y, x, y),
+    Op.LE: lambda x, y: _truth(x <= y, x, y),
+    Op.EQ: lambda x, y: 0.0 if x != x and y != y else _truth(x == y, x, y),
+    Op.AND: lambda x, y: 0.0 if x == 0 or y == 0 else _truth(True, x, y),
+    Op.OR: lambda x, y: 1.0 if x < 0 or x > 0 or y < 0 or y > 0 else x + y,
+    Op.NOT: lambda x: _truth(x == 0, x),
     Op.SIN: _with_limits(math.sin, _outwards),
     Op.COS: _with_limits(math.cos, _outwards),
     Op.TAN: _with_limits(math.tan, _outwards),

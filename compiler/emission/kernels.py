@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.emission.lowered import Kernel, Reads, Store
-from bgc.emission.print_c import DOUBLES, Numbers
+from bgc.emission.print_c import DOUBLES, Numbers, asks_for_number
 from bgc.emission.windows import pointed, repointed
 from bgc.graph import Node
 
@@ -24,7 +24,7 @@ _LOOP = 8  # elements that are copied by a loop
 _ARGUMENT = re.compile(r"\b(?:\w+(?=\[)|t\b)")
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
-_CONST, _SYMBOL, _PARAM = int(Op.CONST), int(Op.SYMBOL), int(Level.PARAM)
+_CONST, _SYMBOL, _SELECT, _PARAM = int(Op.CONST), int(Op.SYMBOL), int(Op.SELECT), int(Level.PARAM)
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,6 +204,9 @@ class _Body:
         """Chooses which nodes are statements of their own, and the chunk of each."""
         dag, uses, targets, statement = self._dag, self._uses, self._targets, self._statement
         a, b, c = dag.a, dag.b, dag.c
+        conditions = {  # a choice looks at them twice
+            a[n] for n in self._order if dag.op[n] == _SELECT and not asks_for_number(dag, a[n])
+        }
         size: dict[Node, int] = {}  # operations of an expression that is still open
         chunk, filled = 0, 0
         for node in self._order:
@@ -212,7 +215,7 @@ class _Body:
                 n += size.get(b[node], 0)
                 if c[node] >= 0:
                     n += size.get(c[node], 0)
-            if uses[node] == 1 and n < _INLINE and node not in targets:
+            if uses[node] == 1 and n < _INLINE and node not in targets and node not in conditions:
                 size[node] = n
                 continue
             if filled and filled + n > limit:

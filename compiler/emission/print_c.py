@@ -10,7 +10,7 @@ from bgc.algebra.dag import Dag, Kind, Op
 from bgc.graph import Node
 
 # How tightly a piece of text binds, as in C.
-_CHOICE, _OR, _AND, _COMPARE, _SUM, _PRODUCT, _UNARY, _ATOM = range(8)
+_CHOICE, _COMPARE, _SUM, _PRODUCT, _UNARY, _ATOM = range(6)
 
 _FUNCTION: dict[int, str] = {
     Op.POW: "pow",
@@ -43,6 +43,12 @@ _FUNCTION: dict[int, str] = {
     Op.LOG10: "log10",
     Op.EXPM1: "expm1",
     Op.LOG1P: "log1p",
+    Op.LT: "model_less",
+    Op.LE: "model_at_most",
+    Op.EQ: "model_equal",
+    Op.AND: "model_both",
+    Op.OR: "model_either",
+    Op.NOT: "model_negation",
 }
 
 # Functions that C lacks. A NaN goes through them: it must not turn into a plausible number.
@@ -59,10 +65,34 @@ HELPERS: dict[str, str] = {
         "static inline double model_sign(double a)\n"
         "{\n    return a > 0.0 ? 1.0 : a < 0.0 ? -1.0 : a;\n}\n"
     ),
+    "model_less": (
+        "static inline double model_less(double a, double b)\n"
+        "{\n    return a < b ? 1.0 : a >= b ? 0.0 : NAN;\n}\n"
+    ),
+    "model_at_most": (
+        "static inline double model_at_most(double a, double b)\n"
+        "{\n    return a <= b ? 1.0 : a > b ? 0.0 : NAN;\n}\n"
+    ),
+    "model_equal": (
+        "static inline double model_equal(double a, double b)\n"
+        "{\n    return a == b ? 1.0 : a == a && b == b ? 0.0 : NAN;\n}\n"
+    ),
+    # What is undefined does not matter where the other side decides.
+    "model_both": (
+        "static inline double model_both(double a, double b)\n"
+        "{\n    return a == 0.0 || b == 0.0 ? 0.0 : a == a && b == b ? 1.0 : NAN;\n}\n"
+    ),
+    "model_either": (
+        "static inline double model_either(double a, double b)\n"
+        "{\n    return a < 0.0 || a > 0.0 || b < 0.0 || b > 0.0 ? 1.0 : a + b;\n}\n"
+    ),
+    "model_negation": (
+        "static inline double model_negation(double a)\n"
+        "{\n    return a == 0.0 ? 1.0 : a == a ? 0.0 : a;\n}\n"
+    ),
 }
 
 _ARRAY = {Kind.PARAM: "p", Kind.INPUT: "u", Kind.STATE: "x"}
-_TRUTH = frozenset(map(int, (Op.LT, Op.LE, Op.EQ, Op.AND, Op.OR, Op.NOT)))
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
 _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG, _SELECT = map(
@@ -78,11 +108,17 @@ def literal(value: Fraction) -> str:
         return "INFINITY" if value > 0 else "-INFINITY"
 
 
+def asks_for_number(dag: Dag, node: Node) -> bool:
+    """Whether a condition is `x == x`: true of a number, false of a NaN."""
+    return dag.op[node] == Op.EQ and dag.a[node] == dag.b[node]
+
+
 class Printer:
     """Text of nodes. Nodes that have a name are referred to, all others are written out.
 
-    `used` collects the arrays (and `t`) that the text refers to, `helpers` the functions of
-    `HELPERS` that it calls.
+    Conditions are 1, 0 or, undefined, a NaN, and so is what is chosen by one that is; those of
+    choices have a name. `used` collects the arrays (and `t`) that the text refers to, `helpers`
+    the functions of `HELPERS` that it calls.
     """
 
     def __init__(self, dag: Dag, names: Mapping[Node, str]) -> None:
@@ -147,8 +183,6 @@ class Printer:
             return f"{self._within(a, _PRODUCT)} / {self._within(b, _UNARY)}", _PRODUCT
         if op == _SELECT:
             return self._choice(node)
-        if op in _TRUTH:
-            return self._from_truth(self._truth(node)[0])
         second = f", {self._operand(b)[0]}" if b >= 0 else ""
         return f"{self._function(_FUNCTION[op])}({self._operand(a)[0]}{second})", _ATOM
 
@@ -156,11 +190,13 @@ class Printer:
         return text, _UNARY if text[0] == "-" else _ATOM
 
     def _choice(self, node: Node) -> tuple[str, int]:
-        yes, no = self._within(self._b[node], _OR), self._within(self._c[node], _OR)
-        return f"{self._condition(self._a[node], _OR)} ? {yes} : {no}", _CHOICE
-
-    def _from_truth(self, text: str) -> tuple[str, int]:
-        return f"(double)({text})", _UNARY
+        condition = self._a[node]
+        yes, no = self._within(self._b[node], _COMPARE), self._within(self._c[node], _COMPARE)
+        if asks_for_number(self._dag, condition):
+            mode = self._operand(self._a[condition])[0]
+            return f"{mode} == {mode} ? {yes} : {no}", _CHOICE
+        truth = self._operand(condition)[0]
+        return f"{truth} == 0.0 ? {no} : {truth} == {truth} ? {yes} : {truth}", _CHOICE
 
     def _function(self, name: str) -> str:
         if name in HELPERS:
@@ -175,56 +211,26 @@ class Printer:
             return None
         return self._within(self._b[node], _UNARY)
 
-    def _condition(self, node: Node, least: int) -> str:
-        """A node as a C condition: true where it is not zero (a NaN is not)."""
-        if self._op[node] in _TRUTH and node not in self._names:
-            text, binding = self._truth(node)
-        else:
-            zero = self._constant("0.0")[0]
-            text, binding = f"{self._within(node, _SUM)} != {zero}", _COMPARE
-        return text if binding >= least else f"({text})"
-
-    def _truth(self, node: Node) -> tuple[str, int]:
-        """A comparison or a logical operation as a C condition."""
-        op, a, b = self._op[node], self._a[node], self._b[node]
-        if op == Op.NOT:
-            return f"!{self._condition(a, _UNARY)}", _UNARY
-        if op == Op.AND:
-            return f"{self._condition(a, _COMPARE)} && {self._condition(b, _COMPARE)}", _AND
-        if op == Op.OR:
-            return f"{self._condition(a, _COMPARE)} || {self._condition(b, _COMPARE)}", _OR
-        sign = {Op.LT: "<", Op.LE: "<=", Op.EQ: "=="}[Op(op)]
-        return f"{self._within(a, _SUM)} {sign} {self._within(b, _SUM)}", _COMPARE
-
 
 class LanePrinter(Printer):
     """The same for the vectors of `bgc_lanes.h`: a number for each instance of a batch.
 
-    Conditions are masks, and both sides of a choice are computed.
+    Both sides of a choice are computed.
     """
 
     def _constant(self, text: str) -> tuple[str, int]:
         return f"lane_of({text})", _ATOM
 
     def _choice(self, node: Node) -> tuple[str, int]:
+        condition = self._a[node]
         yes, no = self._operand(self._b[node])[0], self._operand(self._c[node])[0]
-        return f"lane_select({self._condition(self._a[node], _CHOICE)}, {yes}, {no})", _ATOM
-
-    def _from_truth(self, text: str) -> tuple[str, int]:
-        return f"lane_select({text}, lane_of(1.0), lane_of(0.0))", _ATOM
+        if asks_for_number(self._dag, condition):
+            mode = self._operand(self._a[condition])[0]
+            return f"lane_select({mode} == {mode}, {yes}, {no})", _ATOM
+        return f"lane_choose({self._operand(condition)[0]}, {yes}, {no})", _ATOM
 
     def _function(self, name: str) -> str:
         return f"lane_{name.removeprefix('model_')}"
-
-    def _truth(self, node: Node) -> tuple[str, int]:
-        op, a, b = self._op[node], self._a[node], self._b[node]
-        if op == Op.NOT:
-            return f"lane_not({self._condition(a, _CHOICE)})", _ATOM
-        if op in {Op.AND, Op.OR}:
-            sign = "&" if op == Op.AND else "|"
-            return f"({self._condition(a, _ATOM)} {sign} {self._condition(b, _ATOM)})", _ATOM
-        text, _ = super()._truth(node)
-        return f"({text})", _ATOM
 
 
 @dataclass(frozen=True, slots=True)

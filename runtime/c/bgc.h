@@ -166,7 +166,7 @@ typedef struct bgc_model {
     /* the arguments of the switches; NULL if there are none. */
     void (*switches)(const double *h, double t, const double *x, const double *u, double *z,
                      double *w);
-    /* a[k] nonzero: assertion k holds. */
+    /* a[k] a number that is not 0: assertion k holds. */
     void (*asserts)(const double *h, double t, const double *x, const double *u, double *a,
                     double *w);
 } bgc_model;

@@ -155,10 +155,11 @@ struct bgc_data {
     size_t n_saved;
     double *p, *h, *x, *u, *u_seen, *scale, *mass;
     double *u_step;        /* u of the last step, its modes among them */
-    double *mode;          /* n_switch: modes at present; NaN where a switch has none any more */
+    double *mode;          /* n_switch: modes at present; NaN where a switch has none */
     double *argument;      /* n_switch: arguments at present */
     double *extent;        /* n_switch: the largest size of each argument so far */
-    double *returns;       /* n_switch: how often in a row it has changed back at once */
+    double *returns;       /* n_switch: how often in a row it has changed back at once; infinite
+                            * where it has been given up */
     double *change_of_mode; /* n_switch: by how much it changed last */
     double *inverse_mass;  /* 1 / m_ii where row i of M has that entry only, else 0 */
     double *algebraic;     /* 1 where row i of M is empty, else 0 */

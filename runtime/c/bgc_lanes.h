@@ -76,6 +76,26 @@ static inline lane lane_sign(lane a) {
     return lane_select(a > lane_of(0.0), one, lane_select(a < lane_of(0.0), -one, a));
 }
 
+/* Conditions are 1, 0 or, undefined, a NaN; so is what is chosen by one that is. */
+static inline lane lane_choose(lane condition, lane yes, lane no) {
+    return lane_select(condition == lane_of(0.0), no,
+                       lane_select(condition == condition, yes, condition));
+}
+static inline lane lane_truth(lane_mask is, lane_mask is_not) {
+    return lane_select(is, lane_of(1.0), lane_select(is_not, lane_of(0.0), lane_of(NAN)));
+}
+static inline lane lane_less(lane a, lane b) { return lane_truth(a < b, a >= b); }
+static inline lane lane_at_most(lane a, lane b) { return lane_truth(a <= b, a > b); }
+static inline lane lane_equal(lane a, lane b) { return lane_truth(a == b, (a < b) | (a > b)); }
+static inline lane_mask lane_is(lane a) { return (a < lane_of(0.0)) | (a > lane_of(0.0)); }
+static inline lane lane_both(lane a, lane b) {
+    return lane_truth(lane_is(a) & lane_is(b), (a == lane_of(0.0)) | (b == lane_of(0.0)));
+}
+static inline lane lane_either(lane a, lane b) {
+    return lane_truth(lane_is(a) | lane_is(b), (a == lane_of(0.0)) & (b == lane_of(0.0)));
+}
+static inline lane lane_negation(lane a) { return lane_truth(a == lane_of(0.0), lane_is(a)); }
+
 /* The functions of <math.h>, lane by lane: lanes/lane_functions.c. */
 lane lane_sqrt(lane a), lane_floor(lane a), lane_ceil(lane a), lane_cbrt(lane a);
 lane lane_sin(lane a), lane_cos(lane a), lane_tan(lane a);

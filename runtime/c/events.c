@@ -4,7 +4,8 @@
  * right-hand side is smooth and the method keeps its order. The dense output of the step tells
  * whether an argument has left its mode, at the end or on the way there; the first time at which
  * one has is found with a bracket, the step is cut there, and the next one starts in the new modes.
- * Invariant: between steps each mode is what its operation gives at the present time and state.
+ * Invariant: between steps each mode is what its operation gives at the present time and state; a
+ * NaN where that is undefined, or where the switch is given up.
  */
 #include "bgc_internal.h"
 
@@ -27,7 +28,8 @@ enum { MOST_RETURNS = 50, MOST_UNRESOLVED = 8, MOST_ROUNDS = 10 };
 
 /* --- modes --------------------------------------------------------------------------------- */
 
-/* What an operation gives for its argument. */
+/* What an operation gives for its argument; of what is undefined, a NaN: kernels compare then, and
+ * an undefined law that is not guarded makes f undefined. */
 static double value_of(int operation, double z) {
     switch (operation) {
     case BGC_ABOVE:
@@ -61,8 +63,10 @@ static double depth(int operation, double mode, double z) {
     }
 }
 
-/* Whether switch k has left its mode with the argument z. One that is left to error control has
- * none. */
+/* Whether switch k is left to error control for the rest of the run. */
+static int is_given_up(const bgc_data *d, int k) { return isinf(d->returns[k]); }
+
+/* Whether switch k has left its mode with the argument z, where it has one. */
 static int has_left(const bgc_model *m, const bgc_data *d, int k, double z) {
     const double mode = d->mode[k];
 
@@ -95,8 +99,8 @@ static int update_modes(const bgc_model *m, bgc_data *d) {
     for (int k = 0; k < m->n_switch; k++) {
         const double mode = value_of(m->switch_info[k].operation, d->argument[k]);
         d->extent[k] = fmax(d->extent[k], fabs(d->argument[k]));
-        if (!isnan(d->mode[k])) {
-            changed |= d->mode[k] != mode;
+        if (!is_given_up(d, k)) {
+            changed |= d->mode[k] != mode && !(isnan(d->mode[k]) && isnan(mode));
             d->mode[k] = mode;
         }
     }
@@ -287,6 +291,29 @@ static int find_between(const bgc_model *m, bgc_data *d, int i, const double *t,
 /* After a step to d->next at `end`, whose dense output is stored: the time of its first event, with
  * d->next the state there; `end` where there is none. BGC_STEP_TOO_SMALL asks for a shorter step,
  * where the method can give it. */
+/* BGC_NOT_FINITE where a switch has come to an argument that is undefined, given d->next and the
+ * arguments there, and no other one guards it: then f is undefined too. */
+static bgc_status check_defined(const bgc_model *m, bgc_data *d, double t, const double *z) {
+    int undefined = 0, bad;
+
+    for (int k = 0; k < m->n_switch; k++) {
+        undefined |= isnan(z[k]) && (!isnan(d->mode[k]) || d->core.event);
+    }
+    if (!undefined) {
+        return BGC_OK;
+    }
+    bgc_release_modes(m, d);
+    m->rhs(d->h, t, d->next, d->u, d->right, d->work);
+    d->core.counts.rhs++;
+    bgc_hold_modes(m, d);
+    bad = bgc_first_bad(m->n_state, d->right);
+    if (bad < 0) {
+        return BGC_OK;
+    }
+    d->core.failed_state = bad;
+    return BGC_NOT_FINITE;
+}
+
 bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_shorten,
                           double *found) {
     const double start = d->core.t;
@@ -335,6 +362,9 @@ static bgc_status count_returns(const bgc_model *m, bgc_data *d, const double *b
         d->returns[k] = in_a_row ? d->returns[k] : 0.0;
         if (change == 0.0 || isnan(change)) {
             continue;
+        if (is_given_up(d, k)) {
+            continue;
+        }
         }
         d->returns[k] += change * d->change_of_mode[k] < 0.0;
         d->change_of_mode[k] = change;
@@ -346,6 +376,7 @@ static bgc_status count_returns(const bgc_model *m, bgc_data *d, const double *b
         }
     }
     return status;
+            d->returns[k] = (double)INFINITY;
 }
 
 /* Puts the states on their algebraic equations in the modes that they give themselves: other
@@ -377,6 +408,15 @@ bgc_status bgc_settle(const bgc_model *m, bgc_data *d) {
 /* After an accepted step: nothing more, or, where it ended at an event, the new modes and states
  * that jump with them. `whole` is the length that was tried. */
 bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole) {
+/* The modes of switches whose arguments were undefined, and no longer are. */
+static void find_missing_modes(const bgc_model *m, bgc_data *d) {
+    for (int k = 0; k < m->n_switch; k++) {
+        if (isnan(d->mode[k]) && !is_given_up(d, k)) {
+            d->mode[k] = value_of(m->switch_info[k].operation, d->argument[k]);
+        }
+    }
+}
+
     bgc_core *core = &d->core;
     const int in_a_row =
         core->event_at == core->t_old && core->t - core->t_old <= brief_excursion * whole;
@@ -388,6 +428,7 @@ bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole) {
         return BGC_OK;
     }
     core->event = 0;
+        find_missing_modes(m, d);
     core->event_at = core->t;
     core->counts.events++;
     core->f_valid = core->jac_valid = core->held = 0;

@@ -39,7 +39,7 @@ bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const do
     }
     m->asserts(d->h, t, x, d->u, d->check, d->work);
     for (int k = 0; k < m->n_assert; k++) {
-        if (d->check[k] == 0.0) {
+        if (!(fabs(d->check[k]) > 0.0)) { /* nor does one that is undefined hold */
             d->core.failed_assertion = k;
             return BGC_ASSERTION;
         }

@@ -206,10 +206,38 @@ def test_comparisons_and_choices_let_a_nan_through(tmp_path: Path) -> None:
     model = CompiledModel(emit_model(make_program(dag, [x, y], outputs=nodes), "0"), tmp_path)
     u, nan = np.zeros(1), np.nan
     np.testing.assert_array_equal(model.outputs(0.0, np.array([2.0, -3.0]), u), [-3, 2, 1, 0, 2, 1])
-    np.testing.assert_array_equal(
-        model.outputs(0.0, np.array([nan, 1.0]), u)[:4], [nan, nan, nan, 0]
-    )
-    np.testing.assert_array_equal(model.outputs(0.0, np.array([1.0, nan]), u)[:4], [nan, nan, 1, 0])
+    for point in ([nan, 1.0], [1.0, nan]):
+        values = model.outputs(0.0, np.array(point), u)
+        np.testing.assert_array_equal(values, [nan, nan, np.sign(point[0]), nan, nan, nan])
+
+
+def test_what_is_undefined_does_not_matter_where_another_condition_decides(tmp_path: Path) -> None:
+    """A NaN in y, behind a guard on x; the printed C, and the evaluation in Python."""
+    dag = Dag()
+    x, y = states(dag, 2)
+    guard, broken = dag.call(Op.LT, dag.zero, x), dag.call(Op.LT, dag.zero, y)
+    closed = dag.call(Op.NOT, guard)
+    chosen = dag.select(broken, dag.one, dag.const(2))
+    nodes = [
+        dag.call(Op.AND, guard, broken),
+        dag.call(Op.AND, broken, guard),
+        dag.call(Op.OR, closed, broken),
+        dag.call(Op.NOT, broken),
+        dag.select(guard, chosen, dag.const(3)),
+        dag.select(dag.call(Op.AND, guard, broken), dag.one, dag.const(3)),
+        dag.select(y, dag.one, dag.zero),
+    ]
+    model = CompiledModel(emit_model(make_program(dag, [x, y], outputs=nodes), "0"), tmp_path)
+    nan = np.nan
+    for point, expected in (
+        ([-1.0, nan], [0, 0, 1, nan, 3, 3, nan]),
+        ([1.0, nan], [nan, nan, nan, nan, nan, nan, nan]),
+        ([1.0, -2.0], [0, 0, 0, 1, 2, 3, 1]),
+        ([1.0, 2.0], [1, 1, 1, 0, 1, 1, 1]),
+    ):
+        np.testing.assert_array_equal(model.outputs(0.0, np.array(point), np.zeros(1)), expected)
+        in_python = evaluate_nodes(dag, nodes, at(point))
+        np.testing.assert_array_equal(in_python, expected)
 
 
 @pytest.mark.parametrize("operations", [100, 700])

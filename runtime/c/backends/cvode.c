@@ -153,7 +153,7 @@ static bgc_status asserted(const bgc_model *m, bgc_data *d, double t, const doub
     }
     m->asserts(d->h, t, x, d->u, d->check, d->work);
     for (int k = 0; k < m->n_assert; k++) {
-        if (d->check[k] == 0.0) {
+        if (!(fabs(d->check[k]) > 0.0)) {
             d->core.failed_assertion = k;
             return BGC_ASSERTION;
         }

@@ -38,7 +38,7 @@ void bgc_batch_check(bgc_batch *b, double t, const lane *x) {
     }
     b->kernel->asserts(b->h, lane_of(t), x, NULL, b->check, b->work);
     for (int k = 0; k < b->m->n_assert; k++) {
-        b->live &= ~bgc_lanes_where(b, b->check[k] == lane_of(0.0));
+        b->live &= ~bgc_lanes_where(b, lane_not(lane_is(b->check[k])));
     }
 }
 
