@@ -146,7 +146,7 @@ def unknown_column(name: str, known: Iterable[str]) -> Diagnostic:
     )
 
 
-def bad_option(name: str, value: object, wanted: str) -> Diagnostic:
+def bad_option(name: str, value: object, wanted: str, example: str = "1e-3") -> Diagnostic:
     """BG066: an option of a run that makes no sense
 
     What: a tolerance, a step, an interval or a duration is not a usable number.
@@ -158,7 +158,9 @@ def bad_option(name: str, value: object, wanted: str) -> Diagnostic:
     Way out: a positive number, in seconds where it is a time.
     """
     return error(
-        "BG066", f"`{name}` is {value}, which is not {wanted}", help=f"give {wanted}, as `1e-3`"
+        "BG066",
+        f"`{name}` is {value}, which is not {wanted}",
+        help=f"give {wanted}, as `{example}`",
     )
 
 

@@ -93,7 +93,7 @@ def trade(
             solvers=_split(solvers) or None,
             rtols=_numbers(rtols, "--rtols") or RTOLS,
             steps=[read_quantity(text, "--steps", "s") for text in _split(steps)] or None,
-            keeps=[int(number) for number in _numbers(keeps, "--keep")] or KEEPS,
+            keeps=_numbers(keeps, "--keep") or KEEPS,
             variants=variants,
             duration=None if duration is None else read_quantity(duration, "--time", "s"),
             budget=read_quantity(budget, "--budget", "s"),

@@ -130,10 +130,7 @@ _UNVERIFIED = (
 
 
 def _of_best(row: Measurement, target: Target) -> str:
-    asked = ["`require`"] if target.required else []
-    asked += ["the deadline"] if target.deadline is not None else []
-    if not target.required:
-        asked.insert(0, f"{DEFAULT_ACCURACY:g} of the range (the scene has no `require`)")
+    asked = [_limit(target), *(["the deadline"] if target.deadline is not None else [])]
     statement = row.configuration.statement(target.settle)
     text = f"The cheapest configuration within {' and '.join(asked)}: `{statement}`"
     details = [_error(row, target), _cost(row)]
@@ -165,7 +162,7 @@ def _of_none(rows: Sequence[Measurement], target: Target) -> str:
     asked = [_limit(target)] if not accurate or timely else []
     if target.deadline is not None and (accurate or not timely):
         asked.append(f"the deadline of {spelled(target.deadline)}")
-    sentences = [f"No configuration meets {' and '.join(asked)}."]
+    sentences = [f"No configuration is within {' and '.join(asked)}."]
     if accurate:
         sentences.append(_of_quickest(accurate, "Of those accurate enough, the quickest", target))
         if timely:
@@ -207,7 +204,8 @@ def _above(value: float) -> str:
 
 
 def _limit(target: Target) -> str:
-    return "`require`" if target.required else f"{target.limit:g} of the range"
+    of_range = f"{DEFAULT_ACCURACY:g} of the range (the scene has no `require`)"
+    return "`require`" if target.required else of_range
 
 
 def _error(row: Measurement, target: Target) -> str:

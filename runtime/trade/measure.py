@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from threading import Event, Thread
+from threading import Event, Thread, get_ident
 
 import numpy as np
 
@@ -42,17 +44,20 @@ def timed_run(
     *,
     accounts: bool,
     limit: float,
+    busy: float = math.inf,
     watch: Callable[[float], None] = lambda reached: None,
 ) -> Run:
     """Run a model from its start over all times, for at most `limit` seconds.
 
-    `watch` is told now and then which time is reached. Ctrl-C stops the run and goes on up.
+    And for at most `busy` seconds of processor time, which do not pass while others have the
+    machine. `watch` is told now and then which time is reached. Ctrl-C stops the run and goes on
+    up.
     """
     width = len(model.measured) + (len(ENERGY_ACCOUNTS) if accounts else 0)
     rows = np.full((len(times), width), np.nan)
     try:
         with model.started(method.seeing(times, model.facts.timed), accounts) as instance:
-            status, seconds, stopped = _run_in_thread(instance, times, rows, limit, watch)
+            status, seconds, stopped = _run_in_thread(instance, times, rows, limit, busy, watch)
             counts = instance.counts
             if stopped and status is Status.INTERRUPTED:
                 message = f"stopped at t = {instance.time:.3g} s: it takes too long"
@@ -74,14 +79,18 @@ def _run_in_thread(
     times: Array,
     rows: Array,
     limit: float,
+    busy: float,
     watch: Callable[[float], None],
 ) -> tuple[Status, float, bool]:
-    """The status, the thread's processor time, and whether the limit was reached."""
+    """The status, the thread's processor time, and whether a limit was reached."""
     outcome: list[tuple[Status, float]] = []
+    clocks: list[int] = []
     finished = Event()
 
     def work() -> None:
         try:
+            if hasattr(time, "pthread_getcpuclockid"):  # not on every system
+                clocks.append(time.pthread_getcpuclockid(get_ident()))
             start = time.thread_time()
             status, _ = instance.run(times, rows)
             outcome.append((status, time.thread_time() - start))
@@ -97,13 +106,20 @@ def _run_in_thread(
             watch(instance.time)
         except KeyboardInterrupt:
             interrupted = True
-        stopped = stopped or time.monotonic() - start > limit
+        stopped = stopped or time.monotonic() - start > limit or _spent(clocks) > busy
         if interrupted or stopped:
             instance.stop()
     if interrupted:
         raise KeyboardInterrupt
     ((status, seconds),) = outcome
     return status, seconds, stopped
+
+
+def _spent(clocks: Sequence[int]) -> float:
+    """The processor time of the thread with that clock; 0 before it has one or after its end."""
+    with suppress(OSError):
+        return sum(map(time.clock_gettime, clocks))
+    return 0.0
 
 
 def paced_worst(

@@ -27,6 +27,7 @@ _AS_THE_REFERENCE = 3.0  # times the time of the reference, beyond which nothing
 _DEFAULT_SAMPLE = 1e-3  # s, of devices in a scene that gives no step: see bgc.h
 _SHORT = 0.05  # s: so short a run is repeated at once
 _MOST_REPEATS = 25  # of the shortest runs, whose times the machine disturbs most
+_AUDITED = 3.0  # times the time of a run, for one with energy accounts
 _MOST_PACED = 12  # configurations that are tried for the deadline
 # Shares of the budget kept from measuring: for deadlines and repetitions, and for variants.
 WITHOUT_VARIANTS, WITH_VARIANTS = 0.3, 0.6
@@ -191,8 +192,8 @@ class Session:
         left = self.left - self.reserve * self.budget
         if left <= 0:
             return Measurement(configuration, "skipped", OUT_OF_BUDGET)
-        found = self._measured(configuration, reference, min(limit, left), watch)
-        if found.status == "stopped" and left < limit:
+        found = self._measured(configuration, reference, limit, watch)
+        if found.status == "stopped" and self.left <= self.reserve * self.budget:
             return Measurement(configuration, "skipped", OUT_OF_BUDGET)
         if found.status != REFUSED:  # what is missing may be installed
             self.store.keep(content, found)
@@ -202,13 +203,15 @@ class Session:
         self,
         configuration: Configuration,
         reference: Reference,
-        limit: float,
+        busy: float,
         watch: Callable[[float], None],
     ) -> Measurement:
-        model = self.model
+        """Run a configuration for at most `busy` seconds of processor time."""
+        model, method, times = self.model, configuration.method, self.times
         accounts = bool(model.accounts)
+        limit = self.left - self.reserve * self.budget
         first = timed_run(
-            model, configuration.method, self.times, accounts=accounts, limit=limit, watch=watch
+            model, method, times, accounts=accounts, limit=limit, busy=busy, watch=watch
         )
         if first.status != DONE:
             return Measurement(configuration, first.status, first.message, counts=first.counts)
@@ -219,7 +222,7 @@ class Session:
         residual = _residual(first, width) if accounts else None
         if self.audited is not None:  # accounts cost time, which is not to be counted
             audit = timed_run(
-                self.audited, configuration.method, self.times, accounts=True, limit=limit
+                self.audited, method, times, accounts=True, limit=self.left, busy=_AUDITED * busy
             )
             residual = _residual(audit, width) if audit.status == DONE else None
         found = Measurement(

@@ -30,7 +30,7 @@ from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 from bgc.runtime.trade.reference import Reference
 from bgc.runtime.trade.session import WITH_VARIANTS, WITHOUT_VARIANTS, Session
 from bgc.runtime.trade.store import machine_description, open_store
-from bgc.runtime.trade.variants import audited, chosen_variants, measure_variants
+from bgc.runtime.trade.variants import ACTIVITY, audited, chosen_variants, measure_variants
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -191,11 +191,7 @@ def trade(
         raise BgError([no_duration(facts.scene)])
     if not loaded.measured:
         raise BgError([nothing_to_measure(facts.scene)])
-    named = {"--rtols": rtols, "--steps": steps or (), "--keep": keeps, "--budget": (budget,)}
-    for name, values in named.items():
-        for value in values:
-            if not value > 0:
-                raise BgError([bad_option(name.lstrip("-"), value, "a positive number")])
+    _check(rtols, steps or (), keeps, budget)
     adaptive, fixed = _methods(loaded, solvers)
     store = open_store(loaded, end, facts.every)
     if fresh:
@@ -208,7 +204,9 @@ def trade(
     reference = session.reference()
     target = session.target(reference)
     ladder = _ladder(session, reference, end) if steps is None and fixed else tuple(steps or ())
-    configurations = scene_configurations(adaptive, fixed, rtols, ladder, keeps)
+    configurations = scene_configurations(
+        adaptive, fixed, rtols, ladder, [int(keep) for keep in keeps]
+    )
     rows = session.measure(configurations, reference, target)
     rows = session.repeat(session.in_time(rows, target), target)
     if others:
@@ -229,7 +227,7 @@ def trade(
         reference=reference,
         verdict=verdict,
         complete=complete,
-        warnings=_warnings(reference, target, rows, complete),
+        warnings=_warnings(reference, target, rows, complete, ACTIVITY in variants and not others),
     )
 
 
@@ -244,6 +242,20 @@ def _loaded(
             raise ValueError("a model is traded as it is: give `bgc.compile` what is to change")
         return model
     return compile_model(model, scene, parameters, uses=uses)
+
+
+def _check(
+    rtols: Sequence[float], steps: Sequence[float], keeps: Sequence[int], budget: float
+) -> None:
+    """Raise BG066 for numbers that make no sense."""
+    named = {"rtols": rtols, "steps": steps, "keep": keeps, "budget": (budget,)}
+    for name, values in named.items():
+        for value in values:
+            if not value > 0:
+                raise BgError([bad_option(name, value, "a positive number")])
+    for keep in keeps:
+        if keep != int(keep):
+            raise BgError([bad_option("keep", keep, "a whole number", "5")])
 
 
 def _methods(model: Model, solvers: Sequence[str] | None) -> tuple[list[str], list[str]]:
@@ -267,7 +279,11 @@ def _ladder(session: Session, reference: Reference, duration: float) -> tuple[fl
 
 
 def _warnings(
-    reference: Reference, target: Target, rows: Sequence[Measurement], complete: bool
+    reference: Reference,
+    target: Target,
+    rows: Sequence[Measurement],
+    complete: bool,
+    nothing_to_spare: bool,
 ) -> tuple[str, ...]:
     found: list[str] = []
     if not reference.converged:
@@ -279,6 +295,8 @@ def _warnings(
         )
     if not complete:
         found.append("only part of the scene was run: nothing is stored for `solver auto`")
+    if nothing_to_spare:
+        found.append("`activity`: nothing was found that the scene could do without")
     left = sum(row.message == OUT_OF_BUDGET for row in rows)
     if left:
         found.append(

@@ -42,15 +42,18 @@ def chosen_variants(session: Session, patterns: Sequence[str]) -> tuple[Variant,
     Raises
     ------
     BgError
-        BG064: a line is none; BG093: a pattern matches no slot that something else fits.
+        BG064: a line is none, or what is wrong with it; BG093: a pattern matches no slot that
+        something else fits.
     """
     path, options = _origin(session.model)
     by_slot = _types_by_slot(path, options)
     found: list[Variant] = []
     for pattern in patterns:
         if "=" in pattern:
-            found.append(_lines(pattern))
-        elif pattern == ALL:
+            lines = _lines(pattern)
+            _ = Compilation(path, with_changes(options, lines)).graph  # a slip is told at once
+            found.append(lines)
+        elif pattern == ALL and by_slot:
             found += [(Change(slot, type_),) for slot, types in by_slot.items() for type_ in types]
         elif pattern == ACTIVITY:
             found += _spared(session)

@@ -428,10 +428,29 @@ def test_lines_of_a_scene_are_a_variant(tmp_path: Path) -> None:
     assert [d.code for d in caught.value.diagnostics] == ["BG064"]
 
 
-def test_a_variant_that_does_not_compile_is_a_row_with_its_reason(tmp_path: Path) -> None:
-    found = quick(written(tmp_path, MOUNTED), variants=["left = Nothing"])
-    (row,) = (row for row in found.measurements if row.configuration.changes)
-    assert row.status == "refused" and row.message.startswith("BG")
+BARE = """
+model Bare is Mount { param k : N/m; port p in; spring : C(stiffness = k); p -> spring; }
+"""
+
+
+def test_a_type_that_does_not_fit_as_it_is_is_a_row_with_its_reason(tmp_path: Path) -> None:
+    found = quick(written(tmp_path, MOUNTED + BARE), variants=["left"])
+    refused = [row for row in found.measurements if row.status == "refused"]
+    assert [row.configuration.variant for row in refused] == ["left=Bare"]
+    assert "`k` has no value" in refused[0].message
+
+
+def test_a_slip_in_lines_is_told_at_once(tmp_path: Path) -> None:
+    with pytest.raises(BgError, match="Nothing"):
+        quick(written(tmp_path, MOUNTED), variants=["left = Nothing"])
+
+
+def test_numbers_that_make_no_sense_are_refused(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    for wrong in ({"keeps": [2.5]}, {"keeps": [0]}, {"steps": [-1.0]}, {"budget": 0.0}):
+        with pytest.raises(BgError) as caught:
+            quick(path, **wrong)
+        assert [d.code for d in caught.value.diagnostics] == ["BG066"]
 
 
 def test_explicit_methods_are_tried_anew_on_what_is_no_longer_stiff() -> None:

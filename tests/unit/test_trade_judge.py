@@ -78,7 +78,7 @@ def test_who_cannot_keep_up_with_time_misses_any_deadline() -> None:
 def test_why_nothing_is_accurate_enough_and_what_would_be() -> None:
     verdict = judge(ROWS[:1], target(deadline=1e-3))
     assert verdict.recommended is None
-    assert "No configuration meets `require`" in verdict.sentence
+    assert "No configuration is within `require`" in verdict.sentence
     assert "lie 1 ms" in verdict.sentence
     assert "`require tip within 0.02 m;` would be met" in verdict.sentence
 
@@ -94,7 +94,7 @@ def test_why_nothing_is_in_time_and_the_nearest_on_each_side() -> None:
 
 def test_neither_accurate_nor_in_time_is_said_of_both() -> None:
     verdict = judge(ROWS[:1], target(deadline=1e-5))
-    assert "meets `require` and the deadline of 10 us." in verdict.sentence
+    assert "within `require` and the deadline of 10 us." in verdict.sentence
     assert "None is in time; the quickest is lie 1 ms" in verdict.sentence
 
 
@@ -114,7 +114,7 @@ def test_a_spent_budget_is_not_taken_for_a_failure() -> None:
 def test_a_variant_that_alone_will_do_is_named() -> None:
     rigid = Configuration("rk4", step=1e-3, changes=(Change("d", "0", is_use=False),))
     verdict = judge((ROWS[0], measured(rigid, 1e-3, cpu=0.0015)), target())
-    assert verdict.recommended is None and "No configuration meets" in verdict.sentence
+    assert verdict.recommended is None and "No configuration is within" in verdict.sentence
     assert "With `set d = 0;`, `solver rk4(step = 1 ms);` would do: `tip` off" in verdict.sentence
 
 
