@@ -31,6 +31,9 @@ enum { MOST_RETURNS = 50, MOST_UNRESOLVED = 8, MOST_ROUNDS = 10 };
 /* What an operation gives for its argument; of what is undefined, a NaN: kernels compare then, and
  * an undefined law that is not guarded makes f undefined. */
 static double value_of(int operation, double z) {
+    if (isnan(z)) {
+        return z;
+    }
     switch (operation) {
     case BGC_ABOVE:
         return z > 0.0;
@@ -288,9 +291,6 @@ static int find_between(const bgc_model *m, bgc_data *d, int i, const double *t,
     return 0;
 }
 
-/* After a step to d->next at `end`, whose dense output is stored: the time of its first event, with
- * d->next the state there; `end` where there is none. BGC_STEP_TOO_SMALL asks for a shorter step,
- * where the method can give it. */
 /* BGC_NOT_FINITE where a switch has come to an argument that is undefined, given d->next and the
  * arguments there, and no other one guards it: then f is undefined too. */
 static bgc_status check_defined(const bgc_model *m, bgc_data *d, double t, const double *z) {
@@ -314,6 +314,9 @@ static bgc_status check_defined(const bgc_model *m, bgc_data *d, double t, const
     return BGC_NOT_FINITE;
 }
 
+/* After a step to d->next at `end`, whose dense output is stored: the time of its first event, with
+ * d->next the state there; `end` where there is none. BGC_STEP_TOO_SMALL asks for a shorter step,
+ * where the method can give it. */
 bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_shorten,
                           double *found) {
     const double start = d->core.t;
@@ -345,7 +348,7 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
     if (d->core.event) {
         bgc_interpolate(m, d, *found, d->next);
     }
-    return BGC_OK;
+    return check_defined(m, d, *found, d->core.event ? d->after : z[BGC_SAMPLES]);
 }
 
 /* --- going on ------------------------------------------------------------------------------- */
@@ -359,12 +362,12 @@ static bgc_status count_returns(const bgc_model *m, bgc_data *d, const double *b
 
     for (int k = 0; k < m->n_switch; k++) {
         const double change = d->mode[k] - before[k];
-        d->returns[k] = in_a_row ? d->returns[k] : 0.0;
-        if (change == 0.0 || isnan(change)) {
-            continue;
         if (is_given_up(d, k)) {
             continue;
         }
+        d->returns[k] = in_a_row ? d->returns[k] : 0.0;
+        if (change == 0.0 || isnan(change)) {
+            continue;
         }
         d->returns[k] += change * d->change_of_mode[k] < 0.0;
         d->change_of_mode[k] = change;
@@ -373,10 +376,10 @@ static bgc_status count_returns(const bgc_model *m, bgc_data *d, const double *b
             status = BGC_CHATTERING;
         } else if (d->returns[k] >= MOST_RETURNS) {
             d->mode[k] = (double)NAN;
+            d->returns[k] = (double)INFINITY;
         }
     }
     return status;
-            d->returns[k] = (double)INFINITY;
 }
 
 /* Puts the states on their algebraic equations in the modes that they give themselves: other
@@ -405,9 +408,6 @@ bgc_status bgc_settle(const bgc_model *m, bgc_data *d) {
     return status;
 }
 
-/* After an accepted step: nothing more, or, where it ended at an event, the new modes and states
- * that jump with them. `whole` is the length that was tried. */
-bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole) {
 /* The modes of switches whose arguments were undefined, and no longer are. */
 static void find_missing_modes(const bgc_model *m, bgc_data *d) {
     for (int k = 0; k < m->n_switch; k++) {
@@ -417,6 +417,9 @@ static void find_missing_modes(const bgc_model *m, bgc_data *d) {
     }
 }
 
+/* After an accepted step: nothing more, or, where it ended at an event, the new modes and states
+ * that jump with them. `whole` is the length that was tried. */
+bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole) {
     bgc_core *core = &d->core;
     const int in_a_row =
         core->event_at == core->t_old && core->t - core->t_old <= brief_excursion * whole;
@@ -425,10 +428,10 @@ static void find_missing_modes(const bgc_model *m, bgc_data *d) {
     core->unresolved = 0;
     if (!core->event) {
         m->switches(d->h, core->t, d->x, d->u, d->argument, d->work);
+        find_missing_modes(m, d);
         return BGC_OK;
     }
     core->event = 0;
-        find_missing_modes(m, d);
     core->event_at = core->t;
     core->counts.events++;
     core->f_valid = core->jac_valid = core->held = 0;
