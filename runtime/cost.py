@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -156,6 +157,8 @@ def spectral_radius(lowered: Lowered) -> float | None:
     values = dict(default_values(dag, program.parameters))
     values[Symbol(Kind.TIME, 0)] = 0.0
     values.update({Symbol(Kind.INPUT, k): 0.0 for k in range(program.inputs)})
+    for k in range(len(lowered.switches)):  # without a mode: what the operation gives
+        values[Symbol(Kind.INPUT, program.inputs + k)] = math.nan
     start = evaluate_nodes(dag, [state.initial for state in program.states], values)
     values.update({Symbol(Kind.STATE, k): x for k, x in enumerate(start)})
     matrix, mass = np.zeros((size, size)), np.eye(size)

@@ -117,6 +117,15 @@ def test_the_spectral_radius_is_that_of_the_emitted_jacobian() -> None:
     assert cost_of(lowered).states == 37
 
 
+def test_a_law_that_switches_is_taken_as_it_is_at_the_start(tmp_path: Path) -> None:
+    source = tmp_path / "lag.bg"
+    source.write_text(
+        "model Lag { state x = 1; der(x) = -(if x > 0.5 then 7 else 2)*x; }"
+        "scene s of Lag { observe x; run 1; }"
+    )
+    assert spectral_radius(lowered_program(Compilation(source, Options()))) == pytest.approx(7)
+
+
 def test_the_command_prints_tables_and_json(file: Path) -> None:
     text = CliRunner().invoke(application, ["cost", str(file), "-q"]).output
     assert "written  compiled" in text and "starts at zero and stays there" in text
