@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from ctypes import POINTER, c_double
 from typing import Any
 
 import numpy as np
@@ -140,6 +141,23 @@ def test_order_of_rows_inside_a_step(c_model: Any, method: str, order: int, part
     steps = [0.1, 0.05, 0.025]
     errors = [kaps_error(c_model, method, step, 1.0, end=part * step) for step in steps]
     assert observed_order(steps, errors) > order - 0.7
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_the_rate_of_the_dense_output_in_the_middle_of_a_step(c_model: Any, method: str) -> None:
+    kaps = c_model("kaps")
+    start_equidistant(kaps, method, 0.5)
+    kaps.finish([0.5])
+    parts = np.linspace(0.0, 1.0, 6)  # for polynomials up to degree 4
+    points = np.empty((len(parts), kaps.states))
+    for part, point in zip(parts, points, strict=True):
+        place = point.ctypes.data_as(POINTER(c_double))
+        kaps.library.bgc_interpolate(kaps.model, kaps.data, c_double(0.5 * part), place)
+    rate = np.empty(kaps.states)
+    kaps.library.bgc_dense_slope(kaps.model, kaps.data, rate.ctypes.data_as(POINTER(c_double)))
+    for column, found in zip(points.T, rate, strict=True):
+        slope = np.polyval(np.polyder(np.polyfit(parts, column, 5)), 0.5) / 0.5
+        assert found == pytest.approx(slope, rel=1e-10)
 
 
 @pytest.mark.parametrize("method", ADAPTIVE)
