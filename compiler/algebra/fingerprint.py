@@ -1,5 +1,8 @@
 """Fingerprints: every node evaluated modulo two large primes, at a random point each.
 
+Both residues are kept as one, modulo the product of the primes: sums, products and quotients are
+computed once for both, all else for each.
+
 Two nodes that are equal as rational functions of their symbols have equal fingerprints; two
 that are not collide with a probability of about their degree in 2^61. So "is zero", "is
 constant" and "equal" are told without a simplifier, in time linear in the number of nodes.
@@ -16,6 +19,7 @@ not seen. An answer "zero", "constant" or "equal" can therefore be relied on, a 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from fractions import Fraction
 from math import isqrt
 
@@ -24,10 +28,19 @@ from bgc.algebra.dag import Dag, Level, Op
 # Both are 7 modulo 8 and, with q up to 149, of a residue modulo q that makes each q a square
 # (quadratic reciprocity): of such primes, each 2^-35 of all, two just below 2^61.
 PRIME = 1_739_249_131_751_026_871
-_PRIMES = (PRIME, 1_947_198_889_117_256_519)  # two: modulo the first alone, PRIME + 1 is 1
+_OTHER_PRIME = 1_947_198_889_117_256_519  # modulo the first alone, PRIME + 1 is 1
+_MODULUS = PRIME * _OTHER_PRIME
+_STEP = PRIME * pow(PRIME, -1, _OTHER_PRIME)  # 0 modulo the first and 1 modulo the other
 _MASK = 2**64 - 1
 _LARGEST_RATIONAL = 2**29  # numerator and denominator below it are recovered uniquely
 _LARGEST_ROOT = 149  # primes up to it have square roots modulo both
+
+# As plain ints: comparing with a member of an enumeration takes several times longer.
+_CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG, _SELECT, _SQRT, _ABS = map(
+    int,
+    (Op.CONST, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG, Op.SELECT, Op.SQRT, Op.ABS),
+)
+_SYMMETRIC = frozenset(map(int, (Op.MIN, Op.MAX, Op.AND, Op.OR, Op.EQ, Op.HYPOT)))
 
 
 class Fingerprints:
@@ -35,40 +48,43 @@ class Fingerprints:
 
     def __init__(self, dag: Dag) -> None:
         self.dag = dag
-        self._points = [_Point(dag, seed, prime) for seed, prime in enumerate(_PRIMES, start=1)]
-        self._steady: dict[tuple[int, ...], int] = {}  # nodes that no state or time moves
+        self._values: list[int] = []
+        self._steady: dict[int, int] = {}  # fingerprint -> node that no state or time moves
         self._looked_at = 0
 
-    def value(self, node: int) -> tuple[int, ...]:
-        """The residues of a node, one a point; the first is modulo `PRIME`."""
-        return tuple(point.value(node) for point in self._points)
+    def value(self, node: int) -> int:
+        """The fingerprint of a node: its residues modulo both primes, as one modulo both."""
+        if node >= len(self._values):
+            self._extend()
+        return self._values[node]
 
-    def residues(self) -> list[tuple[int, ...]]:
-        """The residues of all nodes there are now."""
-        last = len(self.dag) - 1
-        return list(zip(*(point.values_to(last) for point in self._points), strict=True))
+    def residue(self, node: int) -> int:
+        """The residue of a node modulo `PRIME`."""
+        return self.value(node) % PRIME
+
+    def values(self) -> list[int]:
+        """The fingerprints of all nodes there are now."""
+        self._extend()
+        return self._values.copy()
 
     def is_zero(self, node: int) -> bool:
         """Whether a node is zero for all values of its symbols."""
-        return all(point.value(node) == 0 for point in self._points)
+        return self.value(node) == 0
 
     def equal(self, a: int, b: int) -> bool:
         """Whether two nodes are equal for all values of their symbols."""
-        return a == b or all(point.value(a) == point.value(b) for point in self._points)
+        return a == b or self.value(a) == self.value(b)
 
     def constant(self, node: int) -> Fraction | None:
         """The number that a node always equals; None if it varies or is no simple fraction."""
         exact = self.dag.value(node)
         if exact is not None:
             return exact
-        first, *others = self.value(node)
-        found = _rational(first)
-        if found is None:
-            return None
+        value = self.value(node)
+        found = _rational(value % PRIME)
         # More than half of all residues are those of some fraction: only the right one has the
-        # right residue modulo another prime too.
-        rest = zip(others, _PRIMES[1:], strict=True)
-        return found if all(other == _residue(found, prime) for other, prime in rest) else None
+        # right residue modulo the other prime too.
+        return found if found is not None and _residue(found, _MODULUS) == value else None
 
     def simplified(self, node: int) -> int:
         """A node that always equals this one and changes less often, if there is one.
@@ -86,118 +102,141 @@ class Fingerprints:
             if dag.level[known] <= Level.PARAM:
                 self._steady.setdefault(self.value(known), known)
         self._looked_at = len(dag)
-        residues = self.value(node)
-        if (same := self._steady.get(residues)) is not None:
+        value = self.value(node)
+        if (same := self._steady.get(value)) is not None:
             return same
-        opposite = self._steady.get(negative(residues))
+        opposite = self._steady.get(negative(value))
         return node if opposite is None else dag.neg(opposite)
 
-
-def negative(residues: tuple[int, ...]) -> tuple[int, ...]:
-    """The residues of the opposite of a node."""
-    return tuple(-x % prime for x, prime in zip(residues, _PRIMES, strict=True))
-
-
-class _Point:
-    """Residues of all nodes at one random point, modulo a prime."""
-
-    def __init__(self, dag: Dag, seed: int, prime: int) -> None:
-        self._dag = dag
-        self._seed = seed
-        self._prime = prime
-        self._values: list[int] = []
-
-    def value(self, node: int) -> int:
-        if node >= len(self._values):
-            self._extend()
-        return self._values[node]
-
-    def values_to(self, node: int) -> list[int]:
-        """The residues of all nodes up to one, that one included."""
-        self.value(node)
-        return self._values[: node + 1]
-
     def _extend(self) -> None:
-        dag, values, prime = self._dag, self._values, self._prime
+        dag, values = self.dag, self._values
         op, a, b, c = dag.op, dag.a, dag.b, dag.c
         for node in range(len(values), len(dag)):
             kind = op[node]
-            if kind == Op.MUL:
-                result = values[a[node]] * values[b[node]] % prime
-            elif kind == Op.ADD:
-                result = (values[a[node]] + values[b[node]]) % prime
-            elif kind == Op.SUB:
-                result = (values[a[node]] - values[b[node]]) % prime
-            elif kind == Op.NEG:
-                result = -values[a[node]] % prime
-            elif kind == Op.CONST:
-                result = _residue(dag.constants[a[node]], prime)
-            elif kind == Op.SYMBOL:
+            if kind == _MUL:
+                result = values[a[node]] * values[b[node]] % _MODULUS
+            elif kind == _ADD:
+                result = values[a[node]] + values[b[node]]
+                if result >= _MODULUS:
+                    result -= _MODULUS
+            elif kind == _SUB:
+                result = values[a[node]] - values[b[node]]
+                if result < 0:
+                    result += _MODULUS
+            elif kind == _NEG:
+                result = negative(values[a[node]])
+            elif kind == _CONST:
+                result = _residue(dag.constants[a[node]], _MODULUS)
+            elif kind == _SYMBOL:
                 symbol = dag.symbols[a[node]]
-                result = self._hash(kind, symbol.kind + 1, symbol.index + 1)
-            elif kind == Op.SELECT:
+                result = _at_both(_Point.hashed, kind, symbol.kind + 1, symbol.index + 1)
+            elif kind == _SELECT:
                 condition, yes, no = values[a[node]], values[b[node]], values[c[node]]
-                weight = self._hash(kind, condition) if condition else 0
-                result = (no + weight * (yes - no)) % prime
-            elif kind == Op.SQRT and op[a[node]] == Op.CONST:
-                result = self._root(dag.constants[a[a[node]]], values[a[node]])
+                weight = _at_both(_Point.weight, kind, condition)
+                result = (no + weight * (yes - no)) % _MODULUS
+            elif kind == _SQRT and op[a[node]] == _CONST:
+                result = _root(dag.constants[a[a[node]]], values[a[node]])
+            elif kind == _DIV:
+                result = _divided(values[a[node]], values[b[node]])
             elif b[node] >= 0:
-                result = self._of_two(kind, values[a[node]], values[b[node]])
+                result = _at_both(_Point.of_two, kind, values[a[node]], values[b[node]])
             else:
-                result = self._of_one(kind, values[a[node]])
+                result = _at_both(_Point.of_one, kind, values[a[node]])
             values.append(result)
 
-    def _of_two(self, op: int, x: int, y: int) -> int:
-        if op == Op.DIV:
-            return x * pow(y, -1, self._prime) % self._prime if y else self._hash(op, x)
-        if op in {Op.MIN, Op.MAX, Op.AND, Op.OR, Op.EQ, Op.HYPOT}:
-            x, y = min(x, y), max(x, y)
-        return self._hash(op, x, y)
 
-    def _of_one(self, op: int, x: int) -> int:
-        curve = _CURVES.get(Op(op))
+def negative(value: int) -> int:
+    """The fingerprint of the opposite of a node."""
+    return _MODULUS - value if value else 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Point:
+    """A random point, modulo a prime."""
+
+    seed: int
+    prime: int
+
+    def of_two(self, op: int, x: int, y: int) -> int:
+        if op == _DIV:
+            return x * pow(y, -1, self.prime) % self.prime if y else self.hashed(op, x)
+        if op in _SYMMETRIC:
+            x, y = min(x, y), max(x, y)
+        return self.hashed(op, x, y)
+
+    def of_one(self, op: int, x: int) -> int:
+        curve = _CURVES.get(op)
         if curve is not None:
             family, function = curve
-            return function(self._odd(family, x), self._prime)
+            return function(self._odd(family, x), self.prime)
         if op in _ODD:
             return self._odd(op, x)
-        if op == Op.ABS:
-            return self._hash(op, min(x, self._prime - x)) if x else 0
-        return self._hash(op, x)
+        if op == _ABS:
+            return self.hashed(op, min(x, self.prime - x)) if x else 0
+        return self.hashed(op, x)
 
-    def _root(self, square: Fraction, residue: int) -> int:
-        """The square root of a number, of prime factors each to its own root; else a hash."""
-        factors = _square_free(square)
-        if factors is None:
-            return self._hash(Op.SQRT, residue)
-        outside, primes = factors
-        root = _residue(outside, self._prime)
-        for prime in primes:
-            root = root * pow(prime, (self._prime + 1) // 4, self._prime) % self._prime
-        return root
+    def weight(self, op: int, condition: int) -> int:
+        """How much of what is chosen where a condition holds counts: nothing where it cannot."""
+        return self.hashed(op, condition) if condition else 0
 
     def _odd(self, op: int, x: int) -> int:
         """A hash with f(-x) = -f(x)."""
         if x == 0:
             return 0
-        opposite = self._prime - x
-        return self._hash(op, x) if x < opposite else self._prime - self._hash(op, opposite)
+        opposite = self.prime - x
+        return self.hashed(op, x) if x < opposite else self.prime - self.hashed(op, opposite)
 
-    def _hash(self, op: int, *words: int) -> int:
+    def hashed(self, op: int, *words: int) -> int:
         """A well mixed residue, never zero (splitmix64 over the words)."""
-        state = self._seed
+        state = self.seed
         for word in (op, *words):
             state = (state ^ word) + 0x9E3779B97F4A7C15 & _MASK
             state = (state ^ state >> 30) * 0xBF58476D1CE4E5B9 & _MASK
             state = (state ^ state >> 27) * 0x94D049BB133111EB & _MASK
             state ^= state >> 31
-        return state % (self._prime - 1) + 1
+        return state % (self.prime - 1) + 1
 
 
-def _residue(exact: Fraction, prime: int) -> int:
+_POINT, _OTHER_POINT = _Point(1, PRIME), _Point(2, _OTHER_PRIME)
+
+
+def _at_both(function: Callable[..., int], op: int, *operands: int) -> int:
+    """What a function of an operation and residues gives at both points, as one."""
+    first = function(_POINT, op, *(x % PRIME for x in operands))
+    other = function(_OTHER_POINT, op, *(x % _OTHER_PRIME for x in operands))
+    return _joined(first, other)
+
+
+def _joined(first: int, other: int) -> int:
+    """The number modulo both primes with these residues (Chinese remainder theorem)."""
+    return (first + _STEP * (other - first)) % _MODULUS
+
+
+def _divided(x: int, y: int) -> int:
+    """A quotient; a hash where the divisor is zero."""
+    try:
+        return x * pow(y, -1, _MODULUS) % _MODULUS
+    except ValueError:  # zero modulo one of the primes
+        return _at_both(_Point.of_two, _DIV, x, y)
+
+
+def _root(square: Fraction, value: int) -> int:
+    """The square root of a number, of prime factors each to its own root; else a hash."""
+    factors = _square_free(square)
+    if factors is None:
+        return _at_both(_Point.hashed, _SQRT, value)
+    outside, primes = factors
+    root = _residue(outside, _MODULUS)
+    for prime in primes:
+        first, other = (pow(prime, (p + 1) // 4, p) for p in (PRIME, _OTHER_PRIME))
+        root = root * _joined(first, other) % _MODULUS
+    return root
+
+
+def _residue(exact: Fraction, modulus: int) -> int:
     if exact.denominator == 1:
-        return exact.numerator % prime
-    return exact.numerator * pow(exact.denominator, -1, prime) % prime
+        return exact.numerator % modulus
+    return exact.numerator * pow(exact.denominator, -1, modulus) % modulus
 
 
 def _square_free(square: Fraction) -> tuple[Fraction, tuple[int, ...]] | None:
@@ -235,7 +274,7 @@ def _quotient(x: int, y: int, prime: int) -> int:
 
 # Functions of a rational parameter t of the circle and of the hyperbola, odd in the argument.
 _CIRCLE, _HYPERBOLA = 101, 102
-_CURVES: dict[Op, tuple[int, Callable[[int, int], int]]] = {
+_CURVES: dict[int, tuple[int, Callable[[int, int], int]]] = {
     Op.SIN: (_CIRCLE, lambda t, p: _quotient(2 * t, 1 + t * t, p)),
     Op.COS: (_CIRCLE, lambda t, p: _quotient(1 - t * t, 1 + t * t, p)),
     Op.TAN: (_CIRCLE, lambda t, p: _quotient(2 * t, 1 - t * t, p)),
@@ -245,4 +284,4 @@ _CURVES: dict[Op, tuple[int, Callable[[int, int], int]]] = {
     Op.EXP: (_HYPERBOLA, lambda t, p: _quotient(1 + t, 1 - t, p)),
     Op.EXPM1: (_HYPERBOLA, lambda t, p: _quotient(2 * t, 1 - t, p)),
 }
-_ODD = frozenset({Op.ASIN, Op.ATAN, Op.ASINH, Op.ATANH, Op.CBRT, Op.ERF, Op.SIGN})
+_ODD = frozenset(map(int, (Op.ASIN, Op.ATAN, Op.ASINH, Op.ATANH, Op.CBRT, Op.ERF, Op.SIGN)))

@@ -22,8 +22,10 @@ from bgc.program import Program
 from bgc.program_nodes import map_program, program_roots
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
-_CONST, _SYMBOL, _DIV = map(int, (Op.CONST, Op.SYMBOL, Op.DIV))
-_ARITHMETIC = frozenset(map(int, (Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG)))  # of residues too
+_CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG = map(
+    int, (Op.CONST, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG)
+)
+_ARITHMETIC = frozenset((_ADD, _SUB, _MUL, _DIV, _NEG))  # of fingerprints too
 
 
 def optimise(program: Program) -> Program:
@@ -38,22 +40,31 @@ def optimise(program: Program) -> Program:
 def number_values(dag: Dag, roots: Sequence[Node]) -> tuple[Dag, dict[Node, Node]]:
     """A new graph with the roots simplified, and the new node of every old one they need."""
     simple = Dag()
-    residues = Fingerprints(dag).residues()
-    after = Fingerprints(simple)
-    first: dict[tuple[int, ...], Node] = {}  # residues -> node
+    values, after = Fingerprints(dag).values(), Fingerprints(simple)
+    first: dict[int, Node] = {}  # fingerprint -> node
     new: dict[Node, Node] = {}
-    computed: set[Node] = set()  # their residues in `dag` are hashes of numbers now computed with
+    computed: set[Node] = set()  # their values in `dag` are hashes of numbers now computed with
+    op, a, b = dag.op, dag.a, dag.b
     for node in dag.reachable(roots):
-        made = _remake(dag, simple, node, new)
-        if _is_computed(dag, simple, node, new, computed):
+        kind = op[node]
+        if kind == _MUL:
+            made = simple.mul(new[a[node]], new[b[node]])
+        elif kind == _ADD:
+            made = simple.add(new[a[node]], new[b[node]])
+        elif kind == _SUB:
+            made = simple.sub(new[a[node]], new[b[node]])
+        else:
+            made = _remake(dag, simple, node, new)
+        is_function = kind not in _ARITHMETIC
+        if (is_function or computed) and _is_computed(dag, simple, node, new, computed):
             computed.add(node)
-            residues[node] = after.value(made)
-        new[node] = _known(simple, first, residues[node], made)
-        if node in dag.places:
-            simple.mark(new[node], dag.places[node])
-    now = after.residues()
+            values[node] = after.value(made)
+        new[node] = _known(simple, first, values[node], made)
+    for node in sorted(dag.places.keys() & new.keys()):
+        simple.mark(new[node], dag.places[node])
+    now = after.values()
     for root in roots:
-        assert now[new[root]] == residues[root], f"node {root} changed its value"
+        assert now[new[root]] == values[root], f"node {root} changed its value"
     return simple, new
 
 
@@ -64,11 +75,7 @@ def _is_computed(
 
     `max(a - a + 2, 1)` is 2, which no hash of the operands tells.
     """
-    if dag.op[node] <= _SYMBOL:
-        return False
     is_function = dag.op[node] not in _ARITHMETIC
-    if not is_function and not computed:
-        return False
     return any(
         x in computed or (is_function and dag.op[x] != _CONST and simple.op[new[x]] == _CONST)
         for x in dag.operands(node)
@@ -92,14 +99,12 @@ def _remake(dag: Dag, simple: Dag, node: Node, new: dict[Node, Node]) -> Node:
     return simple.apply(op, (new[a], new[b]))
 
 
-def _known(
-    dag: Dag, first: dict[tuple[int, ...], Node], value: tuple[int, ...], node: Node
-) -> Node:
+def _known(dag: Dag, first: dict[int, Node], value: int, node: Node) -> Node:
     """The node to use for one with this value: an equal one, the opposite of one, or itself."""
     if dag.op[node] <= _SYMBOL:
         first[value] = node
         return node
-    if not any(value):
+    if value == 0:
         return dag.zero
     known = first.get(value)
     if known is None:

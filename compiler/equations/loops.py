@@ -306,11 +306,11 @@ class _Loop:
 
         Where the rows change with the unknowns, these say nothing of what is left.
         """
-        residue = self._fingerprints.value
+        residue = self._fingerprints.residue
         found = "unclear"
         if set(unknowns).isdisjoint(self._dag.reachable([n for row in rows for n in row])):
-            found = solutions_of([[residue(n)[0] for n in row] for row in rows],
-                                 [residue(n)[0] for n in right]).value  # fmt: skip
+            numbers = [[residue(n) for n in row] for row in rows]
+            found = solutions_of(numbers, [residue(n) for n in right]).value
         ports = self._variables.ports_among(self._members)
         places = self._variables.places
         return places.unsolvable(
@@ -384,9 +384,9 @@ class _Loop:
 
     def require_regular(self, states: Sequence[AlgebraicState], unknowns: Sequence[Node]) -> None:
         """Refuse residuals whose Jacobian is singular for all values."""
-        residue = self._fingerprints.value
+        residue = self._fingerprints.residue
         rows = [gradient(self._dag, s.residual, unknowns) for s in states]
-        found = solutions_of([[residue(n)[0] for n in row] for row in rows], [0] * len(rows))
+        found = solutions_of([[residue(n) for n in row] for row in rows], [0] * len(rows))
         if found is not Solutions.ONE:
             right = [state.residual for state in states]
             raise self._unsolvable([state.symbol for state in states], rows, right, unknowns)

@@ -283,7 +283,7 @@ class _Search:
         return found | {column: {column: self._dag.one} for column in sorted(free)}
 
     def _residue(self, node: Node) -> int:
-        return self._fingerprints.value(node)[0]
+        return self._fingerprints.residue(node)
 
     def _solve(self, rows: list[_Row], columns: set[Column], rank: int) -> dict[Column, _Row]:
         """Solutions by certified pivots; every row is solved for one unknown."""
