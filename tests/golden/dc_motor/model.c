@@ -21,6 +21,11 @@
 
 #include <math.h>
 
+static inline double model_less(double a, double b)
+{
+    return a < b ? 1.0 : a >= b ? 0.0 : NAN;
+}
+
 /* Everything that depends on parameters alone. */
 static void model_prepare(const double *p, double *h, double *w)
 {
@@ -33,7 +38,8 @@ static void model_prepare(const double *p, double *h, double *w)
     h[6] = -(p[2] * v2);
     h[7] = p[2] * v1;
     h[8] = -(p[4] * v2);
-    h[10] = 0.0 < v2 ? sqrt(p[0] * p[3]) : 1.0;
+    const double v3 = model_less(0.0, v2);
+    h[10] = v3 == 0.0 ? 1.0 : v3 == v3 ? sqrt(p[0] * p[3]) : v3;
     h[0] = p[1];
     h[2] = p[2];
     h[4] = p[4];

@@ -19,6 +19,11 @@
 
 #include <math.h>
 
+static inline double model_less(double a, double b)
+{
+    return a < b ? 1.0 : a >= b ? 0.0 : NAN;
+}
+
 /* Everything that depends on parameters alone. */
 static void model_prepare(const double *p, double *h, double *w)
 {
@@ -29,7 +34,8 @@ static void model_prepare(const double *p, double *h, double *w)
     h[2] = v2;
     h[3] = -(p[0] * v1);
     h[4] = -v2;
-    h[6] = 0.0 < v2 ? sqrt(p[1] * p[2]) : 1.0;
+    const double v3 = model_less(0.0, v2);
+    h[6] = v3 == 0.0 ? 1.0 : v3 == v3 ? sqrt(p[1] * p[2]) : v3;
     h[0] = p[0];
     h[5] = p[1];
     h[7] = p[2];

@@ -18,6 +18,11 @@
 
 #include <math.h>
 
+static inline double model_less(double a, double b)
+{
+    return a < b ? 1.0 : a >= b ? 0.0 : NAN;
+}
+
 /* Everything that depends on parameters alone. */
 static void model_prepare(const double *p, double *h, double *w)
 {
@@ -28,8 +33,10 @@ static void model_prepare(const double *p, double *h, double *w)
     h[1] = v2;
     h[2] = -v1;
     h[3] = -v2;
-    h[4] = 0.0 < v1 ? p[0] : 1.0;
-    h[5] = 0.0 < v2 ? p[1] : 1.0;
+    const double v3 = model_less(0.0, v1);
+    h[4] = v3 == 0.0 ? 1.0 : v3 == v3 ? p[0] : v3;
+    const double v4 = model_less(0.0, v2);
+    h[5] = v4 == 0.0 ? 1.0 : v4 == v4 ? p[1] : v4;
     h[6] = p[0];
     h[7] = p[1];
 }
