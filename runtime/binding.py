@@ -93,8 +93,21 @@ _FACTOR_TABLES = (
 )
 
 
+_FUNCTIONS = (
+    "prepare",
+    "positive",
+    "defaults",
+    "initial",
+    "scale",
+    "mass",
+    "rhs",
+    "jacobian",
+    "factor",
+)
+
+
 class ModelStruct(ctypes.Structure):
-    """`bgc_model`, up to its functions, which only the runtime calls."""
+    """`bgc_model`, up to the function `factor`; only the runtime calls them."""
 
     _fields_: ClassVar[_Fields] = [
         ("abi", c_uint32),
@@ -132,6 +145,7 @@ class ModelStruct(ctypes.Structure):
         ("step", c_double),
         ("duration", c_double),
         ("every", c_double),
+        *((name, c_void_p) for name in _FUNCTIONS),
     ]
 
 

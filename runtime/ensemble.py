@@ -47,6 +47,8 @@ class Ensemble:
         Why, by the number of the instance (from 0).
     together
         How many were computed in the lanes of vector registers, not alone.
+    alone
+        Why all were run one by one; empty where vector registers were used.
     warnings
         What there was to say of how they were run.
     """
@@ -61,6 +63,7 @@ class Ensemble:
     status: tuple[str, ...]
     failures: Mapping[int, Diagnostic] = field(default_factory=dict)
     together: int = 0
+    alone: str = ""
     warnings: tuple[Diagnostic, ...] = ()
 
     def __len__(self) -> int:

@@ -1,12 +1,14 @@
 """Many parameter sets at once: in the lanes of vector registers, on all processors.
 
 Instances of a model go in batches of as many as a vector register holds. A batch takes one step
-for all its instances (`runtime/c/lanes`), and an instance that cannot keep up (a law is undefined,
-an assertion does not hold, static pivots lose digits) leaves it and is run alone, as `simulate`
-does, which also tells what is wrong with it. So are all instances, one on each processor, where
-there is something that batches do not serve: devices and inputs, laws that switch, algebraic
-equations, methods that are no Rosenbrock or explicit ones (`radau5`, `midpoint`, `gauss4`,
-`cvode`), and iteration matrices that are factorised by tables.
+for all its instances (`runtime/c/lanes`). Each has devices of its own, sampled at the same times;
+where a law of one may switch in a step, that instance takes the step by itself. One that cannot
+keep up (a law is undefined, an assertion does not hold, static pivots lose digits) leaves the batch
+and is run alone, as `simulate` does, which also tells what is wrong with it.
+
+So are all instances, one on each processor, where batches do not serve: algebraic equations,
+methods that are no Rosenbrock or explicit ones (`radau5`, `midpoint`, `gauss4`, `cvode`), and
+models so large that their iteration matrices are factorised in loops. `Ensemble.alone` tells.
 """
 
 from __future__ import annotations
@@ -40,7 +42,8 @@ Sets: TypeAlias = Mapping[str, Quantity] | Sequence[Mapping[str, Quantity]]
 """Values by parameter, one for each instance; or a set of parameters for each instance."""
 
 _FEWEST = 4  # instances that are worth compiling for
-_COLLOCATION = frozenset(("radau5", "midpoint", "gauss4"))
+_EXPLICIT = frozenset(("dopri5", "rk4", "heun"))
+_OTHERS = frozenset(("radau5", "midpoint", "gauss4", *BACKENDS))
 _WATCH_SECONDS = 0.05
 
 
@@ -191,8 +194,8 @@ def simulate_many(
     """Run a model with all parameter sets, each to all times; see `Model.simulate_many`."""
     accounts = bool(model.accounts)
     numbers = [model.parameters.given(each) for each in sets]
-    use_lanes = vectorised and len(sets) >= _FEWEST and _is_served(model, method)
-    library = _lane_library(model) if use_lanes else model.library
+    alone = _why_alone(model, method, len(sets), vectorised)
+    library = model.library if alone else _lane_library(model)
     preset = model.parameters.given({})
     given = dict.fromkeys(name for each in numbers for name in each)
     varied = [n for n in given if n not in preset or len({each[n] for each in numbers}) > 1]
@@ -209,7 +212,7 @@ def simulate_many(
         values=np.full((len(sets), len(varied)), np.nan),
     )
     _run_all(work, progress)
-    ensemble = _labelled(work, notices)
+    ensemble = _labelled(work, alone, notices)
     if work.stopping:
         raise EnsembleInterrupted(ensemble)
     return ensemble
@@ -242,16 +245,23 @@ def _processors() -> int:
     return os.cpu_count() or 1
 
 
-def _is_served(model: Model, method: Method) -> bool:
-    """Whether batches serve a model under a method, and there is source to compile them from."""
+def _why_alone(model: Model, method: Method, count: int, vectorised: bool) -> str:
+    """Why batches do not serve a run of so many instances; nothing where they do."""
     info = model.library.model
     rates = set(info.mass_row[: info.n_mass]) if info.n_mass else set(range(info.n_state))
-    return (
-        model.origin is not None
-        and len(rates) == info.n_state > 0
-        and method.name not in _COLLOCATION
-        and method.name not in BACKENDS
-    )
+    explicit = method.name in _EXPLICIT
+    reasons = {
+        "vector registers are not wanted": not vectorised,
+        f"{count} instances are too few to compile for": count < _FEWEST,
+        "the model's source is not at hand": model.origin is None,
+        "the model has no states": info.n_state == 0,
+        "the model has algebraic equations": len(rates) < info.n_state,
+        f"`{method.name}` is no Rosenbrock or explicit method": method.name in _OTHERS,
+        "the model is so large that its matrix is factorised in loops": not (
+            info.factor or explicit
+        ),
+    }
+    return next((reason for reason, holds in reasons.items() if holds), "")
 
 
 def _lane_library(model: Model) -> LaneLibrary:
@@ -266,7 +276,7 @@ def _lane_library(model: Model) -> LaneLibrary:
     return library
 
 
-def _labelled(work: _Work, notices: Sequence[Diagnostic]) -> Ensemble:
+def _labelled(work: _Work, alone: str, notices: Sequence[Diagnostic]) -> Ensemble:
     """Name what was computed, the outputs in the scene's order."""
     model = work.model
     accounts = (model.accounts.get(account, "") for account in ENERGY_ACCOUNTS)
@@ -284,5 +294,6 @@ def _labelled(work: _Work, notices: Sequence[Diagnostic]) -> Ensemble:
         status=tuple(work.status_of(k) for k in range(len(work.sets))),
         failures=dict(sorted(work.failures.items())),
         together=len(work.together),
+        alone=alone,
         warnings=tuple(notices),
     )

@@ -174,7 +174,8 @@ class Model:
         Several instances go in one vector register (eight with AVX-512), and batches of these on
         all processors. Instances in a batch take the same steps: under error control the ones
         that the most demanding of them needs. What batches do not serve (`bgc.runtime.many`) is
-        run one by one. The first call compiles what it needs, once and for all.
+        run one by one, and `Ensemble.alone` says why. The first call compiles what it needs, once
+        and for all.
 
         Parameters
         ----------

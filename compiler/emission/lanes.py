@@ -17,7 +17,7 @@ from bgc.emission.lowered import Kernel, Lowered
 from bgc.emission.print_c import LANES
 from bgc.emission.print_lu import matrix_prototypes
 
-_KERNELS = ("rhs", "jacobian", "energy", "outputs", "asserts", "project")
+_KERNELS = ("rhs", "jacobian", "energy", "outputs", "asserts", "project", "switches")
 
 
 def lane_units(lowered: Lowered) -> tuple[Unit, ...]:

@@ -107,6 +107,7 @@ typedef struct {
     double t, origin, period;
     int64_t ticks, sample;
     double since_sample;   /* s of computing */
+    double stop;           /* steps under error control end there; INFINITY: nowhere */
     int between; /* an event cut the fixed step that is under way */
 
     int f_valid, jac_valid; /* at the present t, x, u */
@@ -222,8 +223,12 @@ bgc_status bgc_rosenbrock(const bgc_model *m, bgc_data *d, const bgc_tableau *me
 bgc_status bgc_runge_kutta(const bgc_model *m, bgc_data *d, const bgc_tableau *method, double h);
 bgc_status bgc_collocate(const bgc_model *m, bgc_data *d, const bgc_collocation *method, double h);
 
+/* --- run.c */
+bgc_status bgc_sample(const bgc_model *m, bgc_data *d);
+
 /* --- step.c */
 bgc_status bgc_attempt(const bgc_model *m, bgc_data *d);
+double bgc_limit_step(double t, double h, double stop, double *t_new);
 void bgc_evaluate_f(const bgc_model *m, bgc_data *d);
 void bgc_evaluate_jacobian(const bgc_model *m, bgc_data *d);
 bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const double *x);
@@ -239,6 +244,7 @@ void bgc_hold_modes(const bgc_model *m, bgc_data *d);
 void bgc_release_modes(const bgc_model *m, bgc_data *d);
 void bgc_find_modes(const bgc_model *m, bgc_data *d);
 void bgc_reset_modes(const bgc_model *m, bgc_data *d);
+extern const double bgc_sample_at[BGC_SAMPLES];
 bgc_status bgc_settle(const bgc_model *m, bgc_data *d);
 double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end);
 bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_shorten,

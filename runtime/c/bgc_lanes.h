@@ -117,6 +117,7 @@ typedef struct {
     void (*solve)(const lane *lu, lane *b, lane *w);
     void (*outputs)(const lane *h, lane t, const lane *x, const lane *u, lane *y, lane *w);
     void (*energy)(const lane *h, lane t, const lane *x, const lane *u, lane *out, lane *w);
+    void (*switches)(const lane *h, lane t, const lane *x, const lane *u, lane *z, lane *w);
     void (*asserts)(const lane *h, lane t, const lane *x, const lane *u, lane *a, lane *w);
     void (*project)(const lane *h, lane t, lane *x, lane *w); /* or NULL */
 } bgc_lane_model;
@@ -128,7 +129,8 @@ const bgc_lane_model *bgc_get_lane_model(void);
 int bgc_lane_width(void); /* instances that go in one batch */
 
 /* Runs up to bgc_lane_width() instances together, each as bgc_run would: all take the same steps. They
- * have been reset to the same time and have the same options. rows[k] are those of instance k.
+ * have been reset to the same time and have the same options. rows[k] are those of instance k. Where a
+ * switch of one may leave its mode, it takes that step alone; its devices are its own.
  *
  * `finished` gets bit k where instance k has all its rows. One that cannot keep up (a step fails, an
  * assertion does not hold, static pivots lose digits) leaves the batch, and the others go on; bgc_run

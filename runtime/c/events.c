@@ -14,8 +14,8 @@
 #include <string.h>
 
 /* Where inside a step arguments are looked at, its end last. Unevenly, so that no oscillation hides
- * between them; BGC_SAMPLES of them. */
-static const double sample_at[] = {0.17, 0.41, 0.63, 0.86, 1.0};
+ * between them. */
+const double bgc_sample_at[BGC_SAMPLES] = {0.17, 0.41, 0.63, 0.86, 1.0};
 /* Values at the second and third node of the cubic through those at 0, 0.17, 0.86 and 1. */
 static const double foretold[2][4] = {
     {-0.4358413132694938, 1.1180784519150777, 0.6988299869998555, -0.3810671256454388},
@@ -327,7 +327,7 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
     d->core.event = 0;
     for (int i = 1; i <= BGC_SAMPLES; i++) {
         double *here = d->samples + (size_t)(i - 1) * bgc_padded(m->n_switch);
-        t[i] = i == BGC_SAMPLES ? end : start + sample_at[i - 1] * (end - start);
+        t[i] = i == BGC_SAMPLES ? end : start + bgc_sample_at[i - 1] * (end - start);
         evaluate(m, d, ALONG_STEP, t[i], here);
         z[i] = here;
     }

@@ -204,6 +204,7 @@ static void start_afresh(bgc_core *core, double t) {
     core->failed_state = core->failed_switch = -1;
     core->t = core->t_old = core->t_end = core->origin = t;
     core->ticks = core->sample = core->between = core->event = 0;
+    core->stop = INFINITY;
     core->f_valid = core->jac_valid = core->held = core->rejected = core->watched = 0;
     core->halvings = 0;
     core->dense = BGC_NO_DENSE;

@@ -105,7 +105,7 @@ static bgc_status accept_inputs(const bgc_model *m, bgc_data *d) {
 }
 
 /* Inputs from the devices, and commands to them, where the present time is a sample's. */
-static bgc_status sample(const bgc_model *m, bgc_data *d) {
+bgc_status bgc_sample(const bgc_model *m, bgc_data *d) {
     bgc_core *core = &d->core;
     const double due = core->origin + (double)core->sample * core->period;
     bgc_status status;
@@ -147,7 +147,7 @@ static bgc_status reach(const bgc_model *m, bgc_data *d, double t) {
 
     for (long attempts = 0;; attempts++) {
         const int64_t before = core->sample;
-        bgc_status status = core->t > t + slack(core) ? BGC_OK : sample(m, d);
+        bgc_status status = core->t > t + slack(core) ? BGC_OK : bgc_sample(m, d);
         double now;
         if (status != BGC_OK || core->t >= t - slack(core)) {
             return status;

@@ -267,24 +267,27 @@ static double first_step(const bgc_model *m, bgc_data *d, int order) {
     return fmin(100.0 * h0, h1);
 }
 
-/* The next step that is tried: at most to the next sample, and then exactly there. Sets t_new. */
-static double limit_step(const bgc_core *core, double *t_new) {
-    double h = core->h_next;
+/* The next step that is tried from t, at most to the next stop, and then exactly there. Sets t_new. */
+double bgc_limit_step(double t, double h, double stop, double *t_new) {
+    const double rest = stop - t;
 
-    if (core->max_step > 0.0) {
-        h = fmin(h, core->max_step);
+    if (h >= 0.999 * rest) {
+        *t_new = stop;
+        return rest;
     }
-    if (core->period > 0.0) {
-        const double stop = core->origin + (double)core->sample * core->period;
-        const double rest = stop - core->t;
-        if (h >= 0.999 * rest) {
-            *t_new = stop;
-            return rest;
-        }
-        h = fmin(h, 0.5 * rest); /* two equal steps rather than a tiny last one */
-    }
-    *t_new = core->t + h;
+    h = fmin(h, 0.5 * rest); /* two equal steps rather than a tiny last one */
+    *t_new = t + h;
     return h;
+}
+
+/* The same for an instance, which stops at the next sample. */
+static double limit_step(const bgc_core *core, double *t_new) {
+    const double h = core->max_step > 0.0 ? fmin(core->h_next, core->max_step) : core->h_next;
+    const double due = core->period > 0.0
+                           ? core->origin + (double)core->sample * core->period
+                           : INFINITY;
+
+    return bgc_limit_step(core->t, h, fmin(due, core->stop), t_new);
 }
 
 /* Remembers a rejection; the next attempt is shorter. */

@@ -99,5 +99,6 @@ def sweep(
         ensemble.to_csv(out)
     if not quiet:
         counts = {name: ensemble.status.count(name) for name in dict.fromkeys(ensemble.status)}
-        click.echo(", ".join(f"{count} {name}" for name, count in counts.items()))
+        ended = ", ".join(f"{count} {name}" for name, count in counts.items())
+        click.echo(f"{ended}{f'; one by one: {ensemble.alone}' if ensemble.alone else ''}")
     context.exit(status or (AT_FAULT if ensemble.failures else 0))

@@ -1,7 +1,6 @@
 /* batch.c: a batch of instances from its start to its last row. */
 #include "lanes/batch.h"
 
-#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -30,6 +29,7 @@ static size_t place_all(bgc_batch *b, lane *from) {
 
     b->h = place(&at, m->n_hoist);
     b->x = place(&at, n);
+    b->u = place(&at, m->n_input + m->n_switch);
     b->mass = place(&at, m->n_mass);
     b->scale = place(&at, n);
     b->inverse_mass = place(&at, n);
@@ -48,6 +48,8 @@ static size_t place_all(bgc_batch *b, lane *from) {
     b->magnitude = place(&at, n);
     b->output = place(&at, m->n_output + 4);
     b->check = place(&at, m->n_assert);
+    b->argument = place(&at, (BGC_SAMPLES + 1) * m->n_switch);
+    b->alone = (double *)place(&at, m->n_output + 4);
     b->work = place(&at, b->kernel->n_work);
     return at.used;
 }
@@ -68,8 +70,8 @@ static void gather(const bgc_batch *b, int count, size_t n, lane *to, size_t off
 
 /* Whether lockstep serves this model at all, under this method. */
 static int is_served(const bgc_model *m, const bgc_lane_model *kernel, const bgc_method *method) {
-    return m->n_state > 0 && m->n_input == 0 && m->n_switch == 0 && m->n_device == 0 &&
-           method->tableau != NULL && (bgc_is_explicit(method) || kernel->factor != NULL);
+    return m->n_state > 0 && method->tableau != NULL &&
+           (bgc_is_explicit(method) || kernel->factor != NULL);
 }
 
 /* Whether an instance can be in a batch: it has a rate for every state; for an explicit method, one
@@ -96,6 +98,7 @@ static void enter(bgc_batch *b, int count) {
     gather(b, count, (size_t)m->n_mass, b->mass, offsetof(bgc_data, mass));
     gather(b, count, n, b->scale, offsetof(bgc_data, scale));
     gather(b, count, n, b->inverse_mass, offsetof(bgc_data, inverse_mass));
+    bgc_batch_take_inputs(b, count);
     b->stored0 = lane_of(0.0);
     for (int l = 0; l < count; l++) {
         lane_set(&b->stored0, l, b->instance[l]->core.stored0);
@@ -112,16 +115,17 @@ static void enter(bgc_batch *b, int count) {
     bgc_batch_check(b, b->t, b->x);
 }
 
-/* Times closer than this are the same time. */
-static double slack(const bgc_batch *b) {
-    return fmax(8.0 * DBL_EPSILON * fabs(b->t), 1e-9 * (b->t - b->t_old));
-}
-
 /* Integrates until the present is at or beyond t, or no lane is left. */
 static bgc_status reach(bgc_batch *b, double t) {
     bgc_data *first = b->instance[0];
 
-    for (long attempts = 0; b->live != 0 && b->t < t - slack(b); attempts++) {
+    for (long attempts = 0;; attempts++) {
+        if (b->t <= t + bgc_batch_slack(b)) {
+            bgc_batch_sample(b);
+        }
+        if (b->live == 0 || b->t >= t - bgc_batch_slack(b)) {
+            return BGC_OK;
+        }
         if (attempts >= b->option->max_steps) {
             b->live = 0;
             return BGC_OK;
@@ -130,19 +134,21 @@ static bgc_status reach(bgc_batch *b, double t) {
             return BGC_INTERRUPTED;
         }
         bgc_batch_attempt(b);
+        if (b->interrupted) {
+            return BGC_INTERRUPTED;
+        }
         first->core.t = b->t; /* for who watches the run */
     }
-    return BGC_OK;
 }
 
-static bgc_status run(bgc_batch *b, const double *times, size_t n, double *const *rows) {
-    for (size_t i = 0; i < n && b->live != 0; i++) {
-        const bgc_status status = reach(b, times[i]);
+static bgc_status run(bgc_batch *b) {
+    for (; b->row < b->n_rows && b->live != 0; b->row++) {
+        const bgc_status status = reach(b, b->times[b->row]);
         if (status != BGC_OK) {
             return status;
         }
         if (b->live != 0) {
-            bgc_batch_row(b, times[i], rows, i);
+            bgc_batch_row(b);
         }
     }
     return BGC_OK;
@@ -153,7 +159,9 @@ static void leave(const bgc_batch *b, int count) {
     for (int l = 0; l < count; l++) {
         bgc_core *core = &b->instance[l]->core;
         if ((b->live >> l & 1u) != 0) {
+            const long events = core->counts.events;
             core->counts = b->counts;
+            core->counts.events = events;
             core->counts.exchanged = lane_get(b->exchanged, l);
             core->t = b->t;
             core->ready = 0; /* its state is not that of the end: it has to be reset */
@@ -169,6 +177,9 @@ bgc_status bgc_run_lanes(const bgc_model *m, bgc_data *const *instance, int coun
         .instance = instance,
         .option = &instance[0]->core,
         .method = &bgc_methods[instance[0]->core.method],
+        .times = times,
+        .rows = rows,
+        .n_rows = n,
     };
     size_t size;
     lane *memory;
@@ -186,7 +197,7 @@ bgc_status bgc_run_lanes(const bgc_model *m, bgc_data *const *instance, int coun
     memset(memory, 0, size);
     place_all(&b, memory);
     enter(&b, count);
-    status = run(&b, times, n, rows);
+    status = run(&b);
     leave(&b, count);
     *finished = b.live;
     free(memory);

@@ -15,6 +15,9 @@
 #define VECTOR(name) _ZGVdN4v_##name
 #define VECTOR2(name) _ZGVdN4vv_##name
 #endif
+#if defined(VECTOR) && __GLIBC_PREREQ(2, 35)
+#define VECTORS_OF_ALL
+#endif
 #endif
 
 /* By way of arrays: compilers make vector instructions of such loops where there are any. */
@@ -41,41 +44,31 @@
         return a; \
     }
 
-#if defined(VECTOR)
-lane VECTOR(sin)(lane a), VECTOR(cos)(lane a), VECTOR(exp)(lane a), VECTOR(log)(lane a);
-lane VECTOR2(pow)(lane a, lane b);
+/* Those that glibc has for whole registers, since its first libmvec and since 2.35. */
+#define OLDER(ONE, TWO) ONE(sin) ONE(cos) ONE(exp) ONE(log) TWO(pow)
+#define NEWER(ONE, TWO) \
+    ONE(tan) ONE(asin) ONE(acos) ONE(atan) ONE(sinh) ONE(cosh) ONE(tanh) ONE(asinh) ONE(acosh) \
+    ONE(atanh) ONE(cbrt) ONE(expm1) ONE(log1p) ONE(log10) ONE(erf) TWO(atan2) TWO(hypot)
 
-lane lane_sin(lane a) { return VECTOR(sin)(a); }
-lane lane_cos(lane a) { return VECTOR(cos)(a); }
-lane lane_exp(lane a) { return VECTOR(exp)(a); }
-lane lane_log(lane a) { return VECTOR(log)(a); }
-lane lane_pow(lane a, lane b) { return VECTOR2(pow)(a, b); }
+#if defined(VECTOR)
+#define WHOLE(name) \
+    lane VECTOR(name)(lane a); \
+    lane lane_##name(lane a) { return VECTOR(name)(a); }
+#define WHOLE2(name) \
+    lane VECTOR2(name)(lane a, lane b); \
+    lane lane_##name(lane a, lane b) { return VECTOR2(name)(a, b); }
+OLDER(WHOLE, WHOLE2)
 #else
-UNARY(sin)
-UNARY(cos)
-UNARY(exp)
-UNARY(log)
-BINARY(pow)
+OLDER(UNARY, BINARY)
+#endif
+
+#if defined(VECTORS_OF_ALL)
+NEWER(WHOLE, WHOLE2)
+#else
+NEWER(UNARY, BINARY)
 #endif
 
 UNARY(sqrt)
 UNARY(floor)
 UNARY(ceil)
-UNARY(cbrt)
-UNARY(tan)
-UNARY(asin)
-UNARY(acos)
-UNARY(atan)
-UNARY(sinh)
-UNARY(cosh)
-UNARY(tanh)
-UNARY(asinh)
-UNARY(acosh)
-UNARY(atanh)
-UNARY(expm1)
-UNARY(log1p)
-UNARY(log10)
-UNARY(erf)
-BINARY(atan2)
 BINARY(fmod)
-BINARY(hypot)

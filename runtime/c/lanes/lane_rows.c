@@ -2,7 +2,6 @@
  * them. */
 #include "lanes/batch.h"
 
-#include <float.h>
 #include <string.h>
 
 /* Where a cubic through these slopes is to be trusted: is_smooth of dense.c. */
@@ -47,7 +46,7 @@ static void store_dense(bgc_batch *b) {
 }
 
 /* x at time t inside the last step, to b->point. */
-static void interpolate(bgc_batch *b, double t) {
+void bgc_batch_interpolate(bgc_batch *b, double t) {
     const int n = b->m->n_state;
     const lane *k1 = b->k, *k2 = k1 + n, *k3 = k2 + n;
     const double s = (t - b->t_old) / (b->t - b->t_old), r = 1.0 - s;
@@ -74,8 +73,8 @@ lane bgc_batch_dense_error(bgc_batch *b) {
     if (!b->method->tableau->blind || b->method->tableau->dense == 0) {
         return lane_of(0.0);
     }
-    interpolate(b, middle);
-    b->kernel->rhs(b->h, lane_of(middle), b->point, NULL, b->error, b->work);
+    bgc_batch_interpolate(b, middle);
+    b->kernel->rhs(b->h, lane_of(middle), b->point, b->u, b->error, b->work);
     b->counts.rhs++;
     for (int i = 0; i < n; i++) { /* less M times its rate */
         b->point[i] = -(b->x[i] - b->y0[i] + 0.25 * (k2[i] + k3[i])) / h;
@@ -97,9 +96,9 @@ static void energy_at(bgc_batch *b, double t, lane energy[3]) {
     } else if (t == b->t) {
         x = b->x;
     } else {
-        interpolate(b, t);
+        bgc_batch_interpolate(b, t);
     }
-    b->kernel->energy(b->h, lane_of(t), x, NULL, energy, b->work);
+    b->kernel->energy(b->h, lane_of(t), x, b->u, energy, b->work);
 }
 
 /* The rule of Lobatto with four points from the start of the last step to t inside it. */
@@ -143,11 +142,11 @@ void bgc_batch_settle_energy_scale(bgc_batch *b) {
     lane present[3], energy[3];
 
     memcpy(b->point, b->x, (size_t)n * sizeof *b->point);
-    b->kernel->energy(b->h, lane_of(b->t), b->point, NULL, present, b->work);
+    b->kernel->energy(b->h, lane_of(b->t), b->point, b->u, present, b->work);
     for (int i = 0; i < n; i++) {
         lane change;
         b->point[i] = b->x[i] + b->scale[i];
-        b->kernel->energy(b->h, lane_of(b->t), b->point, NULL, energy, b->work);
+        b->kernel->energy(b->h, lane_of(b->t), b->point, b->u, energy, b->work);
         b->point[i] = b->x[i];
         change = lane_fabs(energy[0] - present[0]);
         change = lane_select(bgc_is_finite(change), change, lane_of(0.0));
@@ -157,12 +156,13 @@ void bgc_batch_settle_energy_scale(bgc_batch *b) {
 
 /* --- rows ---------------------------------------------------------------------------------- */
 
-/* Writes a row of every live lane. */
-void bgc_batch_row(bgc_batch *b, double t, double *const *rows, size_t row) {
+/* Writes the next row of every live lane that does not have it. */
+void bgc_batch_row(bgc_batch *b) {
     const int n_output = b->m->n_output, accounts = b->option->accounts;
-    const size_t width = (size_t)n_output + (accounts ? 4 : 0);
-    const double slack = fmax(8.0 * DBL_EPSILON * fabs(b->t), 1e-9 * (b->t - b->t_old));
-    const int inside = t < b->t - slack;
+    const size_t width = bgc_batch_row_width(b);
+    const double t = b->times[b->row];
+    const unsigned lanes = b->live & ~b->written;
+    const int inside = t < b->t - bgc_batch_slack(b);
     lane power[2] = {lane_of(0.0), lane_of(0.0)};
     lane *account = b->output + n_output;
     const lane *x = b->x;
@@ -172,21 +172,21 @@ void bgc_batch_row(bgc_batch *b, double t, double *const *rows, size_t row) {
             lane energy[4][3];
             lobatto(b, t, energy, power);
         }
-        interpolate(b, t);
+        bgc_batch_interpolate(b, t);
         x = b->point;
     }
-    b->kernel->outputs(b->h, lane_of(t), x, NULL, b->output, b->work);
+    b->kernel->outputs(b->h, lane_of(t), x, b->u, b->output, b->work);
     if (accounts) {
         lane energy[3];
-        b->kernel->energy(b->h, lane_of(t), x, NULL, energy, b->work);
+        b->kernel->energy(b->h, lane_of(t), x, b->u, energy, b->work);
         account[0] = energy[0] - b->stored0;
         account[1] = inside ? b->supplied_old + power[0] : b->supplied;
         account[2] = inside ? b->dissipated_old + power[1] : b->dissipated;
         account[3] = account[0] - account[1] + account[2];
     }
     for (int l = 0; l < BGC_LANE_WIDTH; l++) {
-        for (size_t j = 0; (b->live >> l & 1u) != 0 && j < width; j++) {
-            rows[l][row * width + j] = lane_get(b->output[j], l);
+        for (size_t j = 0; (lanes >> l & 1u) != 0 && j < width; j++) {
+            b->rows[l][b->row * width + j] = lane_get(b->output[j], l);
         }
     }
 }

@@ -132,7 +132,7 @@ static void evaluate_stage(bgc_batch *b, int stage, double h, lane *out) {
     }
     memcpy(b->point, b->x, size);
     bgc_batch_combine(b->m->n_state, stage, method->a[stage], b->stages, b->point);
-    b->kernel->rhs(b->h, lane_of(b->t + method->alpha[stage] * h), b->point, NULL, out, b->work);
+    b->kernel->rhs(b->h, lane_of(b->t + method->alpha[stage] * h), b->point, b->u, out, b->work);
     b->counts.rhs++;
 }
 
@@ -155,7 +155,7 @@ void bgc_batch_advance(bgc_batch *b, double h) {
     const size_t size = (size_t)n * sizeof(lane);
 
     if (method->gamma != 0.0 && b->held == 0) {
-        b->kernel->jacobian(b->h, lane_of(b->t), b->x, NULL, b->jac, b->dfdt, b->work);
+        b->kernel->jacobian(b->h, lane_of(b->t), b->x, b->u, b->jac, b->dfdt, b->work);
         b->counts.jacobians++;
         factorise(b, 1.0 / (h * method->gamma));
     }

@@ -5,7 +5,6 @@
  */
 #include "lanes/batch.h"
 
-#include <float.h>
 #include <string.h>
 
 static const double safety = 0.9, least_factor = 0.2, largest_factor = 5.0; /* see step.c */
@@ -25,7 +24,7 @@ unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v) {
 
 void bgc_batch_evaluate_f(bgc_batch *b) {
     if (!b->f_valid) {
-        b->kernel->rhs(b->h, lane_of(b->t), b->x, NULL, b->f, b->work);
+        b->kernel->rhs(b->h, lane_of(b->t), b->x, b->u, b->f, b->work);
         b->counts.rhs++;
         b->f_valid = 1;
     }
@@ -36,7 +35,7 @@ void bgc_batch_check(bgc_batch *b, double t, const lane *x) {
     if (b->m->n_assert == 0) {
         return;
     }
-    b->kernel->asserts(b->h, lane_of(t), x, NULL, b->check, b->work);
+    b->kernel->asserts(b->h, lane_of(t), x, b->u, b->check, b->work);
     for (int k = 0; k < b->m->n_assert; k++) {
         b->live &= ~bgc_lanes_where(b, lane_not(lane_is(b->check[k])));
     }
@@ -74,10 +73,10 @@ static lane residual_after(const bgc_batch *b, const bgc_lane_balance *balance) 
            (b->dissipated + balance->dissipated);
 }
 
-/* Enters the step just made into the counts and the accounts; lanes in which an assertion fails
- * leave. */
+/* Accepts the step just made, as far as lanes do not take it alone: enters it into the counts and the
+ * accounts. Lanes in which an assertion fails leave. */
 static void accept(bgc_batch *b, const bgc_lane_balance *balance) {
-    bgc_batch_check(b, b->t, b->x);
+    bgc_batch_step_alone(b);
     b->counts.steps++;
     b->counts.last_step = b->t - b->t_old;
     if (b->option->accounts) {
@@ -93,6 +92,17 @@ static void accept(bgc_batch *b, const bgc_lane_balance *balance) {
         b->exchanged =
             lane_max(b->exchanged, lane_max(b->largest_account, lane_fabs(balance->stored)));
     }
+    bgc_batch_rejoin(b);
+    bgc_batch_check(b, b->t, b->x);
+}
+
+/* Lanes without a result leave; but a law may be undefined beyond its switch. */
+static void send_away(bgc_batch *b, unsigned bad) {
+    if (b->m->n_switch > 0) {
+        b->astray |= bad;
+    } else {
+        b->live &= ~bad;
+    }
 }
 
 static void attempt_fixed(bgc_batch *b) {
@@ -102,13 +112,14 @@ static void attempt_fixed(bgc_batch *b) {
     bgc_batch_evaluate_f(b);
     bgc_batch_advance(b, step);
     b->held = (b->held == 0 ? b->option->keep : b->held) - 1;
-    b->live &= ~bgc_batch_bad(b, b->m->n_state, b->next);
-    b->ticks++;
-    move(b, b->option->origin + (double)b->ticks * step);
+    send_away(b, bgc_batch_bad(b, b->m->n_state, b->next));
+    move(b, b->option->origin + (double)(b->ticks + 1) * step);
+    bgc_batch_watch_switches(b);
     if (b->option->accounts) {
         bgc_batch_balance(b, &balance);
     }
     accept(b, &balance);
+    b->ticks++;
 }
 
 /* --- error control ------------------------------------------------------------------------- */
@@ -157,7 +168,7 @@ static double first_step(bgc_batch *b) {
     for (int i = 0; i < n; i++) {
         b->next[i] = b->x[i] + h0 * b->point[i];
     }
-    b->kernel->rhs(b->h, b->t + h0, b->next, NULL, b->error, b->work);
+    b->kernel->rhs(b->h, b->t + h0, b->next, b->u, b->error, b->work);
     b->counts.rhs++;
     for (int i = 0; i < n; i++) {
         b->error[i] = b->error[i] * b->inverse_mass[i] - b->point[i];
@@ -179,15 +190,17 @@ static void reject(bgc_batch *b, unsigned at_fault, double h) {
     b->h_next = h;
 }
 
-/* Whether the errors of a step of length h refuse it; `error` becomes the largest if it is larger. */
+/* Whether the errors of a step of length h refuse it; `error` becomes the largest if it is larger. One
+ * that is undefined does, unless its lane may go alone. */
 static int is_refused(bgc_batch *b, lane errors, double h, double *error) {
     const double q = b->method->tableau->embedded + 1;
     const unsigned bad = bgc_lanes_where(b, lane_not(bgc_is_finite(errors)));
 
-    if (bad != 0) {
+    if (bad != 0 && (b->m->n_switch == 0 || bad == b->live)) {
         reject(b, bad, 0.25 * h);
         return 1;
     }
+    b->astray |= bad;
     *error = fmax(*error, largest(b, errors));
     if (*error > 1.0) {
         reject(b, bgc_lanes_where(b, errors > lane_of(1.0)),
@@ -223,7 +236,10 @@ static double drift_error(const bgc_batch *b, const bgc_lane_balance *balance, d
 
 static void attempt_adaptive(bgc_batch *b) {
     const double q = b->method->tableau->embedded + 1;
-    double h, error = 1e-10, factor;
+    const double due = b->option->period > 0.0
+                           ? b->option->origin + (double)b->sample * b->option->period
+                           : INFINITY;
+    double h, t_new, error = 1e-10, factor;
     bgc_lane_balance balance;
 
     bgc_batch_evaluate_f(b);
@@ -235,6 +251,7 @@ static void attempt_adaptive(bgc_batch *b) {
         b->h_next = b->option->step > 0.0 ? b->option->step : first_step(b);
     }
     h = b->option->max_step > 0.0 ? fmin(b->h_next, b->option->max_step) : b->h_next;
+    h = bgc_limit_step(b->t, h, due, &t_new);
     if (b->rejected && h < fmax(16.0 * DBL_EPSILON * fabs(b->t), 1e-30)) {
         b->live &= ~b->at_fault;
         b->rejected = 0;
@@ -244,7 +261,7 @@ static void attempt_adaptive(bgc_batch *b) {
     if (is_refused(b, bgc_batch_norm(b, b->error, b->x, b->next), h, &error)) {
         return;
     }
-    move(b, b->t + h);
+    move(b, t_new);
     if (is_refused(b, bgc_batch_dense_error(b), h, &error)) {
         move_back(b);
         return;
@@ -265,11 +282,13 @@ static void attempt_adaptive(bgc_batch *b) {
     b->h_next = h < b->h_next ? fmax(b->h_next, factor * h) : factor * h;
     b->error_old = fmax(error, least_remembered);
     b->rejected = 0;
+    bgc_batch_watch_switches(b);
     accept(b, &balance);
 }
 
 /* One attempt at a step of all lanes. */
 void bgc_batch_attempt(bgc_batch *b) {
+    b->astray = b->written = 0;
     if (bgc_embedded(b->method) > 0) {
         attempt_adaptive(b);
     } else {

@@ -1,0 +1,219 @@
+/* alone.c: what an instance of a batch does by itself. It reads and writes its own devices, and a
+ * step in which one of its laws may switch it takes alone, as bgc_run does, from the start of the
+ * batch's step to its end. Such steps are few, and events need no second form.
+ */
+#include "lanes/batch.h"
+
+static int is_among(unsigned lanes, int l) { return (int)(lanes >> l & 1u); }
+
+/* --- inputs and modes ---------------------------------------------------------------------- */
+
+/* What an instance's inputs and modes are, to its lane. */
+static void take_inputs(bgc_batch *b, int l, const bgc_data *d) {
+    for (int k = 0; k < b->m->n_input; k++) {
+        lane_set(b->u + k, l, d->u[k]);
+    }
+    for (int k = 0; k < b->m->n_switch; k++) {
+        lane_set(b->u + b->m->n_input + k, l, d->mode[k]);
+    }
+}
+
+/* At the start of a run; lanes beyond the last instance are its copies. */
+void bgc_batch_take_inputs(bgc_batch *b, int count) {
+    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
+        bgc_data *d = b->instance[l < count ? l : count - 1];
+        bgc_find_modes(b->m, d);
+        take_inputs(b, l, d);
+    }
+}
+
+/* Lets every instance read its devices and command them, where the present time is a sample's. */
+void bgc_batch_sample(bgc_batch *b) {
+    const bgc_model *m = b->m;
+    const double due = b->option->origin + (double)b->sample * b->option->period;
+
+    if (b->option->period == 0.0 || b->t < due - bgc_batch_slack(b)) {
+        return;
+    }
+    for (int l = 0; l < BGC_LANE_WIDTH && (m->n_input > 0 || m->n_device > 0); l++) {
+        bgc_data *d = is_among(b->live, l) ? b->instance[l] : NULL;
+        if (d == NULL || is_among(b->written, l)) { /* one that was alone has sampled already */
+            continue;
+        }
+        for (int i = 0; i < m->n_state; i++) {
+            d->x[i] = lane_get(b->x[i], l);
+        }
+        d->core.t = b->t;
+        d->core.t_old = b->t_old;
+        d->core.sample = b->sample;
+        if (bgc_sample(m, d) != BGC_OK) {
+            b->live &= ~(1u << l);
+        }
+        take_inputs(b, l, d);
+        b->f_valid = 0;
+    }
+    b->sample++;
+}
+
+/* --- which lanes go alone ------------------------------------------------------------------ */
+
+/* What an operation gives, and how far inside the range of its mode an argument is: events.c. */
+static lane value_of(int operation, lane z) {
+    const lane zero = lane_of(0.0), one = lane_of(1.0);
+
+    switch (operation) {
+    case BGC_ABOVE:
+        return lane_select(z > zero, one, zero);
+    case BGC_NOT_BELOW:
+        return lane_select(z >= zero, one, zero);
+    case BGC_SIGN:
+        return lane_sign(z);
+    case BGC_FLOOR:
+        return lane_floor(z);
+    case BGC_CEIL:
+        return lane_ceil(z);
+    default:
+        return lane_select(z > zero, lane_floor(z), lane_ceil(z));
+    }
+}
+
+static lane depth(int operation, lane mode, lane z) {
+    const lane zero = lane_of(0.0), one = lane_of(1.0);
+
+    switch (operation) {
+    case BGC_FLOOR:
+        return lane_min(z - mode, mode + one - z);
+    case BGC_CEIL:
+        return lane_min(mode - z, z - mode + one);
+    case BGC_TRUNC:
+        return lane_min(z - lane_select(mode > zero, mode, mode - one),
+                        lane_select(mode < zero, mode, mode + one) - z);
+    case BGC_SIGN:
+        return lane_select(mode > zero, z, lane_select(mode < zero, -z, -lane_fabs(z)));
+    default:
+        return lane_select(mode > zero, z, -z);
+    }
+}
+
+/* The arguments of all switches at the start of the last step, at its samples and its end. */
+static void evaluate_arguments(bgc_batch *b) {
+    const double length = b->t - b->t_old;
+
+    for (int i = 0; i <= BGC_SAMPLES; i++) {
+        const double t = i == 0 ? b->t_old : b->t_old + bgc_sample_at[i - 1] * length;
+        const lane *x = i == 0 ? b->y0 : i == BGC_SAMPLES ? b->x : b->point;
+        if (x == b->point) {
+            bgc_batch_interpolate(b, t);
+        }
+        b->kernel->switches(b->h, lane_of(i == BGC_SAMPLES ? b->t : t), x, b->u,
+                            b->argument + (size_t)(i * b->m->n_switch), b->work);
+    }
+}
+
+/* Sends lanes astray that may switch in the step just made: an argument has left its mode, or it is
+ * nearer to where it would than it has moved. So does one without a mode. */
+void bgc_batch_watch_switches(bgc_batch *b) {
+    const bgc_model *m = b->m;
+
+    if (m->n_switch == 0) {
+        return;
+    }
+    evaluate_arguments(b);
+    for (int k = 0; k < m->n_switch; k++) {
+        const int operation = m->switch_info[k].operation;
+        const lane mode = b->u[m->n_input + k];
+        lane low = b->argument[k], high = low, nearest = depth(operation, mode, low);
+        lane_mask left = mode != mode;
+        for (int i = 1; i <= BGC_SAMPLES; i++) {
+            const lane z = b->argument[i * m->n_switch + k];
+            low = lane_min(low, z);
+            high = lane_max(high, z);
+            nearest = lane_min(nearest, depth(operation, mode, z));
+            left |= (z != z) | (value_of(operation, z) != mode);
+        }
+        b->astray |= bgc_lanes_where(b, left | (nearest < high - low));
+    }
+}
+
+/* --- steps alone --------------------------------------------------------------------------- */
+
+/* Puts an instance at the start of the last step. */
+static void put_back(const bgc_batch *b, int l, bgc_data *d) {
+    bgc_core *core = &d->core;
+
+    for (int i = 0; i < b->m->n_state; i++) {
+        d->x[i] = lane_get(b->y0[i], l);
+    }
+    core->t = core->t_old = core->t_end = b->t_old;
+    core->ticks = b->ticks;
+    core->sample = b->sample;
+    core->between = core->halvings = core->held = core->rejected = 0;
+    core->dense = BGC_NO_DENSE;
+    core->h_next = b->t - b->t_old;
+    core->error_old = 1.0;
+    core->counts.steps = b->counts.steps;
+    if (b->option->accounts) {
+        core->supplied = lane_get(b->supplied, l);
+        core->dissipated = lane_get(b->dissipated, l);
+        core->imbalance = lane_get(b->imbalance, l);
+        core->largest_account = lane_get(b->largest_account, l);
+        core->counts.exchanged = lane_get(b->exchanged, l);
+        core->energy_scale =
+            bgc_embedded(b->method) > 0 ? lane_get(b->energy_scale, l) : core->energy_scale;
+    }
+}
+
+/* From there to the present; the rows on the way are written. */
+static bgc_status run_alone(const bgc_batch *b, int l, bgc_data *d) {
+    const double end = b->t, slack = bgc_batch_slack(b);
+    size_t count = 0, done;
+    bgc_status status;
+
+    while (b->row + count < b->n_rows && b->times[b->row + count] <= end + slack) {
+        count++;
+    }
+    d->core.stop = end;
+    status = bgc_run(b->m, d, b->times + b->row, count,
+                     b->rows[l] + b->row * bgc_batch_row_width(b), &done);
+    if (status == BGC_OK && d->core.t < end - slack) {
+        status = bgc_run(b->m, d, &end, 1, b->alone, &done);
+    }
+    d->core.stop = INFINITY;
+    return status;
+}
+
+/* After a step of the batch, before it is entered into the accounts: those astray take it alone. One
+ * that fails leaves. */
+void bgc_batch_step_alone(bgc_batch *b) {
+    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
+        if (is_among(b->astray & b->live, l)) {
+            bgc_data *d = b->instance[l];
+            bgc_status status;
+            put_back(b, l, d);
+            status = run_alone(b, l, d);
+            b->interrupted |= status == BGC_INTERRUPTED;
+            b->live &= ~(status == BGC_OK ? 0u : 1u << l);
+        }
+    }
+}
+
+/* They are where the others are: they go on with them. */
+void bgc_batch_rejoin(bgc_batch *b) {
+    b->written = b->astray & b->live;
+    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
+        if (is_among(b->written, l)) {
+            const bgc_data *d = b->instance[l];
+            const bgc_core *core = &d->core;
+            for (int i = 0; i < b->m->n_state; i++) {
+                lane_set(b->x + i, l, d->x[i]);
+            }
+            take_inputs(b, l, d);
+            lane_set(&b->supplied, l, core->supplied);
+            lane_set(&b->dissipated, l, core->dissipated);
+            lane_set(&b->imbalance, l, core->imbalance);
+            lane_set(&b->largest_account, l, core->largest_account);
+            lane_set(&b->exchanged, l, core->counts.exchanged);
+            b->held = b->f_valid = 0;
+        }
+    }
+}
