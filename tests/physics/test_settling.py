@@ -41,6 +41,8 @@ def test_what_is_slower_than_the_frequency_is_left_alone(load: Load) -> None:
     beyond = model.simulate(1e-6, settle=10 * fast)
     assert beyond["place"][0] == start["base.q"]
     assert beyond["stretch"][0] == start["rope.q"]
+    just = [model.simulate(1e-6, settle=factor * fast)["stretch"][0] for factor in (1.1, 0.9)]
+    assert just[0] == start["rope.q"] != pytest.approx(just[1])
     between = model.simulate(1e-6, settle=10 * slow)
     assert between["place"][0] == pytest.approx(START, rel=1e-6)
     everything = model.simulate(1e-6, settle=0.1 * slow)  # static equilibrium

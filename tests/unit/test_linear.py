@@ -12,7 +12,7 @@ import bgc
 from bgc.grammar.diagnostics import BgError
 from bgc.options import Options
 from bgc.runtime.frequency import frequency_response
-from bgc.runtime.linear import Linearisation, pencil_eigenvalues
+from bgc.runtime.linear import Linearisation, pencil_eigenvalues, without_algebraic
 from bgc.runtime.linear_tables import linear_tables, write_csv, write_npz
 from bgc.runtime.operating import OpenedModel
 
@@ -69,6 +69,18 @@ def opened(tmp_path: Path, text: str, inputs=(), outputs=()) -> OpenedModel:
 def linear(tmp_path: Path, text: str, inputs=(), outputs=(), at=None) -> Linearisation:
     model = opened(tmp_path, text, inputs, outputs)
     return model.linearise(model.operating_point(at))
+
+
+def state_space(A, E=None, output=0) -> Linearisation:
+    """A model of states x0, x1, .. of which `output` is observed, and u drives x0."""
+    n = len(A)
+    names, every = tuple(f"x{k}" for k in range(n)), np.eye(n)
+    return Linearisation(
+        np.array(A, dtype=float), every[:, :1], every[output : output + 1], np.zeros((1, 1)),
+        every if E is None else np.array(E, dtype=float), states=names, inputs=("u",),
+        outputs=(names[output],), units=dict.fromkeys((*names, "u"), ""),
+        point=np.zeros(n), time=0.0,
+    )  # fmt: skip
 
 
 def code_of(error: pytest.ExceptionInfo[BgError]) -> str:
@@ -246,14 +258,19 @@ def test_a_loop_that_newton_solves_is_linearised_about_its_solution(tmp_path):
     np.testing.assert_allclose(lin.A, [[-1 / (200 + slope)]], rtol=1e-9)
 
 
+def test_units_do_not_decide_whether_algebraic_equations_can_be_solved():
+    """x' = -x + y + 1e15 z, 0 = x - 2e-9 y, 0 = 1e9 x - 1e24 z: x' = (-1 + 5e8 + 1) x."""
+    A = np.array([[-1, 1, 1e15], [1, -2e-9, 0], [1e9, 0, -1e24]])
+    none = np.zeros((3, 0))
+    found, *_, mass, left = without_algebraic(A, none, none.T, np.zeros((0, 0)), np.diag([1, 0, 0]))
+    np.testing.assert_allclose(found, [[5e8]], rtol=1e-12)
+    np.testing.assert_array_equal(mass, [[1]])
+    assert list(left) == [0]
+
+
 def test_a_descriptor_keeps_its_response(tmp_path):
     """x' + y' = u - x, 0 = x - y: 2 s X = U - X."""
-    n = ("x", "y")
-    lin = Linearisation(
-        A=np.array([[-1.0, 0], [1, -1]]), B=np.array([[1.0], [0]]), C=np.array([[1.0, 0]]),
-        D=np.zeros((1, 1)), E=np.array([[1.0, 1], [0, 0]]), states=n, inputs=("u",),
-        outputs=("x",), units={}, point=np.zeros(2), time=0.0,
-    )  # fmt: skip
+    lin = state_space([[-1, 0], [1, -1]], E=[[1, 1], [0, 0]])
     omega = np.array([0.1, 1.0, 10.0])
     np.testing.assert_allclose(lin.response(omega)[:, 0, 0], 1 / (2j * omega + 1), rtol=1e-12)
     np.testing.assert_allclose(lin.eigenvalues(), [-0.5])
@@ -261,6 +278,23 @@ def test_a_descriptor_keeps_its_response(tmp_path):
 
 
 # --- modes ------------------------------------------------------------------------------------
+
+
+def test_a_damped_oscillator_has_the_mode_of_its_closed_form():
+    ratio, omega = 0.3, 5.0
+    (mode,) = state_space([[0, 1], [-(omega**2), -2 * ratio * omega]]).modes()
+    assert mode.damping == pytest.approx(ratio)
+    assert mode.natural_period == pytest.approx(2 * math.pi / omega)
+    assert mode.frequency == pytest.approx(omega * math.sqrt(1 - ratio**2) / (2 * math.pi))
+    assert mode.time_constant == pytest.approx(1 / (ratio * omega))
+
+
+def test_a_state_that_only_follows_has_no_part_in_a_mode():
+    """x0' = -x0 + 5 x1, x1' = -3 x1: x0 moves in the mode of x1, and does nothing for it."""
+    slow, fast = state_space([[-1, 5], [0, -3]]).modes()
+    assert (slow.eigenvalue, fast.eigenvalue) == (-1, -3)
+    assert slow.shares == (("x0", 1.0), ("x1", 0.0))
+    assert fast.shares == (("x1", 1.0), ("x0", 0.0))
 
 
 def test_modes_of_two_masses_are_those_of_the_mechanical_pencil(tmp_path):
@@ -336,6 +370,13 @@ def test_the_widest_range_of_frequencies(tmp_path):
     compliance = np.linalg.inv(stiffness)[1, 0]
     assert response.value[0] == pytest.approx(1e-300j * compliance, rel=1e-9, abs=0)
     assert abs(response.value[-1]) < 1e-290
+
+
+def test_a_response_ends_where_it_has_faded_into_rounding():
+    """1/(s + 1)^4 beside a mode at 1e6 rad/s: a billionth of its largest value near 178 rad/s."""
+    A = np.diag([-1.0] * 4 + [-1e6]) + np.diag([1.0] * 3 + [0.0], -1)
+    omega = frequency_response(state_space(A, output=3)).omega
+    assert omega[-1] == pytest.approx(1e9**0.25, rel=0.05)
 
 
 def test_an_output_that_does_not_respond(tmp_path):
