@@ -14,8 +14,8 @@ import platform
 import shutil
 import tempfile
 import zipfile
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -36,11 +36,12 @@ _FOLDER = "trades"
 _DAMAGED = (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Store:
-    """The folder of one scene."""
+    """The folder of one scene; `problem` says why something could not be written to it."""
 
     folder: Path
+    problem: str = ""
 
     def clear(self) -> None:
         """Forget all that was measured."""
@@ -56,9 +57,7 @@ class Store:
 
     def keep(self, content: str, measurement: Measurement) -> None:
         """Store a finished measurement."""
-        path = self._row(content, measurement.configuration)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_aside(path, json.dumps(measurement.as_json()))
+        self._write(self._row(content, measurement.configuration), measurement.as_json())
 
     def reference(self) -> Reference | None:
         """The stored reference."""
@@ -79,7 +78,6 @@ class Store:
     def keep_reference(self, reference: Reference) -> None:
         """Store the reference; rows measured against another one are forgotten."""
         self.clear()
-        self.folder.mkdir(parents=True, exist_ok=True)
         about = {
             name: getattr(reference, name)
             for name in (
@@ -92,14 +90,17 @@ class Store:
                 "required",
             )
         }
-        handle, name = tempfile.mkstemp(dir=self.folder)
-        aside = Path(name)
-        try:
-            with os.fdopen(handle, "wb") as file:
-                np.savez_compressed(file, rows=reference.rows, about=np.array(json.dumps(about)))
-            aside.replace(self.folder / "reference.npz")
-        finally:
-            aside.unlink(missing_ok=True)
+        with self._noted():
+            self.folder.mkdir(parents=True, exist_ok=True)
+            handle, name = tempfile.mkstemp(dir=self.folder)
+            aside = Path(name)
+            try:
+                with os.fdopen(handle, "wb") as file:
+                    text = np.array(json.dumps(about))
+                    np.savez_compressed(file, rows=reference.rows, about=text)
+                aside.replace(self.folder / "reference.npz")
+            finally:
+                aside.unlink(missing_ok=True)
 
     def answer(self, model: Model) -> Method | None:
         """The method recommended for what the scene requires."""
@@ -115,8 +116,20 @@ class Store:
         if method is None:
             path.unlink(missing_ok=True)
             return
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_aside(path, json.dumps(asdict(method)))
+        self._write(path, asdict(method))
+
+    def _write(self, path: Path, value: object) -> None:
+        with self._noted():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_aside(path, json.dumps(value))
+
+    @contextmanager
+    def _noted(self) -> Iterator[None]:
+        """Go on where the disk is full: what was measured is shown all the same."""
+        try:
+            yield
+        except OSError as problem:
+            self.problem = problem.strerror or str(problem)
 
     def _row(self, content: str, configuration: Configuration) -> Path:
         return self.folder / "rows" / f"{digest_of((content, repr(configuration)))}.json"
@@ -157,14 +170,14 @@ def _key(
             repr(dict(model.facts.solver_options).get("settle")),  # another start
             repr(sorted(values.items())),
             repr((duration, every)),
-            *_device_files(model),
+            *device_files(model),
             machine_identity(),
-            _version(),
+            bgc_version(),
         )
     )
 
 
-def _device_files(model: Model) -> list[str]:
+def device_files(model: Model) -> list[str]:
     """The contents of the files that the devices read, as hashes."""
     struct = model.library.model
     found = []
@@ -177,7 +190,8 @@ def _device_files(model: Model) -> list[str]:
     return found
 
 
-def _version() -> str:
+def bgc_version() -> str:
+    """The version of this bgc; empty where it is not installed."""
     try:
         return version("bgc-lang")
     except PackageNotFoundError:
@@ -193,4 +207,4 @@ def machine_description() -> str:
     processor = name or platform.processor() or platform.machine()
     cores = os.cpu_count() or 1
     system = f"{platform.system()} {platform.release()}"
-    return f"{processor}, {cores} core{'s' if cores > 1 else ''}, {system}, bgc {_version()}"
+    return f"{processor}, {cores} core{'s' if cores > 1 else ''}, {system}, bgc {bgc_version()}"

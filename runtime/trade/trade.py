@@ -217,6 +217,11 @@ def trade(
     best = verdict.recommended
     if complete and reference.converged:
         store.keep_answer(loaded, best.configuration.method if best is not None else None)
+    warnings = _warnings(reference, target, rows, complete)
+    if ACTIVITY in variants and not others:
+        warnings.append("`activity`: nothing was found that the scene could do without")
+    if store.problem:
+        warnings.append(f"not all that was measured could be stored: {store.problem}")
     return Trade(
         scene=facts.scene or facts.model,
         model=facts.model,
@@ -227,7 +232,7 @@ def trade(
         reference=reference,
         verdict=verdict,
         complete=complete,
-        warnings=_warnings(reference, target, rows, complete, ACTIVITY in variants and not others),
+        warnings=tuple(warnings),
     )
 
 
@@ -279,12 +284,8 @@ def _ladder(session: Session, reference: Reference, duration: float) -> tuple[fl
 
 
 def _warnings(
-    reference: Reference,
-    target: Target,
-    rows: Sequence[Measurement],
-    complete: bool,
-    nothing_to_spare: bool,
-) -> tuple[str, ...]:
+    reference: Reference, target: Target, rows: Sequence[Measurement], complete: bool
+) -> list[str]:
     found: list[str] = []
     if not reference.converged:
         of = "of what is required" if target.required else "of the range"
@@ -295,11 +296,9 @@ def _warnings(
         )
     if not complete:
         found.append("only part of the scene was run: nothing is stored for `solver auto`")
-    if nothing_to_spare:
-        found.append("`activity`: nothing was found that the scene could do without")
     left = sum(row.message == OUT_OF_BUDGET for row in rows)
     if left:
         found.append(
             f"{left} configurations were not run within the budget: the same command goes on"
         )
-    return tuple(found)
+    return found
