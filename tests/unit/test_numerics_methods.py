@@ -160,6 +160,26 @@ def test_the_rate_of_the_dense_output_in_the_middle_of_a_step(c_model: Any, meth
         assert found == pytest.approx(slope, rel=1e-10)
 
 
+@pytest.mark.parametrize("method", STIFF)
+def test_rows_inside_steps_along_a_stiff_solution(c_model: Any, method: str) -> None:
+    """L-stable methods end every step right, however long, and see no error of it."""
+    problem = c_model("prothero_robinson")
+    problem.set(p0=-1e8)
+    problem.start(method, rtol=1e-5)
+    times = np.linspace(0.0, 20.0, 1001)
+    assert np.abs(problem.finish(times)[:, 0] - np.cos(times)).max() < 1e-3
+
+
+@pytest.mark.parametrize("method", IMPLICIT)
+def test_rows_in_a_step_that_outlives_a_transient(c_model: Any, method: str) -> None:
+    """Slopes at the start of the step would swing a cubic far out."""
+    problem = c_model("prothero_robinson")
+    problem.start(method, step=0.1)
+    problem.state[0] = 2.0  # where the solution is 1
+    rows = problem.finish(np.linspace(0.0, 0.1, 11))
+    assert rows.max() <= 2.0 and rows.min() > -1.5
+
+
 @pytest.mark.parametrize("method", ADAPTIVE)
 def test_error_follows_the_tolerance(c_model: Any, method: str) -> None:
     for rtol in (1e-4, 1e-7, 1e-10):
