@@ -9,7 +9,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
-from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 
@@ -176,6 +175,8 @@ class Result(Mapping[str, Array]):
 
         `about` is a JSON text with the units, the scene, the solver and the status.
         """
+        from zipfile import ZIP_DEFLATED, ZipFile
+
         about = {
             "scene": self.scene,
             "solver": self.solver,

@@ -12,7 +12,6 @@ from threading import Event, Thread
 from bgc.building.backends import BACKENDS, build_backend
 from bgc.building.built import RunFacts
 from bgc.building.cache import open_cache
-from bgc.building.toolchain import find_toolchain
 from bgc.grammar.catalogue.arguments import (
     bad_option,
     device_not_opened,
@@ -160,6 +159,8 @@ def set_method(instance: Instance, method: Method, accounts: bool) -> Status:
     for applies, reason in unfit:
         if applies:
             raise BgError([solver_does_not_serve(method.name, reason)])
+    from bgc.building.toolchain import find_toolchain
+
     path = build_backend(BACKENDS[method.name], find_toolchain(), open_cache())
     instance.backend = backend_run(path, method.name)
     return instance.set_options(replace(method, name=ADAPTIVE_DEFAULT).struct(accounts))

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from bgc.building.build import runtime_directory
 from bgc.building.cache import Cache, digest_of
 from bgc.building.recall import machine_identity
-from bgc.building.toolchain import RUNTIME_FLAGS, Toolchain
 from bgc.grammar.catalogue.backends import solver_not_installed
 from bgc.grammar.diagnostics import BgError
+
+if TYPE_CHECKING:  # a warm start knows the names of backends, and compiles nothing
+    from bgc.building.toolchain import Toolchain
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +57,9 @@ def build_backend(backend: Backend, toolchain: Toolchain, cache: Cache) -> Path:
 
     Raises BgError BG046 where what it needs is not installed.
     """
+    from bgc.building.build import runtime_directory
+    from bgc.building.toolchain import RUNTIME_FLAGS
+
     folder = runtime_directory()
     source = folder / "backends" / f"{backend.name}.c"
     texts = [path.read_text("utf-8") for path in (source, *sorted(folder.glob("*.h")))]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import sys
-import traceback
 from collections.abc import Iterable
 from importlib import import_module
 from typing import Any, NoReturn
@@ -104,6 +103,8 @@ def _colour_wanted() -> bool:
 def _confess(problem: Exception) -> int:
     """Say that bgc itself is at fault; the traceback on request only."""
     if os.environ.get("BGC_DEBUG"):
+        import traceback
+
         traceback.print_exc()
     else:
         kind = type(problem).__name__
