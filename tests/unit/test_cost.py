@@ -117,6 +117,19 @@ def test_the_spectral_radius_is_that_of_the_emitted_jacobian() -> None:
     assert cost_of(lowered).states == 37
 
 
+def test_the_stiffness_of_equations_that_couple_rates(tmp_path: Path) -> None:
+    """Coils of 2 and 3 H with 1 H in common, and resistors of 5 and 1 ohm."""
+    source = tmp_path / "coils.bg"
+    source.write_text(
+        "model Coils { state i = 1; state j = 0;"
+        " equation 2*der(i) + der(j) = -5*i; equation der(i) + 3*der(j) = -j; }"
+        "scene s of Coils { observe i; run 1; }"
+    )
+    rates = np.linalg.eigvals(-np.linalg.solve([[2, 1], [1, 3]], np.diag([5, 1])))
+    found = spectral_radius(lowered_program(Compilation(source, Options())))
+    assert found == pytest.approx(np.abs(rates).max())
+
+
 def test_a_law_that_switches_is_taken_as_it_is_at_the_start(tmp_path: Path) -> None:
     source = tmp_path / "lag.bg"
     source.write_text(

@@ -96,6 +96,15 @@ def test_errors_are_those_against_the_closed_form(tmp_path: Path) -> None:
     )
 
 
+def test_times_are_those_of_a_second_of_the_scene(tmp_path: Path) -> None:
+    text = OSCILLATOR.replace("run 2 s;", "run 2 s; deadline 3 ms;")
+    found = quick(written(tmp_path, text))
+    assert found.target.deadline == pytest.approx(3e-3)
+    for row in found.measurements:
+        seconds = row.mean_step * row.counts["steps"]
+        assert row.cpu * found.duration == pytest.approx(seconds, rel=1e-9)
+
+
 def test_a_kept_jacobian_costs_fewer_factorisations(tmp_path: Path) -> None:
     found = bgc.trade(written(tmp_path), solvers=["ros34prw"], steps=[0.01], keeps=[1, 5])
     fresh, kept = (row.counts["factorisations"] for row in found.measurements)

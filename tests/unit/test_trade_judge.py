@@ -146,6 +146,11 @@ def test_a_variant_is_named_but_is_not_what_solver_auto_takes() -> None:
     assert "would do too, in 50% of that time" in verdict.sentence
 
 
+def test_what_tells_nothing_is_not_on_the_front() -> None:
+    useless = measured(Configuration("lie", step=0.1), error=1e6, cpu=1e-6)
+    assert judge((useless, *ROWS), target()).front == judge(ROWS, target()).front
+
+
 def test_failed_runs_are_never_recommended_nor_on_the_front() -> None:
     failed = Measurement(CHEAP, "failed", "BG703: a value is not finite")
     assert judge((failed,), target()).recommended is None
