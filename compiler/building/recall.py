@@ -26,7 +26,7 @@ from bgc.grammar.places import cache_directory
 from bgc.grammar.source import Source, Span
 from bgc.options import Options
 
-_COMPILER_FILES = (".py", ".lark", ".j2", ".c", ".h")
+_COMPILER_FILES = (".py", ".lark", ".c", ".h")
 
 
 def recall(entry: Path, options: Options) -> Built | None:

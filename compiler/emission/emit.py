@@ -5,14 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
-
-from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from bgc.building.build import Unit
 from bgc.building.cache import digest_of
-from bgc.building.toolchain import COMMON_FLAGS
+from bgc.building.toolchain import COMMON_FLAGS, GCC_PASSES
+from bgc.emission.frame import framed
 from bgc.emission.kernels import KernelText, print_defaults, print_kernel, prototype
 from bgc.emission.lower import dependent_defaults, lower
 from bgc.emission.lowered import Lowered
@@ -21,20 +19,9 @@ from bgc.emission.print_lu import MatrixText, matrix_prototypes, print_lu
 from bgc.emission.tables import Field, model_tables
 from bgc.program import Program
 
-# The optimisations of gcc that pay on straight-line code. -std=c11 alone forbids fused
-# multiply-adds, which make the factorisation 1.5 times faster.
-MODEL_FLAGS = (
-    "-O1",
-    "-fexpensive-optimizations",
-    "-fno-tree-dse",
-    "-fno-dse",
-    "-fno-inline-functions-called-once",  # the parts that long functions were cut into
-    "-fno-tree-ccp",  # these three change no instruction
-    "-fno-tree-bit-ccp",
-    "-fno-forward-propagate",
-    *COMMON_FLAGS,
-    "-ffp-contract=fast",
-)
+# The optimisations that pay on straight-line code. -std=c11 alone forbids fused multiply-adds,
+# which make the factorisation 1.5 times faster.
+MODEL_FLAGS = ("-O1", *GCC_PASSES, *COMMON_FLAGS, "-ffp-contract=fast")
 
 _SPLIT = 1_500  # nodes from which a model is cut into units that are compiled at the same time
 _LISTED = 200  # names in the comment at the top of the file
@@ -145,16 +132,13 @@ class _Frame:
     ) -> Unit:
         """One C file."""
         needed = {helper for text in kernels for helper in text.helpers}
-        text = _template().render(
-            title=self.title,
-            about=about,
-            helpers=[definition for name, definition in HELPERS.items() if name in needed],
-            prototypes=self.prototypes,
-            kernels=[*(kernel.text for kernel in kernels), *([matrix] if matrix else [])],
-            tables=tables,
-            fields=fields,
-        )
-        return Unit(name, text, MODEL_FLAGS)
+        functions = [
+            *(definition for name, definition in HELPERS.items() if name in needed),
+            *self.prototypes,
+            *(kernel.text for kernel in kernels),
+            *([matrix] if matrix else []),
+        ]
+        return Unit(name, framed(self.title, about, functions, tables, fields), MODEL_FLAGS)
 
 
 def amalgamate(emitted: EmittedModel, runtime_dir: Path) -> str:
@@ -219,20 +203,6 @@ def print_matrix(lowered: Lowered, shared: bool, numbers: Numbers = DOUBLES) -> 
         shared,
         numbers,
     )
-
-
-@cache
-def _template() -> Template:
-    loader = PackageLoader("bgc.emission", "templates")
-    environment = Environment(
-        loader=loader,
-        autoescape=False,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        undefined=StrictUndefined,
-    )
-    return environment.get_template("model.c.j2")
 
 
 def _about(lowered: Lowered) -> list[str]:

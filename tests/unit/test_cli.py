@@ -252,7 +252,7 @@ def test_a_long_run_shows_its_progress_on_a_terminal(oscillator, tmp_path):
 
 
 def test_a_warm_start_loads_nothing_of_the_compiler(oscillator, tmp_path):
-    heavy = {"sympy", "lark", "pint", "matplotlib", "rich", "scipy", "jinja2", "bgc.graph"}
+    heavy = {"sympy", "lark", "pint", "matplotlib", "rich", "scipy", "bgc.graph"}
     text = Path(script(oscillator, tmp_path)[1]).read_text().replace("cli.main()", "")
     path = tmp_path / "warm.py"
     path.write_text(
