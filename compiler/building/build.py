@@ -20,7 +20,13 @@ from types import MappingProxyType
 
 from bgc.building.cache import Cache, digest_of
 from bgc.building.recall import machine_identity
-from bgc.building.toolchain import LIGHT_FLAGS, RUNTIME_FLAGS, Toolchain, try_compiler
+from bgc.building.toolchain import (
+    GCC_PASSES,
+    LIGHT_FLAGS,
+    RUNTIME_FLAGS,
+    Toolchain,
+    try_compiler,
+)
 from bgc.grammar.catalogue.machine import (
     cannot_write,
     compiler_does_not_work,
@@ -29,18 +35,6 @@ from bgc.grammar.catalogue.machine import (
 from bgc.grammar.diagnostics import BgError, Diagnostic
 
 _LINES_SHOWN = 20
-_GCC_ONLY = frozenset(
-    (
-        "-fexpensive-optimizations",
-        "-fno-expensive-optimizations",
-        "-fno-tree-dse",
-        "-fno-dse",
-        "-fno-tree-ccp",
-        "-fno-tree-bit-ccp",
-        "-fno-forward-propagate",
-        "-fno-inline-functions-called-once",
-    )
-)
 _DISK_FULL = {
     errno.ENOSPC: "No space left on device",
     errno.EDQUOT: "Disk quota exceeded",
@@ -179,15 +173,15 @@ def _link_flags(toolchain: Toolchain, units: Sequence[Unit]) -> tuple[str, ...]:
 
 
 def unit_flags(unit: Unit, toolchain: Toolchain) -> tuple[str, ...]:
-    """Return the unit's flags as this compiler takes them.
-
-    The passes that model units switch off by name are gcc's own; other compilers get the level
-    of optimisation alone.
-    """
+    """Return the unit's flags as this compiler takes them, those of gcc's passes to gcc alone."""
     if toolchain.kind == "gcc":
         return unit.flags
-    kept = tuple(flag for flag in unit.flags if flag not in _GCC_ONLY)
+    kept = _without_passes(unit.flags)
     return (*kept, "-fno-sanitize=undefined") if toolchain.kind == "zig" else kept
+
+
+def _without_passes(flags: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(flag for flag in flags if flag not in GCC_PASSES)
 
 
 def _compile_all(
@@ -205,7 +199,10 @@ def _compile_all(
         compiler = unit.compiler or toolchain
         flags = unit_flags(unit, compiler)
         made = f"{unit.name}.o"
-        done = compiler.run((*flags, include, "-c", f"{unit.name}.c", "-o", made), work)
+        rest = (include, "-c", f"{unit.name}.c", "-o", made)
+        done = compiler.run((*flags, *rest), work)
+        if done.returncode != 0 and (plain := _without_passes(flags)) != flags:
+            done = compiler.run((*plain, *rest), work)  # a gcc that has not all those passes
         if done.returncode != 0:
             return done.stdout or f"{compiler.name} ended with status {done.returncode}"
         found[k] = cache.publish("objects", f"{keys[k]}.o", work / made)

@@ -23,6 +23,21 @@ COMMON_FLAGS = ("-std=c11", "-march=native", "-fno-math-errno", "-fPIC")
 RUNTIME_FLAGS = ("-O3", *COMMON_FLAGS, "-ffp-contract=fast")
 LIGHT_FLAGS = ("-O1", *COMMON_FLAGS, "-ffp-contract=fast")  # compiles in half the time
 
+# gcc's passes over straight-line code: one that pays, and those that cost a third of its time and
+# make no step slower, measured on x86-64. What `-fdisable` names may change from gcc to gcc.
+GCC_PASSES = (
+    "-fexpensive-optimizations",
+    "-fno-tree-dse",
+    "-fno-dse",
+    "-fno-tree-ccp",
+    "-fno-tree-bit-ccp",
+    "-fno-tree-fre",
+    "-fno-forward-propagate",
+    "-fno-ipa-modref",
+    "-fno-inline-functions-called-once",  # the parts that long functions were cut into
+    "-fdisable-rtl-combine",
+    "-fdisable-rtl-postreload",
+)
 
 _PROBE = """#include <math.h>
 #include <stdint.h>

@@ -9,7 +9,7 @@ import pytest
 
 from bgc.building.build import Unit, build_shared_object, runtime_directory, unit_flags
 from bgc.building.cache import Cache
-from bgc.building.toolchain import RUNTIME_FLAGS, Toolchain, find_toolchain
+from bgc.building.toolchain import GCC_PASSES, RUNTIME_FLAGS, Toolchain, find_toolchain
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.binding import Library
 
@@ -179,6 +179,20 @@ def test_only_gcc_is_given_gccs_own_flags():
     unit = Unit("model", "", ("-O1", "-fexpensive-optimizations", "-fno-dse"))
     assert unit_flags(unit, Toolchain(("gcc",), "gcc", "")) == unit.flags
     assert unit_flags(unit, Toolchain(("clang",), "clang", "")) == ("-O1",)
+
+
+def test_a_gcc_without_some_passes_compiles_with_all(cache, toolchain, tmp_path):
+    if toolchain.kind != "gcc":
+        pytest.skip("flags of gcc")
+    script = tmp_path / "gcc"
+    refuse = (
+        """case "$*" in *-fdisable-rtl-combine*) echo 'cc1: error: unknown pass'; exit 1;; esac"""
+    )
+    script.write_text(f'#!/bin/sh\n{refuse}\nexec {toolchain.name} "$@"\n')
+    script.chmod(0o755)
+    units = (Unit("model", OSCILLATOR, (*GCC_PASSES, *RUNTIME_FLAGS)),)
+    path = build_shared_object(units, Toolchain((str(script),), "gcc", "1"), cache)
+    assert Library(path).model.name == b"oscillator"
 
 
 def test_the_runtime_is_clean_under_strict_warnings(toolchain, tmp_path):
