@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event, Thread
+from typing import TypeVar
 
 from bgc.building.backends import BACKENDS, build_backend
 from bgc.building.built import RunFacts
@@ -39,6 +40,8 @@ AUTO = "auto"
 _ROWS_IN_A_STEP = 5
 _MESSAGE_LENGTH = 300  # characters of what a driver says
 _WATCH_SECONDS = 0.05  # how often a run is looked at: bounds the wait after Ctrl-C
+
+_Outcome = TypeVar("_Outcome")
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,31 +212,44 @@ def run_watched(
 ) -> tuple[Status, int, bool]:
     """Run to all times, with a progress bar if asked; Ctrl-C stops it within 0.2 s.
 
-    The C code runs in one piece in a thread of its own, so that neither the watching nor the
-    length of its intervals can change a bit of the result.
-
     Returns the status, the number of finished rows, and whether Ctrl-C was seen.
     """
-    outcome: list[tuple[Status, int]] = []
+    with ProgressBar(float(times[-1]), progress) as bar:
+        (status, done), interrupted = watched(
+            instance, lambda: instance.run(times, rows), lambda: bar.show(instance.time)
+        )
+    return status, done, interrupted
+
+
+def watched(
+    instance: Instance, run: Callable[[], _Outcome], watch: Callable[[], None]
+) -> tuple[_Outcome, bool]:
+    """Run an instance in a thread of its own, calling `watch` now and then; Ctrl-C stops it.
+
+    The C code runs in one piece, so that neither the watching nor the length of its intervals can
+    change a bit of the result.
+
+    Returns what `run` does, and whether Ctrl-C was seen.
+    """
+    outcome: list[_Outcome] = []
     finished = Event()
 
     def work() -> None:
         try:
-            outcome.append(instance.run(times, rows))
+            outcome.append(run())
         finally:
             finished.set()
 
     interrupted = False
-    with ProgressBar(float(times[-1]), progress) as bar:
-        Thread(target=work, daemon=True).start()
-        while not finished.is_set():
-            # An event, since Ctrl-C in Thread.join makes Python take the thread for ended.
-            try:
-                finished.wait(_WATCH_SECONDS)
-                bar.show(instance.time)
-            except KeyboardInterrupt:
-                interrupted = True
-            if interrupted:
-                instance.stop()
-    ((status, done),) = outcome
-    return status, done, interrupted
+    Thread(target=work, daemon=True).start()
+    while not finished.is_set():
+        # An event, since Ctrl-C in Thread.join makes Python take the thread for ended.
+        try:
+            finished.wait(_WATCH_SECONDS)
+            watch()
+        except KeyboardInterrupt:
+            interrupted = True
+        if interrupted:
+            instance.stop()
+    (found,) = outcome
+    return found, interrupted

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from threading import Event, Thread, get_ident
+from threading import get_ident
 
 import numpy as np
 
@@ -15,9 +15,8 @@ from bgc.building.built import ENERGY_ACCOUNTS
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.binding import Array, Instance, Status
 from bgc.runtime.model import Model
-from bgc.runtime.run import Method
+from bgc.runtime.run import Method, watched
 
-_WATCH_SECONDS = 0.05
 _PACED = 60_000  # periods of a run that are looked at one by one
 
 
@@ -83,35 +82,27 @@ def _run_in_thread(
     watch: Callable[[float], None],
 ) -> tuple[Status, float, bool]:
     """The status, the thread's processor time, and whether a limit was reached."""
-    outcome: list[tuple[Status, float]] = []
     clocks: list[int] = []
-    finished = Event()
+    started = time.monotonic()
+    stopped = False
 
-    def work() -> None:
-        try:
-            if hasattr(time, "pthread_getcpuclockid"):  # not on every system
-                clocks.append(time.pthread_getcpuclockid(get_ident()))
-            start = time.thread_time()
-            status, _ = instance.run(times, rows)
-            outcome.append((status, time.thread_time() - start))
-        finally:
-            finished.set()
+    def run() -> tuple[Status, float]:
+        if hasattr(time, "pthread_getcpuclockid"):  # not on every system
+            clocks.append(time.pthread_getcpuclockid(get_ident()))
+        start = time.thread_time()
+        status, _ = instance.run(times, rows)
+        return status, time.thread_time() - start
 
-    start = time.monotonic()
-    interrupted, stopped = False, False
-    Thread(target=work, daemon=True).start()
-    while not finished.is_set():
-        try:
-            finished.wait(_WATCH_SECONDS)
-            watch(instance.time)
-        except KeyboardInterrupt:
-            interrupted = True
-        stopped = stopped or time.monotonic() - start > limit or _spent(clocks) > busy
-        if interrupted or stopped:
+    def look() -> None:
+        nonlocal stopped
+        watch(instance.time)
+        stopped = stopped or time.monotonic() - started > limit or _spent(clocks) > busy
+        if stopped:
             instance.stop()
+
+    (status, seconds), interrupted = watched(instance, run, look)
     if interrupted:
         raise KeyboardInterrupt
-    ((status, seconds),) = outcome
     return status, seconds, stopped
 
 
