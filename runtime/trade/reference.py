@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bgc.grammar.catalogue.trade import no_reference
 from bgc.grammar.diagnostics import BgError
@@ -96,16 +96,7 @@ def find_reference(
             break
     if best is None:
         raise BgError([no_reference(reasons)])
-    return Reference(
-        best.rows,
-        best.methods,
-        best.rtol,
-        best.agreement,
-        best.accuracy,
-        tuple(levels),
-        best.seconds,
-        best.required,
-    )
+    return replace(best, levels=tuple(levels))
 
 
 def _compared(
