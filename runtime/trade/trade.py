@@ -132,7 +132,7 @@ def trade(
     solvers: Sequence[str] | None = None,
     rtols: Sequence[float] = RTOLS,
     steps: Sequence[float] | None = None,
-    keeps: Sequence[int] = KEEPS,
+    keeps: Sequence[float] = KEEPS,
     variants: Sequence[str] = (),
     duration: float | None = None,
     budget: float = BUDGET,
@@ -250,7 +250,7 @@ def _loaded(
 
 
 def _check(
-    rtols: Sequence[float], steps: Sequence[float], keeps: Sequence[int], budget: float
+    rtols: Sequence[float], steps: Sequence[float], keeps: Sequence[float], budget: float
 ) -> None:
     """Raise BG066 for numbers that make no sense."""
     named = {"rtols": rtols, "steps": steps, "keep": keeps, "budget": (budget,)}
