@@ -1,6 +1,7 @@
 """`bgc activity` on models whose activities are known."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.linalg import expm
 
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.activity.activity import activity_report
+from bgc.runtime.activity.powers import Activity, below
 from bgc.runtime.cli.app import application
 from bgc.runtime.compiling import compile_model
 
@@ -73,6 +75,19 @@ def test_a_stiff_spring_that_does_little_is_made_rigid_at_the_error_that_this_ha
     assert spring.part == "link"
 
 
+def test_a_part_is_not_another_whose_name_begins_like_it():
+    found = [Activity("link.spring", "C", 2.0), Activity("linkage.spring", "C", 3.0)]
+    assert below(found, "link") == 2
+    assert below(found, "lin") is None
+
+
+def test_what_saves_nothing_is_no_variant():
+    report = report_of("train", negligible=0.05)
+    rigid = next(t for t in report.trials if t.changes[0].statement == "use link = Joined;")
+    assert rigid.changes in report.variants
+    assert rigid.changes not in replace(report, cost=rigid.cost, together=None).variants
+
+
 def test_letting_go_is_tried_and_found_too_far_off():
     report = report_of("train", negligible=0.05)
     (open_,) = (t for t in report.trials if t.changes[0].statement == "use link = Open;")
@@ -83,6 +98,18 @@ def test_an_element_is_switched_off_by_its_parameter():
     report = report_of("train", negligible=0.05)
     statements = {t.changes[0].statement for t in report.trials}
     assert "set link.stiffness = 0;" in statements
+
+
+def test_what_other_laws_hold_too_is_no_switch(tmp_path):
+    path = tmp_path / "shared.bg"
+    path.write_text(
+        "model M { param c = 1e-4 ohm; param d = 1e-4 ohm; push : Se(e = 1 V); loop : J1;"
+        " main : R(1 ohm + c); little : R(c); small : R(d); push -> loop;"
+        " loop -> main, little, small; }"
+        "scene s of M { observe loop.f; run 1 s; }"
+    )
+    report = activity_report(compile_model(path))
+    assert [t.changes[0].statement for t in report.trials] == ["set d = 0;"]
 
 
 def test_what_a_scene_requires_decides():
