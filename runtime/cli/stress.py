@@ -27,8 +27,8 @@ from bgc.runtime.cli.options import (
     "drives",
     multiple=True,
     metavar="NAME=LOW..HIGH",
-    help='What to drive: "k=1e3..1e14 N/m", "step=1 us..0.1 s:11", "rtol=1e-3, 1e-6", "time=..". '
-    "By default all there is.",
+    help='What to drive: "k=1e3..1e14 N/m", "step=1 us..0.1 s:11", "rtol=1e-3, 1e-6", "time=..", '
+    '"*.lock.stiffness=.." all together. By default all there is.',
 )
 @click.option("--grid", is_flag=True, help="Drive two together: a map of both.")
 @click.option("--solver", metavar="NAME", help="Method to look at; the scene's by default.")
@@ -39,6 +39,7 @@ from bgc.runtime.cli.options import (
 @click.option(
     "--budget", metavar="TIME", default="120 s", show_default=True, help="How long it may take."
 )
+@click.option("--fresh", is_flag=True, help="Forget what was found before.")
 @click.option("--out", metavar="FILE", help="Write the points: .csv.")
 @click.option("--plot", metavar="FILE", help="Draw the map: .png, .svg or .pdf.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: SI units, numbers in full.")
@@ -58,6 +59,7 @@ def stress(
     duration: str | None,
     within: float | None,
     budget: str,
+    fresh: bool,
     out: str | None,
     plot: str | None,
     as_json: bool,
@@ -66,9 +68,9 @@ def stress(
     """Drive a scene of FILE to its extremes, and map where it holds, degrades and fails.
 
     Stiffnesses, inertias, resistances, sources and angles, found by the elements that hold them,
-    go through their ranges, and so do the step or the tolerance and the duration. Every run is
-    held against a reference that two methods agree on. The exit status is 1 where numbers are
-    wrong without a word.
+    go through their ranges, and so do the step, the tolerance and the duration. Every run is held
+    against other methods. What was found is kept: after Ctrl-C or the end of its budget, the
+    command goes on where it was. The exit status is 1 where numbers are wrong without a word.
     """
     from bgc.runtime.cli.printing import print_tables
     from bgc.runtime.compiling import compile_model
@@ -99,6 +101,7 @@ def stress(
         duration=times["time"],
         within=within,
         budget=times["budget"] or 0.0,
+        fresh=fresh,
         progress=not quiet,
     )
     if as_json:

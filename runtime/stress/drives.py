@@ -1,13 +1,14 @@
 """What a scene is driven by: parameters by their role in the bond graph, steps, tolerances.
 
 Nothing here knows what a model is about: a parameter is a stiffness because a C has it, whatever
-its domain.
+its domain. Parameters that are alike in all, as the stiffness of each joint, go together.
 """
 
 from __future__ import annotations
 
 import math
-from collections import Counter
+import re
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -60,53 +61,83 @@ class Role(Enum):
     OTHER = "value"
 
 
+_ROLES = tuple(Role)
+
+
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """A parameter (or `step`, `rtol`, `time`), what it is, and the SI values it takes."""
+    """A parameter (or `step`, `rtol`, `time`), what it is, and the SI values it takes.
+
+    `members` are the parameters that take them together, where `name` stands for several.
+    """
 
     name: str
     unit: str
     role: str
     values: tuple[float, ...]
+    members: tuple[str, ...] = ()
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """What is set, but for steps, tolerances and durations."""
+        return self.members or (() if self.name in _UNITS else (self.name,))
 
 
-def all_drives(
-    graph: FlatGraph, known: Iterable[Parameter], fixed: bool, duration: float
-) -> tuple[Drive, ...]:
-    """The step or tolerance, the parameters by their roles, and the duration.
+def all_drives(graph: FlatGraph, known: Iterable[Parameter], duration: float) -> tuple[Drive, ...]:
+    """The step, the tolerance and the duration, then the parameters by their roles.
 
-    One of each kind comes before the next, so that little time shows much: four stiffnesses of
-    four joints are one kind.
+    One of each kind comes before the next, so that little time shows much: four masses are one
+    kind.
     """
-    control = (
-        Drive(STEP, "s", "step", _STEPS)
-        if fixed
-        else Drive(RTOL, "", "tolerance", tuple(np.logspace(-1, -10, 10).tolist()))
-    )
-    ranked = _parameter_drives(graph, known)
-    firsts = [drive for rank, drive in ranked if rank == 0]
-    others = [drive for rank, drive in ranked if rank > 0]
     longer = tuple(10.0**k for k in range(-2, 5) if 10.0**k > 2 * duration)
-    lengths = [Drive(TIME, "s", "duration", longer)] if longer else []
-    return (control, *firsts, *lengths, *others)
+    return (
+        Drive(STEP, "s", "step", _STEPS),
+        Drive(RTOL, "", "tolerance", tuple(np.logspace(-1, -10, 10).tolist())),
+        *([Drive(TIME, "s", "duration", longer)] if longer else ()),
+        *_parameter_drives(graph, known),
+    )
 
 
-def _parameter_drives(graph: FlatGraph, known: Iterable[Parameter]) -> list[tuple[int, Drive]]:
-    """A drive for each run-time parameter within its range, with its number among its kind.
+def _parameter_drives(graph: FlatGraph, known: Iterable[Parameter]) -> list[Drive]:
+    """A drive for each run-time parameter within its range, for those alike together.
 
-    A kind is a role and a unit.
+    A kind is a role and a unit. Of each, what most parts have comes first.
     """
     roles = _roles(graph)
+    found: list[tuple[Role, Drive]] = []
+    for name, group in _alike(known, roles):
+        one = group[0]
+        role = _role(one, roles)
+        if values := _within(_ladder(role, one), one):
+            members = tuple(parameter.name for parameter in group) if len(group) > 1 else ()
+            found.append((role, Drive(name, one.unit, role.value, values, members)))
+    found.sort(key=lambda pair: -len(pair[1].members))
     seen: Counter[tuple[Role, str]] = Counter()
-    ranked: list[tuple[int, Drive]] = []
+    ranked: list[tuple[int, int, Drive]] = []
+    for role, drive in found:
+        ranked.append((seen[role, drive.unit], _ROLES.index(role), drive))
+        seen[role, drive.unit] += 1
+    return [drive for *_, drive in sorted(ranked, key=lambda item: item[:2])]
+
+
+def _role(parameter: Parameter, roles: Mapping[str, Role]) -> Role:
+    return Role.ANGLE if parameter.unit == "rad" else roles.get(parameter.name, Role.OTHER)
+
+
+def _alike(
+    known: Iterable[Parameter], roles: Mapping[str, Role]
+) -> Iterator[tuple[str, list[Parameter]]]:
+    """Each parameter; those of parts of one name together, as `*.part.name`, if all are alike."""
+    tails: defaultdict[str, list[Parameter]] = defaultdict(list)
     for parameter in known:
-        role = Role.ANGLE if parameter.unit == "rad" else roles.get(parameter.name, Role.OTHER)
-        values = _within(_ladder(role, parameter), parameter)
-        if values:
-            drive = Drive(parameter.name, parameter.unit, role.value, values)
-            ranked.append((seen[role, parameter.unit], drive))
-            seen[role, parameter.unit] += 1
-    return sorted(ranked, key=lambda pair: pair[0])
+        parts = parameter.name.split(".")
+        tails[".".join(parts[-2:] if len(parts) > 2 else parts[-1:])].append(parameter)
+    for tail, group in tails.items():
+        kinds = {(p.unit, p.value, p.low, p.high, _role(p, roles)) for p in group}
+        if len(group) > 1 and len(kinds) == 1:
+            yield f"*.{tail}", group
+        else:
+            yield from ((p.name, [p]) for p in group)
 
 
 # --- values -----------------------------------------------------------------------------------
@@ -147,7 +178,6 @@ def _within(values: Iterable[float], parameter: Parameter) -> tuple[float, ...]:
 
 
 def _roles(graph: FlatGraph) -> Mapping[str, Role]:
-    order = list(Role)
     found: dict[str, Role] = {}
     names = {p.index: p.name for p in graph.parameters}
     dag = graph.dag
@@ -157,7 +187,7 @@ def _roles(graph: FlatGraph) -> Mapping[str, Role]:
                 if symbol is None or symbol.kind is not Kind.PARAM:
                     continue
                 name = names[symbol.index]
-                found[name] = min(found.get(name, Role.OTHER), role, key=order.index)
+                found[name] = min(found.get(name, Role.OTHER), role, key=_ROLES.index)
     return found
 
 
@@ -200,23 +230,35 @@ def law_nodes(law: Law) -> tuple[Node, ...]:
 def read_drive(text: str, units: Mapping[str, str]) -> Drive:
     """Read `NAME=LO..HI`, `NAME=LO..HI:COUNT` or `NAME=A,B,C`; BG087 where it is none of these.
 
-    `units` are those of the parameters. Values may have units of their own. A range of three
+    `units` are those of the parameters. A `*` in the name stands for anything: all parameters of
+    such names take the values together. Values may have units of their own. A range of three
     decades and more is taken by decades, and from zero by decades below its upper end.
     """
     name, equals, given = (part.strip() for part in text.partition("="))
     if not (name and equals and given):
         raise BgError([not_a_drive(text)])
-    unit = _UNITS.get(name, units.get(name, ""))
+    members = _matching(name, units) if "*" in name else ()
+    if "*" in name and not members:
+        raise BgError([not_a_drive(text)])
+    unit = _UNITS.get(name, units.get(members[0] if members else name, ""))
+    return Drive(name, unit, "", _values(text, name, given, unit), members)
+
+
+def _matching(pattern: str, names: Iterable[str]) -> tuple[str, ...]:
+    form = re.compile(".*".join(map(re.escape, pattern.split("*"))))
+    return tuple(name for name in names if form.fullmatch(name))
+
+
+def _values(text: str, name: str, given: str, unit: str) -> tuple[float, ...]:
     if ".." not in given:
-        values = [read_quantity(part.strip(), name, unit) for part in given.split(",")]
-        return Drive(name, unit, "", tuple(values))
+        return tuple(read_quantity(part.strip(), name, unit) for part in given.split(","))
     low_text, _, rest = given.partition("..")
     high_text, _, count_text = rest.partition(":")
     low, high = (read_quantity(part.strip(), name, unit) for part in (low_text, high_text))
     count = int(count_text) if count_text.strip().isdecimal() else None
     if not low < high or (count_text and (count is None or count < 2)):
         raise BgError([not_a_drive(text)])
-    return Drive(name, unit, "", _spread(low, high, count))
+    return _spread(low, high, count)
 
 
 def _spread(low: float, high: float, count: int | None) -> tuple[float, ...]:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
-from types import MappingProxyType
 
 import numpy as np
 
@@ -14,11 +12,13 @@ from bgc.runtime.binding import Array, Status
 from bgc.runtime.model import Model
 from bgc.runtime.result import unbalanced
 from bgc.runtime.run import Method
+from bgc.runtime.stress.ringing import ringing_at_start
 from bgc.runtime.trade.errors import combined, largest_errors, quantities_of
 from bgc.runtime.trade.measure import Run, timed_run
 
 WRONG = 0.1  # of the range: an error from which on a number has nothing to say any more
 _OF_TOLERANCE = 100.0  # times the tolerance of a step: what a whole run may add up to
+_HARDLY_MOVES = 0.01  # of its size: a quantity whose range is less
 DEFAULT_RTOL = 1e-6  # of the C runtime
 
 _UNSTABLE = "the reference changes with its step: the solution is unstable"
@@ -27,6 +27,8 @@ _RTOLS = (1e-8, 1e-10)
 _AGREED = 0.1  # of the error that is asked for: by how much two references may differ
 _SHORT_STEPS = 1000  # of a run
 _TELLS = 3.0  # times its accuracy: errors below that are not told from the reference's own
+_STEPS_IN_A_SWING = 4.0  # of a method that follows it
+_OF_WALL_TIME = 10.0  # times its processor time that a run may wait for the machine
 
 
 class Verdict(Enum):
@@ -72,80 +74,137 @@ class Judgement:
     message: str = ""
 
 
+@dataclass(slots=True)
+class References:
+    """Solutions of one point, at a tolerance and by a method, as far as they were needed."""
+
+    runs: dict[tuple[str, float], Run] = field(default_factory=dict)
+    agreed: Agreement | None = None
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class Reference:
-    """Rows that two methods agree on to `accuracy`; None where none is to be had."""
+class Agreement:
+    """Rows that two methods agree on to `accuracy`; None where none are to be had.
+
+    `steps` is how many the one took whose rows they are.
+    """
 
     rows: Array | None
     accuracy: float
-    message: str = ""
+    steps: float = 0.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Resolution:
-    """Errors that hold in any case: in the unit of each quantity, and as a part of its size."""
-
-    absolute: Array
-    part: float
+def limited_run(model: Model, method: Method, times: Array, *, accounts: bool, limit: float) -> Run:
+    """A run of at most `limit` s of processor time, which others on the machine do not shorten."""
+    most = _OF_WALL_TIME * limit
+    return timed_run(model, method, times, accounts=accounts, limit=most, busy=limit)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judge:
     """Judges runs of a model, as its parameters stand, over the same times.
 
-    `limit` bounds each run, s.
+    `limit` bounds each run, s of processor time. `references` are those of the same parameters and
+    times that were found before.
     """
 
     model: Model
     times: Array
     tolerance: Tolerance
     limit: float
+    references: References
 
-    def reference(self) -> Reference:
-        """Run methods at tight tolerances until two agree to a tenth of what is asked for."""
-        best = Reference(None, math.inf, "no two methods complete the run at a tight tolerance")
-        resolution = self._resolution(0.0)
-        for rtol in _RTOLS:
-            found: list[Run] = []
-            for name in _METHODS:
-                run = self._run(Method(name, fixed=False, rtol=rtol))
-                if run.status != "done":
-                    continue
-                for other in found:
-                    accuracy = self._error(run.rows, other.rows, resolution)
-                    if accuracy < best.accuracy:
-                        best = Reference(other.rows, accuracy)
-                if best.accuracy <= _AGREED * self.tolerance.within:
-                    return best
-                found.append(run)
-        return best
+    def judge(self, run: Run, method: Method) -> Judgement:
+        """Hold a run by a method against others.
 
-    def judge(self, run: Run, rtol: float, reference: Callable[[], Reference]) -> Judgement:
-        """Hold a run against the reference. `rtol` is what the method was given, 0 for a step."""
+        It holds where another method, at a hundredth of the default tolerance, comes to the same.
+        Where not, two others have to agree before anything is said against it.
+        """
         if run.status == "stopped":
             return Judgement(Verdict.SLOW, message=run.message)
         if run.status != "done":
             return Judgement(Verdict.FAILS, message=run.message)
         residual, warned = self._balance(run)
-        known = reference()
-        if known.rows is None:
-            return Judgement(Verdict.UNJUDGED, residual=residual, message=known.message)
         rows = run.rows[:, : len(self.model.measured)]
-        error = self._error(rows, known.rows, self._resolution(rtol))
+        other = self._solved(_METHODS[method.name == _METHODS[0]], _RTOLS[0])
+        if other.status == "done":
+            error = self._error(rows, other.rows)
+            if self._holds(rows, other.rows, error):
+                return self._unless_it_rings(error, residual, other.rows, other.counts["steps"])
+        return self._against_two(rows, method, residual, warned)
+
+    def _against_two(
+        self, rows: Array, method: Method, residual: float | None, warned: bool
+    ) -> Judgement:
+        """Judge by rows that two methods agree on."""
+        known = self._agreed()
+        if known.rows is None:
+            message = "no two methods complete the run at a tight tolerance"
+            return Judgement(Verdict.UNJUDGED, residual=residual, message=message)
+        error = self._error(rows, known.rows)
         # A reference that is worse than what is asked for can only tell what is far off.
         if known.accuracy > self.tolerance.within and error <= _TELLS * known.accuracy:
             message = f"two references differ by {known.accuracy:.1e}"
             return Judgement(Verdict.UNJUDGED, error, residual, message)
         if self._holds(rows, known.rows, error):
-            return Judgement(Verdict.HOLDS, error, residual)
-        if error <= max(WRONG, _OF_TOLERANCE * rtol):
+            return self._unless_it_rings(error, residual, known.rows, known.steps)
+        rtol = 0.0 if method.fixed else method.rtol or DEFAULT_RTOL
+        if error <= max(WRONG, min(1.0, _OF_TOLERANCE * rtol)):
             return Judgement(Verdict.DEGRADED, error, residual)
         if not self._is_confirmed(known):
             return Judgement(Verdict.UNJUDGED, error, residual, _UNSTABLE)
         return Judgement(Verdict.WARNED if warned else Verdict.WRONG, error, residual)
 
+    def _unless_it_rings(
+        self, error: float, residual: float | None, reference: Array, steps: float
+    ) -> Judgement:
+        """What holds, unless all methods passed over a ringing that lasts and is seen."""
+        duration = float(self.times[-1])
+        interval = duration / (len(self.times) - 1)
+        for mode in ringing_at_start(self.model, duration):
+            if mode.seconds < interval or steps >= _STEPS_IN_A_SWING * mode.swings:
+                continue
+            missed = self._error(reference + mode.amplitude, reference)
+            if missed > self.tolerance.within:
+                message = (
+                    f"it rings at {mode.frequency:.2g} Hz for {mode.seconds:.2g} s, which no "
+                    f"method followed: {missed:.1e}"
+                )
+                return Judgement(Verdict.UNJUDGED, error, residual, message)
+        return Judgement(Verdict.HOLDS, error, residual)
+
+    def _agreed(self) -> Agreement:
+        """Rows that two methods agree on to a tenth of what is asked for, or as well as they do."""
+        if self.references.agreed is None:
+            self.references.agreed = self._agreement()
+        return self.references.agreed
+
+    def _agreement(self) -> Agreement:
+        best = Agreement(None, math.inf)
+        for rtol in _RTOLS:
+            found: list[Run] = []
+            for name in _METHODS:
+                run = self._solved(name, rtol)
+                if run.status != "done":
+                    continue
+                for other in found:
+                    accuracy = self._error(run.rows, other.rows)
+                    if accuracy < best.accuracy:
+                        best = Agreement(other.rows, accuracy, other.counts["steps"])
+                if best.accuracy <= _AGREED * self.tolerance.within:
+                    return best
+                found.append(run)
+        return best
+
+    def _solved(self, name: str, rtol: float) -> Run:
+        """A run at a tight tolerance, kept for all that share it."""
+        key = name, rtol
+        if key not in self.references.runs:
+            self.references.runs[key] = self._run(Method(name, fixed=False, rtol=rtol))
+        return self.references.runs[key]
+
     def _run(self, method: Method) -> Run:
-        return timed_run(self.model, method, self.times, accounts=False, limit=self.limit)
+        return limited_run(self.model, method, self.times, accounts=False, limit=self.limit)
 
     def _balance(self, run: Run) -> tuple[float | None, bool]:
         """The residual over what was exchanged, None without accounts; whether a run warns."""
@@ -156,7 +215,7 @@ class Judge:
         worst = float(np.abs(accounts[:, -1]).max())
         return worst / exchanged if exchanged > 0 else 0.0, unbalanced(worst, exchanged)
 
-    def _is_confirmed(self, reference: Reference) -> bool:
+    def _is_confirmed(self, reference: Agreement) -> bool:
         """Whether a third run, tighter and with short steps, agrees with the reference too.
 
         Where a solution is unstable, long steps hold two methods alike to what it leaves at once.
@@ -165,52 +224,43 @@ class Judge:
         for name in _METHODS[1:]:
             run = self._run(Method(name, fixed=False, rtol=_RTOLS[-1], max_step=longest))
             if run.status == "done" and reference.rows is not None:
-                error = self._error(run.rows, reference.rows, self._resolution(0.0))
+                error = self._error(run.rows, reference.rows)
                 return error <= max(self.tolerance.within, _TELLS * reference.accuracy)
         return False
 
     def _holds(self, rows: Array, reference: Array, error: float) -> bool:
         if not self.tolerance.required:
             return error <= self.tolerance.within
-        requirements = dict(self.tolerance.requirements)
-        exact = _Resolution(np.zeros(rows.shape[1]), 0.0)
-        return self._error(rows, reference, exact, requirements) <= 1
+        quantities = quantities_of(
+            self.model.measured, reference, dict(self.tolerance.requirements)
+        )
+        with np.errstate(over="ignore", invalid="ignore"):
+            return combined(largest_errors(rows, reference), quantities) <= 1
 
-    def _error(
-        self,
-        rows: Array,
-        reference: Array,
-        resolution: _Resolution,
-        requirements: Mapping[str, float] = MappingProxyType({}),
-    ) -> float:
+    def _error(self, rows: Array, reference: Array) -> float:
         """The worst error over its scale; infinite where numbers overflow on the way.
 
-        No scale is so small that the resolution of its quantity would not hold: one that hardly
-        moves between the rows, or is conserved.
+        The scale is the range of a quantity; where it hardly moves, a part of its size. One that
+        moves by less than what the default tolerance leaves open is as good as zero: what is left
+        of a transient that is over between two rows.
         """
+        resolution = self._resolution()
         with np.errstate(over="ignore", invalid="ignore"):
-            quantities = quantities_of(self.model.measured, reference, requirements)
-            size = np.max(np.abs(reference), axis=0)
-            open_to = (resolution.absolute + resolution.part * size) / self.tolerance.within
+            quantities = quantities_of(self.model.measured, reference, {})
+            least = resolution + _HARDLY_MOVES * np.max(np.abs(reference), axis=0)
             scaled = [
-                replace(q, scale=max(q.scale, least))
-                for q, least in zip(quantities, open_to.tolist(), strict=True)
+                replace(q, scale=max(q.scale, low))
+                for q, low in zip(quantities, least.tolist(), strict=True)
             ]
             error = combined(largest_errors(rows, reference), scaled)
         return error if math.isfinite(error) else math.inf
 
-    def _resolution(self, rtol: float) -> _Resolution:
-        """What a tolerance leaves open of each observed quantity over a run.
-
-        By the scales of the states at the start; no less than what it leaves by default, which no
-        reference goes far below. A value that moves by less, as what is left of a
-        transient that is over between two rows, is zero as far as the method is told.
-        """
-        rtol = max(rtol, DEFAULT_RTOL)
+    def _resolution(self) -> Array:
+        """What states leave open of each observed quantity over a run at the default tolerance."""
         instance = self.model.parameters.instance({})
         found = np.zeros(len(self.model.measured))
         if instance.reset() is not Status.OK:
-            return _Resolution(found, _OF_TOLERANCE * rtol)
+            return found
         _, start = instance.outputs()
         for k, size in enumerate(instance.scale.tolist()):
             present = instance.state[k]
@@ -219,4 +269,4 @@ class Judge:
             instance.state[k] = present
             change = np.abs(moved - start)
             found += np.where(np.isfinite(change), change, 0.0)
-        return _Resolution(_OF_TOLERANCE * rtol * found, _OF_TOLERANCE * rtol)
+        return _OF_TOLERANCE * DEFAULT_RTOL * found

@@ -17,7 +17,7 @@ from bgc.grammar.diagnostics import BgError
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.model import Model
 from bgc.runtime.progress import ProgressBar
-from bgc.runtime.run import FIXED_DEFAULT, Method, choose_method
+from bgc.runtime.run import ADAPTIVE_DEFAULT, FIXED_DEFAULT, Method, choose_method
 from bgc.runtime.stress.drives import (
     RTOL,
     STEP,
@@ -30,30 +30,33 @@ from bgc.runtime.stress.judge import (
     DEFAULT_RTOL,
     Judge,
     Judgement,
-    Reference,
+    References,
     Tolerance,
     Verdict,
+    limited_run,
 )
+from bgc.runtime.stress.store import Settings, Store, open_store
 from bgc.runtime.trade.measure import timed_run
 
 WITHIN = 1e-3
 BUDGET = 120.0
 
 _ROWS = 200
-_WANTED = 300  # points that the budget should do for, if the scene can be shortened for it
-_SHORTEST = 0.02  # of the scene
-_RUNS = 4.0  # that a point takes about: its own and those of the reference
+_WANTED = 100  # points that the budget should do for, if the scene can be shortened for it
+_PORTIONS = (1.0, 0.5, 0.25)  # of the scene
+_RUNS = 6.0  # that a point takes about: its own and that of another method
 _PATIENCE = 10.0  # times the scene's own run
 _AT_LEAST = 1.0  # s for any run
-
-Settings = tuple[tuple[str, float], ...]
+_OF_PATIENCE = 0.3  # that a run of short steps takes
+_COARSE = 3  # of so many values of a drive, one is looked at first
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """A place of the map: what was set, and what came of it."""
+    """A place of the map: what was set, how many seconds were run, and what came of it."""
 
     settings: Settings
+    duration: float
     judgement: Judgement
 
 
@@ -62,8 +65,8 @@ class StressMap:
     """What `bgc stress` found.
 
     `drives` were driven one by one, with a point for each value; as a `grid`, two together.
-    `duration` is what was run of the scene, `scene_duration` what it says, s. `skipped` are the
-    drives for which the budget was too small.
+    `duration` is what was run of the scene, `scene_duration` what it says, s. `planned` points were
+    to be looked at; `skipped` are the drives of which the budget was too small for any.
     """
 
     scene: str
@@ -74,6 +77,7 @@ class StressMap:
     grid: bool
     drives: tuple[Drive, ...]
     points: tuple[Point, ...]
+    planned: int
     skipped: tuple[Drive, ...]
 
     def counts(self) -> Mapping[Verdict, int]:
@@ -101,28 +105,35 @@ def stress(
     duration: float | None = None,
     within: float | None = None,
     budget: float = BUDGET,
+    fresh: bool = False,
     progress: bool = False,
 ) -> StressMap:
-    """Drive a scene to its extremes, and hold each run against a reference of two methods.
+    """Drive a scene to its extremes, and hold each run against other methods.
+
+    Points are kept in the cache as they are found: where the budget ends, or Ctrl-C, another call
+    goes on.
 
     Parameters
     ----------
     model
         A model with its source, as `bgc.compile` gives it.
     drives
-        What is driven, as `"k=1e3..1e14 N/m"`; by default the method's step or tolerance, the
-        duration, and every run-time parameter by its role.
+        What is driven, as `"k=1e3..1e14 N/m"`, or `"*.lock.stiffness=.."` for all of that name
+        together; by default steps, tolerances, the duration, and every run-time parameter by its
+        role.
     grid
         Whether two drives make a map of both together.
     solver, rtol, step
         The method that is looked at; by default the scene's.
     duration
-        How much of the scene to run, s; by default all, or as much as the budget allows.
+        How much of the scene to run, s; by default all, or a part where the budget is small.
     within
         The error up to which a number holds, relative to the range of each observed quantity;
         by default what the scene's `require` asks for, else 1e-3.
     budget
         Roughly how long it may take, s.
+    fresh
+        Whether to forget what was found before.
 
     Raises
     ------
@@ -136,54 +147,73 @@ def stress(
     if full is None:
         raise BgError([no_duration(model.facts.scene)])
     started = time.monotonic()
-    seconds = _time_of_nominal(model, method, full, budget)
-    chosen = full
-    if duration is None:
-        affordable = budget / (_WANTED * _RUNS * max(seconds, 1e-4))
-        chosen = full * min(1.0, max(_SHORTEST, affordable))
+    tolerance = Tolerance(
+        WITHIN if within is None else within, within is None, model.facts.requirements
+    )
+    store = open_store(model, method, tolerance, duration, fresh)
+    if store.nominal is None:
+        seconds, steps = _nominal(model, method, full, budget)
+        store.nominal = seconds, steps, 1.0 if duration else _portion(seconds, budget)
+    seconds, steps, part = store.nominal
     session = _Session(
-        model,
-        method,
-        chosen,
-        Tolerance(WITHIN if within is None else within, within is None, model.facts.requirements),
-        limit=max(_AT_LEAST, _PATIENCE * seconds * chosen / full),
+        model, method, part * full, tolerance, store, cost=seconds / full, density=steps / full
     )
     wanted = session.drives(drives)
     if grid and len(wanted) != 2:
         raise ValueError("a grid takes two drives")
-    plan = (
-        _grid(wanted)
-        if grid
-        else [(drive, [((drive.name, v),) for v in drive.values]) for drive in wanted]
-    )
+    plan = _grid(wanted) if grid else _in_order(wanted)
     points: list[Point] = []
-    skipped: list[Drive] = []
-    total = sum(len(settings) for _, settings in plan)
-    with ProgressBar(total, progress, "driving", " points") as bar:
-        for drive, places in plan:
-            if time.monotonic() - started > budget and points:
-                skipped.append(drive)
-                continue
-            for settings in places:
+    with ProgressBar(len(plan), progress, "driving", " points") as bar:
+        try:
+            for settings in plan:
                 bar.show(len(points))
-                points.append(Point(settings, session.judged(settings)))
+                left = budget - (time.monotonic() - started)
+                if not points or session.is_affordable(settings, left, bool(drives)):
+                    points.append(session.point(settings))
+        finally:
+            store.write()
+    written = {(drive.name, x): k for drive in wanted for k, x in enumerate(drive.values)}
+    names = [drive.name for drive in wanted]
+    if not grid:
+        points.sort(key=lambda p: (names.index(p.settings[0][0]), written[p.settings[0]]))
+    done = {point.settings[-1][0] for point in points}
     return StressMap(
-        model.facts.scene or model.facts.model,
-        _told(method),
-        chosen,
-        full,
-        session.tolerance,
-        grid,
-        tuple(drive for drive in wanted if drive not in skipped),
-        tuple(points),
-        tuple(skipped),
+        scene=model.facts.scene or model.facts.model,
+        method=_told(method),
+        duration=session.duration,
+        scene_duration=full,
+        tolerance=tolerance,
+        grid=grid,
+        drives=tuple(drive for drive in wanted if grid or drive.name in done),
+        points=tuple(points),
+        planned=len(plan),
+        skipped=() if grid else tuple(drive for drive in wanted if drive.name not in done),
     )
 
 
-def _grid(drives: Sequence[Drive]) -> list[tuple[Drive, list[Settings]]]:
+def _grid(drives: Sequence[Drive]) -> list[Settings]:
     """Row after row of the second drive, so that a budget cuts whole rows."""
     across, up = drives
-    return [(up, [((across.name, x), (up.name, y)) for x in across.values]) for y in up.values]
+    return [((across.name, x), (up.name, y)) for y in up.values for x in across.values]
+
+
+def _in_order(drives: Sequence[Drive]) -> list[Settings]:
+    """One drive of each kind before the next, and of each every third value before the others."""
+    seen: Counter[tuple[str, str]] = Counter()
+    order: list[tuple[int, bool, Settings]] = []
+    for drive in drives:
+        kind = drive.role or drive.name, drive.unit
+        for k, value in enumerate(drive.values):
+            coarse = k % _COARSE == 0 or k == len(drive.values) - 1
+            order.append((seen[kind], not coarse, ((drive.name, value),)))
+        seen[kind] += 1
+    return [settings for *_, settings in sorted(order, key=lambda item: item[:2])]
+
+
+def _portion(seconds: float, budget: float) -> float:
+    """The part of the scene that lets the budget do for many points, if any does."""
+    affordable = budget / (_WANTED * _RUNS * max(seconds, 1e-9))
+    return next((part for part in _PORTIONS if part <= affordable), _PORTIONS[-1])
 
 
 def _told(method: Method) -> str:
@@ -194,53 +224,95 @@ def _told(method: Method) -> str:
     )
 
 
-def _time_of_nominal(model: Model, method: Method, duration: float, limit: float) -> float:
-    """Seconds that the scene takes as it is; BG089 where it does not run."""
+def _nominal(model: Model, method: Method, duration: float, limit: float) -> tuple[float, float]:
+    """The seconds and the steps that the scene takes as it is; BG089 where it does not run."""
     run = timed_run(model, method, np.array([0.0, duration]), accounts=False, limit=limit)
     if run.status != "done":
         raise BgError([nominal_run_failed(run.message)])
-    return run.seconds
+    return run.seconds, max(run.counts["steps"], 1.0)
 
 
 @dataclass
 class _Session:
-    """Runs points of one model, and keeps the references that several share."""
+    """Runs points of one model, and keeps the references that several share.
+
+    `cost` is the processor time that a second of the scene takes as it is, s, and `density` its
+    steps.
+    """
 
     model: Model
     method: Method
     duration: float
     tolerance: Tolerance
-    limit: float
-    _references: dict[tuple[Settings, float], Reference] = field(default_factory=dict)
+    store: Store
+    cost: float
+    density: float
+    _driven: dict[str, Drive] = field(default_factory=dict)
+    _references: dict[Settings, References] = field(default_factory=dict)
 
     def drives(self, texts: Iterable[str]) -> tuple[Drive, ...]:
         """Those asked for, or all that the model has."""
         known = [self.model.parameters[name] for name in self.model.parameters]
         units = {p.name: p.unit for p in known}
-        if given := tuple(read_drive(text, units) for text in texts):
-            return given
-        assert self.model.origin is not None
-        graph = Compilation(*self.model.origin).graph
-        return all_drives(graph, known, self.method.fixed, self.duration)
+        found = tuple(read_drive(text, units) for text in texts)
+        if not found:
+            assert self.model.origin is not None
+            graph = Compilation(*self.model.origin).graph
+            found = all_drives(graph, known, self.duration)
+        self._driven = {drive.name: drive for drive in found}
+        return found
 
-    def judged(self, settings: Settings) -> Judgement:
-        """Run one point."""
-        values = {n: v for n, v in settings if n not in (STEP, RTOL, TIME)}
+    def is_affordable(self, settings: Settings, left: float, asked: bool) -> bool:
+        """Whether there is time for a point, or it is known.
+
+        One that was asked for may take longer than what is left.
+        """
+        end = self._end(settings)
+        if self.store.found(settings, end) is not None:
+            return True
+        return left > (0 if asked else _RUNS * self.cost * end)
+
+    def point(self, settings: Settings) -> Point:
+        """What comes of some settings, or came of them before."""
+        end = self._end(settings)
+        known = self.store.found(settings, end)
+        if known is None:
+            known = self._judged(settings, end)
+            self.store.keep(settings, end, known)
+        return Point(settings, end, known)
+
+    def _end(self, settings: Settings) -> float:
+        """How much of the scene is run: as much as is worth the wait of short steps."""
+        told = dict(settings)
+        if TIME in told:
+            return told[TIME]
+        if STEP not in told:
+            return self.duration
+        steps = _OF_PATIENCE * self._limit(self.duration) * self.density / max(self.cost, 1e-12)
+        return min(self.duration, float(f"{steps * told[STEP]:.1g}"))
+
+    def _limit(self, end: float) -> float:
+        """The longest that a run may take."""
+        return max(_AT_LEAST, _PATIENCE * self.cost * end)
+
+    def _judged(self, settings: Settings, end: float) -> Judgement:
+        values = {
+            name: value for driven, value in settings for name in self._driven[driven].parameters
+        }
         try:
             model = self._model_with(values)
         except BgError as problem:
             first = problem.diagnostics[0]
             return Judgement(Verdict.FAILS, message=f"{first.code}: {first.message}")
-        told = dict(settings)
-        end = told.get(TIME, self.duration)
-        method = self._method_with(told)
+        method = self._method_with(dict(settings))
         times = np.linspace(0.0, end, _ROWS + 1)
+        limit = self._limit(max(end, self.duration))
+        key = *values.items(), (TIME, end)
+        references = self._references.setdefault(key, References())
+        judge = Judge(model, times, self.tolerance, limit, references)
         with np.errstate(all="ignore"):
-            run = timed_run(model, method, times, accounts=bool(model.accounts), limit=self.limit)
-            rtol = 0.0 if method.fixed else method.rtol or DEFAULT_RTOL
-            key = tuple(values.items()), end
-            judge = Judge(model, times, self.tolerance, self.limit)
-            judgement = judge.judge(run, rtol, lambda: self._reference(judge, key))
+            run = limited_run(model, method, times, accounts=bool(model.accounts), limit=limit)
+            judgement = judge.judge(run, method)
         for name in values:
             if name in model.parameters:
                 del model.parameters[name]
@@ -261,15 +333,12 @@ class _Session:
         )
 
     def _method_with(self, told: Mapping[str, float]) -> Method:
+        """The method with another step or tolerance; the default of its kind where it has none."""
         old = self.method
         if STEP in told:
-            name = old.name if old.fixed else FIXED_DEFAULT
-            return Method(name, True, step=told[STEP], keep=old.keep)
-        if RTOL in told and not old.fixed:
-            return Method(old.name, False, rtol=told[RTOL], atol=old.atol)
+            name, keep = (old.name, old.keep) if old.fixed else (FIXED_DEFAULT, 0)
+            return Method(name, True, step=told[STEP], keep=keep)
+        if RTOL in told:
+            name, atol = (ADAPTIVE_DEFAULT, 0.0) if old.fixed else (old.name, old.atol)
+            return Method(name, False, rtol=told[RTOL], atol=atol)
         return old
-
-    def _reference(self, judge: Judge, key: tuple[Settings, float]) -> Reference:
-        if key not in self._references:
-            self._references[key] = judge.reference()
-        return self._references[key]

@@ -11,12 +11,12 @@ from typing import Any
 
 from bgc.printing.tables import Table
 from bgc.runtime.files import written_whole
-from bgc.runtime.stress.drives import Drive
+from bgc.runtime.stress.drives import STEP, Drive
 from bgc.runtime.stress.judge import Judgement, Verdict
 from bgc.runtime.stress.stress import Point, StressMap
 from bgc.runtime.trade.configurations import spelled_time
 
-_NAMED = 6  # of the drives that were skipped
+_NAMED = 6  # of many drives
 
 
 def tables(found: StressMap) -> list[Table]:
@@ -52,9 +52,17 @@ def _stretches(drive: Drive, points: Sequence[Point]) -> Iterator[tuple[str, ...
             last if len(run) > 1 else "",
             verdict.value,
             _worst(point.judgement for point in run),
-            run[0].judgement.message,
+            run[0].judgement.message or _shortened(run),
         )
         name = role = ""
+
+
+def _shortened(points: Sequence[Point]) -> str:
+    """How much was run where short steps were not taken over all of it."""
+    ends = sorted({point.duration for point in points})
+    if points[0].settings[0][0] != STEP or len(ends) == 1:
+        return ""
+    return f"over {spelled_time(ends[0])} to {spelled_time(ends[-1])}"
 
 
 def _alike(point: Point) -> tuple[Verdict, str]:
@@ -86,23 +94,70 @@ def _worst(judgements: Iterable[Judgement]) -> str:
 
 
 def summary(found: StressMap) -> str:
-    """How many points came to what, what that means, and what was not looked at."""
+    """How many points came to what, up to where the scene can be trusted, what was left out."""
     counts = found.counts()
     parts = [f"{counts[v]} {v.value}" for v in Verdict if counts.get(v)]
     asked = "what `require` asks for" if found.tolerance.required else f"{found.tolerance.within:g}"
     lines = [
         f"{len(found.points)} points: {', '.join(parts)}",
-        f"holds: within {asked}; errors are relative to the range of each observed quantity, "
-        "against a reference that two methods agree on",
+        f"holds: another method at a tight tolerance comes to the same within {asked}; errors are "
+        "relative to the range of each observed quantity, or to a hundredth of its size",
     ]
-    if found.skipped:
+    if not found.grid:
+        lines.append(_trusted(found))
+    if missing := found.planned - len(found.points):
         names = [drive.name for drive in found.skipped]
-        more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-        listed = ", ".join(names[:_NAMED])
-        lines.append(f"not driven for want of time: {listed}{more}; raise --budget")
+        among = f", among them all of {_some(names)}" if names else ""
+        lines.append(
+            f"for want of time {missing} of {found.planned} points are left{among}: run it again "
+            "to go on, or raise --budget"
+        )
     if found.wrong:
         lines.append("WRONG NUMBERS WITHOUT A WORD: take a smaller step or tolerance there")
     return "\n".join(lines)
+
+
+def _trusted(found: StressMap) -> str:
+    """The sentence that the map comes to."""
+    whole, parts, nowhere = [], [], []
+    for drive in found.drives:
+        points = found.of_drive(drive)
+        stretch = _longest_hold(points)
+        if len(stretch) == len(points):
+            whole.append(drive.name)
+        elif stretch:
+            parts.append(f"{drive.name} {_span(stretch, drive.unit)}")
+        else:
+            nowhere.append(drive.name)
+    holds = [*parts, *([f"all that was tried of {_some(whole)}"] if whole else [])]
+    said = f"the scene holds for {', '.join(holds)}" if holds else "the scene holds nowhere"
+    if holds and nowhere:
+        said += f", and nowhere for {_some(nowhere)}"
+    wrong = dict.fromkeys(point.settings[0][0] for point in found.wrong)
+    silent = f"for {_some([*wrong])} some are" if wrong else "no number is"
+    return f"{said}; {silent} wrong without a word"
+
+
+def _span(values: Sequence[float], unit: str) -> str:
+    low, high = _value(values[0], unit), _value(values[-1], unit)
+    return f"{low} to {high}" if low != high else low
+
+
+def _some(names: Sequence[str]) -> str:
+    """The first of some names."""
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return ", ".join(names[:_NAMED]) + more
+
+
+def _longest_hold(points: Sequence[Point]) -> list[float]:
+    """The values of the longest stretch that holds."""
+    longest: list[float] = []
+    ordered = sorted(points, key=lambda point: point.settings[0][1])
+    for holds, group in groupby(ordered, key=lambda p: p.judgement.verdict is Verdict.HOLDS):
+        values = [point.settings[0][1] for point in group]
+        if holds and len(values) > len(longest):
+            longest = values
+    return longest
 
 
 def write_csv(found: StressMap, path: str | Path) -> None:
@@ -112,12 +167,13 @@ def write_csv(found: StressMap, path: str | Path) -> None:
         width = 2 if found.grid else 1
         names = [f"{word}{k + 1 if found.grid else ''}" for k in range(width)
                  for word in ("driven", "value")]  # fmt: skip
-        writer.writerow([*names, "verdict", "error", "residual", "message"])
+        writer.writerow([*names, "seconds", "verdict", "error", "residual", "message"])
         for point in found.points:
             judgement = point.judgement
             settings = [item for pair in point.settings for item in (pair[0], repr(pair[1]))]
             numbers = ["" if x is None else repr(x) for x in (judgement.error, judgement.residual)]
-            writer.writerow([*settings, judgement.verdict.value, *numbers, judgement.message])
+            told = judgement.verdict.value, *numbers, judgement.message
+            writer.writerow([*settings, repr(point.duration), *told])
 
 
 def as_json(found: StressMap) -> str:
@@ -133,6 +189,7 @@ def as_json(found: StressMap) -> str:
         "points": [
             {
                 "settings": dict(point.settings),
+                "duration": point.duration,
                 "verdict": point.judgement.verdict.value,
                 "error": _number(point.judgement.error),
                 "residual": _number(point.judgement.residual),
@@ -140,6 +197,7 @@ def as_json(found: StressMap) -> str:
             }
             for point in found.points
         ],
+        "planned": found.planned,
         "skipped": [drive.name for drive in found.skipped],
     }
     return json.dumps(value, indent=2, allow_nan=False)

@@ -4,17 +4,34 @@ import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from bgc.driver import Compilation
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.compiling import compile_model
-from bgc.runtime.stress.drives import read_drive
-from bgc.runtime.stress.judge import Verdict
+from bgc.runtime.run import Method
+from bgc.runtime.stress.drives import all_drives, read_drive
+from bgc.runtime.stress.judge import Judge, References, Tolerance, Verdict
+from bgc.runtime.stress.ringing import ringing_at_start
 from bgc.runtime.stress.stress import stress
+from bgc.runtime.stress.tables import summary
+from bgc.runtime.trade.measure import timed_run
 
 MODELS = Path(__file__).parents[1] / "models" / "stress.bg"
+
+
+@pytest.fixture(autouse=True)
+def points(monkeypatch):
+    """What is found is kept for the test alone, by key."""
+    kept = {}
+    monkeypatch.setattr("bgc.runtime.stress.store.read_note", lambda _, key: kept.get(key))
+    monkeypatch.setattr(
+        "bgc.runtime.stress.store.write_note", lambda _, key, value: kept.update({key: value})
+    )
+    return kept
 
 
 def verdicts(found):
@@ -92,6 +109,118 @@ def test_a_grid_is_a_map_of_two():
     assert found.points[0].settings == (("k", 1.0), ("mass0", 1.0))
 
 
+def test_a_loose_tolerance_is_judged_by_its_true_error():
+    """Not by what it leaves open: 2 % at rtol 0.1, against the closed form, do not hold."""
+    model = compile_model(MODELS, "circuit")
+    found = stress(model, ["rtol=0.1, 1e-6"])
+    assert [*verdicts(found).values()] == [Verdict.DEGRADED, Verdict.HOLDS]
+    run = model.simulate(rtol=0.1, every=5e-5)
+    decay, omega = 1000.0, math.sqrt(1e8 - 1e6)
+    phase = omega * run.time
+    exact = 5 - 5 * np.exp(-decay * run.time) * (np.cos(phase) + decay / omega * np.sin(phase))
+    error = np.abs(run["capacitor.e"] - exact).max() / np.ptp(exact)
+    assert found.points[0].judgement.error == pytest.approx(error, rel=0.05)
+
+
+def test_ringing_that_every_method_passes_over_is_not_said_to_hold():
+    """At 1.6 GHz for 1 ms: L-stable methods agree on 5 V, which rings between 0 and 10 V."""
+    found = stress(compile_model(MODELS, "circuit"), ["C=1e-17, 1e-5 F"])
+    silent, slow = (point.judgement for point in found.points)
+    assert silent.verdict is Verdict.UNJUDGED and "rings at 1.6e+09 Hz" in silent.message
+    assert slow.verdict is Verdict.HOLDS
+
+
+def test_ringing_at_the_start_by_its_closed_form():
+    (mode,) = ringing_at_start(compile_model(MODELS, "circuit"), 10e-3)
+    assert mode.frequency == pytest.approx(math.sqrt(1e8 - 1e6) / math.tau)
+    assert mode.seconds == pytest.approx(1e-3)
+    assert mode.amplitude == pytest.approx([5 * 1e4 / math.sqrt(1e8 - 1e6)])
+
+
+@pytest.mark.parametrize(("solver", "others"), [("rodas5p", "radau5"), ("radau5", "rodas5p")])
+def test_a_method_is_never_held_against_itself(solver, others):
+    model = compile_model(MODELS, "circuit")
+    times, method = np.linspace(0, 10e-3, 201), Method(solver, fixed=False, rtol=1e-6)
+    run = timed_run(model, method, times, accounts=False, limit=60)
+    references = References()
+    judgement = Judge(model, times, Tolerance(1e-3), 60, references).judge(run, method)
+    assert judgement.verdict is Verdict.HOLDS
+    assert {name for name, _ in references.runs} == {others}
+
+
+def test_parameters_that_are_alike_go_together():
+    model = compile_model(MODELS, "pair")
+    found = stress(model, ["*.k=400, 10000 N/m"])
+    assert {*verdicts(found).values()} == {Verdict.HOLDS}
+    assert found.drives[0].members == ("left.k", "right.k")
+    known = [model.parameters[name] for name in model.parameters]
+    every = all_drives(Compilation(*model.origin).graph, known, duration=2.0)
+    assert [drive.name for drive in every if drive.role == "stiffness"] == ["*.k"]
+    with pytest.raises(BgError):
+        read_drive("*.stiffness=1..2", {"left.k": "N/m"})
+
+
+def test_a_pattern_sets_all_that_it_names():
+    """At k = 400 both masses swing twice as fast, so one that was left would be wrong."""
+    model = compile_model(MODELS, "pair")
+    seen = []
+
+    def spied(model, method, times, **options):
+        run = timed_run(model, method, times, accounts=False, limit=60)
+        seen.append(run.rows)
+        return run
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bgc.runtime.stress.stress.limited_run", spied)
+        stress(model, ["*.k=400 N/m"])
+    exact = np.cos(20 * np.linspace(0, 2, len(seen[0])))
+    np.testing.assert_allclose(seen[0], np.stack([exact, exact], axis=1), atol=1e-4)
+
+
+def test_what_was_found_is_not_run_again_until_it_is_asked_for():
+    model = compile_model(MODELS, "circuit")
+    first = stress(model, ["rtol=1e-8..1e-3:6"])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bgc.runtime.stress.stress.limited_run", None)
+        assert stress(model, ["rtol=1e-8..1e-3:6"]).points == first.points
+        with pytest.raises(TypeError):
+            stress(model, ["rtol=1e-8..1e-3:6"], fresh=True)
+        with pytest.raises(TypeError):
+            stress(model, ["rtol=1e-8..1e-3:6"], within=1e-4)
+
+
+def test_where_a_budget_ends_another_run_goes_on():
+    model = compile_model(MODELS, "circuit")
+    part = stress(model, budget=0)
+    assert len(part.points) == 1 and part.planned > 30
+    assert "run it again to go on" in summary(part)
+    whole = stress(model, budget=60)
+    assert len(whole.points) > 30
+    assert part.points[0] in whole.points  # the same part of the scene, whatever the budget
+
+
+def test_short_steps_are_taken_over_a_part_of_the_scene():
+    model = compile_model(MODELS, "undamped")
+    found = stress(model, ["step=1e-9, 1e-3 s"], duration=100)
+    short, long = found.points
+    assert 0 < short.duration < 1 < long.duration == 100
+    assert short.judgement.verdict is Verdict.HOLDS
+
+
+def test_a_scene_is_driven_to_ten_thousand_seconds():
+    found = stress(compile_model(MODELS, "oscillator"), ["time=10, 1e4 s"])
+    assert {*verdicts(found).values()} == {Verdict.HOLDS}
+    assert found.points[-1].duration == 1e4
+
+
+def test_the_sentence_says_up_to_where_the_scene_can_be_trusted():
+    model = compile_model(MODELS, "undamped")
+    text = summary(stress(model, ["k=1, 10, 100, 1e5 N/m"]))
+    assert "the scene holds for k 1 N/m to 100 N/m; for k some are wrong without a word" in text
+    text = summary(stress(model, ["k=1, 10 N/m"]))
+    assert "the scene holds for all that was tried of k; no number is wrong without a word" in text
+
+
 def test_drives_are_read_with_their_units():
     units = {"k": "N/m"}
     assert read_drive("k = 1 kN/m .. 1e6 kN/m", units).values == tuple(
@@ -134,8 +263,8 @@ def test_the_command_writes_its_map_and_tells_of_wrong_numbers(tmp_path):
     assert "WRONG NUMBERS" in done.output
     assert picture.read_bytes().startswith(b"\x89PNG")
     header, first, second = table.read_text().splitlines()
-    assert header == "driven,value,verdict,error,residual,message"
-    assert first.startswith("k,100.0,holds,") and second.startswith("k,100000.0,wrong,")
+    assert header == "driven,value,seconds,verdict,error,residual,message"
+    assert first.startswith("k,100.0,4.0,holds,") and second.startswith("k,100000.0,4.0,wrong,")
     found = json.loads(run("--scene", "undamped", "--drive", "k=100", "--json").output)
     assert found["counts"]["holds"] == 1
     assert found["points"][0]["settings"] == {"k": 100.0}

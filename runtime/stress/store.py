@@ -1,0 +1,87 @@
+"""What became of points, kept between runs of `bgc stress`: one that is interrupted goes on."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from typing import Any, cast
+
+from bgc.building.cache import digest_of, open_cache, read_note, write_note
+from bgc.runtime.model import Model
+from bgc.runtime.run import Method
+from bgc.runtime.stress.judge import Judgement, Tolerance, Verdict
+from bgc.runtime.trade.store import bgc_version, device_files
+
+_EVERY = 1.0  # s between two writings
+
+Settings = tuple[tuple[str, float], ...]
+
+
+@dataclass(slots=True)
+class Store:
+    """The points of one scene as it is, by what was set and how long was run.
+
+    `nominal` is the time of the scene's own run in s, its steps, and the part of the scene that is
+    run: kept, so that another run of the command does the same.
+    """
+
+    key: str
+    nominal: tuple[float, float, float] | None = None
+    points: dict[str, Judgement] = field(default_factory=dict)
+    written: float = -_EVERY
+
+    def found(self, settings: Settings, end: float) -> Judgement | None:
+        """What came of a point before."""
+        return self.points.get(_name(settings, end))
+
+    def keep(self, settings: Settings, end: float, judgement: Judgement) -> None:
+        """Remember a point."""
+        self.points[_name(settings, end)] = judgement
+        if time.monotonic() - self.written > _EVERY:
+            self.write()
+
+    def write(self) -> None:
+        """Write what is known; a full disk is no reason to stop."""
+        points = {
+            name: {**asdict(found), "verdict": found.verdict.value}
+            for name, found in self.points.items()
+        }
+        with suppress(OSError):
+            write_note(open_cache().root, self.key, {"nominal": self.nominal, "points": points})
+        self.written = time.monotonic()
+
+
+def open_store(
+    model: Model, method: Method, tolerance: Tolerance, duration: float | None, fresh: bool
+) -> Store:
+    """What is known of a scene with its present parameters, a method, and what is asked of it."""
+    key = digest_of(
+        (
+            "stress",
+            model.facts.content,
+            repr(sorted(model.parameters.given({}).items())),
+            repr(dict(model.facts.solver_options).get("settle")),
+            repr((method, tolerance, duration)),
+            *device_files(model),
+            bgc_version(),
+        )
+    )
+    store = Store(key)
+    if fresh:
+        return store
+    with suppress(TypeError, KeyError, ValueError):  # nothing, or damaged
+        value = cast(Any, read_note(open_cache().root, key))
+        points = {name: _judgement(found) for name, found in value["points"].items()}
+        seconds, steps, part = map(float, value["nominal"])
+        store.nominal, store.points = (seconds, steps, part), points
+    return store
+
+
+def _judgement(value: Mapping[str, Any]) -> Judgement:
+    return Judgement(**{**value, "verdict": Verdict(value["verdict"])})
+
+
+def _name(settings: Settings, end: float) -> str:
+    return repr((settings, end))
