@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from bgc.grammar.catalogue.ensembles import bad_range
+from bgc.grammar.catalogue.ensembles import bad_range, too_many_instances, varied_twice
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.binding import Array
 from bgc.runtime.parameters import Parameters
 from bgc.runtime.quantity import read_quantity
 
 _COUNT = 10  # values of a range that does not say
+_MOST = 1_000_000  # instances of a sweep
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,19 +31,35 @@ class Range:
 def read_range(text: str, parameters: Parameters) -> Range:
     """Read `name=low..high unit:count`, of which the unit and the count may be left out.
 
+    A unit of its own is for `low` alone.
+
     Raises BgError: BG743 where it is no such thing, and what a wrong name or unit raises.
     """
     name, equals, rest = (part.strip() for part in text.partition("="))
     span, colon, count = (part.strip() for part in rest.partition(":"))
     low, dots, high = (part.strip() for part in span.partition(".."))
-    if not (name and equals and low and dots and high) or (colon and not count.isdecimal()):
+    counted = not colon or (count.isdecimal() and int(count) > 0)
+    if not (name and equals and low and dots and high and counted):
         raise BgError([bad_range(text)])
-    unit = " ".join(high.split()[1:])
-    first, last = (
-        read_quantity(f"{number} {unit}".strip(), name, parameters[name].unit)
-        for number in (low, high.split()[0])
-    )
+    _, _, unit = high.partition(" ")
+    start = low if " " in low else f"{low} {unit}".strip()
+    first, last = (read_quantity(value, name, parameters[name].unit) for value in (start, high))
     return Range(name, first, last, int(count) if colon else _COUNT)
+
+
+def points(ranges: Sequence[Range], sample: int | None) -> dict[str, Array]:
+    """Values for each instance: every combination, or so many points among them.
+
+    Raises BgError: BG744 where a parameter has two ranges, BG745 where there are too many.
+    """
+    names = [each.name for each in ranges]
+    for name in names:
+        if names.count(name) > 1:
+            raise BgError([varied_twice(name)])
+    count = sample or math.prod(each.count for each in ranges)
+    if count > _MOST:
+        raise BgError([too_many_instances(count, _MOST)])
+    return grid(ranges) if sample is None else latin_hypercube(ranges, sample)
 
 
 def grid(ranges: Sequence[Range]) -> dict[str, Array]:

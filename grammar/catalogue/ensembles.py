@@ -79,5 +79,42 @@ def bad_range(text: str) -> Diagnostic:
     )
 
 
+def varied_twice(name: str) -> Diagnostic:
+    """BG744: a parameter that is varied twice
+
+    What: two `--vary` of one command name the same parameter.
+
+    Why: an instance has one value of it.
+
+    Example: `--vary "m=1..2 kg" --vary "m=5..6 kg"`.
+
+    Way out: one range that holds both, or two sweeps.
+    """
+    return error(
+        "BG744",
+        f"`{name}` is varied twice",
+        help="give one range for it, or sweep once for each",
+    )
+
+
+def too_many_instances(count: int, most: int) -> Diagnostic:
+    """BG745: more instances than one sweep takes
+
+    What: every combination of the values of all ranges is an instance, and these are too many.
+
+    Why: the number of combinations is the product of the counts, 10 where a range says none; a
+    million runs are all that one sweep holds.
+
+    Example: seven ranges of 10 values each.
+
+    Way out: `--sample 1000` spreads as many points over all ranges.
+    """
+    return error(
+        "BG745",
+        f"{count:,} instances are more than the {most:,} that one sweep takes",
+        help="spread points over the ranges by `--sample 1000`, or give smaller counts",
+    )
+
+
 def _values(count: int) -> str:
     return "1 value" if count == 1 else f"{count} values"

@@ -11,8 +11,10 @@ from bgc.runtime.cli.options import (
     check_target,
     model_file,
     read_assignments,
+    read_uses,
     scene_option,
     set_option,
+    use_option,
 )
 
 _TABLES = (".csv", ".npz")
@@ -23,6 +25,7 @@ _SHOWN = 3  # failures
 @model_file
 @scene_option
 @set_option
+@use_option
 @click.option(
     "--vary",
     "varied",
@@ -50,6 +53,7 @@ def sweep(
     file: Path,
     scene: str | None,
     assignments: tuple[str, ...],
+    uses: tuple[str, ...],
     varied: tuple[str, ...],
     sample: int | None,
     out: str,
@@ -67,17 +71,19 @@ def sweep(
     from bgc.runtime.compiling import compile_model
     from bgc.runtime.ensemble import EnsembleInterrupted
     from bgc.runtime.quantity import read_quantity
-    from bgc.runtime.sweep import grid, latin_hypercube, read_range
+    from bgc.runtime.sweep import points, read_range
 
     check_target(out, _TABLES)
     times = {
         name: None if text is None else read_quantity(text, f"--{name}", "s")
         for name, text in (("step", step), ("every", every), ("time", duration))
     }
-    model = compile_model(file, scene, dict(read_assignments(assignments)))
+    model = compile_model(
+        file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
+    )
     print_diagnostics(model.warnings)
     ranges = [read_range(text, model.parameters) for text in varied]
-    values = grid(ranges) if sample is None else latin_hypercube(ranges, sample)
+    values = points(ranges, sample)
     status = 0
     try:
         ensemble = model.simulate_many(

@@ -111,10 +111,10 @@ def trade(
     click.echo(found.sentence)
     if out is not None:
         found.to_csv(out)
-    if plot is not None:
-        found.plot(plot)
     if html is not None:
         found.to_html(html)
+    if plot is not None:
+        found.plot(plot)
 
 
 def _split(text: str | None) -> list[str]:

@@ -21,7 +21,7 @@ from bgc.runtime.trade.measurement import DONE, OUT_OF_BUDGET, REFUSED, Measurem
 from bgc.runtime.trade.reference import Reference, find_reference
 from bgc.runtime.trade.store import Store
 
-_REFERENCE_SHARE = 0.4  # of the budget, for the reference
+_REFERENCE_SHARE = 0.4  # of what is left then, for the reference
 _AT_LEAST = 5.0  # s that any configuration may take
 _AS_THE_REFERENCE = 3.0  # times the time of the reference, beyond which nothing is waited for
 _DEFAULT_SAMPLE = 1e-3  # s, of devices in a scene that gives no step: see bgc.h
@@ -29,8 +29,8 @@ _SHORT = 0.05  # s: so short a run is repeated at once
 _MOST_REPEATS = 25  # of the shortest runs, whose times the machine disturbs most
 _AUDITED = 3.0  # times the time of a run, for one with energy accounts
 _MOST_PACED = 12  # configurations that are tried for the deadline
-# Shares of the budget kept from measuring: for deadlines and repetitions, and for variants.
-WITHOUT_VARIANTS, WITH_VARIANTS = 0.3, 0.6
+# Shares of what is left then kept from measuring: for repetitions, and for variants as well.
+FOR_REPETITIONS, FOR_VARIANTS = 0.25, 0.6
 _SAME = 0.01  # part by which errors and counts of steps may differ and still be the same
 _NEAR = 1.2  # times the time of a configuration on the front: may be on it, but for noise
 
@@ -40,7 +40,7 @@ class Session:
     """Measures configurations of one scene against one reference.
 
     `times` are those of the rows, s. `repeats` is the number of runs that times are medians of.
-    `budget` bounds the whole, s, of which a share `reserve` is left for later. `audited` is the
+    `budget` bounds the whole, s, of which measuring leaves `reserve` for later. `audited` is the
     model with its energy accounts, where the model itself has none.
     """
 
@@ -51,13 +51,17 @@ class Session:
     budget: float
     progress: bool = False
     audited: Model | None = None
-    reserve: float = WITHOUT_VARIANTS
+    reserve: float = 0.0
     started: float = field(default_factory=time.monotonic)
 
     @property
     def left(self) -> float:
         """Seconds of the budget that are left."""
         return self.budget - (time.monotonic() - self.started)
+
+    def keep_back(self, share: float) -> None:
+        """Let what follows leave a share of what is left."""
+        self.reserve = share * self.left
 
     @property
     def duration(self) -> float:
@@ -81,7 +85,7 @@ class Session:
                 )
 
             requirements = dict(self.model.facts.requirements)
-            share = _REFERENCE_SHARE * self.budget
+            share = _REFERENCE_SHARE * self.left
             found = find_reference(self.model, requirements, solve, share)
         self.store.keep_reference(found)
         return found
@@ -189,11 +193,10 @@ class Session:
         if (stored := self.store.measurement(content, configuration)) is not None:
             return stored
         limit = max(_AT_LEAST, _AS_THE_REFERENCE * reference.seconds)
-        left = self.left - self.reserve * self.budget
-        if left <= 0:
+        if self.left <= self.reserve:
             return Measurement(configuration, "skipped", OUT_OF_BUDGET)
         found = self._measured(configuration, reference, limit, watch)
-        if found.status == "stopped" and self.left <= self.reserve * self.budget:
+        if found.status == "stopped" and self.left <= self.reserve:
             return Measurement(configuration, "skipped", OUT_OF_BUDGET)
         if found.status != REFUSED:  # what is missing may be installed
             self.store.keep(content, found)
@@ -209,7 +212,7 @@ class Session:
         """Run a configuration for at most `busy` seconds of processor time."""
         model, method, times = self.model, configuration.method, self.times
         accounts = bool(model.accounts)
-        limit = self.left - self.reserve * self.budget
+        limit = self.left - self.reserve
         first = timed_run(
             model, method, times, accounts=accounts, limit=limit, busy=busy, watch=watch
         )

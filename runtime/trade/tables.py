@@ -148,7 +148,7 @@ def tables(trade: Trade, everything: bool = False) -> list[Table]:
     done = [row for row in found if row.done]
     shown = done if everything else _worth_seeing(trade, done)
     hidden = len(done) - len(shown)
-    notes = list(legend(trade))
+    notes = list(legend(trade)) if done else []
     if hidden:
         notes.append(f"{hidden} more are slower or less accurate: `--all` shows them")
     title = f"{trade.scene} of {trade.model}: {spelled(trade.duration)}"
@@ -272,7 +272,7 @@ def _unfinished(rows: Sequence[Measurement]) -> tuple[tuple[str, ...], ...]:
 
 
 def _sampled(trade: Trade) -> bool:
-    return any(row.worst_sample > 0 for row in trade.measurements)
+    return trade.target.sample is not None
 
 
 def _varied(trade: Trade) -> bool:

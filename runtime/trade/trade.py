@@ -28,7 +28,7 @@ from bgc.runtime.trade.errors import Quantity
 from bgc.runtime.trade.judge import Target, Verdict, judge
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 from bgc.runtime.trade.reference import Reference
-from bgc.runtime.trade.session import WITH_VARIANTS, WITHOUT_VARIANTS, Session
+from bgc.runtime.trade.session import FOR_REPETITIONS, FOR_VARIANTS, Session
 from bgc.runtime.trade.store import machine_description, open_store
 from bgc.runtime.trade.variants import ACTIVITY, audited, chosen_variants, measure_variants
 
@@ -199,18 +199,17 @@ def trade(
     times = row_times(end, facts.every, None, len(loaded.measured))
     session = Session(loaded, store, times, repeats, budget, progress, audited(loaded))
     others = chosen_variants(session, variants) if variants else ()
-    if others:
-        session.reserve = WITH_VARIANTS
     reference = session.reference()
     target = session.target(reference)
     ladder = _ladder(session, reference, end) if steps is None and fixed else tuple(steps or ())
     configurations = scene_configurations(
         adaptive, fixed, rtols, ladder, [int(keep) for keep in keeps]
     )
+    session.keep_back(FOR_VARIANTS if others else FOR_REPETITIONS)
     rows = session.measure(configurations, reference, target)
     rows = session.repeat(session.in_time(rows, target), target)
     if others:
-        session.reserve = WITHOUT_VARIANTS
+        session.keep_back(FOR_REPETITIONS)
         rows += measure_variants(session, others, rows, reference, target)
     verdict = judge(rows, target)
     complete = end == facts.duration

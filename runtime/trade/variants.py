@@ -28,7 +28,7 @@ Variant: TypeAlias = tuple[Change, ...]
 """Lines that are changed together."""
 
 ALL, ACTIVITY = "all", "activity"
-_ACTIVITY_SHARE = 0.3  # of the budget, to find what the scene can do without
+_ACTIVITY_SHARE = 0.25  # of the budget, to find what the scene can do without
 
 
 def chosen_variants(session: Session, patterns: Sequence[str]) -> tuple[Variant, ...]:

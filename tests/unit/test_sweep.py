@@ -1,0 +1,108 @@
+"""`bgc sweep`: ranges, points, and what is wrong with them."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+import bgc
+from bgc.grammar.diagnostics import BgError
+from bgc.runtime.cli.app import application
+from bgc.runtime.parameters import Parameters
+from bgc.runtime.sweep import Range, points, read_range
+
+TEXT = """
+interface Mount { port p in; }
+model Soft is Mount { port p in; spring : C(stiffness = 4 N/m); p -> spring; }
+model Stiff is Mount { port p in; spring : C(stiffness = 16 N/m); p -> spring; }
+model M {
+  param mass = 1 kg in 0 kg .. 100 kg;
+  param v0 = 1 m/s;
+  block : I(mass, f0 = v0); hub : J1; mount : Mount = Soft; hub -> block, mount;
+}
+scene s of M { observe block.f as v; run 1 s; }
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "m.bg"
+    path.write_text(TEXT)
+    return path
+
+
+@pytest.fixture
+def parameters(file: Path) -> Parameters:
+    return bgc.compile(file).parameters
+
+
+def test_a_unit_at_the_end_is_for_both_and_each_may_have_its_own(parameters: Parameters) -> None:
+    assert read_range("mass=2..5 kg:4", parameters) == Range("mass", 2, 5, 4)
+    assert read_range("mass = 200 g .. 0.005 t : 3", parameters) == Range("mass", 0.2, 5, 3)
+    assert read_range("mass=2..5", parameters) == Range("mass", 2, 5)
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("mass", "BG743"),
+        ("mass=2", "BG743"),
+        ("mass=2..", "BG743"),
+        ("mass=2..3:0", "BG743"),
+        ("mass=2..3:x", "BG743"),
+        ("mass=2..3 V", "BG063"),
+        ("mass=two..3", "BG062"),
+        ("n=2..3", "BG060"),
+    ],
+)
+def test_what_is_no_range_is_refused(parameters: Parameters, text: str, code: str) -> None:
+    with pytest.raises(BgError) as caught:
+        read_range(text, parameters)
+    assert [d.code for d in caught.value.diagnostics] == [code]
+
+
+def test_every_combination_is_a_point() -> None:
+    found = points([Range("a", 0, 1, 2), Range("b", 0, 2, 3)], None)
+    pairs = set(zip(found["a"].tolist(), found["b"].tolist(), strict=True))
+    assert pairs == {(a, b) for a in (0.0, 1.0) for b in (0.0, 1.0, 2.0)}
+
+
+def test_a_sample_covers_each_range_evenly() -> None:
+    found = points([Range("a", 0, 1), Range("b", -10, 10)], 20)
+    for name, low, high in (("a", 0, 1), ("b", -10, 10)):
+        cells = np.floor((found[name] - low) / (high - low) * 20)
+        assert sorted(cells) == list(range(20))
+
+
+def test_ranges_that_contradict_or_are_too_many_are_refused() -> None:
+    with pytest.raises(BgError, match="BG744"):
+        points([Range("a", 0, 1), Range("a", 2, 3)], None)
+    with pytest.raises(BgError, match="BG745"):
+        points([Range(name, 0, 1, 10) for name in "abcdefg"], None)
+    with pytest.raises(BgError, match="BG745"):
+        points([Range("a", 0, 1)], 10**9)
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(application, ["sweep", *arguments])
+
+
+def test_the_command_runs_what_another_model_in_a_slot_gives(file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "o.csv"
+    done = run(str(file), "--vary", "mass=1..4 kg:4", "--use", "mount=Stiff", "--out", str(out))
+    assert done.exit_code == 0, done.output
+    rows = list(csv.DictReader(out.read_text().splitlines()))
+    last = [row for row in rows if float(row["time"]) == 1.0]
+    assert [float(row["mass"]) for row in last] == [1, 2, 3, 4]
+    for row in last:
+        expected = np.cos(np.sqrt(16 / float(row["mass"])))
+        assert float(row["v"]) == pytest.approx(expected, abs=1e-4)
+
+
+def test_an_instance_out_of_a_parameters_range_is_refused(file: Path, tmp_path: Path) -> None:
+    done = run(str(file), "--vary", "mass=-1..4 kg", "--out", str(tmp_path / "o.csv"))
+    assert done.exit_code == 1 and "BG061" in done.output
