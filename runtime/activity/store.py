@@ -8,6 +8,7 @@ from dataclasses import asdict
 from typing import Any, cast
 
 from bgc.building.cache import digest_of, open_cache, read_note, write_note
+from bgc.runtime.identity import scene_identity
 from bgc.runtime.model import Model
 from bgc.variants import Change
 
@@ -28,6 +29,4 @@ def stored_variants(model: Model) -> tuple[tuple[Change, ...], ...] | None:
 
 
 def _key(model: Model) -> str:
-    values = sorted(model.parameters.given({}).items())
-    facts = model.facts
-    return digest_of(("activity", facts.content, repr(values), repr(facts.requirements)))
+    return digest_of(("activity", *scene_identity(model), repr(model.facts.requirements)))

@@ -9,10 +9,10 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, cast
 
 from bgc.building.cache import digest_of, open_cache, read_note, write_note
+from bgc.runtime.identity import scene_identity
 from bgc.runtime.model import Model
 from bgc.runtime.run import Method
 from bgc.runtime.stress.judge import Judgement, Tolerance, Verdict
-from bgc.runtime.trade.store import bgc_version, device_files
 
 _EVERY = 1.0  # s between two writings
 
@@ -57,17 +57,7 @@ def open_store(
     model: Model, method: Method, tolerance: Tolerance, duration: float | None, fresh: bool
 ) -> Store:
     """What is known of a scene with its present parameters, a method, and what is asked of it."""
-    key = digest_of(
-        (
-            "stress",
-            model.facts.content,
-            repr(sorted(model.parameters.given({}).items())),
-            repr(dict(model.facts.solver_options).get("settle")),
-            repr((method, tolerance, duration)),
-            *device_files(model),
-            bgc_version(),
-        )
-    )
+    key = digest_of(("stress", *scene_identity(model), repr((method, tolerance, duration))))
     store = Store(key)
     if fresh:
         return store

@@ -17,15 +17,14 @@ import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import numpy as np
 
-from bgc.building.cache import digest_of, file_digest, open_cache, write_aside
+from bgc.building.cache import digest_of, open_cache, write_aside
 from bgc.building.recall import machine_identity
 from bgc.grammar.places import cache_directory
-from bgc.runtime.binding import text
+from bgc.runtime.identity import bgc_version, scene_identity
 from bgc.runtime.model import Model
 from bgc.runtime.run import Method
 from bgc.runtime.trade.configurations import Configuration
@@ -163,39 +162,9 @@ def stored_answer(model: Model, parameters: Mapping[str, float]) -> Method | Non
 def _key(
     model: Model, parameters: Mapping[str, float], duration: float, every: float | None
 ) -> str:
-    values = {**model.parameters.given({}), **parameters}
     return digest_of(
-        (
-            model.facts.content,
-            repr(dict(model.facts.solver_options).get("settle")),  # another start
-            repr(sorted(values.items())),
-            repr((duration, every)),
-            *device_files(model),
-            machine_identity(),
-            bgc_version(),
-        )
+        (*scene_identity(model, parameters), repr((duration, every)), machine_identity())
     )
-
-
-def device_files(model: Model) -> list[str]:
-    """The contents of the files that the devices read, as hashes."""
-    struct = model.library.model
-    found = []
-    for index in range(struct.n_device):
-        for line in text(struct.device[index].options).splitlines():
-            key, _, value = line.partition("=")
-            if key == "file":
-                with suppress(OSError):
-                    found.append(file_digest(model.folder / value))
-    return found
-
-
-def bgc_version() -> str:
-    """The version of this bgc; empty where it is not installed."""
-    try:
-        return version("bgc-lang")
-    except PackageNotFoundError:
-        return ""
 
 
 def machine_description() -> str:
