@@ -20,9 +20,10 @@ from bgc.options import Options
 from bgc.printing.causality import causality_tables, element_ends, ranges
 from bgc.printing.tables import as_text
 from bgc.program import Program
-from bgc.slicing.report import dropped_lines
+from bgc.slicing.fold import Folding
+from bgc.slicing.report import dropped_lines, folded_lines
 
-PASSES = ("parse", "elaborate", "causality", "equations", "slice", "optimise", "emit")
+PASSES = ("parse", "elaborate", "fold", "causality", "equations", "slice", "optimise", "emit")
 
 _WIDTH = 100
 
@@ -35,6 +36,8 @@ def show_pass(name: str, path: Path, options: Options) -> str:
             return show_syntax(compilation.package.root.file)
         case "elaborate":
             return show_graph(compilation.graph)
+        case "fold":
+            return show_folding(compilation.folding)
         case "causality":
             return as_text(causality_tables(compilation))
         case "equations":
@@ -95,13 +98,22 @@ def _fields(node: Any) -> list[tuple[str, Any]]:
 
 def show_graph(graph: FlatGraph) -> str:
     """The flat bond graph: its elements with their bonds, then the bonds."""
-    sections = (
+    return _sections(_of_graph(graph))
+
+
+def _of_graph(graph: FlatGraph) -> tuple[tuple[str, list[str]], ...]:
+    return (
         ("elements", [_element(graph, element) for element in graph.elements]),
         ("bonds", _bonds(graph)),
         ("parameters", _parameters(graph)),
         ("states", [f"{s.name} ({s.unit})" for s in graph.states]),
     )
-    return _sections(sections)
+
+
+def show_folding(folding: Folding) -> str:
+    """The parameters that were put in as numbers, and the flat graph that is left."""
+    folded = ("folded", list(folded_lines(folding.parameters)))
+    return _sections((folded, *_of_graph(folding.graph)))
 
 
 def show_equations(program: Program) -> str:

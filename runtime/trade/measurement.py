@@ -62,8 +62,12 @@ class Measurement:
 
     @property
     def worst(self) -> float:
-        """What has to be done by a deadline, s: the steps of a sample, or one step."""
-        return self.paced or self.worst_sample or self.worst_step
+        """What has to be done by a deadline, s: the steps of a sample, or one step.
+
+        The least of what is known of it: neither the machine nor the clock makes it shorter.
+        """
+        longest = self.worst_sample or self.worst_step
+        return min(self.paced, longest) if self.paced and longest else self.paced or longest
 
     @property
     def certain(self) -> bool:

@@ -46,6 +46,15 @@ def test_the_flat_graph_names_neighbouring_components_together(wide):
     assert any(line.startswith("  push[2] -> hub[2]") for line in lines)
 
 
+def test_what_a_scene_sets_to_zero_is_folded_into_the_graph(wide):
+    text = WIDE.replace("hub  : J1;", "param loss = 4; hub  : J1;").replace("R[2](4)", "R[2](loss)")
+    wide.write_text(text.replace("observe", "set loss = 0; observe"))
+    assert "\n  loss = " in show_pass("elaborate", wide, Options())
+    folded = show_pass("fold", wide, Options())
+    assert folded.startswith("folded\n  `loss` = 0\n\nelements\n")
+    assert "\n  loss = " not in folded
+
+
 def test_strokes_of_a_wide_bond_name_their_component(wide):
     text = show_pass("causality", wide, Options())
     assert "  hub[3] ->| body" not in text  # alike as the other two: one row

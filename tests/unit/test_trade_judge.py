@@ -123,6 +123,11 @@ def test_a_worst_time_without_the_machines_noise_goes_before_one_with_it() -> No
     assert judge((row,), target(deadline=1e-3)).recommended is row
 
 
+def test_a_clock_that_is_coarser_than_a_step_does_not_make_it_longer() -> None:
+    assert measured(MIDDLE, 4e-3, cpu=0.003, worst=0.3e-6, paced=1.8e-6).worst == 0.3e-6
+    assert measured(MIDDLE, 4e-3, cpu=0.003, worst=9e-3, paced=1.8e-6).worst == 1.8e-6
+
+
 def test_steps_that_sample_devices_less_often_are_not_recommended() -> None:
     rows = (measured(Configuration("ros34prw", step=2e-3), 1e-3, cpu=0.0015), ROWS[1])
     assert judge(rows, target()).recommended is rows[0]
