@@ -8,9 +8,8 @@ import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from bgc.runtime.files import written_whole
 from bgc.runtime.frequency import Response
-from bgc.runtime.plot import COLOURS, STYLE
+from bgc.runtime.plot import COLOURS, STYLE, write_figure
 
 _WIDTH, _HEIGHT = 8.0, 5.6  # inches
 _PHASE_STEPS = (15.0, 30.0, 45.0, 90.0, 180.0, 360.0)
@@ -33,10 +32,7 @@ def plot_bode(response: Response, path: Path) -> Figure:
             axes.margins(x=0)
             axes.grid(True, which="minor", axis="x", alpha=0.15)
         figure.suptitle(f"{response.output} by {response.input}")
-        kind = path.suffix.lower()[1:]
-        undated = {"Date": None} if kind == "svg" else None
-        with written_whole(path) as aside:
-            figure.savefig(aside, format=kind, dpi=150, metadata=undated)
+        write_figure(figure, path)
     return figure
 
 

@@ -75,11 +75,16 @@ def plot_result(
     with matplotlib.rc_context(STYLE):
         figure = _draw(result, chosen)
         if path is not None:
-            with written_whole(path) as aside:
-                kind = Path(path).suffix.lower()[1:]
-                undated = {"Date": None} if kind == "svg" else None
-                figure.savefig(aside, format=kind, dpi=150, metadata=undated)
+            write_figure(figure, path)
     return figure
+
+
+def write_figure(figure: Figure, path: str | Path) -> None:
+    """Write a figure as the name's ending says, the same bytes for the same figure."""
+    kind = Path(path).suffix.lower()[1:]
+    undated = {"Date": None} if kind == "svg" else None
+    with written_whole(path) as aside:
+        figure.savefig(aside, format=kind, dpi=150, metadata=undated)
 
 
 def _panels_by_unit(result: Result, columns: Sequence[str]) -> list[Panel]:

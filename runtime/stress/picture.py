@@ -13,9 +13,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from bgc.grammar.catalogue.machine import unknown_file_kind
 from bgc.grammar.diagnostics import BgError
-from bgc.runtime.files import written_whole
-from bgc.runtime.plot import KINDS, STYLE
-from bgc.runtime.stress.drives import Drive
+from bgc.runtime.plot import KINDS, STYLE, write_figure
 from bgc.runtime.stress.judge import Judgement, Verdict
 from bgc.runtime.stress.stress import Point, StressMap
 
@@ -37,14 +35,11 @@ _MARGIN = 3.4, 1.6
 
 def draw(found: StressMap, path: str | Path) -> Figure:
     """Draw a map and write it: a row for each drive, or two drives against each other."""
-    kind = Path(path).suffix.lower()
-    if kind not in KINDS:
+    if Path(path).suffix.lower() not in KINDS:
         raise BgError([unknown_file_kind(str(path), KINDS)])
     with matplotlib.rc_context(STYLE):
         figure = _draw(found)
-        with written_whole(path) as aside:
-            undated = {"Date": None} if kind == ".svg" else None
-            figure.savefig(aside, format=kind[1:], dpi=130, metadata=undated)
+        write_figure(figure, path)
     return figure
 
 
@@ -66,8 +61,9 @@ def _draw(found: StressMap) -> Figure:
     for spine in axes.spines.values():
         spine.set_visible(False)
     if found.grid:
-        across, _ = found.drives if len(found.drives) == 2 else _axes_of(found)
-        axes.set_xlabel(f"{across.name} in {across.unit}" if across.unit else across.name)
+        across = found.points[0].settings[0][0]
+        unit = next((drive.unit for drive in found.drives if drive.name == across), "")
+        axes.set_xlabel(f"{across} in {unit}" if unit else across)
     axes.set_title(f"{found.scene}: {found.method}", loc="left")
     seen = found.counts()
     patches = [
@@ -80,12 +76,6 @@ def _draw(found: StressMap) -> Figure:
     return figure
 
 
-def _axes_of(found: StressMap) -> tuple[Drive, Drive]:
-    """The two drives of a grid."""
-    (first, _), (second, _) = found.points[0].settings
-    return Drive(first, "", "", ()), Drive(second, "", "", ())
-
-
 _Cells = list[tuple[float, Judgement]]
 
 
@@ -93,7 +83,7 @@ def _drive_rows(found: StressMap) -> list[tuple[str, _Cells]]:
     return [
         (
             f"{drive.name}, {drive.unit}" if drive.unit else drive.name,
-            _ordered(found.of_drive(drive), 0),
+            _ordered(found.of_drive(drive)),
         )
         for drive in found.drives
     ]
@@ -104,15 +94,15 @@ def _grid_rows(found: StressMap) -> list[tuple[str, _Cells]]:
     name = found.points[0].settings[1][0]
     heights = sorted({point.settings[1][1] for point in found.points}, reverse=True)
     return [
-        (f"{name} = {y:.3g}", _ordered([p for p in found.points if p.settings[1][1] == y], 0))
+        (f"{name} = {y:.3g}", _ordered([p for p in found.points if p.settings[1][1] == y]))
         for y in heights
     ]
 
 
-def _ordered(points: Sequence[Point], axis: int) -> _Cells:
-    return sorted(
-        ((point.settings[axis][1], point.judgement) for point in points), key=lambda cell: cell[0]
-    )
+def _ordered(points: Sequence[Point]) -> _Cells:
+    """Points by the value of their first drive."""
+    cells = ((point.settings[0][1], point.judgement) for point in points)
+    return sorted(cells, key=lambda cell: cell[0])
 
 
 def _text(judgement: Judgement) -> str:

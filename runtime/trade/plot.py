@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 
 from bgc.grammar.catalogue.machine import nothing_to_draw, unknown_file_kind
 from bgc.grammar.diagnostics import BgError
-from bgc.runtime.files import written_whole
-from bgc.runtime.plot import COLOURS, KINDS, STYLE
+from bgc.runtime.plot import COLOURS, KINDS, STYLE, write_figure
 from bgc.runtime.trade.judge import spelled
 from bgc.runtime.trade.measurement import Measurement
 from bgc.variants import Change
@@ -36,10 +35,7 @@ def plot_trade(trade: Trade, path: str | Path | None = None) -> Figure:
     with matplotlib.rc_context(STYLE):
         figure = _draw(trade)
         if path is not None:
-            with written_whole(path) as aside:
-                kind = Path(path).suffix.lower()[1:]
-                undated = {"Date": None} if kind == "svg" else None
-                figure.savefig(aside, format=kind, dpi=150, metadata=undated)
+            write_figure(figure, path)
     return figure
 
 
