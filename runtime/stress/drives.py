@@ -101,7 +101,8 @@ def all_drives(graph: FlatGraph, known: Iterable[Parameter], duration: float) ->
 def _parameter_drives(graph: FlatGraph, known: Iterable[Parameter]) -> list[Drive]:
     """A drive for each run-time parameter within its range, for those alike together.
 
-    A kind is a role and a unit. Of each, what most parts have comes first.
+    A kind is a role and a unit; one unit of each role comes before the next. Of each kind, what
+    most parts have comes first.
     """
     roles = _roles(graph)
     found: list[tuple[Role, Drive]] = []
@@ -111,13 +112,15 @@ def _parameter_drives(graph: FlatGraph, known: Iterable[Parameter]) -> list[Driv
         if values := _within(_ladder(role, one), one):
             members = tuple(parameter.name for parameter in group) if len(group) > 1 else ()
             found.append((role, Drive(name, one.unit, role.value, values, members)))
-    found.sort(key=lambda pair: -len(pair[1].members))
+    found.sort(key=lambda pair: (-len(pair[1].members), not pair[1].unit))
     seen: Counter[tuple[Role, str]] = Counter()
-    ranked: list[tuple[int, int, Drive]] = []
+    ranked: list[tuple[int, int, int, Drive]] = []
     for role, drive in found:
-        ranked.append((seen[role, drive.unit], _ROLES.index(role), drive))
+        units = [unit for other, unit in seen if other is role]
+        before = units.index(drive.unit) if drive.unit in units else len(units)
+        ranked.append((seen[role, drive.unit], before, _ROLES.index(role), drive))
         seen[role, drive.unit] += 1
-    return [drive for *_, drive in sorted(ranked, key=lambda item: item[:2])]
+    return [drive for *_, drive in sorted(ranked, key=lambda item: item[:3])]
 
 
 def _role(parameter: Parameter, roles: Mapping[str, Role]) -> Role:

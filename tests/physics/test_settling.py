@@ -28,6 +28,16 @@ def test_springs_start_with_the_deflection_of_the_slow_motion(load: Load) -> Non
     np.testing.assert_allclose(result["place"], rest + (START - rest) * swing, atol=2e-8)
 
 
+@pytest.mark.parametrize("stiffness", [10.0**k for k in range(3, 15)])
+def test_a_start_settles_at_every_stiffness(load: Load, stiffness: float) -> None:
+    """What the slow motion leaves out is its own curvature, soft/stiff."""
+    model = load("settling", "hanger")
+    result = model.simulate(1e-6, settle=1, parameters={"k": stiffness})
+    fall = (LOAD * GRAVITY - SOFT * result["place"][0]) / (CART + LOAD)
+    assert result["force"][0] == pytest.approx(LOAD * (GRAVITY - fall), rel=SOFT / stiffness)
+    assert result["stretch"][0] == pytest.approx(result["force"][0] / stiffness, rel=1e-12)
+
+
 def test_energy_is_counted_from_the_settled_start(load: Load) -> None:
     result = load("settling", "hanger").simulate(settle=100)
     assert result["residual"][0] == 0
