@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 
-from lark import Token
-
 from bgc.grammar.catalogue import syntax as wrong
 from bgc.grammar.diagnostics import Diagnostic
+from bgc.grammar.lalr import Token
 from bgc.grammar.source import Source, Span
 
 _NUMBER_AND_MORE = re.compile(

@@ -14,9 +14,8 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from lark import Token
-
 from bgc.grammar.diagnostics import BgError
+from bgc.grammar.lalr import Token
 from bgc.grammar.parse import parse_with_tokens
 from bgc.grammar.source import Source
 
@@ -72,13 +71,11 @@ def _pieces(text: str, tokens: tuple[Token, ...]) -> Iterator[_Piece]:
     previous = ""
     for token in (*tokens, None):
         start = len(text) if token is None else token.start_pos
-        assert start is not None
         for comment in _COMMENT.finditer(text, at, start):
             yield _Piece("COMMENT", comment.group().rstrip(), text.count("\n", at, comment.start()))
             at = comment.end()
         if token is None:
             return
-        assert token.end_pos is not None
         if not (token.type == "SEMICOLON" and previous == "RBRACE"):
             yield _Piece(token.type, str(token), text.count("\n", at, start))
         at, previous = token.end_pos, token.type

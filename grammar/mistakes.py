@@ -11,12 +11,11 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from lark import Token
-
 from bgc.grammar.catalogue import did_you_mean
 from bgc.grammar.catalogue import syntax as wrong
 from bgc.grammar.characters import explain_characters
 from bgc.grammar.diagnostics import Diagnostic
+from bgc.grammar.lalr import END, Token
 from bgc.grammar.source import Source, Span
 from bgc.grammar.words import BLOCK_OF, FORMS, FORMS_IN, PLACES, RESERVED, WORDS
 
@@ -80,7 +79,7 @@ class Trouble:
         """What was found, as messages name it."""
         if self.found is None:
             return "something else"
-        return "the end of the file" if self.found.type == "$END" else _quoted(self.found)
+        return "the end of the file" if self.found.type == END else _quoted(self.found)
 
     def describe_previous(self) -> str:
         """What was read before it, as messages name it."""
@@ -133,7 +132,7 @@ def _end_of_block(trouble: Trouble, found: Token) -> Mistake | None:
     if not trouble.open or "RBRACE" not in trouble.accepted:
         return None
     begins = str(found) in WORDS["file"] and str(found) not in WORDS["model"]
-    if found.type == "$END" or (begins and trouble.source.position(trouble.offset)[1] == 1):
+    if found.type == END or (begins and trouble.source.position(trouble.offset)[1] == 1):
         opened = _span_of(trouble, trouble.open[-1])
         place = trouble.describe_found()
         return Mistake(wrong.unclosed_block(trouble.span(), opened, place), "RBRACE")
@@ -146,8 +145,7 @@ def _statement_unfinished(trouble: Trouble, found: Token) -> Mistake | None:
         return None
     is_word = _WORD.fullmatch(found) is not None
     begins = found.type != "NAME" and str(found) in WORDS[_block(trouble)]
-    if found.type in ("RBRACE", "$END") or begins or (is_word and trouble.at_start_of_line()):
-        assert trouble.previous.end_pos is not None
+    if found.type in ("RBRACE", END) or begins or (is_word and trouble.at_start_of_line()):
         end = Span(trouble.source, trouble.previous.end_pos, trouble.previous.end_pos)
         return Mistake(wrong.missing_semicolon(end, trouble.describe_previous()), "SEMICOLON")
     return None
@@ -160,7 +158,7 @@ def _bracket(trouble: Trouble, found: Token) -> Mistake | None:
         opener = next(kind for kind, closer in _CLOSER.items() if closer == found.type)
         if innermost in ("", "LBRACE") and all(token.type != opener for token in trouble.open):
             return Mistake(wrong.unmatched_closer(trouble.span()))
-    elif found.type not in ("SEMICOLON", "LBRACE", "$END") and not _begins_line(trouble, found):
+    elif found.type not in ("SEMICOLON", "LBRACE", END) and not _begins_line(trouble, found):
         return None
     closer = _CLOSER.get(innermost)
     if closer is None or innermost == "LBRACE":
@@ -358,12 +356,11 @@ def _expected(accepted: frozenset[str]) -> Iterator[str]:
     yield from (f"`{_SIGN[kind]}`" for kind in signs)
     if "TIMES" in accepted and not signs:
         yield "an operator"
-    if "$END" in accepted:
+    if END in accepted:
         yield "the end of the file"
 
 
 def _span_of(trouble: Trouble, token: Token) -> Span:
-    assert token.start_pos is not None and token.end_pos is not None
     return Span(trouble.source, token.start_pos, token.end_pos)
 
 

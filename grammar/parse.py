@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import re
 from itertools import pairwise
-from typing import Any
-
-from lark import Token, Tree
-from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import files
 from bgc.grammar.catalogue import syntax as wrong
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.files import read_source
+from bgc.grammar.lalr import (
+    END,
+    Reader,
+    Token,
+    Tree,
+    UnexpectedCharactersError,
+    UnexpectedTokenError,
+)
 from bgc.grammar.mistakes import Trouble, diagnose
 from bgc.grammar.source import Source, Span
-from bgc.grammar.tables import parser
+from bgc.grammar.tables import tables
 from bgc.grammar.transform import transform, transform_setting
-from bgc.grammar.transform_expressions import ParseTree
 
 __all__ = ["MAX_ERRORS", "parse", "parse_setting", "parse_with_tokens", "read_source"]
 
@@ -120,22 +123,20 @@ class _Reading:
         self.source = source
         self.tokens: list[Token] = []
         self.diagnostics: list[Diagnostic] = []
-        self._parser: Any = parser().parse_interactive(source.text, start)  # partly untyped
+        self._reader = Reader(tables(), source.text, start)
         self._outermost = "file" if start == "start" else start
         self._last_trouble = -1
         self._resumed = -1
 
-    def run(self) -> ParseTree:
+    def run(self) -> Tree:
         """Read to the end of the text, or to the last error that is reported."""
         while True:
             try:
                 self._read_on()
                 return self._end()
-            except UnexpectedCharacters as problem:
-                assert problem.pos_in_stream is not None
-                self._recover(problem.pos_in_stream, None)
-            except UnexpectedToken as problem:
-                assert problem.token.start_pos is not None
+            except UnexpectedCharactersError as problem:
+                self._recover(problem.at, None)
+            except UnexpectedTokenError as problem:
                 self._recover(problem.token.start_pos, problem.token)
             except _TooDeep as problem:
                 self._skip(self._report_too_deep(problem.token))
@@ -143,60 +144,53 @@ class _Reading:
                 self._close_blocks()
                 return self._end()
 
-    def run_once(self) -> ParseTree | None:
+    def run_once(self) -> Tree | None:
         """Read to the end of the text, or to the first error."""
         try:
             self._read_on()
             return self._end()
-        except UnexpectedCharacters as problem:
-            assert problem.pos_in_stream is not None
-            self._report(problem.pos_in_stream, None)
-        except UnexpectedToken as problem:
-            assert problem.token.start_pos is not None
+        except UnexpectedCharactersError as problem:
+            self._report(problem.at, None)
+        except UnexpectedTokenError as problem:
             self._report(problem.token.start_pos, problem.token)
         except _TooDeep as problem:
             self._report_too_deep(problem.token)
         return None
 
-    @property
-    def _offset(self) -> int:
-        """Where the lexer stands."""
-        return int(self._parser.lexer_thread.state.line_ctr.char_pos)
-
     def _span(self, start: int, length: int = 0) -> Span:
         return Span(self.source, start, start + length)
 
     def _read_on(self) -> None:
-        """Feed tokens from where the lexer stands, to the end of the text or a mistake."""
-        state = self._parser.parser_state
-        stack, tokens = state.state_stack, self.tokens
-        for token in self._parser.lexer_thread.lex(state):
+        """Feed tokens from where the reader stands, to the end of the text or a mistake."""
+        reader, stack, tokens = self._reader, self._reader.states, self.tokens
+        while (token := reader.next_token()) is not None:
             if len(stack) > _MAX_STACK:
                 raise _TooDeep(token)
-            state.feed_token(token)
+            reader.feed(token)
             tokens.append(token)
 
-    def _end(self) -> ParseTree:
+    def _end(self) -> Tree:
         """Feed the end of the text."""
-        tree = self._parser.feed_token(self._token("$END", len(self.source.text)))
+        self._reader.feed(self._token(END, len(self.source.text)))
+        tree = self._reader.values[-1]
         assert isinstance(tree, Tree)
         return tree
 
     def _token(self, kind: str, at: int) -> Token:
         """Make a token that is not in the text."""
-        return Token(kind, "", start_pos=at, end_pos=at)
+        return Token(kind, "", at)
 
     # --- recovery -------------------------------------------------------------------------
 
     def _recover(self, at: int, found: Token | None) -> None:
-        """Report a mistake, and take parser and lexer to where reading can go on."""
+        """Report a mistake, and take the reader to where it can go on."""
         missing = self._report(at, found)
         if missing is not None:
             token = self._token(missing, at)
-            self._parser.feed_token(token)
+            self._reader.feed(token)
             self.tokens.append(token)
             self._resume(at)
-        elif found is not None and found.type == "$END":
+        elif found is not None and found.type == END:
             self._close_blocks()
         else:
             self._skip(at)
@@ -209,7 +203,7 @@ class _Reading:
             found,
             self.tokens,
             [token for _, token in self._open()],
-            frozenset(self._parser.accepts()),
+            frozenset(self._reader.accepted()),
             self._outermost,
         )
         mistake = diagnose(trouble)
@@ -220,14 +214,13 @@ class _Reading:
 
     def _report_too_deep(self, token: Token) -> int:
         """Report where the nesting becomes too deep; return the offset."""
-        assert token.start_pos is not None
         self.diagnostics.append(wrong.too_deep(self._span(token.start_pos, len(token))))
         return token.start_pos
 
     def _open(self) -> list[tuple[int, Token]]:
         """Find the brackets and braces that are open, and where they are on the value stack."""
         opened: list[tuple[int, Token]] = []
-        for at, value in enumerate(self._parser.parser_state.value_stack):
+        for at, value in enumerate(self._reader.values):
             if not isinstance(value, Token):
                 continue
             if value.type in ("LPAR", "LSQB", "LBRACE"):
@@ -238,17 +231,17 @@ class _Reading:
 
     def _back_to_block(self) -> bool:
         """Drop what was begun in the innermost block; False where that is the file."""
-        state = self._parser.parser_state
+        values, states = self._reader.values, self._reader.states
         opened = [at for at, token in self._open() if token.type == "LBRACE"]
-        between = self._parser.accepts() & {"RBRACE", "MODEL"}
+        between = self._reader.accepted() & {"RBRACE", "MODEL"}
         if between:  # items or declarations: what was read is complete, and is kept
-            self._parser.feed_token(self._token(between.pop(), self._offset))
-            del state.value_stack[-1], state.state_stack[-1]
+            self._reader.feed(self._token(between.pop(), self._reader.position))
+            del values[-1], states[-1]
             return bool(opened)
         keep = opened[-1] + 1 if opened else 0
-        if keep < len(state.value_stack) and _is_list_of_items(state.value_stack[keep]):
+        if keep < len(values) and _is_list_of_items(values[keep]):
             keep += 1
-        del state.value_stack[keep:], state.state_stack[keep + 1 :]
+        del values[keep:], states[keep + 1 :]
         return bool(opened)
 
     def _skip(self, at: int) -> None:
@@ -259,23 +252,23 @@ class _Reading:
         self._resume(resume)
 
     def _resume(self, at: int) -> None:
-        """Let the lexer go on from here."""
-        self._parser.lexer_thread.state.line_ctr.char_pos = at
+        """Let the reader go on from here."""
+        self._reader.position = at
         self._resumed = at
 
     def _close_blocks(self) -> None:
-        """Close every block that is open, and let the lexer stand at the end of the text."""
+        """Close every block that is open, and let the reader stand at the end of the text."""
         end = len(self.source.text)
         blocks = sum(token.type == "LBRACE" for _, token in self._open())
         self._back_to_block()
         for _ in range(blocks):
-            self._parser.feed_token(self._token("RBRACE", end))
+            self._reader.feed(self._token("RBRACE", end))
         self._resume(end)
 
 
 def _is_list_of_items(value: object) -> bool:
     """Whether a parser's value is what Lark makes of `item*`: a tree named `__block_star_1`."""
-    return isinstance(value, Tree) and str(value.data).startswith("__")
+    return isinstance(value, Tree) and value.data.startswith("__")
 
 
 def _end_of_statement(text: str, at: int, resumed: int, *, in_block: bool) -> int:

@@ -1,23 +1,22 @@
-"""Makes the syntax tree from Lark's parse tree, and refuses what the grammar let through."""
+"""Makes the syntax tree from the parse tree, and refuses what the grammar let through."""
 
 from __future__ import annotations
 
 import re
 from typing import Any
 
-from lark import Token, Tree
-
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import syntax as wrong
 from bgc.grammar.diagnostics import Diagnostic
+from bgc.grammar.lalr import Token, Tree
 from bgc.grammar.source import Source, Span
-from bgc.grammar.transform_expressions import MAX_DEPTH, ExpressionTransform, ParseTree, unquoted
+from bgc.grammar.transform_expressions import MAX_DEPTH, ExpressionTransform, unquoted
 from bgc.grammar.words import SCENE_WORDS
 
 _COMMENTS = re.compile(r"/\*.*?\*/")
 
 
-def transform(source: Source, tree: ParseTree) -> tuple[syntax.File, tuple[Diagnostic, ...]]:
+def transform(source: Source, tree: Tree) -> tuple[syntax.File, tuple[Diagnostic, ...]]:
     """Make the syntax tree of a file from its parse tree.
 
     A part of the tree that is refused is reported and replaced or left out; the rest stands.
@@ -26,7 +25,7 @@ def transform(source: Source, tree: ParseTree) -> tuple[syntax.File, tuple[Diagn
     return worker.file(tree), tuple(worker.diagnostics)
 
 
-def transform_setting(source: Source, tree: ParseTree) -> tuple[syntax.Set, tuple[Diagnostic, ...]]:
+def transform_setting(source: Source, tree: Tree) -> tuple[syntax.Set, tuple[Diagnostic, ...]]:
     """Make the setting of a parameter from its parse tree."""
     worker = _Transform(source)
     return worker.setting(tree), tuple(worker.diagnostics)
@@ -35,7 +34,7 @@ def transform_setting(source: Source, tree: ParseTree) -> tuple[syntax.Set, tupl
 class _Transform(ExpressionTransform):
     """The declarations and items; one method for each rule of the grammar that makes one."""
 
-    def file(self, tree: ParseTree) -> syntax.File:
+    def file(self, tree: Tree) -> syntax.File:
         imports: list[syntax.Import] = []
         declarations: list[syntax.Declaration] = []
         for child in _trees(tree):
@@ -48,16 +47,16 @@ class _Transform(ExpressionTransform):
                 declarations.append(self._declaration(child))
         return syntax.File(self.source, tuple(imports), tuple(declarations))
 
-    def setting(self, tree: ParseTree) -> syntax.Set:
+    def setting(self, tree: Tree) -> syntax.Set:
         return syntax.Set(*self._two_sides(tree))
 
-    def _import(self, tree: ParseTree) -> syntax.Import:
+    def _import(self, tree: Tree) -> syntax.Import:
         span = self.span(tree)
         if tree.data == "import_file":
             return syntax.ImportFile(unquoted(tree.children[1]), span)
         return syntax.ImportModule(tuple(str(name) for name in tree.children[1:]), span)
 
-    def _declaration(self, tree: ParseTree) -> syntax.Declaration:
+    def _declaration(self, tree: Tree) -> syntax.Declaration:
         match tree.data:
             case "constant":
                 return self._value(tree)
@@ -73,7 +72,7 @@ class _Transform(ExpressionTransform):
 
     # --- declarations ---------------------------------------------------------------------
 
-    def _function(self, tree: ParseTree) -> syntax.Function:
+    def _function(self, tree: Tree) -> syntax.Function:
         children: list[Any] = tree.children
         _, name, formals, body = children
         arguments = self._formals(formals)
@@ -89,7 +88,7 @@ class _Transform(ExpressionTransform):
             self.token_span(name),
         )
 
-    def _formals(self, tree: ParseTree | None) -> tuple[syntax.Formal, ...]:
+    def _formals(self, tree: Tree | None) -> tuple[syntax.Formal, ...]:
         if tree is None:
             return ()
         formals: list[syntax.Formal] = []
@@ -101,7 +100,7 @@ class _Transform(ExpressionTransform):
             )
         return tuple(formals)
 
-    def _domain(self, tree: ParseTree) -> syntax.Domain:
+    def _domain(self, tree: Tree) -> syntax.Domain:
         children: list[Any] = tree.children
         pseudo, _, name, *variables, _ = children
         return syntax.Domain(
@@ -113,14 +112,14 @@ class _Transform(ExpressionTransform):
             self.token_span(name),
         )
 
-    def _domain_variable(self, tree: ParseTree) -> syntax.DomainVariable:
+    def _domain_variable(self, tree: Tree) -> syntax.DomainVariable:
         children: list[Any] = tree.children
         kind, name, dims, unit = children
         return syntax.DomainVariable(
             str(kind), str(name), self._dims(dims), _optional_text(unit), self.span(tree)
         )
 
-    def _model(self, tree: ParseTree) -> syntax.Model:
+    def _model(self, tree: Tree) -> syntax.Model:
         children: list[Any] = tree.children
         _, name, formals, *is_base, block = children
         base = is_base[1] if is_base else None
@@ -135,7 +134,7 @@ class _Transform(ExpressionTransform):
             self.token_span(name),
         )
 
-    def _scene(self, tree: ParseTree) -> syntax.Scene:
+    def _scene(self, tree: Tree) -> syntax.Scene:
         children: list[Any] = tree.children
         _, name, _, model, *items, _ = children
         return syntax.Scene(
@@ -149,13 +148,13 @@ class _Transform(ExpressionTransform):
 
     # --- items of a model -----------------------------------------------------------------
 
-    def _block(self, tree: ParseTree) -> tuple[syntax.Item, ...]:
+    def _block(self, tree: Tree) -> tuple[syntax.Item, ...]:
         items: list[syntax.Item] = []
         for child in _trees(tree):
             items.append(self._item(child))
         return tuple(items)
 
-    def _item(self, tree: ParseTree) -> syntax.Item:
+    def _item(self, tree: Tree) -> syntax.Item:
         match tree.data:
             case "value":
                 return self._value(tree)
@@ -181,12 +180,12 @@ class _Transform(ExpressionTransform):
                 return self._if(tree)
         raise AssertionError(tree.data)
 
-    def _two_sides(self, tree: ParseTree) -> tuple[syntax.Expr, syntax.Expr, Span]:
+    def _two_sides(self, tree: Tree) -> tuple[syntax.Expr, syntax.Expr, Span]:
         """Both sides of `left = right;`, with or without a word in front."""
         left, right = tree.children[-2:]
         return self.expression(left), self.expression(right), self.span(tree)
 
-    def _value(self, tree: ParseTree) -> syntax.Value:
+    def _value(self, tree: Tree) -> syntax.Value:
         children: list[Any] = tree.children
         kind, name, dims, unit, value, _, first, last = children
         return syntax.Value(
@@ -201,7 +200,7 @@ class _Transform(ExpressionTransform):
             self.token_span(name),
         )
 
-    def _port(self, tree: ParseTree) -> syntax.Port:
+    def _port(self, tree: Tree) -> syntax.Port:
         children: list[Any] = tree.children
         _, name, dims, direction, domain, main = children
         return syntax.Port(
@@ -215,7 +214,7 @@ class _Transform(ExpressionTransform):
             self.token_span(name),
         )
 
-    def _part(self, tree: ParseTree) -> syntax.Part:
+    def _part(self, tree: Tree) -> syntax.Part:
         children: list[Any] = tree.children
         path, type_use, default, *law = children
         name, *suffixes = path.children
@@ -240,22 +239,22 @@ class _Transform(ExpressionTransform):
             self.token_span(name),
         )
 
-    def _law_equation(self, tree: ParseTree) -> syntax.LawEquation:
+    def _law_equation(self, tree: Tree) -> syntax.LawEquation:
         return syntax.LawEquation(*self._two_sides(tree))
 
-    def _chain(self, tree: ParseTree) -> syntax.Chain:
+    def _chain(self, tree: Tree) -> syntax.Chain:
         stops = tuple(tuple(self.expression(end) for end in _trees(ends)) for ends in _trees(tree))
         for stop in stops[1:-1]:
             if len(stop) > 1:
                 self.report(wrong.list_within_chain(stop[0].span.to(stop[-1].span)))
         return syntax.Chain(stops, self.span(tree))
 
-    def _assertion(self, tree: ParseTree) -> syntax.Assert:
+    def _assertion(self, tree: Tree) -> syntax.Assert:
         children: list[Any] = tree.children
         _, condition, message = children
         return syntax.Assert(self.expression(condition), unquoted(message), self.span(tree))
 
-    def _for(self, tree: ParseTree) -> syntax.For:
+    def _for(self, tree: Tree) -> syntax.For:
         children: list[Any] = tree.children
         _, variable, _, first, last, block = children
         return syntax.For(
@@ -266,7 +265,7 @@ class _Transform(ExpressionTransform):
             self.span(tree),
         )
 
-    def _if(self, tree: ParseTree) -> syntax.If:
+    def _if(self, tree: Tree) -> syntax.If:
         """Nest a flat `if c { } else if c { } else { }`, from its end."""
         children: list[Any] = tree.children
         *branches, last_else, last_block = children
@@ -290,7 +289,7 @@ class _Transform(ExpressionTransform):
 
     # --- items of a scene -----------------------------------------------------------------
 
-    def _scene_item(self, tree: ParseTree) -> list[syntax.SceneItem]:
+    def _scene_item(self, tree: Tree) -> list[syntax.SceneItem]:
         """The items one statement stands for: several where it takes a list."""
         children: list[Any] = tree.children
         span = self.span(tree)
@@ -331,7 +330,7 @@ class _Transform(ExpressionTransform):
                 ]
         raise AssertionError(tree.data)
 
-    def _observed(self, tree: ParseTree) -> syntax.Observe:
+    def _observed(self, tree: Tree) -> syntax.Observe:
         children: list[Any] = tree.children
         value, _, alias = children
         if alias is not None:
@@ -344,7 +343,7 @@ class _Transform(ExpressionTransform):
 
     # --- what several of them need ----------------------------------------------------------
 
-    def _type_use(self, tree: ParseTree) -> syntax.TypeUse:
+    def _type_use(self, tree: Tree) -> syntax.TypeUse:
         children: list[Any] = tree.children
         name, dims, _, arguments, _ = children
         return syntax.TypeUse(
@@ -355,15 +354,15 @@ class _Transform(ExpressionTransform):
             self.token_span(name),
         )
 
-    def _dims(self, tree: ParseTree | None) -> tuple[syntax.Expr, ...]:
+    def _dims(self, tree: Tree | None) -> tuple[syntax.Expr, ...]:
         if tree is None:
             return ()
         return tuple(self.expression(child) for child in tree.children[1:-1])
 
-    def _optional_expression(self, tree: ParseTree | Token | None) -> syntax.Expr | None:
+    def _optional_expression(self, tree: Tree | Token | None) -> syntax.Expr | None:
         return None if tree is None else self.expression(tree)
 
-    def _doc(self, tree: ParseTree) -> str:
+    def _doc(self, tree: Tree) -> str:
         """The text of the `///` lines above a declaration that begins its line."""
         source = self.source
         start = self.span(tree).start
@@ -380,7 +379,7 @@ class _Transform(ExpressionTransform):
         return "\n".join(reversed(lines))
 
 
-def _trees(tree: ParseTree) -> list[ParseTree]:
+def _trees(tree: Tree) -> list[Tree]:
     return [child for child in tree.children if isinstance(child, Tree)]
 
 

@@ -1,20 +1,17 @@
-"""Makes expressions of the syntax tree from Lark's parse tree."""
+"""Makes expressions of the syntax tree from the parse tree."""
 
 from __future__ import annotations
 
 import re
 import sys
 from fractions import Fraction
-from typing import Any, TypeAlias
-
-from lark import Token, Tree
+from typing import Any
 
 from bgc.grammar import syntax
 from bgc.grammar.catalogue import syntax as wrong
 from bgc.grammar.diagnostics import Diagnostic
+from bgc.grammar.lalr import Token, Tree
 from bgc.grammar.source import Source, Span
-
-ParseTree: TypeAlias = Tree[Token]
 
 MAX_DEPTH = 200
 """How deep expressions may nest; `a + b + c` nests two deep, as `(a + b) + c`."""
@@ -39,10 +36,9 @@ class ExpressionTransform:
 
     def token_span(self, token: Token) -> Span:
         """The place of a token."""
-        assert token.start_pos is not None and token.end_pos is not None
         return Span(self.source, token.start_pos, token.end_pos)
 
-    def span(self, node: ParseTree | Token) -> Span:
+    def span(self, node: Tree | Token) -> Span:
         """The place of a rule, from its first kept token to its last."""
         first: Any = node
         while isinstance(first, Tree):
@@ -54,7 +50,7 @@ class ExpressionTransform:
 
     # --- expressions ------------------------------------------------------------------------
 
-    def expression(self, node: ParseTree | Token, depth: int = 0) -> syntax.Expr:
+    def expression(self, node: Tree | Token, depth: int = 0) -> syntax.Expr:
         """Make an expression; where it nests too deep, report and put a 0."""
         if depth > MAX_DEPTH:
             return self._too_deep(node)
@@ -80,7 +76,7 @@ class ExpressionTransform:
                 return self._conditional(children, depth)
         raise AssertionError(node.data)
 
-    def _too_deep(self, node: ParseTree | Token) -> syntax.Expr:
+    def _too_deep(self, node: Tree | Token) -> syntax.Expr:
         """Report that it nests too deep, and put a number in its place."""
         span = self.span(node)
         self.report(wrong.too_deep(span))
@@ -137,7 +133,7 @@ class ExpressionTransform:
             )
         return made
 
-    def _vector(self, tree: ParseTree, depth: int) -> syntax.Vector:
+    def _vector(self, tree: Tree, depth: int) -> syntax.Vector:
         span = self.span(tree)
         elements = [child for child in tree.children[1:-1] if child is not None]
         if not elements:
@@ -180,7 +176,7 @@ class ExpressionTransform:
             self.report(wrong.derivative_of_nothing(start))
         return syntax.Call("der", tuple(argument.value for argument in arguments), span)
 
-    def _indices(self, tree: ParseTree, depth: int) -> tuple[syntax.Expr | syntax.Range, ...]:
+    def _indices(self, tree: Tree, depth: int) -> tuple[syntax.Expr | syntax.Range, ...]:
         indices: list[syntax.Expr | syntax.Range] = []
         for index in tree.children[1:-1]:
             assert isinstance(index, Tree)
@@ -193,7 +189,7 @@ class ExpressionTransform:
                 indices.append(syntax.Range(*ends, self.span(index)))
         return tuple(indices)
 
-    def plain_indices(self, tree: ParseTree) -> tuple[syntax.Expr, ...]:
+    def plain_indices(self, tree: Tree) -> tuple[syntax.Expr, ...]:
         """Make indices where a range has no meaning."""
         return self._without_ranges(self._indices(tree, 0))
 
@@ -209,7 +205,7 @@ class ExpressionTransform:
                 plain.append(index)
         return tuple(plain)
 
-    def _call(self, callee: syntax.Expr, tree: ParseTree, span: Span, depth: int) -> syntax.Expr:
+    def _call(self, callee: syntax.Expr, tree: Tree, span: Span, depth: int) -> syntax.Expr:
         """Make a call of a function, or the use of a type where an argument is named."""
         arguments = self.arguments(tree.children[1], depth)
         match callee:
