@@ -23,6 +23,7 @@ static const double foretold[2][4] = {
 };
 static const double too_far_off = 0.005; /* of the range of an argument, between it and the cubic */
 
+static const double uncertain = 4.0; /* as much as so many tolerances of the states make of it */
 static const double brief_excursion = 1e-3; /* of a step: from one event to the next */
 enum { MOST_RETURNS = 50, MOST_UNRESOLVED = 8, MOST_ROUNDS = 10 };
 
@@ -139,16 +140,32 @@ void bgc_reset_modes(const bgc_model *m, bgc_data *d) {
     d->core.event_at = (double)NAN;
 }
 
+/* x, with every state off by about its tolerance. Sizes and signs differ from state to state, so that
+ * they do not cancel where states that belong together are compared. */
+static void move_by_tolerances(const bgc_model *m, const bgc_data *d, const double *x,
+                               double *moved) {
+    const double size_stride = 0.6180339887498949, sign_stride = 0.7548776662466927;
+    double size = 0.0, sign = 0.0;
+
+    for (int i = 0; i < m->n_state; i++) {
+        const double atol = d->core.atol > 0.0 ? d->core.atol : d->core.rtol * d->scale[i];
+        const double off = (0.5 + 0.5 * size) * (atol + d->core.rtol * fabs(x[i]));
+        moved[i] = x[i] + (sign < 0.5 ? off : -off);
+        size = fmod(size + size_stride, 1.0);
+        sign = fmod(sign + sign_stride, 1.0);
+    }
+}
+
 /* --- looking for the first event of a step --------------------------------------------------- */
 
-/* How arguments are evaluated: along the dense output of the step to d->next, or with the present
- * state, of those that depend on time alone. */
+/* How arguments are evaluated: along the dense output of the step to d->next, where any depends on
+ * states, or with the present state. */
 typedef enum { ALONG_STEP, AHEAD } route;
 
 static void evaluate(const bgc_model *m, bgc_data *d, route way, double t, double *z) {
     const double *x = d->x;
 
-    if (way == ALONG_STEP) {
+    if (way == ALONG_STEP && m->n_timed < m->n_switch) {
         bgc_interpolate(m, d, t, d->point);
         x = d->point;
     }
@@ -269,6 +286,20 @@ static int is_unresolved(const bgc_model *m, const bgc_data *d, int k, const dou
            high - low > d->core.rtol * d->extent[k];
 }
 
+/* Whether an argument moves in this step by more than it is uncertain by: what moves less is noise,
+ * and no shorter step resolves it. */
+static int is_beyond_tolerances(const bgc_model *m, bgc_data *d, int k, const double *const *z) {
+    double low = z[0][k], high = low;
+
+    for (int i = 1; i <= BGC_SAMPLES; i++) {
+        low = fmin(low, z[i][k]);
+        high = fmax(high, z[i][k]);
+    }
+    move_by_tolerances(m, d, d->next, d->point);
+    m->switches(d->h, d->core.t_end, d->point, d->u, d->after, d->work);
+    return !(high - low <= uncertain * fabs(d->after[k] - z[BGC_SAMPLES][k]));
+}
+
 /* Looks between samples i - 2 and i for a switch that leaves its mode and comes back: 1, and the
  * time of that, with the arguments there in d->after. */
 static int find_between(const bgc_model *m, bgc_data *d, int i, const double *t,
@@ -332,7 +363,7 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
         z[i] = here;
     }
     for (int k = 0; k < m->n_switch && may_shorten && d->core.unresolved < MOST_UNRESOLVED; k++) {
-        if (is_unresolved(m, d, k, z)) {
+        if (is_unresolved(m, d, k, z) && is_beyond_tolerances(m, d, k, z)) {
             d->core.unresolved++;
             return BGC_STEP_TOO_SMALL;
         }
@@ -353,6 +384,27 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
 
 /* --- going on ------------------------------------------------------------------------------- */
 
+/* Whether f jumps with the mode of switch k, which was `before`, by more than it is uncertain by. */
+static int jumps_here(const bgc_model *m, bgc_data *d, int k, double before) {
+    double *mode = d->u + m->n_input + k;
+    int jumps = 0;
+
+    bgc_hold_modes(m, d);
+    m->rhs(d->h, d->core.t, d->x, d->u, d->right, d->work);
+    move_by_tolerances(m, d, d->x, d->point);
+    m->rhs(d->h, d->core.t, d->point, d->u, d->magnitude, d->work);
+    *mode = before;
+    m->rhs(d->h, d->core.t, d->x, d->u, d->point, d->work);
+    d->core.counts.rhs += 3;
+    bgc_release_modes(m, d);
+    for (int i = 0; i < m->n_state && !jumps; i++) {
+        const double off = fabs(d->magnitude[i] - d->right[i]);
+        const double rounding = 16.0 * DBL_EPSILON * fabs(d->right[i]);
+        jumps = !(fabs(d->point[i] - d->right[i]) <= uncertain * off + rounding);
+    }
+    return jumps;
+}
+
 /* Counts how often in a row each switch has returned at once; BGC_CHATTERING where one does so
  * without end, because its law drives the state back to the edge from both sides. Laws that are
  * continuous there can do without a mode, and error control sees to them from here on. */
@@ -371,10 +423,13 @@ static bgc_status count_returns(const bgc_model *m, bgc_data *d, const double *b
         }
         d->returns[k] += change * d->change_of_mode[k] < 0.0;
         d->change_of_mode[k] = change;
-        if (d->returns[k] >= MOST_RETURNS && m->switch_info[k].jumps) {
+        if (d->returns[k] < MOST_RETURNS) {
+            continue;
+        }
+        if (m->switch_info[k].jumps && jumps_here(m, d, k, before[k])) {
             d->core.failed_switch = k;
             status = BGC_CHATTERING;
-        } else if (d->returns[k] >= MOST_RETURNS) {
+        } else {
             d->mode[k] = (double)NAN;
             d->returns[k] = (double)INFINITY;
         }
