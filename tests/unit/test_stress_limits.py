@@ -23,7 +23,8 @@ def oscillator(folder: Path, statement: str) -> Model:
 
 def verdict(model: Model, step: str, within: float | None = None) -> Verdict:
     """Of rk4 with a step."""
-    found = stress(model, [f"step={step}, {step}"], solver="rk4", step=1e-3, within=within)
+    found = stress(model, [f"step={step}, {step}"], solver="rk4", step=1e-3, within=within,
+                   fresh=True)  # fmt: skip
     return found.points[0].judgement.verdict
 
 
@@ -37,7 +38,7 @@ def test_what_a_scene_requires_decides(tmp_path: Path) -> None:
 
 
 def test_the_ends_of_declared_ranges_are_driven() -> None:
-    found = stress(compile_model(MODELS, "oscillator"), budget=1e-9)
+    found = stress(compile_model(MODELS, "oscillator"), budget=1e-9, fresh=True)
     values = {drive.name: drive.values for drive in (*found.drives, *found.skipped)}
     assert {0.0, 1e15} < {*values["k"]}
     assert values["zeta"][-1] == 100
