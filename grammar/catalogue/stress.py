@@ -11,12 +11,14 @@ def not_a_drive(text: str) -> Diagnostic:
 
     What: `--drive` names what is driven and the values that it takes; this text does not.
 
-    Why: the name, the `=` or the range is missing, or the range does not rise.
+    Why: the name, the `=` or the range is missing, the range does not rise, or no parameter has a
+    name like that.
 
     Example: `--drive stiffness`.
 
     Way out: `--drive "k=1e3..1e14 N/m"` by decades, `"k=1 N/m..2 N/m:5"` in five values, or
-    `"k=1 N/m, 5 N/m"`. Besides parameters there are `step`, `rtol` and `time`.
+    `"k=1 N/m, 5 N/m"`. Besides parameters there are `step`, `rtol` and `time`; in a name, `*` stands
+    for anything: `"*.lock.stiffness=1e3..1e14 N/m"` drives all parameters of such names together.
     """
     return error(
         "BG087",
