@@ -21,6 +21,7 @@ from bgc.runtime.trade.tables import (
     legend,
     ordered,
     reference_lines,
+    unfinished,
     variant_rows,
 )
 
@@ -206,16 +207,16 @@ def _quantities(trade: Trade) -> str:
 
 
 def _not_measured(trade: Trade) -> str:
-    rows = "".join(
-        f"<tr class=not><td class=name>{escape(row.configuration.label)}</td>"
-        f"<td class=name>{row.status}</td><td class=reason>{escape(row.message)}</td></tr>\n"
-        for row in ordered(trade)
-        if not row.done
-    )
+    rows = [row for row in ordered(trade) if not row.done]
     if not rows:
         return ""
+    lines = "".join(
+        f"<tr class=not><td class=name>{escape(name)}</td><td class=name>{status}</td>"
+        f"<td class=reason>{escape(settings)}</td><td class=reason>{escape(reason)}</td></tr>\n"
+        for name, status, settings, reason in unfinished(rows)
+    )
     return (
-        "<h2>Not measured</h2>\n<details><summary>Failed, stopped or needless: "
-        f"{rows.count('<tr')}</summary><div class=wide><table><tbody>\n{rows}</tbody></table></div>"
+        "<h2>Not measured</h2>\n<details><summary>Failed, stopped, refused or needless: "
+        f"{len(rows)}</summary><div class=wide><table><tbody>\n{lines}</tbody></table></div>"
         "</details>\n"
     )

@@ -158,7 +158,7 @@ def tables(trade: Trade, everything: bool = False) -> list[Table]:
         Table(title, (), reference_lines(trade)),
         Table("configurations, cheapest first", header(trade), rows, "\n".join(notes)),
         Table(VARIANTS, VARIANT_HEADER, variants, VARIANT_NOTE if variants else ""),
-        Table("not measured", (), _unfinished([row for row in found if not row.done])),
+        Table("not measured", (), unfinished([row for row in found if not row.done])),
     ]
 
 
@@ -246,29 +246,37 @@ def _excess(trade: Trade, row: Measurement, front: Sequence[Measurement]) -> flo
     return row.cpu / min(better) if better else float("inf")
 
 
-def _unfinished(rows: Sequence[Measurement]) -> tuple[tuple[str, ...], ...]:
+def unfinished(rows: Sequence[Measurement]) -> tuple[tuple[str, str, str, str], ...]:
     """Lines for configurations without numbers, those of a method with one kind of reason together.
 
     Of several reasons of a kind, which differ in their time, the first is shown.
     """
     kinds: dict[tuple[str, str, str], list[Measurement]] = {}
     for row in rows:
-        configuration = row.configuration
-        name = configuration.solver
-        name += f" with {configuration.variant}" if configuration.changes else ""
-        if row.message == OUT_OF_BUDGET:
-            name = ""
-        kind = row.message.partition(": ")[0] if row.status in (FAILED, REFUSED) else row.message
-        kinds.setdefault((name, row.status, kind), []).append(row)
+        kind = row.message.partition(": ")[0] if row.status == FAILED else row.message
+        kinds.setdefault((_subject(row), row.status, kind), []).append(row)
     return tuple(
         (
             name or f"{len(found)} more",
             status,
-            "; ".join(row.configuration.setting for row in found) if name else "",
+            "; ".join(row.configuration.setting for row in found)
+            if name and status != REFUSED
+            else "",
             found[0].message,
         )
         for (name, status, _), found in kinds.items()
     )
+
+
+def _subject(row: Measurement) -> str:
+    """What has no numbers: a method, a variant, or nothing in particular."""
+    configuration = row.configuration
+    if row.message == OUT_OF_BUDGET:
+        return ""
+    if row.status == REFUSED and configuration.changes:
+        return configuration.variant
+    with_ = f" with {configuration.variant}" if configuration.changes else ""
+    return f"{configuration.solver}{with_}"
 
 
 def _sampled(trade: Trade) -> bool:
