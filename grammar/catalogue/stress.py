@@ -17,8 +17,8 @@ def not_a_drive(text: str) -> Diagnostic:
     Example: `--drive stiffness`.
 
     Way out: `--drive "k=1e3..1e14 N/m"` by decades, `"k=1 N/m..2 N/m:5"` in five values, or
-    `"k=1 N/m, 5 N/m"`. Besides parameters there are `step`, `rtol` and `time`; in a name, `*` stands
-    for anything: `"*.lock.stiffness=1e3..1e14 N/m"` drives all parameters of such names together.
+    `"k=1 N/m, 5 N/m"`. Besides parameters there are `step`, `rtol` and `time`. A `*` in a name
+    stands for anything: `"*.lock.stiffness=1e3..1e14 N/m"` drives all of such names together.
     """
     return error(
         "BG087",
