@@ -1,18 +1,10 @@
 /* step.c: one attempt at a step, and what an accepted or a rejected one leads to. */
 #include "bgc_internal.h"
+#include "control.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
-
-/* PI control of the step: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II,
- * IV.2. */
-static const double safety = 0.9, least_factor = 0.2, largest_factor = 5.0;
-static const double proportional = 0.7, integral = 0.4;
-static const double least_remembered = 1e-2; /* a lucky small error does not slow the next step */
-static const double drift_weight = 4.0; /* a residual comes to a half of its tolerance */
-/* In a row: a power that grows from nothing has no energy to compare its error with at first. */
-enum { MOST_ACCOUNT_REJECTIONS = 8 };
 
 /* f at the present state, unless it is known. */
 void bgc_evaluate_f(const bgc_model *m, bgc_data *d) {
@@ -338,7 +330,7 @@ static double drift_error(const bgc_core *core, const bgc_balance *balance, doub
     const double residual = residual_after(core, balance), added = residual - core->imbalance;
     const double energy = fmax(core->counts.exchanged, fmax(fabs(balance->stored), balance->moved));
     const double share = fmax(balance->moved, energy / (double)(core->counts.steps + 1));
-    const double used = drift_weight * residual / (core->rtol * energy);
+    const double used = bgc_drift_weight * residual / (core->rtol * energy);
     const double drift = used * added / (core->rtol * share);
 
     return isfinite(drift) && drift > 0.0 ? fmin(drift, error * pow(2.0, q)) : 0.0;
@@ -375,7 +367,7 @@ static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *met
 static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double q = bgc_embedded(method) + 1;
-    double h, t_new, stop, error, factor;
+    double h, t_new, stop, error;
     bgc_balance balance = {0};
     bgc_status status;
     int bad;
@@ -411,8 +403,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     }
     if (error > 1.0) {
         core->failed_state = worst_state(m, d);
-        return reject(d, BGC_STEP_TOO_SMALL,
-                      h * fmax(least_factor, safety * pow(error, -1.0 / q)));
+        return reject(d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
     }
     status = complete(m, d, method, &t_new);
     if (core->coarse) {
@@ -423,30 +414,25 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     }
     error = fmax(error, dense_error(m, d, method));
     if (error > 1.0) {
-        return reject(d, BGC_STEP_TOO_SMALL,
-                      h * fmax(least_factor, safety * pow(error, -1.0 / q)));
+        return reject(d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
     }
     if (core->accounts) {
         settle_energy_scale(m, d);
         bgc_balance_step(m, d, method, t_new, &balance);
         error = fmax(error, account_error(core, &balance));
-        if (error > 1.0 && core->account_rejections < MOST_ACCOUNT_REJECTIONS) {
+        if (error > 1.0 && core->account_rejections < BGC_MOST_ACCOUNT_REJECTIONS) {
             core->account_rejections++;
-            return reject(d, BGC_STEP_TOO_SMALL,
-                          h * fmax(least_factor, safety * pow(error, -1.0 / q)));
+            return reject(d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
         }
         core->account_rejections = 0;
         error = fmax(error, drift_error(core, &balance, q, error));
     }
 
-    /* The next step from this error and the one before; one that a sample cut short says nothing
-     * against the longer step that was wanted, one that an event ends nothing for a longer one. */
-    error = fmax(error, 1e-10);
-    factor = safety * pow(error, -proportional / q) * pow(core->error_old, integral / q);
-    factor = fmin(core->rejected || core->event ? 1.0 : largest_factor,
-                  fmax(least_factor, factor));
-    core->h_next = h < core->h_next ? fmax(core->h_next, factor * h) : factor * h;
-    core->error_old = fmax(error, least_remembered);
+    /* A step that an event ends says nothing for a longer one. */
+    error = fmax(error, bgc_least_error);
+    core->h_next = bgc_next_step(h, core->h_next, error, core->error_old, q,
+                                 !core->rejected && !core->event);
+    core->error_old = bgc_remembered(error);
     core->rejected = 0;
     core->failed_state = -1;
     return accept(m, d, &balance, t_new);

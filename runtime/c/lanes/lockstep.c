@@ -3,14 +3,10 @@
  * Under error control the step is the one that the lane with the largest error needs, so every lane
  * is within its tolerance. A lane that asks for a step below the resolution of time leaves.
  */
+#include "control.h"
 #include "lanes/batch.h"
 
 #include <string.h>
-
-static const double safety = 0.9, least_factor = 0.2, largest_factor = 5.0; /* see step.c */
-static const double proportional = 0.7, integral = 0.4;
-static const double least_remembered = 1e-2, drift_weight = 4.0;
-enum { MOST_ACCOUNT_REJECTIONS = 8 };
 
 /* The lanes with an entry that is not finite. */
 unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v) {
@@ -203,8 +199,7 @@ static int is_refused(bgc_batch *b, lane errors, double h, double *error) {
     b->astray |= bad;
     *error = fmax(*error, largest(b, errors));
     if (*error > 1.0) {
-        reject(b, bgc_lanes_where(b, errors > lane_of(1.0)),
-               h * fmax(least_factor, safety * pow(*error, -1.0 / q)));
+        reject(b, bgc_lanes_where(b, errors > lane_of(1.0)), bgc_shorter_step(h, *error, q));
     }
     return *error > 1.0;
 }
@@ -228,7 +223,7 @@ static double drift_error(const bgc_batch *b, const bgc_lane_balance *balance, d
         lane_max(b->exchanged, lane_max(lane_fabs(balance->stored), balance->moved));
     const lane share = lane_max(balance->moved, energy / (double)(b->counts.steps + 1));
     const lane drift =
-        drift_weight * residual / (rtol * energy) * (added / (rtol * share));
+        bgc_drift_weight * residual / (rtol * energy) * (added / (rtol * share));
     const lane counted = lane_select(bgc_is_finite(drift), drift, lane_of(0.0));
 
     return fmin(largest(b, counted), error * pow(2.0, q));
@@ -239,7 +234,7 @@ static void attempt_adaptive(bgc_batch *b) {
     const double due = b->option->period > 0.0
                            ? b->option->origin + (double)b->sample * b->option->period
                            : INFINITY;
-    double h, t_new, error = 1e-10, factor;
+    double h, t_new, error = bgc_least_error;
     bgc_lane_balance balance;
 
     bgc_batch_evaluate_f(b);
@@ -268,7 +263,7 @@ static void attempt_adaptive(bgc_batch *b) {
     }
     if (b->option->accounts) {
         bgc_batch_balance(b, &balance);
-        if (b->account_rejections < MOST_ACCOUNT_REJECTIONS &&
+        if (b->account_rejections < BGC_MOST_ACCOUNT_REJECTIONS &&
             is_refused(b, account_error(b, &balance), h, &error)) {
             b->account_rejections++;
             move_back(b);
@@ -277,10 +272,8 @@ static void attempt_adaptive(bgc_batch *b) {
         b->account_rejections = 0;
         error = fmax(error, drift_error(b, &balance, q, error));
     }
-    factor = safety * pow(error, -proportional / q) * pow(b->error_old, integral / q);
-    factor = fmin(b->rejected ? 1.0 : largest_factor, fmax(least_factor, factor));
-    b->h_next = h < b->h_next ? fmax(b->h_next, factor * h) : factor * h;
-    b->error_old = fmax(error, least_remembered);
+    b->h_next = bgc_next_step(h, b->h_next, error, b->error_old, q, !b->rejected);
+    b->error_old = bgc_remembered(error);
     b->rejected = 0;
     bgc_batch_watch_switches(b);
     accept(b, &balance);
