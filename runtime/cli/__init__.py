@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 from types import FrameType
 
 from bgc.runtime.cli.app import INTERRUPTED, TERMINATED, application
+
+_ALLOCATIONS = 50_000  # between two looks for garbage; a compiler makes much and drops little
 
 
 def main() -> None:
@@ -15,6 +18,7 @@ def main() -> None:
     0 done, 1 the model, the run or the machine is at fault, 2 wrong usage, 70 a bug of bgc,
     130 interrupted, 143 ended by SIGTERM (which a batch system sends), rows kept as by Ctrl-C.
     """
+    gc.set_threshold(_ALLOCATIONS)
     terminated = False
 
     def interrupt(number: int, frame: FrameType | None) -> None:
