@@ -8,11 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from bgc.cost import Cost, cost_of, lowered_program
 from bgc.driver import Compilation
-from bgc.grammar.catalogue.arguments import no_duration
+from bgc.grammar.catalogue.arguments import bad_option, no_duration
 from bgc.grammar.catalogue.stress import nominal_run_failed, nothing_to_judge
 from bgc.grammar.diagnostics import BgError
 from bgc.options import Options
@@ -23,6 +21,7 @@ from bgc.runtime.binding import Array
 from bgc.runtime.compiling import load_model
 from bgc.runtime.model import Model
 from bgc.runtime.progress import ProgressBar
+from bgc.runtime.rows import row_times
 from bgc.runtime.run import Method, choose_method
 from bgc.runtime.trade.errors import largest_errors, quantities_of, worst_of
 from bgc.runtime.trade.measure import Run, timed_run
@@ -126,7 +125,10 @@ def activity_report(
         BG088, BG089.
     """
     started = time.monotonic()
-    end = duration or model.facts.duration
+    for name, value in (("within", within), ("budget", budget)):
+        if not value > 0:
+            raise BgError([bad_option(name, value, "a positive number")])
+    end = model.facts.duration if duration is None else duration
     if end is None:
         raise BgError([no_duration(model.facts.scene)])
     if not model.measured:
@@ -135,7 +137,8 @@ def activity_report(
     method = choose_method(model.library, model.facts, None, None, None, None)
     base = Compilation(*model.origin)
     cost = cost_of(lowered_program(base))
-    session = _Session(*model.origin, method, np.linspace(0.0, end, _ROWS + 1), within, cost)
+    times = row_times(end, end / _ROWS, None, len(model.measured))
+    session = _Session(*model.origin, method, times, within, cost)
     session.begin(model)
     metered, graph = metered_model(model)
     run = timed_run(metered, method, session.times, accounts=False, limit=budget)

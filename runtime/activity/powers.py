@@ -101,10 +101,14 @@ def activities(
 
 
 def by_part(found: Sequence[Activity]) -> dict[str, float]:
-    """The activities of parts, those of their elements together, the largest first."""
+    """The activities of parts, those of their elements together, the largest first.
+
+    Elements of the scene's own model stand for themselves.
+    """
     sums: dict[str, float] = {}
     for activity in found:
-        sums[activity.part] = sums.get(activity.part, 0.0) + activity.activity
+        part = activity.part or activity.element
+        sums[part] = sums.get(part, 0.0) + activity.activity
     return dict(sorted(sums.items(), key=lambda pair: -pair[1]))
 
 

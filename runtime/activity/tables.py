@@ -23,7 +23,7 @@ def _shares(report: ActivityReport, elements: bool) -> Table:
     if elements:
         sums = {f"{a.element} ({a.kind})": a.activity for a in report.activities}
     else:
-        sums = {part or "(the model's own)": x for part, x in by_part(report.activities).items()}
+        sums = by_part(report.activities)
     rows: list[tuple[str, ...]] = []
     reached = 0.0
     left = 0
@@ -37,10 +37,13 @@ def _shares(report: ActivityReport, elements: bool) -> Table:
     notes = [f"activity: the integral of |power| over {length}, of C, I and R"]
     if left:
         notes.insert(0, f"and {left} more, together {_share(report.total - reached, report)}")
+    if not rows:
+        notes = ["there is no C, I or R whose power could be looked at"]
     if report.spread > 0.01:
         notes.append(f"rows decide on {report.spread:.0%} of the sum: faster modes are guessed")
-    title = f"{report.scene}, {report.method}"
-    return Table(title, ("part", "activity", "share", "up to here"), tuple(rows), "\n".join(notes))
+    title = f"{report.scene}: {length}, {report.method}"
+    first = "element" if elements else "part"
+    return Table(title, (first, "activity", "share", "up to here"), tuple(rows), "\n".join(notes))
 
 
 def _share(activity: float, report: ActivityReport) -> str:

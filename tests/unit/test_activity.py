@@ -145,3 +145,16 @@ def test_the_command_prints_json():
     found = json.loads(run("--scene", "divider", "--json").output)
     assert [e["element"] for e in found["elements"]] == ["large", "small"]
     assert found["trials"] == []
+
+
+def test_numbers_that_make_no_sense_are_refused():
+    for wrong in ({"duration": -1.0}, {"duration": 0.0}, {"budget": 0.0}, {"within": -1.0}):
+        with pytest.raises(BgError) as problem:
+            report_of("divider", **wrong)
+        assert [d.code for d in problem.value.diagnostics] == ["BG066"]
+
+
+def test_elements_of_the_scenes_own_model_are_listed_by_themselves():
+    lines = [line.split() for line in run("--scene", "divider").output.splitlines()]
+    assert ["large", "60", "J", "60.00%", "60.00%"] in lines
+    assert ["small", "40", "J", "40.00%", "100.00%"] in lines
