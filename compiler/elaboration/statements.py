@@ -249,18 +249,23 @@ def _check_counts(
     unknowns: tuple[Unknown, ...],
     equations: list[Equation],
 ) -> None:
-    """Report states that nothing moves, and unknowns without their equations."""
+    """Report states that nothing moves, and unknowns without their equations.
+
+    A state may also be one whose rate no equation holds: the row of a singular mass matrix.
+    """
+    implicit = [state for state in states if state.derivative is None]
+    held = [*(u.span for u in unknowns), *(state.span for state in implicit)]
+    if len(equations) == len(held):
+        return
     dag = world.dag
     rates = set()
     for node in dag.reachable(equation.residual for equation in equations):
         symbol = dag.symbol_of(node)
         if symbol is not None and symbol.kind is Kind.RATE:
             rates.add(symbol.index)
-    implicit = [state for state in states if state.derivative is None]
     for state in implicit:
         if state.index not in rates:
             world.report.add(laws.state_without_equation(state.span, state.name))
-    held = [*(u.span for u in unknowns), *(state.span for state in implicit)]
-    if not world.report.errors and len(equations) != len(held):
+    if not world.report.errors:
         surplus = [e.span for e in equations] if len(equations) > len(held) else held
         world.report.add(laws.equations_and_unknowns(surplus[-1], len(equations), len(held)))

@@ -326,13 +326,16 @@ def singular_equations(span: Span, names: Sequence[str]) -> Diagnostic:
     What: an equation holds none of the unknowns and rates that are left for it.
     Why: some unknown then stays open, and some equation contradicts or repeats others.
     Example: `unknown a; unknown b; equation a = 1; equation 2*a = 3;`
-    Way out: check which equation is meant for which unknown.
+    Way out: check which equation is meant for which unknown. A constraint between states alone, as
+    `x^2 + y^2 = 1` for the force in a rod, does not hold what it determines: differentiate it
+    until it does (index 1), or make the constraint a stiff spring.
     """
     return error(
         "BG531",
         f"the equations do not determine {listed(names)}",
         span,
-        help="check which equation is meant for which unknown",
+        help="check which equation is meant for which unknown; differentiate a constraint between "
+        "states until it holds one",
     )
 
 

@@ -354,13 +354,15 @@ def not_a_state(span: Span, name: str) -> Diagnostic:
 def state_without_equation(span: Span, name: str) -> Diagnostic:
     """BG451: a state without an equation
 
-    What: a `state` has no `der(x) = ..;`, and no `equation` holds `der(x)`.
+    What: a `state` has no `der(x) = ..;`, no `equation` holds `der(x)`, and none is left from which
+    `x` itself could be found.
 
     Why: how it changes is not known.
 
     Example: `state x = 1;` and nothing more.
 
-    Way out: write `der(x) = ..;`. What only depends on others is a `signal`.
+    Way out: write `der(x) = ..;`. What only depends on others is a `signal`, and what follows from
+    an `equation` an `unknown`.
     """
     return error(
         "BG451",
