@@ -169,7 +169,7 @@ def _variants(trade: Trade) -> str:
     found = variant_rows(trade)
     if not found:
         return ""
-    names = ("variant", "in", "cheapest that will do")
+    names = ("", "in", "cheapest that will do", "lines")
     kinds = [" class=name" if name in names else "" for name in VARIANT_HEADER]
     heads = "".join(f"<th{k}>{escape(h)}</th>" for k, h in zip(kinds, VARIANT_HEADER, strict=True))
     rows = "".join(

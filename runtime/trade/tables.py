@@ -15,6 +15,7 @@ from bgc.runtime.trade.measurement import FAILED, OUT_OF_BUDGET, REFUSED, Measur
 if TYPE_CHECKING:
     from bgc.runtime.trade.errors import Quantity
     from bgc.runtime.trade.trade import Trade
+    from bgc.runtime.trade.variants import Variant
 
 _COUNTS = (
     "steps",
@@ -118,7 +119,7 @@ def cells(trade: Trade, row: Measurement) -> tuple[str, ...]:
     mark = "=>" if configuration == trade.recommended else mark
     fewer = "" if target.samples(row) else " †"
     name: tuple[str, ...] = (mark, configuration.solver, configuration.setting + fewer)
-    name += (configuration.variant,) if _varied(trade) else ()
+    name += (_letter(trade, configuration.changes),) if _varied(trade) else ()
     if not row.done:
         return (*name, row.status, *("",) * (len(header(trade)) - len(name) - 1))
     error = f"{target.error(row):.1e}"
@@ -197,31 +198,49 @@ def reference_lines(trade: Trade) -> tuple[tuple[str, ...], ...]:
 
 
 VARIANTS = "variants, against the scene as it is"
-VARIANT_HEADER = ("variant", "its error", "in", "cheapest that will do", "cpu/s", "of the scene's")
+VARIANT_HEADER = (
+    "",
+    "its error",
+    "in",
+    "cheapest that will do",
+    "cpu/s",
+    "of the scene's",
+    "lines",
+)
 VARIANT_NOTE = "its error: of the finest run, what is left is the variant's own"
 
 
 def variant_rows(trade: Trade) -> tuple[tuple[str, ...], ...]:
     """For each variant the error that it brings, and the cheapest way to run it that will do."""
     best = trade.verdict.recommended
-    by_variant: dict[str, list[Measurement]] = {}
+    by_variant: dict[Variant, list[Measurement]] = {}
     for row in trade.measurements:
         if row.configuration.changes and row.done:
-            by_variant.setdefault(row.configuration.variant, []).append(row)
+            by_variant.setdefault(row.configuration.changes, []).append(row)
     found = []
     for variant, rows in by_variant.items():
         finest = min(rows, key=trade.target.error)
         quantity, _ = trade.target.worst_quantity(finest)
-        cells = (variant, f"{trade.target.error(finest):.1e}", quantity.name)
+        error = (f"{trade.target.error(finest):.1e}", quantity.name)
         fit = [row for row in rows if trade.target.fits(row)]
-        if not fit:
-            found.append((*cells, "none", "", ""))
-            continue
-        row = min(fit, key=lambda row: row.cpu)
-        name = f"{row.configuration.solver} {row.configuration.setting}"
-        share = f"{row.cpu / best.cpu:.0%}" if best is not None else ""
-        found.append((*cells, name, spelled(row.cpu), share))
+        cheapest = ("none", "", "")
+        if fit:
+            row = min(fit, key=lambda row: row.cpu)
+            share = f"{row.cpu / best.cpu:.0%}" if best is not None else ""
+            name = f"{row.configuration.solver} {row.configuration.setting}"
+            cheapest = (name, spelled(row.cpu), share)
+        lines = " ".join(change.statement for change in variant)
+        found.append((_letter(trade, variant), *error, *cheapest, lines))
     return tuple(found)
+
+
+def _letter(trade: Trade, variant: Variant) -> str:
+    """A short name for a variant, in the order in which they were asked for; none for the scene."""
+    if not variant:
+        return ""
+    variants = dict.fromkeys(row.configuration.changes for row in trade.measurements)
+    rounds, place = divmod([one for one in variants if one].index(variant), 26)
+    return f"{chr(ord('A') + place)}{rounds or ''}"
 
 
 def _scaled(quantity: Quantity) -> str:
