@@ -1,6 +1,7 @@
 """Published initial value problems as plain equations, to the digits that their tolerance promises.
 
-`tests/models/ivp/references.json` holds the values at the end, with their sources.
+`tests/models/ivp/references.json` holds the values at the end, with their sources; those that no
+test set publishes are from `references.py` beside it.
 """
 
 from __future__ import annotations
@@ -20,16 +21,23 @@ from bgc.runtime.model import Model
 FOLDER = Path(__file__).parents[1] / "models" / "ivp"
 REFERENCES = json.loads((FOLDER / "references.json").read_text())
 STIFF = ("rodas5p", "rodas4p2", "radau5")
-NOT_STIFF = ("pleiades", "arenstorf")
+NOT_STIFF = (
+    "pleiades", "arenstorf", "five_bodies", "euler_pulse",
+    "detest_f1", "detest_f2", "detest_f3", "detest_f4",
+)  # fmt: skip
 
 # What the states amount to where that is not 1: atol is so much of rtol.
 SIZES = {
     "robertson": 1e-9, "e5": 1e-17, "hires": 1e-3, "pollution": 1e-2, "chemical_akzo": 1e-2,
-    "stiff_pendulum": 1e-2, "plate": 1e-3, "ring_modulator": 1e-4,
+    "stiff_pendulum": 1e-2, "plate": 1e-3, "ring_modulator": 1e-4, "robertson_dae": 1e-5,
+    "reactor": 1e-4, "detest_f4": 1e-9,
 }  # fmt: skip
-# How much an error grows up to the end where that is more than 40: close encounters, and a
-# modulator whose diodes switch.
-GROWTH = {"pleiades": 2e3, "arenstorf": 1e5, "ring_modulator": 200}
+# How much an error grows up to the end where that is more than 40: close encounters, a modulator
+# whose diodes switch, an oscillator that grows, kinks that no event is raised for.
+GROWTH = {
+    "pleiades": 2e3, "arenstorf": 1e5, "ring_modulator": 200, "detest_f1": 300, "detest_f3": 200,
+    "squeezer": 80,
+}  # fmt: skip
 # Rounding spoils the last digits of E5, whose rates cancel in 17 digits; the modulator takes long.
 # So do the fastest modes of the beam, which only error control damps.
 TOLERANCES = {"e5": (1e-4, 1e-6), "ring_modulator": (1e-4, 1e-6), "beam": (1e-4, 1e-6)}
