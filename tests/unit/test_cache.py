@@ -5,8 +5,10 @@ from pathlib import Path
 import pytest
 
 from bgc.building import recall
+from bgc.building.build import Unit, _shared_key, _unit_key
 from bgc.building.built import Built, Panel, RunFacts
 from bgc.building.cache import Cache, digest_of, open_cache, read_note, write_note
+from bgc.building.toolchain import Toolchain
 from bgc.elaboration.resolve import library_folder
 from bgc.grammar.diagnostics import Diagnostic, Label, Severity
 from bgc.grammar.places import cache_directory
@@ -92,6 +94,16 @@ def test_prune_removes_only_what_is_long_unused(cache):
 
 def test_digests_tell_where_texts_end():
     assert digest_of(("ab", "c")) != digest_of(("a", "bc"))
+
+
+def test_what_a_unit_is_compiled_with_tells_its_object_apart():
+    keys = {
+        _unit_key(_shared_key(Toolchain(("cc",), "gcc", version), headers), unit)
+        for version in ("12", "13")
+        for headers in ({}, {"more.h": "1"}, {"more.h": "2"})
+        for unit in (Unit("m", "int x;", flags) for flags in (("-O1",), ("-O2",)))
+    }
+    assert len(keys) == 12
 
 
 def test_a_damaged_note_counts_as_absent(cache):

@@ -21,7 +21,7 @@ from bgc.runtime.activity.activity import activity_report
 from bgc.runtime.cli.app import application
 from bgc.runtime.trade import session as session_module
 from bgc.runtime.trade.configurations import Configuration
-from bgc.runtime.trade.measure import timed_run
+from bgc.runtime.trade.measure import paced_worst, timed_run
 from bgc.runtime.trade.store import open_store
 from bgc.runtime.trade.tables import unfinished
 from bgc.variants import Change
@@ -103,6 +103,15 @@ def test_times_are_those_of_a_second_of_the_scene(tmp_path: Path) -> None:
     for row in found.measurements:
         seconds = row.mean_step * row.counts["steps"]
         assert row.cpu * found.duration == pytest.approx(seconds, rel=1e-9)
+
+
+def test_the_worst_of_many_equal_periods_is_like_all_others(tmp_path: Path) -> None:
+    model = bgc.compile(written(tmp_path))
+    method = Configuration("ros34prw", step=1e-3).method
+    times = np.linspace(0.0, 2.0, 2001)
+    whole = timed_run(model, method, times, accounts=False, limit=60.0).seconds
+    worst = paced_worst(model, method, 1e-3, 2.0, 3)
+    assert 0.2 * whole / 2000 < worst < whole / 4
 
 
 def test_a_kept_jacobian_costs_fewer_factorisations(tmp_path: Path) -> None:
@@ -320,6 +329,8 @@ def test_solver_auto_does_not_take_the_answer_to_another_question(tmp_path: Path
     written(tmp_path, REQUIRING.replace("I(1 kg)", "I(2 kg)"))
     assert codes(bgc.compile(path).simulate()) == ["BG090"]
     written(tmp_path, REQUIRING.replace("within 1 um", "within 1 nm"))
+    assert codes(bgc.compile(path).simulate()) == ["BG090"]
+    written(tmp_path, REQUIRING.replace("run 2 s;", "run 2 s; deadline 1 ms;"))
     assert codes(bgc.compile(path).simulate()) == ["BG090"]
     written(tmp_path, f"// a remark\n{REQUIRING}")
     assert codes(bgc.compile(path).simulate()) == []

@@ -265,6 +265,8 @@ def test_methods_take_turns_from_coarse_to_fine() -> None:
         ("b", 1e-3, 1),
         ("b", 1e-3, 2),
     ]
+    uneven = scene_configurations(["a"], ["b"], [1e-6, 1e-3, 1e-4], [2e-3], [1])
+    assert [c.solver for c in uneven] == ["a", "b", "a", "a"]
 
 
 def test_steps_below_the_scenes_divide_it_and_none_is_longer_than_the_run() -> None:
