@@ -11,7 +11,7 @@ import errno
 import os
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -23,6 +23,7 @@ from bgc.building.recall import machine_identity
 from bgc.building.toolchain import (
     GCC_PASSES,
     LIGHT_FLAGS,
+    LOOP_FLAGS,
     RUNTIME_FLAGS,
     Toolchain,
     try_compiler,
@@ -39,7 +40,15 @@ _DISK_FULL = {
     errno.ENOSPC: "No space left on device",
     errno.EDQUOT: "Disk quota exceeded",
 }
-_LOOPS = frozenset(("dense", "explicit", "linear", "rosenbrock", "sparse", "step", "vectors"))
+_LOOPS = frozenset(("dense", "explicit", "rosenbrock", "sparse", "vectors", "watch"))
+# Parts of the runtime that not every model needs, and their files; what takes the place of a part
+# is in `runtime/c/absent`.
+_OPTIONAL = {
+    "consistent": ("consistent",),
+    "devices": ("devices", "trace"),
+    "events": ("events",),
+}
+EVERY_PART = frozenset(_OPTIONAL)
 _NO_HEADERS: Mapping[str, str] = MappingProxyType({})
 
 
@@ -47,13 +56,15 @@ _NO_HEADERS: Mapping[str, str] = MappingProxyType({})
 class Unit:
     """One C file to compile: its name without `.c`, its text and the compiler's flags.
 
-    `compiler` is one of its own; None: that of the build, which links everything.
+    `compiler` is one of its own; None: that of the build, which links everything. `parts` names the
+    optional parts of the runtime that it needs.
     """
 
     name: str
     text: str
     flags: tuple[str, ...] = RUNTIME_FLAGS
     compiler: Toolchain | None = None
+    parts: frozenset[str] = EVERY_PART
 
 
 def runtime_directory() -> Path:
@@ -63,17 +74,21 @@ def runtime_directory() -> Path:
     return Path(next(iter(spec.submodule_search_locations))) / "c"
 
 
-def runtime_units() -> tuple[Unit, ...]:
-    """Read the C sources that every model shares: two units, by how often a step goes there.
+def runtime_units(parts: Set[str] = EVERY_PART) -> tuple[Unit, ...]:
+    """Read the C sources that models share: two units, by how often a step goes there.
 
-    Started once each and at no higher level than is felt, the C compiler takes half the time
-    that it takes for every file by itself at `-O3`.
+    Started once each, without the parts that a model has no use for, and at no higher level than
+    is felt, the C compiler takes half the time that it takes for every file by itself at `-O3`.
     """
-    sources = {path.stem: path.read_text(encoding="utf-8") for path in _sources()}
-    loops = {name: text for name, text in sources.items() if name in _LOOPS}
-    rest = {name: text for name, text in sources.items() if name not in _LOOPS}
+    left_out = {name for part in _OPTIONAL.keys() - parts for name in _OPTIONAL[part]}
+    sources = {path.stem: path for path in _sources() if path.stem not in left_out}
+    for part in _OPTIONAL.keys() - parts:
+        sources[part] = runtime_directory() / "absent" / f"{part}.c"
+    texts = {name: sources[name].read_text(encoding="utf-8") for name in sorted(sources)}
+    loops = {name: text for name, text in texts.items() if name in _LOOPS}
+    rest = {name: text for name, text in texts.items() if name not in _LOOPS}
     return (
-        Unit("runtime_loops", _joined(loops)),
+        Unit("runtime_loops", _joined(loops), LOOP_FLAGS),
         Unit("runtime", _joined(rest), LIGHT_FLAGS),
     )
 
@@ -125,7 +140,7 @@ def build_shared_object(
 def _build(
     units: Sequence[Unit], toolchain: Toolchain, cache: Cache, headers: Mapping[str, str]
 ) -> Path:
-    everything = (*runtime_units(), *units)
+    everything = (*runtime_units({part for unit in units for part in unit.parts}), *units)
     assert len({unit.name for unit in everything}) == len(everything), "units share a name"
     shared = _shared_key(toolchain, headers)
     keys = [_unit_key(shared, unit) for unit in everything]

@@ -21,7 +21,9 @@ CANDIDATES = ("cc", "gcc", "clang")
 # that sqrt is one instruction. -ffast-math was measured to gain nothing (numerics.md).
 COMMON_FLAGS = ("-std=c11", "-march=native", "-fno-math-errno", "-fPIC")
 RUNTIME_FLAGS = ("-O3", *COMMON_FLAGS, "-ffp-contract=fast")
-LIGHT_FLAGS = ("-O1", *COMMON_FLAGS, "-ffp-contract=fast")  # compiles in half the time
+# The same in two thirds and in half the time; gcc before 12 vectorises at -O2 when asked.
+LOOP_FLAGS = ("-O2", "-ftree-vectorize", *COMMON_FLAGS, "-ffp-contract=fast")
+LIGHT_FLAGS = ("-O1", *COMMON_FLAGS, "-ffp-contract=fast")
 
 # gcc's passes over straight-line code: one that pays, and those that cost a third of its time and
 # make no step slower, measured on x86-64. What `-fdisable` names may change from gcc to gcc.

@@ -88,6 +88,7 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
         [*(prototype(k) for k in lowered.kernels if k.name in shared), matrix_prototypes()]
         if apart
         else [],
+        _needed_parts(lowered),
     )
     main = [text for name, text in texts.items() if name not in shared]
     if apart:
@@ -120,6 +121,7 @@ class _Frame:
 
     title: str
     prototypes: Sequence[str]
+    parts: frozenset[str]
 
     def unit(
         self,
@@ -138,7 +140,19 @@ class _Frame:
             *(kernel.text for kernel in kernels),
             *([matrix] if matrix else []),
         ]
-        return Unit(name, framed(self.title, about, functions, tables, fields), MODEL_FLAGS)
+        text = framed(self.title, about, functions, tables, fields)
+        return Unit(name, text, MODEL_FLAGS, parts=self.parts)
+
+
+def _needed_parts(lowered: Lowered) -> frozenset[str]:
+    """The optional parts of the runtime that a model needs."""
+    program = lowered.program
+    uses = {
+        "consistent": program.mass is not None,
+        "devices": bool(program.devices),
+        "events": bool(lowered.switches),
+    }
+    return frozenset(part for part, used in uses.items() if used)
 
 
 def amalgamate(emitted: EmittedModel, runtime_dir: Path) -> str:

@@ -52,13 +52,39 @@ void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, 
     }
 }
 
-/* Whether a cubic through these slopes is to be trusted, by their departures from the chord. Where
- * the solution is smooth the two are opposite and equal up to the third order. One that is much the
- * larger belongs to a transient that is over within the step: it would swing the cubic wide. */
-static int is_smooth(double start, double end) {
+/* --- loops of a fixed length, which compilers vectorise at every level of optimisation ------ */
+
+/* The cubics of Hermite through y0, y1 and the slopes at both ends, that at the start in k1; the
+ * chord where the cubic is not to be trusted, or a state has no derivative. That is seen from the
+ * slopes' departures from the chord. Where the solution is smooth the two are opposite and equal up
+ * to the third order. One that is much the larger belongs to a transient that is over within the
+ * step: it would swing the cubic wide. */
+static inline void make_cubics(double h, const double *restrict y0, const double *restrict y1,
+                               const double *restrict inverse_mass, const double *restrict f_end,
+                               double *restrict k1, double *restrict k2) {
     const double most = 10.0;
-    return fabs(start) <= most * fabs(end) && fabs(end) <= most * fabs(start);
+
+    for (int l = 0; l < BGC_LANES; l++) {
+        const double rise = y1[l] - y0[l], scale = h * inverse_mass[l];
+        const double start = scale * k1[l] - rise, end = scale * f_end[l] - rise;
+        const int smooth = (scale != 0.0) & (fabs(start) <= most * fabs(end)) &
+                           (fabs(end) <= most * fabs(start));
+        k1[l] = smooth ? start : 0.0;
+        k2[l] = smooth ? -(start + end) : 0.0;
+    }
 }
+
+static inline void evaluate_cubics(double s, const double *restrict y0, const double *restrict y1,
+                                   const double *restrict k1, const double *restrict k2,
+                                   const double *restrict k3, double *restrict x) {
+    const double r = 1.0 - s;
+
+    for (int l = 0; l < BGC_LANES; l++) {
+        x[l] = r * y0[l] + s * (y1[l] + r * (k1[l] + s * (k2[l] + s * k3[l])));
+    }
+}
+
+/* --- the solution --------------------------------------------------------------------------- */
 
 /* f at the end of the last step, or of the one that is being looked at: there d->f is still f at
  * its start. */
@@ -81,38 +107,32 @@ static const double *slope_at_end(const bgc_model *m, bgc_data *d) {
     return d->f;
 }
 
-/* Makes the cubic of Hermite out of the slope at the start, in k, and the one at the end; the
- * chord where the cubic is not to be trusted, or a state has no derivative. */
+/* Makes the cubics of Hermite out of the slopes at the start, in k, and those at the end. */
 static void complete_slopes(const bgc_model *m, bgc_data *d) {
-    const int n = m->n_state;
+    const size_t width = bgc_padded(m->n_state);
     const double h = d->core.t_end - d->core.t_old;
     const double *f_end = slope_at_end(m, d);
-    double *k1 = d->k, *k2 = k1 + bgc_padded(n), *k3 = k2 + bgc_padded(n);
+    double *k1 = d->k, *k2 = k1 + width, *k3 = k2 + width;
 
-    for (int i = 0; i < n; i++) {
-        const double rise = d->y1[i] - d->y0[i], scale = h * d->inverse_mass[i];
-        const double start = scale * k1[i] - rise, end = scale * f_end[i] - rise;
-        const int smooth = scale != 0.0 && is_smooth(start, end);
-        k1[i] = smooth ? start : 0.0;
-        k2[i] = smooth ? -(start + end) : 0.0;
+    for (size_t i = 0; i < width; i += BGC_LANES) {
+        make_cubics(h, d->y0 + i, d->y1 + i, d->inverse_mass + i, f_end + i, k1 + i, k2 + i);
     }
-    memset(k3, 0, (size_t)n * sizeof *k3);
+    memset(k3, 0, width * sizeof *k3);
     d->core.dense = BGC_DENSE_READY;
 }
 
 /* x at time t inside the last step; states without a rate by their equations. */
 void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
-    const int n = m->n_state;
-    const double *k1 = d->k, *k2 = k1 + bgc_padded(n), *k3 = k2 + bgc_padded(n);
-    double s, r;
+    const size_t width = bgc_padded(m->n_state);
+    const double *k1 = d->k, *k2 = k1 + width, *k3 = k2 + width;
+    double s;
 
     if (d->core.dense == BGC_SLOPES_PENDING) {
         complete_slopes(m, d);
     }
     s = (t - d->core.t_old) / (d->core.t_end - d->core.t_old);
-    r = 1.0 - s;
-    for (int i = 0; i < n; i++) {
-        x[i] = r * d->y0[i] + s * (d->y1[i] + r * (k1[i] + s * (k2[i] + s * k3[i])));
+    for (size_t i = 0; i < width; i += BGC_LANES) {
+        evaluate_cubics(s, d->y0 + i, d->y1 + i, k1 + i, k2 + i, k3 + i, x + i);
     }
     if (d->core.algebraic > 0) { /* in the modes and inputs of that step */
         double *present = d->u;

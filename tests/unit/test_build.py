@@ -3,15 +3,24 @@ import shutil
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from bgc.building.build import Unit, build_shared_object, runtime_directory, unit_flags
+from bgc.building.build import (
+    EVERY_PART,
+    Unit,
+    build_shared_object,
+    runtime_directory,
+    runtime_units,
+    unit_flags,
+)
 from bgc.building.cache import Cache
 from bgc.building.toolchain import GCC_PASSES, RUNTIME_FLAGS, Toolchain, find_toolchain
 from bgc.grammar.diagnostics import BgError
-from bgc.runtime.binding import Library
+from bgc.runtime.binding import Instance, Library, Status
 
 OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
 UNITS = (Unit("model", OSCILLATOR),)
@@ -69,6 +78,30 @@ def test_only_the_changed_unit_is_compiled(cache, toolchain):
     changed = Unit("model", OSCILLATOR + "\n/* changed */\n")
     build_shared_object((changed,), counting, cache)
     assert counting.compiled() == ["model.c"]
+
+
+def test_parts_that_a_model_has_no_use_for_change_no_bit(cache, toolchain):
+    lean = tuple(replace(unit, parts=frozenset()) for unit in UNITS)
+    runs = []
+    for units in (UNITS, lean):
+        library = Library(build_shared_object(units, toolchain, cache))
+        made = Instance(library)
+        assert made.reset() is Status.OK
+        rows = np.empty((50, library.model.n_output))
+        status, done = made.run(np.linspace(0.0, 5.0, 50), rows)
+        assert status is Status.OK and done == 50
+        assert made.open_device(0, 0, "")[1] == "the model has no device 0"
+        runs.append((rows.tobytes(), made.state.tobytes()))
+    assert runs[0] == runs[1]
+
+
+def test_the_runtime_has_what_any_of_the_units_needs():
+    texts = {
+        parts: "".join(unit.text for unit in runtime_units(parts))
+        for parts in (EVERY_PART, frozenset(("events",)), frozenset[str]())
+    }
+    assert [text.count("locate_first(") > 0 for text in texts.values()] == [True, True, False]
+    assert ["trace_read" in text for text in texts.values()] == [True, False, False]
 
 
 def test_units_see_the_emitted_headers(cache, toolchain):
@@ -197,10 +230,11 @@ def test_a_gcc_without_some_passes_compiles_with_all(cache, toolchain, tmp_path)
 
 def test_the_runtime_is_clean_under_strict_warnings(toolchain, tmp_path):
     warnings = ("-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror")
-    sources = sorted(runtime_directory().glob("*.c"))
+    folder = runtime_directory()
+    sources = sorted((*folder.glob("*.c"), *folder.glob("absent/*.c")))
     assert sources
     for source in sources:
-        arguments = (*RUNTIME_FLAGS, *warnings, "-fsyntax-only", str(source))
+        arguments = (*RUNTIME_FLAGS, *warnings, f"-I{folder}", "-fsyntax-only", str(source))
         done = toolchain.run(arguments, tmp_path)
         assert done.returncode == 0, done.stdout
 
