@@ -33,7 +33,7 @@ _MODULUS = PRIME * _OTHER_PRIME
 _STEP = PRIME * pow(PRIME, -1, _OTHER_PRIME)  # 0 modulo the first and 1 modulo the other
 _MASK = 2**64 - 1
 _LARGEST_RATIONAL = 2**29  # numerator and denominator below it are recovered uniquely
-_LARGEST_ROOT = 149  # primes up to it have square roots modulo both
+_SMALL_PRIMES = tuple(q for q in range(2, 150) if all(q % k for k in range(2, isqrt(q) + 1)))
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
 _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG, _SELECT, _SQRT, _ABS = map(
@@ -244,17 +244,19 @@ def _square_free(square: Fraction) -> tuple[Fraction, tuple[int, ...]] | None:
     left = square.numerator * square.denominator
     if left <= 0:
         return None
-    outside, primes = Fraction(1, square.denominator), []
-    for factor in (2, *range(3, _LARGEST_ROOT + 1, 2)):  # what is not prime no longer divides
+    outside, primes = 1, []
+    for prime in _SMALL_PRIMES:  # they have square roots modulo both
         count = 0
-        while left % factor == 0:
-            left //= factor
+        while left % prime == 0:
+            left //= prime
             count += 1
-        outside *= factor ** (count // 2)
+        outside *= prime ** (count // 2)
         if count % 2:
-            primes.append(factor)
+            primes.append(prime)
     rest = isqrt(left)
-    return (outside * rest, tuple(primes)) if rest * rest == left else None
+    if rest * rest != left:
+        return None
+    return Fraction(outside * rest, square.denominator), tuple(primes)
 
 
 def _rational(residue: int) -> Fraction | None:

@@ -61,7 +61,11 @@ def hoisted_nodes(dag: Dag, kernels: Sequence[Kernel]) -> tuple[Node, ...]:
             if op[node] != _CONST:
                 found[node] = None
         elif op[node] != _SYMBOL:
-            stack.extend(x for x in (c[node], b[node], a[node]) if x >= 0)
+            if c[node] >= 0:
+                stack.append(c[node])
+            if b[node] >= 0:
+                stack.append(b[node])
+            stack.append(a[node])
     return tuple(found)
 
 

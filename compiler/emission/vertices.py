@@ -108,16 +108,17 @@ class _Graph:
         """Takes all nodes out but the symbols; False if that makes more nodes than `budget`."""
         for node in list(self._sinks):
             self._choose(node)
-        queue = self._queue
-        queue += [(self._cost(v), -v) for v in self._into if v >= 0 and v not in self._sinks]
+        queue, into, out_of = self._queue, self._into, self._out_of
+        queue += [(self._cost(v), -v) for v in into if v >= 0 and v not in self._sinks]
         heapify(queue)
         while queue:
             cost, place = heappop(queue)
             vertex = -place
-            if vertex not in self._into:
+            if vertex not in into:
                 continue
-            if cost != self._cost(vertex):
-                heappush(queue, (self._cost(vertex), place))
+            present = len(into[vertex]) * len(out_of[vertex])
+            if cost != present:
+                heappush(queue, (present, place))
                 continue
             self._take_out(vertex)
             if len(self._dag) > budget:

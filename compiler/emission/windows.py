@@ -12,6 +12,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
+_ACCESS = re.compile(r"([a-z]\w*\[[0-9]+\])")
 _LOOPED = re.compile(r"\b(\w+)\[k\b")
 _REACH = 16  # doubles, before and behind: what eight bits of displacement hold
 
@@ -48,21 +49,22 @@ def repointed(lines: Sequence[str], arrays: Sequence[str]) -> tuple[list[str], d
     if not arrays:
         return list(lines), {}
     # Text and accesses in turn: every access is looked at once, however often it is made.
-    pieces = re.split(rf"\b((?:{'|'.join(arrays)})\[\d+\])", text)
+    pieces = _ACCESS.split(text)
     accesses = pieces[1::2]
     used: dict[str, dict[int, int]] = {name: {} for name in arrays}
     for access, times in Counter(accesses).items():
-        name, index = access[:-1].split("[")
-        used[name][int(index)] = times
+        name, _, index = access.partition("[")
+        if name in used:
+            used[name][int(index[:-1])] = times
     places = {name: place for name in arrays if (place := best_place(used[name]))}
     if not places:
         return list(lines), {}
     moved = {
-        f"{name}[{index}]": f"{name}[{index - places.get(name, 0)}]"
-        for name, indices in used.items()
-        for index in indices
+        f"{name}[{index}]": f"{name}[{index - place}]"
+        for name, place in places.items()
+        for index in used[name]
     }
-    pieces[1::2] = [moved[access] for access in accesses]
+    pieces[1::2] = [moved.get(access, access) for access in accesses]
     return "".join(pieces).split("\n"), places
 
 
