@@ -20,7 +20,7 @@ from bgc.grammar.catalogue.machine import cannot_load
 from bgc.grammar.catalogue.run import no_memory
 from bgc.grammar.diagnostics import BgError
 
-ABI = 4
+ABI = 5
 
 Array: TypeAlias = NDArray[np.float64]
 _Fields: TypeAlias = list[tuple[str, Any]]
@@ -172,6 +172,8 @@ class CountsStruct(ctypes.Structure):
         *((name, c_long) for name in ("solves", "refinements", "fallbacks", "samples", "events")),
         *((name, c_double) for name in ("last_step", "worst_step_seconds", "run_seconds")),
         *((name, c_double) for name in ("worst_sample_seconds", "exchanged")),
+        *((name, c_double) for name in ("coarsest", "coarsest_at")),
+        ("coarsest_state", c_long),
     ]
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from bgc.building.backends import BACKENDS
 from bgc.building.built import ENERGY_ACCOUNTS, Built, RunFacts
 from bgc.grammar.catalogue.arguments import no_duration
+from bgc.grammar.catalogue.run import step_too_long
 from bgc.grammar.catalogue.trade import nothing_measured
 from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.options import Options
@@ -266,13 +267,18 @@ class Model:
         accounts = (self.accounts.get(account, "") for account in ENERGY_ACCOUNTS)
         names = (*(v.name for v in self.measured), *accounts)
         place = {name: k for k, name in enumerate(names)}
+        counts = instance.counts
+        if counts["coarsest"] > 0:
+            state = self.states[int(counts["coarsest_state"])].name
+            when, part = counts["coarsest_at"], counts["coarsest"]
+            notices = (*notices, step_too_long(when, state, part, method.step))
         return Result(
             scene=self.facts.scene,
             time=times,
             columns={v.name: rows[:, place[v.name]] for v in self.outputs},
             units={v.name: v.unit for v in self.outputs},
             solver=method.name,
-            counts=instance.counts,
+            counts=counts,
             panels=self.facts.panels,
             accounts=self.accounts,
             notices=notices,

@@ -22,7 +22,7 @@ from bgc.equations.loops import AlgebraicState
 from bgc.equations.merged_compliances import merge_along_motions
 from bgc.equations.merged_inertias import merge_inertias
 from bgc.equations.resolving import Resolver
-from bgc.equations.scales import port_scales
+from bgc.equations.scales import state_scale, storage_scales
 from bgc.equations.settling import settle_motions
 from bgc.equations.starting import with_start_values
 from bgc.equations.storage import (
@@ -137,7 +137,7 @@ def _integrated_states(
     stored: Sequence[IntegratedState],
     elements: Sequence[StorageElement],
 ) -> list[ProgramState]:
-    scales = port_scales(causal, elements)
+    scales = storage_scales(causal, elements)
     one = causal.graph.dag.one
     return [
         ProgramState(
@@ -147,7 +147,7 @@ def _integrated_states(
             initial=resolver.resolve(state.initial),
             derivative=resolver.resolve(state.derivative),
             projection=None,
-            scale=one if state.port is None else scales[state.port],
+            scale=state_scale(scales, state, one),
             stores=state.stores,
         )
         for state in stored

@@ -6,24 +6,42 @@ from a body's frame to its centre of mass, as M_ii does. A charge counts in that
 compliance as much energy as the inertias beside it have at unit flow, `sqrt(m / k)`: an
 oscillation of a stiff spring is then resolved as finely as the momentum it belongs to, neither
 finer (which would cost small steps) nor coarser. A compliance without an inertia beside it
-counts in its charge at unit effort. Everything else counts in its own unit.
+counts in its charge at unit effort. A momentum merged of several counts in the largest of them that
+its flow moves in a fixed ratio. Everything else counts in its own unit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Level, Op
 from bgc.causality.causal import CausalGraph, Role
-from bgc.equations.storage import StorageElement, StoragePort
+from bgc.equations.storage import IntegratedState, StorageElement, StoragePort
 from bgc.graph import Node
 
 
-def port_scales(causal: CausalGraph, elements: Sequence[StorageElement]) -> dict[int, Node]:
-    """Element port -> the scale of its charge or momentum, of PARAM level."""
+@dataclass(frozen=True, slots=True)
+class Scales:
+    """Scales by element port, and of momenta that one independent flow merges."""
+
+    of_port: Mapping[int, Node]
+    of_flow: Mapping[int, Node]
+
+
+def state_scale(scales: Scales, state: IntegratedState, one: Node) -> Node:
+    """The scale of a state that stores, of PARAM level; `one` where nothing certain is known."""
+    if state.port is not None:
+        return scales.of_port[state.port]
+    return one if state.flow is None else scales.of_flow.get(state.flow, one)
+
+
+def storage_scales(causal: CausalGraph, elements: Sequence[StorageElement]) -> Scales:
+    """What the states of a graph are measured by."""
     dag = causal.graph.dag
     inertia: dict[int, Node] = {}  # independent flow -> the largest certain inertia on it
     scales: dict[int, Node] = {}
+    merged: dict[int, Node] = {}  # independent flow -> the largest inertia on it by a fixed ratio
     for element in elements:
         for position, port in enumerate(element.ports):
             if port.port.role is Role.INERTIA:
@@ -32,11 +50,20 @@ def port_scales(causal: CausalGraph, elements: Sequence[StorageElement]) -> dict
                 for k in port.flow:
                     if size is not None:
                         inertia[k] = dag.call(Op.MAX, inertia[k], size) if k in inertia else size
+                _note_flows(dag, merged, port, size)
     for element in elements:
         for position, port in enumerate(element.ports):
             if port.port.role is Role.COMPLIANCE:
                 scales[port.index] = _of_compliance(dag, element, position, port, inertia)
-    return scales
+    return Scales(scales, merged)
+
+
+def _note_flows(dag: Dag, merged: dict[int, Node], port: StoragePort, size: Node | None) -> None:
+    """What an inertia adds to that of the independent flows that move it in a fixed ratio."""
+    for k, ratio in port.flow.items():
+        if size is not None and dag.level[ratio] <= Level.PARAM:
+            added = dag.mul(dag.mul(ratio, ratio), size)
+            merged[k] = dag.call(Op.MAX, merged[k], added) if k in merged else added
 
 
 def _inertia(dag: Dag, element: StorageElement, position: int) -> Node | None:

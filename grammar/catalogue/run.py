@@ -284,6 +284,31 @@ def out_of_balance(time: float, share: float) -> Diagnostic:
     )
 
 
+def step_too_long(time: float, state: str, part: float, step: float) -> Diagnostic:
+    """BG719: a fixed step is too long for the equations
+
+    What: within one step the method's own stages disagree by a good part of a state's whole range.
+    The rows from there on are not to be trusted.
+
+    Why: the step does not resolve what happens in it: it jumps over a pole or a wall, an explicit
+    method is beyond the limit of its stability, or a mode is much faster than the step and moves
+    more than a little. Where that is a stiff spring that starts out of balance, an L-stable method
+    damps it within a few steps, and what is slow is right.
+
+    Example: `solver rk4; step 10 ms;` of a spring that swings at 100 Hz.
+
+    Way out: a shorter step, or a method with error control such as `rodas5p`; `settle` where
+    springs start out of balance.
+    """
+    return warning(
+        "BG719",
+        f"the step of {step:g} s is too long at t = {time:.9g} s: within it the method corrects "
+        f"itself by {part:.2g} of the range of `{state}`",
+        help="take a shorter step, or a method with error control (`solver rodas5p`); "
+        "`bgc explain BG719` tells more",
+    )
+
+
 def not_converged(time: float) -> Diagnostic:
     """BG714: the iteration of an implicit step found no solution
 

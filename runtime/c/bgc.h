@@ -14,7 +14,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 4
+#define BGC_ABI 5
 
 typedef enum {
     BGC_OK = 0,
@@ -240,6 +240,10 @@ typedef struct {
     double worst_sample_seconds; /* spent on the steps between two samples; 0: none were taken */
     double exchanged; /* J: the largest account, stored energy itself, or what tolerances take for
                        * small; 0 without accounts */
+    /* Of fixed steps too long for their equations: the most that the stages of one correct, as a
+     * part of the range of a state, when, and of which; 0 where none is. */
+    double coarsest, coarsest_at;
+    long coarsest_state;
 } bgc_counts;
 
 /* Also counts steps and samples anew from the present time; rows inside the last step are lost. */

@@ -26,6 +26,7 @@ static inline size_t bgc_padded(int n) {
  *   M U_i = h f(t + alpha_i h, y + sum a_ij U_j).
  * Then
  *   y1 = y + sum m_i U_i,  error = sum e_i U_i
+ * (with embedded = 0 only what the last stages correct, see watch.c)
  * and with dense > 0, for s in [0, 1],
  *   y(s) = (1 - s) y + s (y1 + (1 - s) (k_1 + s (k_2 + s k_3))),  k_l = sum h_li U_i.  */
 typedef struct {
@@ -164,6 +165,7 @@ struct bgc_data {
     double *change_of_mode; /* n_switch: by how much it changed last */
     double *inverse_mass;  /* 1 / m_ii where row i of M has that entry only, else 0 */
     double *algebraic;     /* 1 where row i of M is empty, else 0 */
+    double *correction, *corrected_at, *range; /* of fixed steps: watch.c */
     double *jac, *dfdt, *lu, *f;
     double *y0, *y1, *k;   /* dense output; k is BGC_MAX_DENSE vectors */
     bgc_complex *complex_lu;
@@ -232,6 +234,11 @@ double bgc_limit_step(double t, double h, double stop, double *t_new);
 void bgc_evaluate_f(const bgc_model *m, bgc_data *d);
 void bgc_evaluate_jacobian(const bgc_model *m, bgc_data *d);
 bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const double *x);
+
+/* --- watch.c */
+void bgc_reset_watch(const bgc_model *m, bgc_data *d);
+void bgc_watch_step(const bgc_model *m, bgc_data *d, const bgc_tableau *method, double t);
+void bgc_judge_steps(const bgc_model *m, bgc_data *d);
 
 /* --- consistent.c */
 void bgc_classify_states(const bgc_model *m, bgc_data *d);

@@ -46,6 +46,9 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->dfdt = place(&l, n);
     d->lu = place(&l, (size_t)m->n_lu);
     d->f = place(&l, n);
+    d->correction = place(&l, n);
+    d->corrected_at = place(&l, n);
+    d->range = place(&l, n);
     d->y0 = place(&l, n);
     d->y1 = place(&l, n);
     d->k = place(&l, BGC_MAX_DENSE * bgc_padded(m->n_state));
@@ -241,6 +244,7 @@ static bgc_status start_here(const bgc_model *m, bgc_data *d) {
     }
     core->counts = (bgc_counts){0};
     core->counts.exchanged = fabs(core->stored0);
+    bgc_reset_watch(m, d);
     core->ready = 1;
     return BGC_OK;
 }

@@ -244,6 +244,7 @@ bgc_status bgc_run(const bgc_model *m, bgc_data *d, const double *times, size_t 
     bgc_hold_modes(m, d);
     status = run(m, d, times, n, rows, done);
     bgc_release_modes(m, d);
+    bgc_judge_steps(m, d);
     if (status != BGC_OK) {
         bgc_zero_devices(m, d);
     }

@@ -213,6 +213,9 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
         core->held = 0;
         return status;
     }
+    if (method->tableau != NULL) {
+        bgc_watch_step(m, d, method->tableau, core->t);
+    }
     core->halvings -= core->halvings > 0;
     core->between = t_new < grid;
     core->ticks += t_new >= grid;

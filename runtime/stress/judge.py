@@ -209,11 +209,13 @@ class Judge:
     def _balance(self, run: Run) -> tuple[float | None, bool]:
         """The residual over what was exchanged, None without accounts; whether a run warns."""
         accounts = run.rows[:, len(self.model.measured) :]
+        too_long = run.counts["coarsest"] > 0
         if not accounts.shape[1]:
-            return None, False
+            return None, too_long
         exchanged = run.counts["exchanged"]
         worst = float(np.abs(accounts[:, -1]).max())
-        return worst / exchanged if exchanged > 0 else 0.0, unbalanced(worst, exchanged)
+        residual = worst / exchanged if exchanged > 0 else 0.0
+        return residual, too_long or unbalanced(worst, exchanged)
 
     def _is_confirmed(self, reference: Agreement) -> bool:
         """Whether a third run, tighter and with short steps, agrees with the reference too.

@@ -47,7 +47,7 @@ def test_an_explicit_method_breaks_where_its_stability_ends():
     errors = {p.settings[0][1]: p.judgement.error for p in found.points}
     assert errors[inside] < 3  # damped or out of phase: wrong, but bounded
     assert errors[outside] > 100
-    assert {*verdicts(found).values()} == {Verdict.WRONG}
+    assert {*verdicts(found).values()} == {Verdict.WARNED}
     accurate = stress(model, ["k=1..100 N/m"])
     assert {*verdicts(accurate).values()} == {Verdict.HOLDS}
 
@@ -215,7 +215,7 @@ def test_a_scene_is_driven_to_ten_thousand_seconds():
 
 def test_the_sentence_says_up_to_where_the_scene_can_be_trusted():
     model = compile_model(MODELS, "undamped")
-    text = summary(stress(model, ["k=1, 10, 100, 1e5 N/m"]))
+    text = summary(stress(model, ["k=1, 10, 100, 1e5 N/m"], solver="gauss4"))
     assert "the scene holds for k 1 N/m to 100 N/m; for k some are wrong without a word" in text
     text = summary(stress(model, ["k=1, 10 N/m"]))
     assert "the scene holds for all that was tried of k; no number is wrong without a word" in text
@@ -257,7 +257,7 @@ def run(*arguments):
 
 def test_the_command_writes_its_map_and_tells_of_wrong_numbers(tmp_path):
     table, picture = tmp_path / "map.csv", tmp_path / "map.png"
-    drive = ("--scene", "undamped", "--drive", "k=100, 1e5")
+    drive = ("--scene", "undamped", "--solver", "gauss4", "--drive", "k=100, 1e5")
     done = run(*drive, "--out", str(table), "--plot", str(picture))
     assert done.exit_code == 1
     assert "WRONG NUMBERS" in done.output
