@@ -62,6 +62,18 @@ def map_graph(graph: FlatGraph, dag: Dag, new: _New) -> FlatGraph:
     )
 
 
+def law_nodes(law: Law) -> tuple[Node, ...]:
+    """The nodes that a law is made of, in its order."""
+    nodes: list[Node] = []
+
+    def note(node: Node) -> Node:
+        nodes.append(node)
+        return node
+
+    _law(law, note)
+    return tuple(nodes)
+
+
 def _state(state: State, new: _New) -> State:
     return replace(
         state,

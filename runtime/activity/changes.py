@@ -11,7 +11,7 @@ from bgc.defaults import default_values
 from bgc.elaboration.modules import Package
 from bgc.graph import FlatGraph, Resistor, Storage
 from bgc.runtime.activity.powers import Activity, below
-from bgc.runtime.stress.drives import law_nodes
+from bgc.slicing.graph_nodes import law_nodes
 from bgc.variants import Change, variants_of
 
 

@@ -20,14 +20,11 @@ from bgc.grammar.catalogue.stress import not_a_drive
 from bgc.grammar.diagnostics import BgError
 from bgc.graph import (
     Element,
-    EnergyLaw,
-    ExplicitLaw,
     FlatGraph,
     Form,
     Gyrator,
     Gyristor,
     Junction,
-    Law,
     Node,
     Resistor,
     Source,
@@ -36,6 +33,7 @@ from bgc.graph import (
 )
 from bgc.runtime.parameters import Parameter
 from bgc.runtime.quantity import read_quantity
+from bgc.slicing.graph_nodes import law_nodes
 
 STEP, RTOL, TIME = "step", "rtol", "time"
 _UNITS = {STEP: "s", RTOL: "", TIME: "s"}
@@ -214,17 +212,6 @@ def _storage_role(element: Storage) -> Role:
         return Role.INERTIA
     by_charge = getattr(element.law, "form", Form.EFFORT) is Form.EFFORT
     return Role.STIFFNESS if by_charge else Role.COMPLIANCE
-
-
-def law_nodes(law: Law) -> tuple[Node, ...]:
-    """The nodes that a law is made of."""
-    match law:
-        case EnergyLaw():
-            return (law.energy,)
-        case ExplicitLaw():
-            return law.nodes
-        case _:
-            return tuple(node for row in law.matrix for node in row)
 
 
 # --- asked for --------------------------------------------------------------------------------
