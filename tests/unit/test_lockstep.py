@@ -58,6 +58,22 @@ def test_a_step_that_meets_a_pulse_is_tried_again(tmp_path: Path) -> None:
     np.testing.assert_allclose(ensemble.values[:, -1, 0], np.trapezoid(pushed, s), rtol=1e-5)
 
 
+def test_a_lane_that_needs_steps_of_no_length_leaves(tmp_path: Path) -> None:
+    """y' = y^2 ends at 1 / y(0), in one lane within the run."""
+    model = compiled(
+        tmp_path,
+        "model Escape { param start = 0.1; state y = start; der(y) = y^2 / 1 s; }"
+        "scene s of Escape { observe y; run 2 s every 0.5 s; }",
+    )
+    start = np.array([0.1, 0.2, 0.8, 0.3, 0.4])
+    ensemble = model.simulate_many({"start": start}, rtol=1e-7)
+    assert ensemble.status == ("done", "done", "failed", "done", "done")
+    assert ensemble.together == 4
+    exact = start / (1 - start * ensemble.time[:, None])
+    good = ensemble.done
+    np.testing.assert_allclose(ensemble["y"][good], exact.T[good], rtol=1e-5)
+
+
 def test_a_lane_whose_pivots_are_lost_leaves(tmp_path: Path) -> None:
     """Elimination begins with `1/(h gamma) - a`."""
     model = compiled(
