@@ -18,7 +18,6 @@ from bgc.grammar.lalr import (
     UnexpectedCharactersError,
     UnexpectedTokenError,
 )
-from bgc.grammar.mistakes import Trouble, diagnose
 from bgc.grammar.source import Source, Span
 from bgc.grammar.tables import tables
 from bgc.grammar.transform import transform, transform_setting
@@ -197,6 +196,8 @@ class _Reading:
 
     def _report(self, at: int, found: Token | None) -> str | None:
         """Report a mistake; return the type of the sign that is missing, if it is only that."""
+        from bgc.grammar.mistakes import Trouble, diagnose  # most texts are right
+
         trouble = Trouble(
             self.source,
             at,

@@ -30,6 +30,7 @@ _ARGUMENTS = {
     "c": "{} c",
     "lu": "{} *restrict lu",
 }
+_READS = {name: re.compile(r"\bc\b" if name == "c" else rf"{name}\[") for name in _ARGUMENTS}
 _SOLVE_PURPOSE = "/* b := W^-1 b. */\n"
 _PURPOSE = (
     "/* Factorises W = c M - J. growth: the sum over the pivots of (c |M_kk| + |J_kk|) / |pivot|,\n"
@@ -173,7 +174,7 @@ def _unrolled_factor(
     for count, statements in enumerate(chunks, 1):
         lines, places = _near(statements, numbers)
         body = "\n".join(lines)
-        used = [name for name in _ARGUMENTS if re.search(rf"\b{name}\b", body)]
+        used = [name for name, reads in _READS.items() if reads.search(body)]
         declared = ", ".join(_ARGUMENTS[name].format(number) for name in used)
         part = f"{numbers.prefix}_factor_{count}"
         parts.append(
