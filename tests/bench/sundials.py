@@ -3,9 +3,9 @@
 Rules: CVODE (BDF, Newton) gets our compiled f, and with KLU our J too; tolerances of both run
 over the same ladder, absolute ones per state, rtol times its scale. Both write the same rows in
 C. The error is the largest distance of a body from the reference in any row (rodas5p at rtol
-1e-11, checked with radau5). Time to 1e-5 m is that of the cheapest tolerance that reaches it,
-the least of repeated runs in turn. Both start from rest with the springs unloaded, as a user's
-first model would.
+1e-11, checked with radau5). Time to 1e-5 m is that of the cheapest tolerance that reaches it, the
+least of three runs in turn; the ratio is the median over fresh copies of our code. Both start from
+rest with the springs unloaded, as a user's first model would.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import ctypes
 import time
 from ctypes import POINTER, c_double, c_int, c_long, c_size_t, c_void_p
 from dataclasses import dataclass
+from statistics import median
 
 import numpy as np
 from crane import copies, crane, instance, parameters, positions, run, shared_object
@@ -31,6 +32,7 @@ _LADDER = tuple(10.0 ** (-k / 2) for k in range(4, 19))
 _STIFFNESSES = (1e6, 1e8, 1e10, 1e12)
 _DAMPING = (0.1, 1.0)  # ratios: of springs that ring, and critical, as in the paper
 _PATIENCE = 40.0  # s of one run of a peer
+_LONG = 0.5  # s of one that is not repeated
 
 _Doubles = POINTER(c_double)
 
@@ -93,22 +95,27 @@ def rows() -> list[Row]:
         return [Row("CVODE", "crane, 70 states", None, note=peer)]
     times = np.linspace(0.0, _DURATION, 301)
     found: list[Row] = []
-    with copies(crane("near_rigid").path, 1) as libraries:
+    with copies(crane("near_rigid").path) as libraries:
         for zeta in _DAMPING:
             for k in _STIFFNESSES:
-                made = instance(libraries[0], stiffness=k, damping_ratio=zeta)
+                made = [instance(one, stiffness=k, damping_ratio=zeta) for one in libraries]
                 found += _to_target(peer, made, times, k, f"k = {k:.0e}, zeta = {zeta:g}")
         found.append(_undamped(peer, instance(libraries[0], stiffness=1e10, damping_ratio=0.0)))
     return found
 
 
-def _to_target(peer: ctypes.CDLL, made: Instance, times: Array, k: float, case: str) -> list[Row]:
-    exact = reference(made, times)
+def _to_target(
+    peer: ctypes.CDLL, made: list[Instance], times: Array, k: float, case: str
+) -> list[Row]:
+    """Ratios of instances of several copies: the tolerances of the first, the median time."""
+    exact = reference(made[0], times)
 
     def cheapest(run_at) -> tuple[float, float, Run] | None:  # type: ignore[no-untyped-def]
         begun, best = time.perf_counter(), None
         for rtol in _LADDER:
             one = run_at(rtol)
+            if one.seconds < _LONG:
+                one = min(one, run_at(rtol), run_at(rtol), key=lambda each: each.seconds)
             error = np.abs(one.rows - exact).max()
             if error <= _TARGET and (best is None or one.seconds < best[2].seconds):
                 best = (rtol, error, one)
@@ -118,7 +125,7 @@ def _to_target(peer: ctypes.CDLL, made: Instance, times: Array, k: float, case: 
                 break
         return best
 
-    ours = cheapest(lambda rtol: run_ours(made, times, rtol))
+    ours = cheapest(lambda rtol: run_ours(made[0], times, rtol))
     assert ours is not None
     made_rows = []
     for sparse, name, must, aim in (
@@ -126,20 +133,24 @@ def _to_target(peer: ctypes.CDLL, made: Instance, times: Array, k: float, case: 
         (True, "CVODE + KLU + our J", 3, 12 if k >= 1e8 else None),
     ):
         on = f"time to 1e-5 m, {case}"
-        theirs = cheapest(lambda rtol: run_cvode(peer, made, times, rtol, sparse))  # noqa: B023
+        theirs = cheapest(lambda rtol: run_cvode(peer, made[0], times, rtol, sparse))  # noqa: B023
         if theirs is None:
             made_rows.append(Row(name, on, np.inf, must, aim, note=f"not within {_PATIENCE:g} s"))
             continue
-        first, second = ours[2].seconds, theirs[2].seconds
-        for _ in range(4):
-            first = min(first, run_ours(made, times, ours[0]).seconds)
-            if second < 5.0:
-                second = min(second, run_cvode(peer, made, times, theirs[0], sparse).seconds)
+        ratios = []
+        for one in made if theirs[2].seconds < _LONG else made[:1]:
+            pairs = [
+                (run_cvode(peer, one, times, theirs[0], sparse).seconds,
+                 run_ours(one, times, ours[0]).seconds)
+                for _ in range(3)
+            ]  # fmt: skip
+            second, first = (min(column) for column in zip(*pairs, strict=True))
+            ratios.append(second / first)
         note = (
             f"{ours[2].steps:,} steps at rtol {ours[0]:.0e}, {ours[1]:.0e} m; "
             f"CVODE {theirs[2].steps:,} at {theirs[0]:.0e}, {theirs[1]:.0e} m"
         )
-        made_rows.append(Row(name, on, second / first, must, aim, note=note))
+        made_rows.append(Row(name, on, median(ratios), must, aim, note=note))
     return made_rows
 
 

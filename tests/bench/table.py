@@ -88,7 +88,7 @@ def show(title: str, rows: Sequence[Row], out: Path | None = None) -> None:
 
 
 def _bound(sign: str, value: float | None) -> str:
-    return "" if value is None else f"{sign}{value:g} x"
+    return "" if value is None else f"{sign}{value:.3g} x"
 
 
 def machine(*packages: str) -> str:
