@@ -12,7 +12,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-_ACCESS = re.compile(r"([a-z]\w*\[[0-9]+\])")
+_ACCESS = re.compile(r"([a-z]\w*\[)([0-9]+)")
 _LOOPED = re.compile(r"\b(\w+)\[k\b")
 _REACH = 16  # doubles, before and behind: what eight bits of displacement hold
 
@@ -48,24 +48,19 @@ def repointed(lines: Sequence[str], arrays: Sequence[str]) -> tuple[list[str], d
         arrays = [name for name in arrays if name not in looped]
     if not arrays:
         return list(lines), {}
-    # Text and accesses in turn: every access is looked at once, however often it is made.
+    # Text, an array with its bracket, and an index, in turn.
     pieces = _ACCESS.split(text)
-    accesses = pieces[1::2]
-    used: dict[str, dict[int, int]] = {name: {} for name in arrays}
-    for access, times in Counter(accesses).items():
-        name, _, index = access.partition("[")
+    names, indices = pieces[1::3], list(map(int, pieces[2::3]))
+    used: dict[str, list[int]] = {f"{name}[": [] for name in arrays}
+    for name, index in zip(names, indices, strict=True):
         if name in used:
-            used[name][int(index[:-1])] = times
-    places = {name: place for name in arrays if (place := best_place(used[name]))}
+            used[name].append(index)
+    places = {name: place for name in used if (place := best_place(Counter(used[name])))}
     if not places:
         return list(lines), {}
-    moved = {
-        f"{name}[{index}]": f"{name}[{index - place}]"
-        for name, place in places.items()
-        for index in used[name]
-    }
-    pieces[1::2] = [moved.get(access, access) for access in accesses]
-    return "".join(pieces).split("\n"), places
+    moved = zip(names, indices, strict=True)
+    pieces[2::3] = [str(index - places.get(name, 0)) for name, index in moved]
+    return "".join(pieces).split("\n"), {name[:-1]: place for name, place in places.items()}
 
 
 def pointed(name: str, places: dict[str, int]) -> str:
