@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 _WIDEST = 60  # of a column that others are aligned to
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Rows under a title; `header` may be empty. `note` is said below them."""
+    """Rows under a title; `header` may be empty. `note` is said below them.
+
+    `spare` are headings of columns that may be left out where there is no room, the first first.
+    """
 
     title: str
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     note: str = ""
+    spare: tuple[str, ...] = ()
 
 
 def as_text(tables: Iterable[Table]) -> str:
@@ -42,6 +46,26 @@ def _widths(rows: Sequence[Sequence[str]]) -> list[int]:
         return []
     columns = list(zip(*rows, strict=True))
     return [min(max(map(len, column)), _WIDEST) for column in columns[:-1]] + [0]
+
+
+def fitted(table: Table, width: int, between: int) -> Table:
+    """A table of at most so many characters, so many of them beside each column, if it can be.
+
+    Spare columns are left out as long as it is wider; a note says which.
+    """
+    left_out: list[str] = []
+    while table.rows and len(left_out) < len(table.spare):
+        columns = list(zip(table.header, *table.rows, strict=True))
+        if sum(max(map(len, column)) + between for column in columns) <= width:
+            break
+        left_out.append(table.spare[len(left_out)])
+        place = table.header.index(left_out[-1])
+        header, *rows = ((*row[:place], *row[place + 1 :]) for row in (table.header, *table.rows))
+        table = replace(table, header=header, rows=tuple(rows))
+    if not left_out:
+        return table
+    note = f"no room for {', '.join(reversed(left_out))}"
+    return replace(table, note=f"{table.note}\n{note}".lstrip())
 
 
 def elided(rows: Sequence[tuple[str, ...]], most: int) -> tuple[tuple[str, ...], ...]:

@@ -64,6 +64,7 @@ def _trials(report: ActivityReport) -> Table:
         header,
         tuple(rows) if report.trials else (),
         "\n".join(notes) if report.trials else "no part that carries little can be changed",
+        spare=("LU", "J", "f"),
     )
 
 

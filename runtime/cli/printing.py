@@ -8,7 +8,10 @@ from collections.abc import Iterable
 
 import click
 
-from bgc.printing.tables import Table, table_text
+from bgc.printing.tables import Table, fitted, table_text
+
+_BETWEEN = 2  # characters between columns
+_SHORT = 24  # characters of a cell that is not broken
 
 
 def print_tables(tables: Iterable[Table]) -> None:
@@ -35,11 +38,15 @@ def _print_rich(table: Table) -> None:
     from rich.text import Text
 
     console = Console(no_color="NO_COLOR" in os.environ, highlight=False)
+    table = fitted(table, console.width - 1, _BETWEEN)
     console.print(Text(table.title, style="bold"))
     if table.rows:
-        shown = RichTable(box=box.SIMPLE_HEAD, show_header=bool(table.header))
-        for heading in table.header or ("",) * len(table.rows[0]):
-            shown.add_column(heading, overflow="fold")
+        shown = RichTable(
+            box=box.SIMPLE_HEAD, show_header=bool(table.header), padding=(0, _BETWEEN - 1, 0, 0)
+        )
+        for place, heading in enumerate(table.header or ("",) * len(table.rows[0])):
+            short = max(len(row[place]) for row in table.rows) <= _SHORT
+            shown.add_column(heading, overflow="fold", no_wrap=short and bool(table.spare))
         for row in table.rows:
             shown.add_row(*(Text(cell) for cell in row))
         console.print(shown)

@@ -15,6 +15,7 @@ from bgc.grammar.diagnostics import BgError
 from bgc.runtime.plot import COLOURS, KINDS, STYLE, write_figure
 from bgc.runtime.trade.judge import spelled
 from bgc.runtime.trade.measurement import Measurement
+from bgc.runtime.trade.tables import letter
 from bgc.variants import Change
 
 if TYPE_CHECKING:
@@ -63,6 +64,7 @@ def _draw(trade: Trade) -> Figure:
             alpha=0.9 if keep == 1 else 0.65,
             label=solver if first else None,
         )
+        _name_variant(trade, axes, rows, colour)
     _draw_front(trade, axes)
     _draw_limits(trade, axes)
     axes.grid(True, which="minor", alpha=0.12)
@@ -74,6 +76,21 @@ def _draw(trade: Trade) -> Figure:
     axes.set_title(f"{trade.scene}: {spelled(trade.duration)} on {trade.machine}", fontsize=9)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small")
     return figure
+
+
+def _name_variant(trade: Trade, axes: Any, rows: Sequence[Measurement], colour: str) -> None:
+    """The letter of a variant at the coarse end of its line."""
+    if changes := rows[0].configuration.changes:
+        axes.annotate(
+            letter(trade, changes),
+            (rows[0].cpu, _height(trade, rows[0])),
+            xytext=(-4, 0),
+            textcoords="offset points",
+            ha="right",
+            va="center",
+            fontsize="x-small",
+            color=colour,
+        )
 
 
 def _lines(trade: Trade) -> dict[tuple[str, int, tuple[Change, ...]], list[Measurement]]:

@@ -27,6 +27,7 @@ _COUNTS = (
     "fallbacks",
     "events",
 )
+_SPARE = ("LU", "J", "f", "steps", "residual", "a step")  # where a terminal is narrow
 _MOST_ROWS = 24  # on a terminal; all with `--all`, in the CSV and on the page
 
 
@@ -119,7 +120,7 @@ def cells(trade: Trade, row: Measurement) -> tuple[str, ...]:
     mark = "=>" if configuration == trade.recommended else mark
     fewer = "" if target.samples(row) else " †"
     name: tuple[str, ...] = (mark, configuration.solver, configuration.setting + fewer)
-    name += (_letter(trade, configuration.changes),) if _varied(trade) else ()
+    name += (letter(trade, configuration.changes),) if _varied(trade) else ()
     if not row.done:
         return (*name, row.status, *("",) * (len(header(trade)) - len(name) - 1))
     error = f"{target.error(row):.1e}"
@@ -157,7 +158,7 @@ def tables(trade: Trade, everything: bool = False) -> list[Table]:
     variants = variant_rows(trade)
     return [
         Table(title, (), reference_lines(trade)),
-        Table("configurations, cheapest first", header(trade), rows, "\n".join(notes)),
+        Table("configurations, cheapest first", header(trade), rows, "\n".join(notes), _SPARE),
         Table(VARIANTS, VARIANT_HEADER, variants, VARIANT_NOTE if variants else ""),
         Table("not measured", (), unfinished([row for row in found if not row.done])),
     ]
@@ -207,7 +208,7 @@ VARIANT_HEADER = (
     "of the scene's",
     "lines",
 )
-VARIANT_NOTE = "its error: of the finest run, what is left is the variant's own"
+VARIANT_NOTE = "its error: of its most accurate run, in which little but the change is left"
 
 
 def variant_rows(trade: Trade) -> tuple[tuple[str, ...], ...]:
@@ -230,11 +231,11 @@ def variant_rows(trade: Trade) -> tuple[tuple[str, ...], ...]:
             name = f"{row.configuration.solver} {row.configuration.setting}"
             cheapest = (name, spelled(row.cpu), share)
         lines = " ".join(change.statement for change in variant)
-        found.append((_letter(trade, variant), *error, *cheapest, lines))
+        found.append((letter(trade, variant), *error, *cheapest, lines))
     return tuple(found)
 
 
-def _letter(trade: Trade, variant: Variant) -> str:
+def letter(trade: Trade, variant: Variant) -> str:
     """A short name for a variant, in the order in which they were asked for; none for the scene."""
     if not variant:
         return ""
@@ -260,6 +261,8 @@ def _worth_seeing(trade: Trade, done: Sequence[Measurement]) -> list[Measurement
 
 def _excess(trade: Trade, row: Measurement, front: Sequence[Measurement]) -> float:
     """How many times the time of the cheapest of at least the same accuracy it takes."""
+    if not trade.target.tells(row):
+        return float("inf")
     error = max(trade.target.error(row), trade.reference.accuracy)
     better = [other.cpu for other in front if trade.target.error(other) <= error and other.cpu > 0]
     return row.cpu / min(better) if better else float("inf")
