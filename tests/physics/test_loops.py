@@ -195,6 +195,30 @@ def ladder_source(size: int) -> str:
     return " ".join(parts) + f"}} scene s of L {{ observe {observed}; run 1 s; }}"
 
 
+def test_an_equation_without_a_slope_at_its_start_is_solved(tmp_path):
+    path = tmp_path / "flat.bg"
+    path.write_text(
+        "model M { state x = 0; state y = 0; der(y) = 1; equation x*abs(x) = 4 + y; }"
+        "scene s of M { observe x; run 1; }"
+    )
+    result = bgc.compile(path).simulate(rtol=1e-8)
+    np.testing.assert_allclose(result["x"], np.sqrt(4 + result.time), rtol=1e-7)
+
+
+def test_states_that_share_a_rate_move_together_onto_their_equation(tmp_path):
+    """x + y keeps what its rate leaves: from 1 and 2 to the parabola x = y^2 on x + y = 3."""
+    path = tmp_path / "tied.bg"
+    path.write_text(
+        "model M { state x = 1; state y = 2; equation der(x) + der(y) = -x; equation x = y^2; }"
+        "scene s of M { observe x, y; run 1; }"
+    )
+    result = bgc.compile(path).simulate(rtol=1e-8)
+    y = (math.sqrt(13) - 1) / 2
+    assert (result["x"][0], result["y"][0]) == pytest.approx((3 - y, y), rel=1e-9)
+    exact = solve_ivp(lambda t, y: -(y**2) / (2 * y + 1), (0, 1), [y], rtol=1e-10, atol=1e-12)
+    assert result["y"][-1] == pytest.approx(exact.y[0, -1], rel=1e-7)
+
+
 def test_a_loop_of_fifty_unknowns(tmp_path):
     size = 50
     path = tmp_path / "ladder.bg"
