@@ -142,6 +142,12 @@ def test_a_projection_has_to_leave_it_too() -> None:
     assert set(invariants(beside(text.format(to="2*c"), observe="d"))) == {"c", "d"}
 
 
+def test_what_a_projection_reads_is_kept() -> None:
+    text = "state c = 1; der(c) = -c; project c = d; state d = 1; der(d) = -2*d;"
+    program = slice_program(program_of(equations(text, observe="c")))
+    assert [state.name for state in program.states] == ["c", "d"]
+
+
 def test_a_start_that_depends_on_when_it_is_stays_a_state() -> None:
     text = "state c = cos(time); der(c) = 0; state d; der(d) = c;"
     assert invariants(beside(text, observe="d")) == {}
