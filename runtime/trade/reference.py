@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
@@ -68,7 +69,7 @@ def find_reference(
     BgError
         BG092: fewer than two methods complete the run.
     """
-    left = seconds
+    end = time.monotonic() + seconds
     methods = list(METHODS)
     reasons: list[str] = []
     best: Reference | None = None
@@ -76,8 +77,10 @@ def find_reference(
     for rtol in RTOLS:
         runs: dict[str, Run] = {}
         for name in list(methods):
-            run = solve(Method(name, fixed=False, rtol=rtol), left)
-            left -= run.seconds
+            left = end - time.monotonic()
+            # One that does not get through leaves time to the next.
+            limit = left if runs or best is not None else left / 2
+            run = solve(Method(name, fixed=False, rtol=rtol), limit)
             if run.status == "done":
                 runs[name] = run
             elif best is None:
@@ -92,7 +95,7 @@ def find_reference(
         levels.append((rtol, found.accuracy))
         best = found if best is None or found.accuracy < best.accuracy else best
         # The next level takes about three times as long as this one.
-        if best.accuracy < _ROUNDING or left < 6 * found.seconds:
+        if best.accuracy < _ROUNDING or end - time.monotonic() < 6 * found.seconds:
             break
     if best is None:
         raise BgError([no_reference(reasons)])

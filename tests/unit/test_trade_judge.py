@@ -246,6 +246,20 @@ def test_another_method_stands_in_for_one_that_fails() -> None:
     assert [name for name, _ in asked] == ["radau5", "rodas5p", "rodas4p2"]
 
 
+def test_a_method_that_takes_all_its_time_leaves_some_to_the_next() -> None:
+    limits: list[float] = []
+    good, _ = solver({})
+
+    def solve(method, seconds: float) -> Run:  # type: ignore[no-untyped-def]
+        limits.append(seconds)
+        if method.name == "radau5":
+            return Run("stopped", "it takes too long", np.zeros((2, 1)), seconds, {})
+        return good(method, seconds)
+
+    assert find_reference(Named(), {}, solve, 100.0).methods == ("rodas5p", "rodas4p2")  # type: ignore[arg-type]
+    assert limits[:3] == pytest.approx([50, 50, 100], rel=0.01)
+
+
 def test_one_method_is_no_reference() -> None:
     solve, _ = solver({1e-8: 0.0}, fails=("rodas5p", "rodas4p2", "dopri5"))
     with pytest.raises(BgError, match="BG092"):
