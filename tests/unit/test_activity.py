@@ -112,6 +112,23 @@ def test_what_other_laws_hold_too_is_no_switch(tmp_path):
     assert [t.changes[0].statement for t in report.trials] == ["set d = 0;"]
 
 
+def test_changes_that_will_do_one_by_one_but_not_together_are_given_up(tmp_path):
+    """Two masses held together, each on a weak spring that takes half a per cent of their way."""
+    path = tmp_path / "springs.bg"
+    path.write_text(
+        "model M { param a = 0.08 N/m; param b = 0.07 N/m; push : Se(e = 1 N); left : J1;"
+        " right : J1; gap : J0; m1 : I(1 kg); m2 : I(1 kg); c1 : C(stiffness = a);"
+        " c2 : C(stiffness = b); between : C(stiffness = 1 kN/m); push -> left;"
+        " left -> m1, c1; left -> gap -> right; gap -> between; right -> m2, c2; }"
+        "scene s of M { observe c1.q; solver rodas5p(rtol = 1e-8); run 1.5 s; }"
+    )
+    report = activity_report(compile_model(path), negligible=0.2)
+    errors = {trial.changes[0].name: trial.error for trial in report.trials}
+    assert max(errors["a"], errors["b"]) < report.limit < errors["a"] + errors["b"]
+    (left,) = report.together.changes
+    assert errors[left.name] == min(errors["a"], errors["b"])
+
+
 def test_what_a_scene_requires_decides():
     report = report_of("exact", negligible=0.05)
     assert report.required and report.limit == 1
