@@ -8,6 +8,7 @@ import pytest
 import bgc
 from bgc.building import backends
 from bgc.building.backends import BACKENDS, build_backend
+from bgc.building.build import runtime_directory
 from bgc.building.cache import open_cache
 from bgc.building.toolchain import find_toolchain
 
@@ -135,7 +136,7 @@ def test_a_suite_that_is_missing_is_named_with_its_packages(tmp_path, monkeypatc
 
 @pytest.mark.parametrize("flags", [("-DBGC_KLU", "-I/usr/include/suitesparse"), ()])
 def test_the_backend_compiles_without_warnings(tmp_path, sundials, flags):
-    folder = backends.runtime_directory()
+    folder = runtime_directory()
     done = subprocess.run(
         ("cc", "-std=c11", "-Wall", "-Wextra", "-Werror", *flags, f"-I{folder}", "-c",
          str(folder / "backends" / "cvode.c"), "-o", str(tmp_path / "cvode.o")),
