@@ -66,7 +66,8 @@ class StressMap:
 
     `drives` were driven one by one, with a point for each value; as a `grid`, two together.
     `duration` is what was run of the scene, `scene_duration` what it says, s. `planned` points were
-    to be looked at; `skipped` are the drives of which the budget was too small for any.
+    to be looked at; `skipped` are the drives of which the budget was too small for any, and
+    `needed` is the budget that the longest of the points left takes, s.
     """
 
     scene: str
@@ -79,6 +80,7 @@ class StressMap:
     points: tuple[Point, ...]
     planned: int
     skipped: tuple[Drive, ...]
+    needed: float
 
     def counts(self) -> Mapping[Verdict, int]:
         """How many points came to each verdict."""
@@ -163,13 +165,17 @@ def stress(
         raise ValueError("a grid takes two drives")
     plan = _grid(wanted) if grid else _in_order(wanted)
     points: list[Point] = []
+    needed = 0.0
     with ProgressBar(len(plan), progress, "driving", " points") as bar:
         try:
             for settings in plan:
                 bar.show(len(points))
                 left = budget - (time.monotonic() - started)
-                if not points or session.is_affordable(settings, left, bool(drives)):
-                    points.append(session.point(settings))
+                takes = session.seconds(settings)
+                if not points or takes == 0 or left > (0 if drives else takes):
+                    points.append(session.point(settings, left))
+                else:
+                    needed = max(needed, takes)
         finally:
             store.write()
     written = {(drive.name, x): k for drive in wanted for k, x in enumerate(drive.values)}
@@ -188,6 +194,7 @@ def stress(
         points=tuple(points),
         planned=len(plan),
         skipped=() if grid else tuple(drive for drive in wanted if drive.name not in done),
+        needed=needed,
     )
 
 
@@ -262,24 +269,31 @@ class _Session:
         self._driven = {drive.name: drive for drive in found}
         return found
 
-    def is_affordable(self, settings: Settings, left: float, asked: bool) -> bool:
-        """Whether there is time for a point, or it is known.
-
-        One that was asked for may take longer than what is left.
-        """
+    def seconds(self, settings: Settings) -> float:
+        """What a point takes about, 0 where it is known. Free steps may become ever longer."""
         end = self._end(settings)
         if self.store.found(settings, end) is not None:
-            return True
-        return left > (0 if asked else _RUNS * self.cost * end)
+            return 0.0
+        return _RUNS * self.cost * (end if self._keeps_pace else min(end, self.duration))
 
-    def point(self, settings: Settings) -> Point:
-        """What comes of some settings, or came of them before."""
+    def point(self, settings: Settings, left: float) -> Point:
+        """What comes of some settings in the time that is left, or came of them before."""
         end = self._end(settings)
         known = self.store.found(settings, end)
         if known is None:
-            known = self._judged(settings, end)
-            self.store.keep(settings, end, known)
+            limit = self._limit(max(end, self.duration))
+            within = (
+                limit if self._keeps_pace else min(limit, max(self._limit(self.duration), left))
+            )
+            known = self._judged(settings, end, within)
+            if known.verdict is not Verdict.SLOW or within == limit:
+                self.store.keep(settings, end, known)
         return Point(settings, end, known)
+
+    @property
+    def _keeps_pace(self) -> bool:
+        """Whether steps are as long later as they are at first."""
+        return self.method.fixed or self.model.library.model.n_device > 0
 
     def _end(self, settings: Settings) -> float:
         """How much of the scene is run: as much as is worth the wait of short steps."""
@@ -295,7 +309,7 @@ class _Session:
         """The longest that a run may take."""
         return max(_AT_LEAST, _PATIENCE * self.cost * end)
 
-    def _judged(self, settings: Settings, end: float) -> Judgement:
+    def _judged(self, settings: Settings, end: float, limit: float) -> Judgement:
         values = {
             name: value for driven, value in settings for name in self._driven[driven].parameters
         }
@@ -306,7 +320,6 @@ class _Session:
             return Judgement(Verdict.FAILS, message=f"{first.code}: {first.message}")
         method = self._method_with(dict(settings))
         times = np.linspace(0.0, end, _ROWS + 1)
-        limit = self._limit(max(end, self.duration))
         key = *values.items(), (TIME, end)
         references = self._references.setdefault(key, References())
         judge = Judge(model, times, self.tolerance, limit, references)

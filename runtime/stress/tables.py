@@ -108,9 +108,10 @@ def summary(found: StressMap) -> str:
     if missing := found.planned - len(found.points):
         names = [drive.name for drive in found.skipped]
         among = f", among them all of {_some(names)}" if names else ""
+        longest = f'; the longest takes --budget "{found.needed:.0f} s"' if found.needed > 1 else ""
         lines.append(
             f"for want of time {missing} of {found.planned} points are left{among}: run it again "
-            "to go on, or raise --budget"
+            f"to go on{longest}"
         )
     if found.wrong:
         lines.append("WRONG NUMBERS WITHOUT A WORD: take a smaller step or tolerance there")
