@@ -194,6 +194,13 @@ struct bgc_data {
     atomic_int stop;
 };
 
+/* The tolerance of state i at this size. */
+static inline double bgc_tolerance(const bgc_data *d, int i, double size) {
+    const double atol = d->core.atol > 0.0 ? d->core.atol : d->core.rtol * d->scale[i];
+
+    return atol + d->core.rtol * size;
+}
+
 /* --- instance.c */
 size_t bgc_saved_count(const bgc_model *m);
 

@@ -144,18 +144,11 @@ static double size_of(const bgc_data *d, const double *change, const double *siz
     return sqrt(sum / d->n_block);
 }
 
-/* The tolerance of a state of this size. */
-static double tolerance_of(const bgc_data *d, int i, double size) {
-    const double atol = d->core.atol > 0.0 ? d->core.atol : d->core.rtol * d->scale[i];
-
-    return atol + d->core.rtol * size;
-}
-
 /* Whether a correction is within the tolerances by so much. */
 static int is_within(const bgc_data *d, const double *change, const double *x, double part) {
     for (int k = 0; k < d->n_block; k++) {
         const int i = d->block[k];
-        if (!(fabs(change[k]) <= part * tolerance_of(d, i, fabs(x[i])))) {
+        if (!(fabs(change[k]) <= part * bgc_tolerance(d, i, fabs(x[i])))) {
             return 0;
         }
     }
@@ -345,7 +338,7 @@ static bgc_status measure(const bgc_model *m, bgc_data *d, int fixed, distance *
         const int i = d->block[k];
         const double size = fabs(d->next[i]), change = fabs(d->right[i]);
         const double allowed =
-            fixed ? left_alone * (d->scale[i] + size) : small * tolerance_of(d, i, size);
+            fixed ? left_alone * (d->scale[i] + size) : small * bgc_tolerance(d, i, size);
         if (change > found->excess * allowed || isnan(change)) { /* a NaN stays */
             found->excess = change / allowed;
             found->at_fault = i;

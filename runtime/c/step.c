@@ -301,9 +301,7 @@ static int worst_state(const bgc_model *m, const bgc_data *d) {
 
     for (int i = 0; i < m->n_state; i++) {
         const double size = fmax(fabs(d->x[i]), fabs(d->next[i]));
-        const double atol =
-            d->core.atol > 0.0 ? d->core.atol : d->core.rtol * d->scale[i];
-        const double error = fabs(d->error[i]) / (atol + d->core.rtol * size);
+        const double error = fabs(d->error[i]) / bgc_tolerance(d, i, size);
         if (error > worst) {
             worst = error;
             k = i;

@@ -49,13 +49,10 @@ void bgc_combine(int n, int count, const double *weight, const double *vectors, 
 /* Root mean square of v over the tolerances at a state between a and b. */
 double bgc_norm(const bgc_model *m, const bgc_data *d, const double *v, const double *a,
                 const double *b) {
-    const double rtol = d->core.rtol;
     double sum = 0.0;
 
     for (int i = 0; i < m->n_state; i++) {
-        const double size = fmax(fabs(a[i]), fabs(b[i]));
-        const double atol = d->core.atol > 0.0 ? d->core.atol : rtol * d->scale[i];
-        const double r = v[i] / (atol + rtol * size);
+        const double r = v[i] / bgc_tolerance(d, i, fmax(fabs(a[i]), fabs(b[i])));
         sum += r * r;
     }
     return m->n_state > 0 ? sqrt(sum / m->n_state) : 0.0;
