@@ -72,7 +72,8 @@ def no_reference(reasons: Sequence[str]) -> Diagnostic:
 def no_such_slot(pattern: str, slots: Sequence[str]) -> Diagnostic:
     """BG093: a slot that the scene does not have, or that nothing else fits
 
-    What: `--variants` takes paths of slots, with `*` for any part of one, or `all`.
+    What: `--variants` takes paths of slots, with `*` for any part of one, `all`, `activity`, or
+    lines as a scene says them, `use slot = type; set name = value`.
 
     Why: none of the scene's slots that something else fits is called so.
 
