@@ -31,6 +31,7 @@ from bgc.grammar.diagnostics import BgError, Diagnostic, as_error
 from bgc.graph import FlatGraph
 from bgc.options import Options
 from bgc.physics.checks import check_physics
+from bgc.physics.coefficients import passive_coefficients
 from bgc.program import Program
 from bgc.slicing.fold import Folding, fold_parameters
 from bgc.slicing.slice import slice_program
@@ -133,6 +134,7 @@ class Compilation:
             self.graph.requirements,
             content_of(self.emitted),
             depends_on_time(self.sliced),
+            passive_coefficients(self.graph),
         )
         places = places_of(self.emitted.lowered)
         built = Built(library, facts, (*self.warnings, *cache.warnings), places=places)

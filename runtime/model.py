@@ -13,6 +13,7 @@ import numpy as np
 from bgc.building.backends import BACKENDS
 from bgc.building.built import ENERGY_ACCOUNTS, Built, RunFacts
 from bgc.grammar.catalogue.arguments import no_duration
+from bgc.grammar.catalogue.physics import negative_value
 from bgc.grammar.catalogue.run import step_too_long
 from bgc.grammar.catalogue.trade import nothing_measured
 from bgc.grammar.diagnostics import BgError, Diagnostic
@@ -268,10 +269,7 @@ class Model:
         names = (*(v.name for v in self.measured), *accounts)
         place = {name: k for k, name in enumerate(names)}
         counts = instance.counts
-        if counts["coarsest"] > 0:
-            state = self.states[int(counts["coarsest_state"])].name
-            when, part = counts["coarsest_at"], counts["coarsest"]
-            notices = (*notices, step_too_long(when, state, part, method.step))
+        notices = (*notices, *self._oddities(instance, counts, method))
         return Result(
             scene=self.facts.scene,
             time=times,
@@ -283,6 +281,18 @@ class Model:
             accounts=self.accounts,
             notices=notices,
         )
+
+    def _oddities(
+        self, instance: Instance, counts: Mapping[str, float], method: Method
+    ) -> Iterator[Diagnostic]:
+        """What a run has to say of its parameters and of its steps: BG460, BG719."""
+        for name, what, element in self.facts.passive:
+            value = self.parameters.turned_negative(instance, name)
+            if value is not None:
+                yield negative_value(None, element, what, value, f", as `{name}` is given")
+        if counts["coarsest"] > 0:
+            state = self.states[int(counts["coarsest_state"])].name
+            yield step_too_long(counts["coarsest_at"], state, counts["coarsest"], method.step)
 
     def initial_state(self, parameters: Mapping[str, Quantity] | None = None) -> Array:
         """The state at time 0, SI, in the order of `states`."""

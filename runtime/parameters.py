@@ -96,6 +96,13 @@ class Parameters(Mapping[str, Parameter]):
             instance.set_parameter(self._index[name], number)
         return instance
 
+    def turned_negative(self, instance: Instance, name: str) -> float | None:
+        """The value of a parameter that is below zero by what was set; None of any other."""
+        index = self._index.get(name)
+        if index is None or (value := instance.parameter(index)) >= 0:
+            return None
+        return value if self._library.model.param[index].value >= 0 else None
+
     def given(self, changes: Mapping[str, Quantity]) -> dict[str, float]:
         """The values that were set, and some more, SI, by the names of scalar parameters."""
         values = dict(self._given)

@@ -21,9 +21,11 @@ def row_times(duration: float, every: float | None, step: float | None, columns:
     step is fixed, else at 1,000 equal intervals. The last row is at the end time exactly, even
     if the interval before it is shorter. `columns` serves to refuse what memory cannot hold.
     """
-    for name, value in (("duration", duration), ("every", every), ("step", step)):
+    for name, value in (("duration (--time)", duration), ("every", every), ("step", step)):
         if value is not None and not (math.isfinite(value) and value > 0):
             raise BgError([bad_option(name, value, "a positive time in seconds")])
+    if step is not None and step > duration:
+        raise BgError([bad_option("step", step, f"a time within the {duration:g} s of the run")])
     interval = every or step or duration / DEFAULT_ROWS
     ratio = duration / interval
     if (ratio + 2) * (columns + 1) * 8 > _memory() / 2:

@@ -37,6 +37,7 @@ ADAPTIVE_DEFAULT = "rodas5p"
 FIXED_DEFAULT = "ros34prw"
 AUTO = "auto"
 
+_TIGHTEST, _LOOSEST = 1e-15, 0.5  # relative tolerances: from rounding to no accuracy at all
 _ROWS_IN_A_STEP = 5
 _MESSAGE_LENGTH = 300  # characters of what a driver says
 _WATCH_SECONDS = 0.05  # how often a run is looked at: bounds the wait after Ctrl-C
@@ -108,6 +109,9 @@ def choose_method(
     for name, value in options.items():
         if not (math.isfinite(value) and value > 0):
             raise BgError([bad_option(name, value, "a positive number")])
+    if not _TIGHTEST <= options.get("rtol", _TIGHTEST) <= _LOOSEST:
+        wanted = f"a part of a value, between {_TIGHTEST:g} and {_LOOSEST:g}"
+        raise BgError([bad_option("rtol", options["rtol"], wanted)])
     name = solver or facts.solver or ""
     # What a caller asks for goes before what was measured without it.
     measured = name == AUTO and all(value is None for value in asked.values())

@@ -34,7 +34,8 @@ class RunFacts:
     `folded` are the parameters that were compiled in, zeros and ones. `requirements` are the
     accuracies asked for, by output, of which some may be no column. `content` tells apart models
     that differ in more than their text: it is a hash of what was compiled. `timed` says whether
-    rates or observed powers depend on the time itself.
+    rates or observed powers depend on the time itself. `passive` are the parameters that a run
+    should not make negative, each with what it is and of which element.
     """
 
     scene: str
@@ -52,6 +53,7 @@ class RunFacts:
     requirements: tuple[tuple[str, float], ...] = ()
     content: str = ""
     timed: bool = True
+    passive: tuple[tuple[str, str, str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +89,7 @@ def run_facts(
     requirements: Sequence[Requirement] = (),
     content: str = "",
     timed: bool = True,
+    passive: tuple[tuple[str, str, str], ...] = (),
 ) -> RunFacts:
     """Take from a scene what its run needs, and note what was folded and what is required."""
     solver = scene.solver
@@ -106,4 +109,5 @@ def run_facts(
         requirements=tuple((r.name, r.tolerance) for r in requirements),
         content=content,
         timed=timed,
+        passive=passive,
     )

@@ -26,8 +26,8 @@ def check_physics(graph: FlatGraph) -> tuple[Diagnostic, ...]:
     values of these, as they must hold for all. Elements of pseudo domains are left out: their
     effort times flow is no power.
 
-    Nothing is looked at again when parameters change at run time: a range (`in 0 .. 10`) is what
-    guards a parameter there.
+    Of this only the signs of single parameters are looked at again when a run changes them
+    (`coefficients`): a range (`in 0 .. 10`) is what guards a parameter there.
     """
     point, report = StartPoint(graph), Report()
     for element in graph.elements:

@@ -151,9 +151,10 @@ def bad_option(name: str, value: object, wanted: str, example: str = "1e-3") -> 
 
     What: a tolerance, a step, an interval or a duration is not a usable number.
 
-    Why: all of them have to be finite and positive.
+    Why: all of them have to be finite and positive, a relative tolerance between 1e-15, where
+    rounding begins, and 0.5, and a fixed step no longer than the run.
 
-    Example: `--step 0`.
+    Example: `--step 0`; `--rtol 1e300`.
 
     Way out: a positive number, in seconds where it is a time.
     """

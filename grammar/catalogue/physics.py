@@ -38,7 +38,7 @@ def not_symmetric(
     )
 
 
-def negative_value(span: Span, name: str, what: str, value: float, when: str) -> Diagnostic:
+def negative_value(span: Span | None, name: str, what: str, value: float, when: str) -> Diagnostic:
     """BG460: a negative resistance, inertia or compliance
 
     What: the number of a one-port R, C or I, or an entry of a diagonal matrix, is negative.

@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeVar
 
 import click
 
-from bgc.grammar.catalogue.arguments import bad_assignment
+from bgc.grammar.catalogue.arguments import bad_assignment, bad_option
 from bgc.grammar.catalogue.machine import cannot_write, unknown_file_kind
 from bgc.grammar.diagnostics import BgError
 
@@ -97,7 +97,10 @@ def read_point(at: str | None, steady: bool) -> float | Literal["steady"] | None
     if at is not None and steady:
         raise click.UsageError("--at and --steady exclude each other")
     if at is not None:
-        return read_quantity(at, "--at", "s")
+        time = read_quantity(at, "--at", "s")
+        if time < 0:
+            raise BgError([bad_option("--at", time, "a time in seconds from the start on")])
+        return time or None
     return "steady" if steady else None
 
 

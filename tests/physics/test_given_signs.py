@@ -1,0 +1,41 @@
+"""A parameter that a run makes negative is warned of as one that is written negative."""
+
+from pathlib import Path
+
+import pytest
+
+import bgc
+
+SOURCE = """
+model M {
+  param R = 5 ohm;
+  param L = 2 H;
+  param E = 1 V;
+  source : Se(e = E);
+  loop : J1;
+  r : R(R);
+  i : I(L);
+  source -> loop;
+  loop -> r, i;
+}
+scene s of M { observe i.f; run 10 ms; }
+"""
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    path = Path(tmp_path_factory.mktemp("signs"), "signs.bg")
+    path.write_text(SOURCE)
+    return bgc.compile(path)
+
+
+def test_a_resistance_that_is_set_negative_is_warned_of(model):
+    (warning,) = model.simulate(parameters={"R": -5}).warnings
+    assert warning.code == "BG460"
+    assert "resistance of `r`" in warning.message and "-5" in warning.message
+
+
+def test_what_may_be_negative_is_not(model):
+    assert not model.simulate(parameters={"E": -1}).warnings
+    assert not model.simulate(parameters={"R": 0.5}).warnings
+    assert not model.simulate().warnings
