@@ -199,6 +199,15 @@ def test_where_a_budget_ends_another_run_goes_on():
     assert part.points[0] in whole.points  # the same part of the scene, whatever the budget
 
 
+def test_what_the_longest_point_takes_is_told():
+    """A fixed step keeps its pace: 1e4 s take 2,500 times the 4 s of the scene."""
+    model = compile_model(MODELS, "undamped")
+    short, long = (stress(model, [f"step=1 ms, {t}"], budget=0) for t in ("2 ms", "4 ms"))
+    assert short.needed == pytest.approx(long.needed)  # both points run over the whole scene
+    every = stress(model, budget=0)
+    assert every.needed == pytest.approx(10000 / every.duration * short.needed)
+
+
 def test_short_steps_are_taken_over_a_part_of_the_scene():
     model = compile_model(MODELS, "undamped")
     found = stress(model, ["step=1e-9, 1e-3 s"], duration=100)
