@@ -52,7 +52,8 @@ double bgc_norm(const bgc_model *m, const bgc_data *d, const double *v, const do
     double sum = 0.0;
 
     for (int i = 0; i < m->n_state; i++) {
-        const double r = v[i] / bgc_tolerance(d, i, fmax(fabs(a[i]), fabs(b[i])));
+        const double p = fabs(a[i]), q = fabs(b[i]);
+        const double r = v[i] / bgc_tolerance(d, i, p > q ? p : q); /* fmax would be a call */
         sum += r * r;
     }
     return m->n_state > 0 ? sqrt(sum / m->n_state) : 0.0;
