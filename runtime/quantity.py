@@ -1,4 +1,4 @@
-"""Numbers with units, as a user gives them at run time: `7`, `7 t`, `45 deg`."""
+"""Numbers with units, as a user gives and gets them at run time: `7`, `7 t`, `45 deg`."""
 
 from __future__ import annotations
 
@@ -25,6 +25,14 @@ def read_quantity(text: str, name: str, unit: str) -> float:
     if not math.isfinite(number) or (rest and not rest[0].isspace()):
         raise BgError([not_a_value(text, name)])
     return number * _factor(rest.strip(), name, unit) if rest else number
+
+
+def spelled_time(seconds: float) -> str:
+    """A time with the unit that suits it, in digits that lose nothing."""
+    for size, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "us")):
+        if seconds >= 0.999999 * size:
+            return f"{seconds / size:.12g} {unit}"
+    return f"{seconds * 1e9:.12g} ns"
 
 
 def _factor(given: str, name: str, unit: str) -> float:

@@ -19,12 +19,12 @@ from bgc.runtime.activity.powers import Activity, activities, metered_model
 from bgc.runtime.activity.store import keep_variants
 from bgc.runtime.binding import Array
 from bgc.runtime.compiling import load_model
+from bgc.runtime.measuring.errors import largest_errors, quantities_of, worst_of
+from bgc.runtime.measuring.timed import Run, timed_run
 from bgc.runtime.model import Model
 from bgc.runtime.progress import ProgressBar
 from bgc.runtime.rows import row_times
 from bgc.runtime.run import Method, choose_method
-from bgc.runtime.trade.errors import largest_errors, quantities_of, worst_of
-from bgc.runtime.trade.measure import Run, timed_run
 from bgc.variants import Change, with_changes
 
 NEGLIGIBLE = 0.01

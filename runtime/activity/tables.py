@@ -9,7 +9,7 @@ from bgc.cost import Cost
 from bgc.printing.tables import Table
 from bgc.runtime.activity.activity import ActivityReport, Trial
 from bgc.runtime.activity.powers import by_part
-from bgc.runtime.trade.configurations import spelled_time
+from bgc.runtime.quantity import spelled_time
 
 _SHOWN = 0.9999  # of all activity: the parts that make it up are listed one by one
 

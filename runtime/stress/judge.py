@@ -9,12 +9,12 @@ from enum import Enum
 import numpy as np
 
 from bgc.runtime.binding import Array, Status
+from bgc.runtime.measuring.errors import combined, largest_errors, quantities_of
+from bgc.runtime.measuring.timed import Run, timed_run
 from bgc.runtime.model import Model
 from bgc.runtime.result import unbalanced
 from bgc.runtime.run import Method
 from bgc.runtime.stress.ringing import ringing_at_start
-from bgc.runtime.trade.errors import combined, largest_errors, quantities_of
-from bgc.runtime.trade.measure import Run, timed_run
 
 WRONG = 0.1  # of the range: an error from which on a number has nothing to say any more
 _OF_TOLERANCE = 100.0  # times the tolerance of a step: what a whole run may add up to

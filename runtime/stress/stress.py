@@ -15,6 +15,7 @@ from bgc.grammar.catalogue.arguments import no_duration
 from bgc.grammar.catalogue.stress import nominal_run_failed, nothing_to_judge
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.compiling import compile_model
+from bgc.runtime.measuring.timed import timed_run
 from bgc.runtime.model import Model
 from bgc.runtime.progress import ProgressBar
 from bgc.runtime.run import ADAPTIVE_DEFAULT, FIXED_DEFAULT, Method, choose_method
@@ -36,7 +37,6 @@ from bgc.runtime.stress.judge import (
     limited_run,
 )
 from bgc.runtime.stress.store import Settings, Store, open_store
-from bgc.runtime.trade.measure import timed_run
 
 WITHIN = 1e-3
 BUDGET = 120.0

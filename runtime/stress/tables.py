@@ -11,10 +11,10 @@ from typing import Any
 
 from bgc.printing.tables import Table
 from bgc.runtime.files import written_whole
+from bgc.runtime.quantity import spelled_time
 from bgc.runtime.stress.drives import STEP, Drive
 from bgc.runtime.stress.judge import Judgement, Verdict
 from bgc.runtime.stress.stress import Point, StressMap
-from bgc.runtime.trade.configurations import spelled_time
 
 _NAMED = 6  # of many drives
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 
+from bgc.runtime.quantity import spelled_time
 from bgc.runtime.run import Method
 from bgc.variants import Change
 
@@ -70,14 +71,6 @@ class Configuration:
     def ladder(self) -> tuple[str, int, tuple[Change, ...]]:
         """What configurations that differ in their step or tolerance alone have in common."""
         return self.solver, self.keep, self.changes
-
-
-def spelled_time(seconds: float) -> str:
-    """A time with the unit that suits it, in digits that lose nothing."""
-    for size, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "us")):
-        if seconds >= 0.999999 * size:
-            return f"{seconds / size:.12g} {unit}"
-    return f"{seconds * 1e9:.12g} ns"
 
 
 def scene_configurations(

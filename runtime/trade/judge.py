@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from bgc.runtime.trade.configurations import Configuration, spelled_time
-from bgc.runtime.trade.errors import Quantity, combined, worst_of
+from bgc.runtime.measuring.errors import Quantity, combined, worst_of
+from bgc.runtime.quantity import spelled_time
+from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 
 DEFAULT_ACCURACY = 1e-3  # of the range, where a scene requires nothing

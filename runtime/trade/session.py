@@ -10,13 +10,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bgc.runtime.binding import Array
+from bgc.runtime.measuring.errors import combined, largest_errors, quantities_of
+from bgc.runtime.measuring.timed import Run, paced_worst, timed_run
 from bgc.runtime.model import Model
 from bgc.runtime.progress import ProgressBar
 from bgc.runtime.run import Method
 from bgc.runtime.trade.configurations import Configuration
-from bgc.runtime.trade.errors import combined, largest_errors, quantities_of
 from bgc.runtime.trade.judge import Target, front
-from bgc.runtime.trade.measure import Run, paced_worst, timed_run
 from bgc.runtime.trade.measurement import DONE, OUT_OF_BUDGET, REFUSED, Measurement
 from bgc.runtime.trade.reference import Reference, find_reference
 from bgc.runtime.trade.store import Store

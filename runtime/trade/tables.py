@@ -13,7 +13,7 @@ from bgc.runtime.trade.judge import spelled, times_real_time
 from bgc.runtime.trade.measurement import FAILED, OUT_OF_BUDGET, REFUSED, Measurement
 
 if TYPE_CHECKING:
-    from bgc.runtime.trade.errors import Quantity
+    from bgc.runtime.measuring.errors import Quantity
     from bgc.runtime.trade.trade import Trade
     from bgc.runtime.trade.variants import Variant
 

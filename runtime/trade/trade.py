@@ -12,6 +12,7 @@ from bgc.grammar.catalogue.arguments import bad_option, no_duration, unknown_sol
 from bgc.grammar.catalogue.trade import nothing_to_measure
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.compiling import compile_model
+from bgc.runtime.measuring.errors import Quantity
 from bgc.runtime.model import Model
 from bgc.runtime.parameters import Quantity as Value
 from bgc.runtime.rows import row_times
@@ -24,7 +25,6 @@ from bgc.runtime.trade.configurations import (
     scene_configurations,
     step_ladder,
 )
-from bgc.runtime.trade.errors import Quantity
 from bgc.runtime.trade.judge import Target, Verdict, judge
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 from bgc.runtime.trade.reference import Reference

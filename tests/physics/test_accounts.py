@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from bgc.runtime.measuring.timed import timed_run
 from bgc.runtime.run import Method
-from bgc.runtime.trade.measure import timed_run
 
 SOLVERS = ("rodas5p", "rodas4p2", "radau5", "dopri5")
 

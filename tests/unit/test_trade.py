@@ -19,9 +19,9 @@ from bgc.building.backends import BACKENDS, Backend
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.activity.activity import activity_report
 from bgc.runtime.cli.app import application
+from bgc.runtime.measuring.timed import paced_worst, timed_run
 from bgc.runtime.trade import session as session_module
 from bgc.runtime.trade.configurations import Configuration
-from bgc.runtime.trade.measure import paced_worst, timed_run
 from bgc.runtime.trade.store import open_store
 from bgc.runtime.trade.tables import unfinished
 from bgc.variants import Change

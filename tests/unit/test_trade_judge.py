@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from bgc.grammar.diagnostics import BgError
+from bgc.runtime.measuring.errors import Quantity, combined, quantities_of
+from bgc.runtime.measuring.timed import Run
 from bgc.runtime.model import Variable
+from bgc.runtime.quantity import spelled_time
 from bgc.runtime.trade.configurations import (
     Configuration,
     round_step,
     scene_configurations,
-    spelled_time,
     step_ladder,
 )
-from bgc.runtime.trade.errors import Quantity, combined, quantities_of
 from bgc.runtime.trade.judge import Target, front, judge
-from bgc.runtime.trade.measure import Run
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement, measurement_from_json
 from bgc.runtime.trade.reference import find_reference
 from bgc.variants import Change

@@ -1,0 +1,1 @@
+"""Runs under a clock, and how far they are from others: what trade, stress and activity share."""
