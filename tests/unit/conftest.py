@@ -18,7 +18,7 @@ import numpy.typing as npt
 import pytest
 
 import bgc.runtime
-from bgc.runtime.binding import Status
+from bgc.runtime.binding import CountsStruct, Status
 
 RUNTIME = Path(bgc.runtime.__file__).parent / "c"
 MODELS = Path(__file__).parent / "cmodels"
@@ -38,28 +38,6 @@ class Options(ctypes.Structure):
         ("max_steps", c_long),
         ("keep", c_int),
         ("accounts", c_int),
-    )
-
-
-class Counts(ctypes.Structure):
-    _fields_ = tuple(
-        [
-            (name, c_long)
-            for name in (
-                "steps",
-                "rejected",
-                "rhs",
-                "jacobians",
-                "factorisations",
-                "solves",
-                "refinements",
-                "fallbacks",
-                "samples",
-                "events",
-            )
-        ]
-        + [(name, c_double) for name in ("last_step", "worst_step_seconds", "run_seconds")]
-        + [("worst_sample_seconds", c_double)]
     )
 
 
@@ -153,8 +131,8 @@ class Instance:
         return np.ctypeslib.as_array(self.library.bgc_input(self.data), (self.inputs,))
 
     @property
-    def counts(self) -> Counts:
-        counts: Counts = self.library.bgc_get_counts(self.data).contents
+    def counts(self) -> CountsStruct:
+        counts: CountsStruct = self.library.bgc_get_counts(self.data).contents
         return counts
 
 
@@ -170,7 +148,7 @@ def declare(library: ctypes.CDLL) -> None:
     library.bgc_state.restype = POINTER(c_double)
     library.bgc_input.restype = POINTER(c_double)
     library.bgc_save_size.restype = c_size_t
-    library.bgc_get_counts.restype = POINTER(Counts)
+    library.bgc_get_counts.restype = POINTER(CountsStruct)
     library.bgc_close_devices.restype = None
     library.bgc_stop.restype = None
 
