@@ -120,10 +120,17 @@ def test_zeros_that_only_an_identity_shows_are_seen() -> None:
         ("min(c, low)", False),
         ("max(c, limit)", False),
         ("max(c, -limit) - min(c, limit*2)", True),
+        ("max(c, limit*depth)", True),  # depth is never positive
+        ("min(c, limit*depth)", False),
+        ("min(c, depth*depth)", True),
+        ("max(c, depth - limit)", True),
+        ("min(c, limit - other)", False),  # of two that are never negative
+        ("max(c, limit - other)", False),
     ],
 )
 def test_clamps_are_told_by_the_ranges_of_parameters(clamp: str, stays: bool) -> None:
-    text = f"param limit = 2 in 0 .. 5; param low = -1; state c; der(c) = {clamp};"
+    limits = "param limit = 2 in 0 .. 5; param other = 3 in 0 .. 5; param depth = -1 in -5 .. 0;"
+    text = f"{limits} param low = -1; state c; der(c) = {clamp};"
     assert bool(invariants(beside(text, observe="c"))) is stays
 
 
