@@ -45,7 +45,8 @@ typedef struct {
  * eigenvectors given, to a real eigenvalue (where stages is odd) and to a complex one and its
  * conjugate (where there is more than one stage); left times right is 1. Then
  *   y1 = y + sum last_i Z_i,
- *   error = (lambda / h M - J)^-1 (f(t, y) + M sum e_i Z_i / h). */
+ *   error = (lambda / h M - J)^-1 (f(t, y) + M sum e_i Z_i / h)
+ * (with embedded = 0 the term in parentheses alone, see watch.c). */
 typedef struct {
     int stages, order;
     int embedded; /* order of the embedded solution; 0: fixed steps only */
@@ -244,7 +245,7 @@ bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const do
 
 /* --- watch.c */
 void bgc_reset_watch(const bgc_model *m, bgc_data *d);
-void bgc_watch_step(const bgc_model *m, bgc_data *d, const bgc_tableau *method, double t);
+void bgc_watch_step(const bgc_model *m, bgc_data *d, const bgc_method *method, double t);
 void bgc_judge_steps(const bgc_model *m, bgc_data *d);
 
 /* --- consistent.c */
