@@ -63,6 +63,12 @@ def test_the_diagonal_is_preferred() -> None:
     assert sorted(zip(plan.rows, plan.columns, strict=True)) == [(0, 0), (1, 1)]
 
 
+def test_pivots_are_among_what_is_surely_there() -> None:
+    sure = {(0, 2), (1, 0), (2, 1)}
+    plan = plan_pattern(3, sure, {(0, 1), (1, 2), (2, 0)})
+    assert set(zip(plan.rows, plan.columns, strict=True)) == sure
+
+
 def test_a_row_without_a_pivot_is_a_bug_upstream() -> None:
     with pytest.raises(AssertionError, match="singular"):
         plan_pattern(2, {(0, 0)}, {(1, 0)})

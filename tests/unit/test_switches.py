@@ -83,6 +83,12 @@ def test_switches_of_time_come_first_and_inputs_do_not_make_them_less_timed(make
     assert first.timed and not second.timed
 
 
+def test_a_switch_of_state_and_time_is_not_timed(make: Maker) -> None:
+    dag = make.dag
+    (both,) = make.switches(dag.call(Op.LT, make.x, dag.call(Op.SIN, make.t)))
+    assert not both.timed and both.states == ("x0",)
+
+
 def test_a_law_that_is_continuous_at_its_switch_is_known_to_be(make: Maker) -> None:
     dag, x, p = make.dag, make.x, make.p
     over = dag.sub(x, p)
