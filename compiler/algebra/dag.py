@@ -125,7 +125,7 @@ class Dag:
         self.symbols: list[Symbol] = []
         self.places: dict[int, Span] = {}
         self._nodes: dict[tuple[int, int, int, int], int] = {}
-        self._constant_nodes: dict[Fraction, int] = {}
+        self._constant_nodes: dict[tuple[int, int], int] = {}
         self._symbol_nodes: dict[Symbol, int] = {}
         self.zero = self.const(0)
         self.one = self.const(1)
@@ -150,12 +150,12 @@ class Dag:
 
     def const(self, value: int | float | Fraction) -> int:
         """The node of an exact constant; a float stands for the rational it is exactly."""
-        exact = Fraction(value)
-        node = self._constant_nodes.get(exact)
+        ratio = value.as_integer_ratio()  # hashed many times faster than a Fraction
+        node = self._constant_nodes.get(ratio)
         if node is None:
-            self.constants.append(exact)
+            self.constants.append(Fraction(value))
             node = self._append(Op.CONST, len(self.constants) - 1, -1, -1, Level.CONST)
-            self._constant_nodes[exact] = node
+            self._constant_nodes[ratio] = node
         return node
 
     def symbol(self, kind: Kind, index: int = 0) -> int:
