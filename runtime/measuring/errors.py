@@ -43,9 +43,9 @@ def quantities_of(
     sizes = np.max(np.abs(reference), axis=0)
     scales = []
     for k, variable in enumerate(variables):
-        vector = _vector(variable.name)
+        vector = vector_of(variable.name)
         alike = [
-            i for i, v in enumerate(variables) if i == k or (vector and _vector(v.name) == vector)
+            i for i, v in enumerate(variables) if i == k or (vector and vector_of(v.name) == vector)
         ]
         of_unit = [i for i, v in enumerate(variables) if v.unit == variable.unit]
         least = _HARDLY_MOVES * max(sizes[i] for i in of_unit)
@@ -62,7 +62,7 @@ def quantities_of(
     )
 
 
-def _vector(name: str) -> str:
+def vector_of(name: str) -> str:
     """The vector that a component belongs to; empty for a scalar."""
     return name[: found.start()] if (found := _COMPONENT.search(name)) else ""
 

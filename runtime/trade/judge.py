@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from bgc.runtime.measuring.errors import Quantity, combined, worst_of
+from bgc.runtime.measuring.errors import Quantity, combined, vector_of, worst_of
 from bgc.runtime.quantity import spelled_time
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
@@ -180,12 +180,26 @@ def _of_finest(rows: Sequence[Measurement], what: str, target: Target) -> str:
     """The most accurate, and the `require` that it would meet."""
     row = min(rows, key=target.error)
     text = f"{what} is {row.configuration.label} with {_error(row, target)}"
-    short = [
-        f"`require {quantity.name} within {_above(error)} {quantity.unit}".rstrip() + ";`"
-        for quantity, error in zip(target.quantities, row.errors, strict=True)
-        if quantity.required and error > quantity.scale
-    ]
-    return f"{text}: {' and '.join(short)} would be met." if short else f"{text}."
+    short: dict[str, tuple[float, str]] = {}
+    for quantity, error in zip(target.quantities, row.errors, strict=True):
+        if quantity.required and error > quantity.scale:
+            name = _as_required(quantity, target)
+            short[name] = max(short.get(name, (0.0, "")), (error, quantity.unit))
+    if not short:
+        return f"{text}."
+    lines = (
+        f"`require {name} within {_above(error)} {unit}".rstrip() + ";`"
+        for name, (error, unit) in short.items()
+    )
+    return f"{text}: {' and '.join(lines)} would be met."
+
+
+def _as_required(quantity: Quantity, target: Target) -> str:
+    """The name that a scene gives it: the vector's where all components are required alike."""
+    vector = vector_of(quantity.name)
+    alike = [q for q in target.quantities if vector and vector_of(q.name) == vector]
+    whole = alike and all(q.required and q.scale == quantity.scale for q in alike)
+    return vector if whole else quantity.name
 
 
 def _of_quickest(rows: Sequence[Measurement], what: str, target: Target) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import matplotlib
 
 from bgc.runtime.files import written_whole
+from bgc.runtime.measuring.errors import combined
 from bgc.runtime.trade.measurement import Measurement
 from bgc.runtime.trade.tables import (
     VARIANT_HEADER,
@@ -78,7 +79,10 @@ def page(trade: Trade) -> str:
     title = f"{trade.scene} of {trade.model}: speed against accuracy"
     warnings = "".join(f'<p class="warning">{escape(text)}</p>\n' for text in trade.warnings)
     facts = "".join(f"<li>{escape(line)}</li>\n" for (line,) in reference_lines(trade))
-    levels = ", ".join(f"rtol {rtol:g}: {error:.1e}" for rtol, error in trade.reference.levels)
+    levels = ", ".join(
+        f"rtol {rtol:g}: {combined(agreement, trade.quantities):.1e}"
+        for rtol, agreement in trade.reference.levels
+    )
     made = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     return f"""<!doctype html>
 <html lang="en">

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from bgc.grammar.catalogue.trade import no_reference
@@ -29,7 +29,7 @@ class Reference:
     """A solution, its rows (n, m), and by how much two methods at `rtol` differ in it.
 
     `agreement` is the largest difference of each quantity, in its unit, `accuracy` the combined
-    one, in the terms of the combined error. `levels` has the accuracy at each tolerance that was
+    one, in the terms of the combined error. `levels` has the agreement at each tolerance that was
     tried. `seconds` is the time that the slower of the two methods took.
     """
 
@@ -38,7 +38,7 @@ class Reference:
     rtol: float
     agreement: tuple[float, ...]
     accuracy: float
-    levels: tuple[tuple[float, float], ...]
+    levels: tuple[tuple[float, tuple[float, ...]], ...]
     seconds: float
     required: bool
 
@@ -46,6 +46,11 @@ class Reference:
     def converged(self) -> bool:
         """Whether the methods agree well below what is asked for, or below a part of the range."""
         return self.accuracy <= (_OF_REQUIRED if self.required else _OF_RANGE)
+
+    def asked(self, quantities: Sequence[Quantity], required: bool) -> Reference:
+        """The same for other quantities or other tolerances that are required of them."""
+        accuracy = combined(self.agreement, quantities)
+        return replace(self, accuracy=accuracy, required=required)
 
 
 def find_reference(
@@ -73,7 +78,7 @@ def find_reference(
     methods = list(METHODS)
     reasons: list[str] = []
     best: Reference | None = None
-    levels: list[tuple[float, float]] = []
+    levels: list[tuple[float, tuple[float, ...]]] = []
     for rtol in RTOLS:
         runs: dict[str, Run] = {}
         for name in list(methods):
@@ -92,7 +97,7 @@ def find_reference(
             break
         methods = list(runs)
         found = _compared(model, requirements, runs, rtol)
-        levels.append((rtol, found.accuracy))
+        levels.append((rtol, found.agreement))
         best = found if best is None or found.accuracy < best.accuracy else best
         # The next level takes about three times as long as this one.
         if best.accuracy < _ROUNDING or end - time.monotonic() < 6 * found.seconds:

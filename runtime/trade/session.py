@@ -73,9 +73,11 @@ class Session:
         return bool(self.model.library.model.n_device)
 
     def reference(self) -> Reference:
-        """The stored reference, or a new one."""
+        """The stored reference in the terms of what is asked now, or a new one."""
+        requirements = dict(self.model.facts.requirements)
         if (stored := self.store.reference()) is not None:
-            return stored
+            quantities = quantities_of(self.model.measured, stored.rows, requirements)
+            return stored.asked(quantities, bool(requirements))
         self.store.clear()  # what was measured against another one
         with ProgressBar(self.duration, self.progress, "reference") as bar:
 
@@ -84,7 +86,6 @@ class Session:
                     self.model, method, self.times, accounts=False, limit=seconds, watch=bar.show
                 )
 
-            requirements = dict(self.model.facts.requirements)
             share = _REFERENCE_SHARE * self.left
             found = find_reference(self.model, requirements, solve, share)
         self.store.keep_reference(found)

@@ -68,7 +68,7 @@ class Store:
                 rtol=about["rtol"],
                 agreement=tuple(about["agreement"]),
                 accuracy=about["accuracy"],
-                levels=tuple((rtol, accuracy) for rtol, accuracy in about["levels"]),
+                levels=tuple((rtol, tuple(map(float, each))) for rtol, each in about["levels"]),
                 seconds=about["seconds"],
                 required=about["required"],
             )

@@ -370,6 +370,20 @@ def test_what_is_required_need_not_be_observed(tmp_path: Path) -> None:
     ]
 
 
+def test_the_stored_reference_is_judged_by_what_is_required_now(tmp_path: Path) -> None:
+    found = {}
+    for tolerance in ("1 um", "1e-17 m"):
+        path = written(tmp_path, REQUIRING.replace("1 um", tolerance))
+        found[tolerance] = quick(path)
+    first, second = found["1 um"].reference, found["1e-17 m"].reference
+    assert np.array_equal(first.rows, second.rows)  # nothing was solved again
+    assert second.accuracy == pytest.approx(1e11 * first.accuracy)
+    assert first.converged and not second.converged
+    assert found["1e-17 m"].recommended is None
+    free = quick(written(tmp_path, REQUIRING.replace("require x within 1 um;", "")))
+    assert free.reference.converged and not free.reference.required
+
+
 def test_a_column_may_be_required_by_its_name_or_by_what_it_is(tmp_path: Path) -> None:
     for text in ("require x within 1 mm;", "require spring.q within 1 mm;"):
         model = bgc.compile(written(tmp_path, OSCILLATOR.replace("run 2 s;", f"{text} run 2 s;")))

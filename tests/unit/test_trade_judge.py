@@ -83,6 +83,19 @@ def test_why_nothing_is_accurate_enough_and_what_would_be() -> None:
     assert "`require tip within 0.02 m;` would be met" in verdict.sentence
 
 
+def test_a_vector_is_named_as_a_whole_where_all_of_it_is_required() -> None:
+    def wanted(*scales: float) -> str:
+        quantities = tuple(
+            Quantity(f"tip[{k + 1}]", "m", scale, required=scale < 1, decides=scale < 1)
+            for k, scale in enumerate(scales)
+        )
+        row = Measurement(MIDDLE, "done", errors=(3e-3, 4.21e-3), cpu=1e-3, repeats=3)
+        return judge((row,), Target(quantities, required=True)).sentence
+
+    assert "`require tip within 0.0043 m;` would be met" in wanted(1e-3, 1e-3)
+    assert "`require tip[2] within 0.0043 m;` would be met" in wanted(2.0, 1e-3)
+
+
 def test_why_nothing_is_in_time_and_the_nearest_on_each_side() -> None:
     paced = measured(DEAR, error=1e-6, cpu=0.02, worst=7e-3, paced=2e-3)
     verdict = judge((ROWS[0], paced), target(deadline=1e-3))
