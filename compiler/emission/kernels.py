@@ -367,8 +367,8 @@ def _functions(
         # What is written in place is only read here: new values wait in w.
         declared = _declared(passed, () if kernel.in_place else results, numbers, "restrict ")
         part = f"{own}_{k}"
-        arrays = [name for name in passed if name != "t" and numbers is DOUBLES]
-        lines, places = repointed(chunk.lines, arrays)
+        arrays = [name for name in passed if name != "t"]
+        lines, places = repointed(chunk.lines, arrays, numbers.reach)
         parts.append(_function(f"static void {part}", declared, lines, chunk.used))
         calls.append(f"{part}({', '.join(pointed(name, places) for name in passed)});")
         used |= chunk.used

@@ -239,6 +239,7 @@ class Numbers:
 
     `prefix` begins the names of functions that belong to one unit, `shared` of those that units
     share, `function` of mathematical ones. A long function is cut into parts of `part` operations.
+    So many numbers before and behind a pointer as `reach` are near: see `windows.py`.
     """
 
     type: str
@@ -246,6 +247,7 @@ class Numbers:
     shared: str
     function: str
     part: int
+    reach: int
     printer: Callable[[Dag, Mapping[Node, str]], Printer]
 
     def constant(self, text: str) -> str:
@@ -253,5 +255,5 @@ class Numbers:
         return f"{self.type}_of({text})" if self.function else text
 
 
-DOUBLES = Numbers("double", "model", "bgc_model", "", 100, Printer)
-LANES = Numbers("lane", "lanes", "bgc_lanes", "lane_", 250, LanePrinter)
+DOUBLES = Numbers("double", "model", "bgc_model", "", 100, 16, Printer)
+LANES = Numbers("lane", "lanes", "bgc_lanes", "lane_", 250, 128, LanePrinter)

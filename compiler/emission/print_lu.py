@@ -283,8 +283,8 @@ def _unrolled_solve(slots: _Slots, shared: bool, numbers: Numbers) -> str:
 
 
 def _near(statements: Sequence[str], numbers: Numbers) -> tuple[list[str], dict[str, int]]:
-    """The statements of a part, its pointers near what it uses; vectors reach far."""
-    return repointed(statements, () if numbers is LANES else ("m", "jac", "lu", "b"))
+    """The statements of a part, its pointers near what it uses."""
+    return repointed(statements, ("m", "jac", "lu", "b"), numbers.reach)
 
 
 def _in_chunks(statements: Iterable[tuple[str, int]]) -> list[list[str]]:

@@ -12,11 +12,13 @@ REACH = range(-16, 16)
 
 def test_near_accesses_keep_their_indices():
     lines = ["w[3] = x[15] * h[0];"]
-    assert repointed(lines, ("w", "x", "h")) == (lines, {})
+    assert repointed(lines, ("w", "x", "h"), 16) == (lines, {})
 
 
 def test_far_accesses_count_from_the_place():
-    lines, places = repointed(["jac[400] = x[2] * w[17];", "jac[431] = -jac[400];"], ("jac", "x"))
+    lines, places = repointed(
+        ["jac[400] = x[2] * w[17];", "jac[431] = -jac[400];"], ("jac", "x"), 16
+    )
     assert places == {"jac": 416}
     assert lines == ["jac[-16] = x[2] * w[17];", "jac[15] = -jac[-16];"]
     assert pointed("jac", places) == "jac + 416" and pointed("x", places) == "x"
@@ -24,7 +26,7 @@ def test_far_accesses_count_from_the_place():
 
 def test_arrays_that_loops_run_over_stay_as_they_are():
     lines = ["w[90] = x[80];", "for (int k = 60; k < 70; k++) w[k] = h[k + 3];"]
-    moved, places = repointed(lines, ("w", "x", "h"))
+    moved, places = repointed(lines, ("w", "x", "h"), 16)
     assert places == {"x": 80}
     assert moved == ["w[90] = x[0];", lines[1]]
 
@@ -34,6 +36,6 @@ def test_no_place_has_more_accesses_near(indices):
     def near(place):
         return sum(index - place in REACH for index in indices)
 
-    place = best_place(Counter(indices))
+    place = best_place(Counter(indices), 16)
     assert 0 <= place <= max(indices, default=0)
     assert near(place) == max(near(other) for other in range(201))
