@@ -341,6 +341,7 @@ static double drift_error(const bgc_core *core, const bgc_balance *balance, doub
  * f - M y'; 0 for other methods. */
 static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     const double middle = 0.5 * (d->core.t_old + d->core.t_end);
+    const double h = d->core.t_end - d->core.t_old;
     const int blind = method->tableau == NULL || method->tableau->blind;
 
     if (!blind || d->core.dense != BGC_DENSE_READY) {
@@ -359,6 +360,11 @@ static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *met
     }
     if (bgc_first_bad(m->n_state, d->right) >= 0 || bgc_solve(m, d, d->right) != BGC_OK) {
         return HUGE_VAL;
+    }
+    for (int i = 0; i < m->n_state; i++) { /* less what the rounding of the times makes of it */
+        const double rounding = bgc_of_the_time * fabs(middle * (d->y1[i] - d->y0[i]) / h);
+        const double off = fabs(d->right[i]);
+        d->right[i] = off <= rounding ? 0.0 : off - rounding;
     }
     return bgc_norm(m, d, d->right, d->x, d->next);
 }
