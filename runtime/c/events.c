@@ -216,11 +216,9 @@ static double locate(const bgc_model *m, bgc_data *d, route way, int k, double l
  * ends at the event of a switch that depends on time alone, it does so on purpose. */
 static double locate_first(const bgc_model *m, bgc_data *d, route way, double low, double high,
                            const double *z_low, double *z_high) {
-    const double end = high;
-
     for (int k = 0; k < m->n_switch; k++) {
         const int timed = m->switch_info[k].timed;
-        if ((way == AHEAD && !timed) || (way == ALONG_STEP && timed && high == end) ||
+        if ((way == AHEAD && !timed) || (way == ALONG_STEP && timed && high == d->core.t_end) ||
             !has_left(m, d, k, z_high[k])) {
             continue;
         }
