@@ -369,6 +369,44 @@ static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *met
     return bgc_norm(m, d, d->right, d->x, d->next);
 }
 
+/* J times v at (t, x); 0 where that is not finite. Spoils the Jacobian that is kept. */
+static int multiply_jacobian(const bgc_model *m, bgc_data *d, double t, const double *x,
+                             const double *v, double *out) {
+    m->jacobian(d->h, t, x, d->u, d->jac, d->dfdt, d->work);
+    d->core.counts.jacobians++;
+    d->core.jac_valid = 0;
+    memset(out, 0, (size_t)m->n_state * sizeof *out);
+    for (int k = 0; k < m->n_jac; k++) {
+        out[m->jac_row[k]] += d->jac[k] * v[m->jac_col[k]];
+    }
+    return bgc_first_bad(m->n_state, out) < 0;
+}
+
+/* The first step of an implicit method, shorter where J falls at once from what it is at the start,
+ * as 2/t does: the error estimate is seen through (M/(h gamma) - J)^-1 with the J of the start, and
+ * tells nothing of states that are stiff there and not any more at the end. */
+static double trust_first_step(const bgc_model *m, bgc_data *d, double h) {
+    double *tangent = d->next, *before = d->right, *after = d->magnitude;
+
+    for (int i = 0; i < m->n_state; i++) {
+        tangent[i] = d->f[i] * d->inverse_mass[i];
+    }
+    if (!multiply_jacobian(m, d, d->core.t, d->x, tangent, before)) {
+        return h;
+    }
+    while (h * bgc_norm(m, d, before, d->x, d->x) > bgc_norm(m, d, tangent, d->x, d->x)) {
+        for (int i = 0; i < m->n_state; i++) {
+            d->point[i] = d->x[i] + h * tangent[i];
+        }
+        if (!multiply_jacobian(m, d, d->core.t + h, d->point, tangent, after) ||
+            bgc_norm(m, d, after, d->x, d->x) > 0.5 * bgc_norm(m, d, before, d->x, d->x)) {
+            break;
+        }
+        h *= 0.1;
+    }
+    return h;
+}
+
 static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double q = bgc_embedded(method) + 1;
@@ -385,6 +423,10 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     }
     if (core->h_next <= 0.0) {
         core->h_next = core->step > 0.0 ? core->step : first_step(m, d, bgc_embedded(method));
+    }
+    if (core->counts.steps + core->counts.rejected == core->counts.events &&
+        core->counts.events < 2 && !bgc_is_explicit(method)) { /* an event may be at the start */
+        core->h_next = trust_first_step(m, d, core->h_next);
     }
     h = limit_step(core, &t_new);
     if (core->rejected && h < fmax(16.0 * DBL_EPSILON * fabs(core->t), 1e-30)) {

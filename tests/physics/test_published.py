@@ -78,6 +78,12 @@ def chapman() -> End:
     return {"O": 0.0, "O3": float(y[1])}
 
 
+def lane_emden() -> End:
+    """Published."""
+    square = 1 + 100 / 3
+    return {"y": square**-0.5, "v": -10 / 3 * square**-1.5}
+
+
 # Problem -> the end, methods, tolerances, and the most that the error may be of a tolerance. The
 # orbit carries an error along itself, the last jump one of time.
 PROBLEMS = {
@@ -85,6 +91,7 @@ PROBLEMS = {
     "finite_elements": (finite_elements, STIFF, (1e-5, 1e-9), 1),
     "heat_square": (heat_square, ALL, (1e-5, 1e-8), 1),
     "kepler": (kepler, ALL, (1e-5, 1e-8, 1e-12), 2000),
+    "lane_emden": (lane_emden, ALL, (1e-5, 1e-8, 1e-11), 1),
     "chapman": (chapman, STIFF, (1e-4, 1e-6), 5),
 }
 CASES = [(name, solver) for name, (_, solvers, _, _) in PROBLEMS.items() for solver in solvers]
