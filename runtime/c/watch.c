@@ -52,6 +52,19 @@ static void compare_slopes_at_start(int n, const bgc_collocation *method, const 
     }
 }
 
+/* A fixed short loop, which compilers vectorise without asking what it overlaps. */
+static inline void keep_largest(double t, const double *restrict change,
+                                const double *restrict next, double *restrict at,
+                                double *restrict correction, double *restrict range) {
+    for (int l = 0; l < BGC_LANES; l++) {
+        const double size = fabs(change[l]), now = fabs(next[l]);
+        const double largest = correction[l], before = at[l], most = range[l];
+        at[l] = size > largest ? t : before;
+        correction[l] = size > largest ? size : largest;
+        range[l] = now > most ? now : most;
+    }
+}
+
 /* After a fixed step from t to d->next, not yet made the present. */
 void bgc_watch_step(const bgc_model *m, bgc_data *d, const bgc_method *method, double t) {
     const int n = m->n_state;
@@ -63,11 +76,9 @@ void bgc_watch_step(const bgc_model *m, bgc_data *d, const bgc_method *method, d
     } else {
         compare_slopes_at_start(n, method->collocation, d, change);
     }
-    for (int i = 0; i < n; i++) {
-        const double size = fabs(change[i]), now = fabs(d->next[i]);
-        d->corrected_at[i] = size > d->correction[i] ? t : d->corrected_at[i];
-        d->correction[i] = size > d->correction[i] ? size : d->correction[i];
-        d->range[i] = now > d->range[i] ? now : d->range[i];
+    for (size_t i = 0; i < bgc_padded(n); i += BGC_LANES) {
+        keep_largest(t, change + i, d->next + i, d->corrected_at + i, d->correction + i,
+                     d->range + i);
     }
 }
 
