@@ -13,10 +13,9 @@ models so large that their iteration matrices are factorised in loops. `Ensemble
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeAlias, TypeGuard
 
@@ -24,6 +23,7 @@ import numpy as np
 
 from bgc.building.backends import BACKENDS
 from bgc.building.built import ENERGY_ACCOUNTS
+from bgc.building.recall import processors
 from bgc.grammar.catalogue.ensembles import no_instances, source_changed, uneven_values
 from bgc.grammar.catalogue.run import no_memory
 from bgc.grammar.diagnostics import BgError, Diagnostic
@@ -223,7 +223,7 @@ def _run_all(work: _Work, progress: bool) -> None:
     starts = range(0, len(work.sets), work.width)
     with (
         ProgressBar(float(len(work.sets)), progress, unit=" instances") as bar,
-        ThreadPoolExecutor(max_workers=_processors()) as pool,
+        ThreadPoolExecutor(max_workers=processors()) as pool,
     ):
         futures = [pool.submit(work.run_batch, start) for start in starts]
         pending = set(futures)
@@ -237,12 +237,6 @@ def _run_all(work: _Work, progress: bool) -> None:
                 work.stop()
     for future in futures:
         future.result()
-
-
-def _processors() -> int:
-    with suppress(AttributeError):  # not on every system
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _why_alone(model: Model, method: Method, count: int, vectorised: bool) -> str:

@@ -8,7 +8,6 @@ their text changed. The shared object is cached likewise.
 from __future__ import annotations
 
 import errno
-import os
 import shutil
 import sys
 from collections.abc import Mapping, Sequence, Set
@@ -19,7 +18,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from bgc.building.cache import Cache, digest_of
-from bgc.building.recall import machine_identity
+from bgc.building.recall import machine_identity, processors
 from bgc.building.toolchain import (
     GCC_PASSES,
     LIGHT_FLAGS,
@@ -223,7 +222,7 @@ def _compile_all(
         found[k] = cache.publish("objects", f"{keys[k]}.o", work / made)
         return ""
 
-    with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(max_workers=processors()) as pool:
         outputs = [output for output in pool.map(compile_one, missing) if output]
     if outputs:
         raise BgError([_failure(toolchain, "\n".join(outputs), cache, work)])

@@ -61,6 +61,13 @@ def remember(
         write_note(cache.root, _request_key(entry, options), note)
 
 
+def processors() -> int:
+    """How many processors this process may use."""
+    with suppress(AttributeError):  # not on every system
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def machine_identity() -> str:
     """Name what `-march=native` depends on, for caches on a disk shared between machines."""
     flags = ""

@@ -7,7 +7,9 @@ compliance as much energy as the inertias beside it have at unit flow, `sqrt(m /
 oscillation of a stiff spring is then resolved as finely as the momentum it belongs to, neither
 finer (which would cost small steps) nor coarser. A compliance without an inertia beside it
 counts in its charge at unit effort. A momentum merged of several counts in the largest of them that
-its flow moves in a fixed ratio. Everything else counts in its own unit.
+its flow moves in a fixed ratio. Everything else counts in its own unit. Where nothing comes near
+unit flow, in a circuit of microamperes, step control makes all scales finer by as much
+(`look_for_life` in `runtime/c/step.c`).
 """
 
 from __future__ import annotations

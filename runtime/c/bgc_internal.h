@@ -132,6 +132,7 @@ typedef struct {
 
     /* Step control. */
     double h_next, error_old;
+    double liveliest;  /* the largest that any state has been, over its scale; 0: not looked yet */
     int rejected;      /* the last attempt was */
     bgc_status reason; /* why */
 
@@ -200,6 +201,18 @@ static inline double bgc_tolerance(const bgc_data *d, int i, double size) {
     const double atol = d->core.atol > 0.0 ? d->core.atol : d->core.rtol * d->scale[i];
 
     return atol + d->core.rtol * size;
+}
+
+/* The same for errors of steps: where no state has come near its scale yet, scales are too coarse by
+ * as much as the liveliest is below its own. */
+static inline double bgc_step_tolerance(const bgc_data *d, int i, double size) {
+    const double scale = d->scale[i], least = d->core.liveliest * scale;
+    const double unit = least > size ? least : size; /* fmax and fmin would be calls */
+
+    if (d->core.atol > 0.0) {
+        return bgc_tolerance(d, i, size);
+    }
+    return d->core.rtol * ((unit < scale ? unit : scale) + size);
 }
 
 /* --- instance.c */

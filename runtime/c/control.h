@@ -10,6 +10,8 @@ static const double bgc_safety = 0.9, bgc_least_factor = 0.2, bgc_largest_factor
 static const double bgc_proportional = 0.7, bgc_integral = 0.4;
 static const double bgc_least_error = 1e-10; /* for a step that is as long as any */
 
+static const double bgc_least_lively = 1e-6; /* what moves less, over its scale, is noise */
+
 static const double bgc_of_the_time = 1e-15; /* a time is rounded by less than this part of it */
 
 static const double bgc_drift_weight = 4.0; /* a residual comes to a half of its tolerance */

@@ -148,8 +148,7 @@ static void move_by_tolerances(const bgc_model *m, const bgc_data *d, const doub
     double size = 0.0, sign = 0.0;
 
     for (int i = 0; i < m->n_state; i++) {
-        const double atol = d->core.atol > 0.0 ? d->core.atol : d->core.rtol * d->scale[i];
-        const double off = (0.5 + 0.5 * size) * (atol + d->core.rtol * fabs(x[i]));
+        const double off = (0.5 + 0.5 * size) * bgc_step_tolerance(d, i, fabs(x[i]));
         moved[i] = x[i] + (sign < 0.5 ? off : -off);
         size = fmod(size + size_stride, 1.0);
         sign = fmod(sign + sign_stride, 1.0);

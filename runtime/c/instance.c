@@ -215,6 +215,7 @@ static void start_afresh(bgc_core *core, double t) {
     core->error_old = 1.0;
     core->stored0 = core->largest_account = 0.0;
     core->energy_scale = -1.0;
+    core->liveliest = 0.0;
     core->account_rejections = 0;
     core->imbalance = 0.0;
     core->supplied = core->dissipated = core->supplied_old = core->dissipated_old = 0.0;

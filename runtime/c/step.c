@@ -227,6 +227,17 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
 
 /* --- steps under error control ------------------------------------------------------------ */
 
+/* Tells how near to its scale any state has come: what step tolerances count in. */
+static void look_for_life(const bgc_model *m, bgc_data *d) {
+    double most = fmax(d->core.liveliest, bgc_least_lively);
+
+    for (int i = 0; i < m->n_state && most < 1.0; i++) {
+        const double part = fabs(d->x[i]) / d->scale[i];
+        most = part > most ? part : most;
+    }
+    d->core.liveliest = fmin(most, 1.0);
+}
+
 /* The first step: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
  * II.4, with the states that have no derivative left out. */
 static double first_step(const bgc_model *m, bgc_data *d, int order) {
@@ -299,7 +310,7 @@ static int worst_state(const bgc_model *m, const bgc_data *d) {
 
     for (int i = 0; i < m->n_state; i++) {
         const double size = fmax(fabs(d->x[i]), fabs(d->next[i]));
-        const double error = fabs(d->error[i]) / bgc_tolerance(d, i, size);
+        const double error = fabs(d->error[i]) / bgc_step_tolerance(d, i, size);
         if (error > worst) {
             worst = error;
             k = i;
@@ -420,6 +431,9 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     if (bad >= 0) {
         core->failed_state = bad;
         return BGC_NOT_FINITE;
+    }
+    if (core->liveliest < 1.0) {
+        look_for_life(m, d);
     }
     if (core->h_next <= 0.0) {
         core->h_next = core->step > 0.0 ? core->step : first_step(m, d, bgc_embedded(method));

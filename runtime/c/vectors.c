@@ -53,7 +53,7 @@ double bgc_norm(const bgc_model *m, const bgc_data *d, const double *v, const do
 
     for (int i = 0; i < m->n_state; i++) {
         const double p = fabs(a[i]), q = fabs(b[i]);
-        const double r = v[i] / bgc_tolerance(d, i, p > q ? p : q); /* fmax would be a call */
+        const double r = v[i] / bgc_step_tolerance(d, i, p > q ? p : q); /* fmax would be a call */
         sum += r * r;
     }
     return m->n_state > 0 ? sqrt(sum / m->n_state) : 0.0;

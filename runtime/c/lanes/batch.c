@@ -107,7 +107,7 @@ static void enter(bgc_batch *b, int count) {
     b->supplied = b->dissipated = b->imbalance = lane_of(0.0);
     b->t = b->t_old = b->option->t;
     b->error_old = 1.0;
-    b->largest_account = b->energy_scale = lane_of(0.0);
+    b->largest_account = b->energy_scale = b->liveliest = lane_of(0.0);
     if (b->option->accounts && bgc_embedded(b->method) > 0) {
         bgc_batch_settle_energy_scale(b);
     }

@@ -120,14 +120,27 @@ static void attempt_fixed(bgc_batch *b) {
 
 /* --- error control ------------------------------------------------------------------------- */
 
-/* Of each lane: root mean square of v over the tolerances at a state between p and q. */
+/* Tells how near to its scale any state has come: look_for_life of step.c. */
+static void look_for_life(bgc_batch *b) {
+    lane most = lane_max(b->liveliest, lane_of(bgc_least_lively));
+
+    for (int i = 0; i < b->m->n_state; i++) {
+        most = lane_max(most, lane_fabs(b->x[i]) / b->scale[i]);
+    }
+    b->liveliest = lane_min(most, lane_of(1.0));
+}
+
+/* Of each lane: root mean square of v over the tolerances at a state between p and q, which are
+ * those of bgc_step_tolerance. */
 lane bgc_batch_norm(const bgc_batch *b, const lane *v, const lane *p, const lane *q) {
     const double rtol = b->option->rtol, atol = b->option->atol;
     lane sum = lane_of(0.0);
 
     for (int i = 0; i < b->m->n_state; i++) {
         const lane size = lane_max(lane_fabs(p[i]), lane_fabs(q[i]));
-        const lane least = atol > 0.0 ? lane_of(atol) : rtol * b->scale[i];
+        const lane scale = b->scale[i];
+        const lane unit = lane_min(lane_max(b->liveliest * scale, size), scale);
+        const lane least = atol > 0.0 ? lane_of(atol) : rtol * unit;
         const lane r = v[i] / (least + rtol * size);
         sum += r * r;
     }
@@ -242,6 +255,7 @@ static void attempt_adaptive(bgc_batch *b) {
     if (b->live == 0) {
         return;
     }
+    look_for_life(b);
     if (b->h_next <= 0.0) {
         b->h_next = b->option->step > 0.0 ? b->option->step : first_step(b);
     }
