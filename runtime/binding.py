@@ -174,6 +174,7 @@ class CountsStruct(ctypes.Structure):
         *((name, c_double) for name in ("worst_sample_seconds", "exchanged")),
         *((name, c_double) for name in ("coarsest", "coarsest_at")),
         ("coarsest_state", c_long),
+        ("liveliest", c_double),
     ]
 
 

@@ -224,7 +224,8 @@ bgc_status bgc_energy(const bgc_model *m, bgc_data *d, double account[4]);
 typedef struct {
     const char *name;  /* see bgc_method_name; NULL: rodas5p, or ros34prw with a step */
     double rtol;       /* 0: 1e-6 */
-    double atol;       /* > 0: one for all states; 0: rtol times each state's scale */
+    double atol;       /* > 0: one for all states; 0: rtol times each state's scale, and less
+                       * where no state comes near its own */
     double step;       /* fixed step, or first step of an adaptive method; 0: chosen */
     double max_step;   /* 0: none */
     long max_steps;    /* between two rows; 0: 10 million */
@@ -244,6 +245,8 @@ typedef struct {
      * part of the range of a state, when, and of which; 0 where none is. */
     double coarsest, coarsest_at;
     long coarsest_state;
+    double liveliest; /* the largest that any state has been over its scale, at most 1, which it is
+                       * under a fixed step: the part of scales that step control counts in */
 } bgc_counts;
 
 /* Also counts steps and samples anew from the present time; rows inside the last step are lost. */

@@ -132,7 +132,6 @@ typedef struct {
 
     /* Step control. */
     double h_next, error_old;
-    double liveliest;  /* the largest that any state has been, over its scale; 0: not looked yet */
     int rejected;      /* the last attempt was */
     bgc_status reason; /* why */
 
@@ -206,7 +205,7 @@ static inline double bgc_tolerance(const bgc_data *d, int i, double size) {
 /* The same for errors of steps: where no state has come near its scale yet, scales are too coarse by
  * as much as the liveliest is below its own. */
 static inline double bgc_step_tolerance(const bgc_data *d, int i, double size) {
-    const double scale = d->scale[i], least = d->core.liveliest * scale;
+    const double scale = d->scale[i], least = d->core.counts.liveliest * scale;
     const double unit = least > size ? least : size; /* fmax and fmin would be calls */
 
     if (d->core.atol > 0.0) {

@@ -215,7 +215,6 @@ static void start_afresh(bgc_core *core, double t) {
     core->error_old = 1.0;
     core->stored0 = core->largest_account = 0.0;
     core->energy_scale = -1.0;
-    core->liveliest = 0.0;
     core->account_rejections = 0;
     core->imbalance = 0.0;
     core->supplied = core->dissipated = core->supplied_old = core->dissipated_old = 0.0;
@@ -244,6 +243,7 @@ static bgc_status start_here(const bgc_model *m, bgc_data *d) {
         core->stored0 = energy[0];
     }
     core->counts = (bgc_counts){0};
+    core->counts.liveliest = bgc_embedded(&bgc_methods[core->method]) > 0 ? 0.0 : 1.0;
     core->counts.exchanged = fabs(core->stored0);
     bgc_reset_watch(m, d);
     core->ready = 1;

@@ -77,7 +77,7 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     core->h_next = 0.0;
     core->error_old = 1.0;
     core->energy_scale = -1.0;
-    core->liveliest = 0.0;
+    core->counts.liveliest = is_fixed(method) ? 1.0 : 0.0;
     core->since_sample = 0.0;
     return BGC_OK;
 }

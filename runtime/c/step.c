@@ -229,13 +229,13 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
 
 /* Tells how near to its scale any state has come: what step tolerances count in. */
 static void look_for_life(const bgc_model *m, bgc_data *d) {
-    double most = fmax(d->core.liveliest, bgc_least_lively);
+    double most = fmax(d->core.counts.liveliest, bgc_least_lively);
 
     for (int i = 0; i < m->n_state && most < 1.0; i++) {
         const double part = fabs(d->x[i]) / d->scale[i];
         most = part > most ? part : most;
     }
-    d->core.liveliest = fmin(most, 1.0);
+    d->core.counts.liveliest = fmin(most, 1.0);
 }
 
 /* The first step: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
@@ -432,7 +432,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         core->failed_state = bad;
         return BGC_NOT_FINITE;
     }
-    if (core->liveliest < 1.0) {
+    if (core->counts.liveliest < 1.0) {
         look_for_life(m, d);
     }
     if (core->h_next <= 0.0) {

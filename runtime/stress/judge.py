@@ -258,7 +258,10 @@ class Judge:
         return error if math.isfinite(error) else math.inf
 
     def _resolution(self) -> Array:
-        """What states leave open of each observed quantity over a run at the default tolerance."""
+        """What states leave open of each observed quantity over a run at the default tolerance.
+
+        That counts in finer scales where no state comes near its own.
+        """
         instance = self.model.parameters.instance({})
         found = np.zeros(len(self.model.measured))
         if instance.reset() is not Status.OK:
@@ -271,4 +274,6 @@ class Judge:
             instance.state[k] = present
             change = np.abs(moved - start)
             found += np.where(np.isfinite(change), change, 0.0)
-        return _OF_TOLERANCE * DEFAULT_RTOL * found
+        runs = self.references.runs.values()
+        lively = max((run.counts["liveliest"] for run in runs if run.counts), default=1.0)
+        return _OF_TOLERANCE * DEFAULT_RTOL * lively * found

@@ -151,7 +151,7 @@ static void put_back(const bgc_batch *b, int l, bgc_data *d) {
     core->dense = BGC_NO_DENSE;
     core->h_next = b->t - b->t_old;
     core->error_old = 1.0;
-    core->liveliest = lane_get(b->liveliest, l);
+    core->counts.liveliest = lane_get(b->liveliest, l);
     core->counts.steps = b->counts.steps;
     if (b->option->accounts) {
         core->supplied = lane_get(b->supplied, l);

@@ -163,6 +163,7 @@ static void leave(const bgc_batch *b, int count) {
             core->counts = b->counts;
             core->counts.events = events;
             core->counts.exchanged = lane_get(b->exchanged, l);
+            core->counts.liveliest = lane_get(b->liveliest, l);
             core->t = b->t;
             core->ready = 0; /* its state is not that of the end: it has to be reset */
         }

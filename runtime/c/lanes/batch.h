@@ -37,7 +37,7 @@ typedef struct {
     lane stored0, supplied, dissipated, supplied_old, dissipated_old;
     lane imbalance; /* of the accounts at t */
     lane largest_account, exchanged, energy_scale;
-    lane liveliest; /* of step control: bgc_core's */
+    lane liveliest; /* the count of bgc.h */
 
     double *alone;           /* a row */
     const double *times;     /* of all rows */
