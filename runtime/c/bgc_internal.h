@@ -255,6 +255,10 @@ void bgc_evaluate_f(const bgc_model *m, bgc_data *d);
 void bgc_evaluate_jacobian(const bgc_model *m, bgc_data *d);
 bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const double *x);
 
+/* --- first_step.c: from d->x with d->f valid; d->next and scratch are overwritten */
+double bgc_first_step(const bgc_model *m, bgc_data *d, int order);
+double bgc_trust_first_step(const bgc_model *m, bgc_data *d, double h);
+
 /* --- watch.c */
 void bgc_reset_watch(const bgc_model *m, bgc_data *d);
 void bgc_watch_step(const bgc_model *m, bgc_data *d, const bgc_method *method, double t);

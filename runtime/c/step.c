@@ -238,39 +238,6 @@ static void look_for_life(const bgc_model *m, bgc_data *d) {
     d->core.counts.liveliest = fmin(most, 1.0);
 }
 
-/* The first step: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
- * II.4, with the states that have no derivative left out. */
-static double first_step(const bgc_model *m, bgc_data *d, int order) {
-    const int n = m->n_state;
-    const double t = d->core.t;
-    const double d0 = bgc_norm(m, d, d->x, d->x, d->x);
-    double d1, d2, h0, h1;
-
-    for (int i = 0; i < n; i++) {
-        d->point[i] = d->f[i] * d->inverse_mass[i];
-    }
-    d1 = bgc_norm(m, d, d->point, d->x, d->x);
-    h0 = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : 0.01 * d0 / d1;
-    if (d->core.max_step > 0.0) {
-        h0 = fmin(h0, d->core.max_step);
-    }
-    for (int i = 0; i < n; i++) {
-        d->next[i] = d->x[i] + h0 * d->point[i];
-    }
-    m->rhs(d->h, t + h0, d->next, d->u, d->error, d->work);
-    d->core.counts.rhs++;
-    for (int i = 0; i < n; i++) {
-        d->error[i] = d->error[i] * d->inverse_mass[i] - d->point[i];
-    }
-    d2 = bgc_norm(m, d, d->error, d->x, d->x) / h0;
-    if (!isfinite(d2)) {
-        return 1e-3 * h0;
-    }
-    h1 = fmax(d1, d2) <= 1e-15 ? fmax(1e-6, 1e-3 * h0)
-                               : pow(0.01 / fmax(d1, d2), 1.0 / (order + 1));
-    return fmin(100.0 * h0, h1);
-}
-
 /* The next step that is tried from t, at most to the next stop, and then exactly there. Sets t_new. */
 double bgc_limit_step(double t, double h, double stop, double *t_new) {
     const double rest = stop - t;
@@ -380,44 +347,6 @@ static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *met
     return bgc_norm(m, d, d->right, d->x, d->next);
 }
 
-/* J times v at (t, x); 0 where that is not finite. Spoils the Jacobian that is kept. */
-static int multiply_jacobian(const bgc_model *m, bgc_data *d, double t, const double *x,
-                             const double *v, double *out) {
-    m->jacobian(d->h, t, x, d->u, d->jac, d->dfdt, d->work);
-    d->core.counts.jacobians++;
-    d->core.jac_valid = 0;
-    memset(out, 0, (size_t)m->n_state * sizeof *out);
-    for (int k = 0; k < m->n_jac; k++) {
-        out[m->jac_row[k]] += d->jac[k] * v[m->jac_col[k]];
-    }
-    return bgc_first_bad(m->n_state, out) < 0;
-}
-
-/* The first step of an implicit method, shorter where J falls at once from what it is at the start,
- * as 2/t does: the error estimate is seen through (M/(h gamma) - J)^-1 with the J of the start, and
- * tells nothing of states that are stiff there and not any more at the end. */
-static double trust_first_step(const bgc_model *m, bgc_data *d, double h) {
-    double *tangent = d->next, *before = d->right, *after = d->magnitude;
-
-    for (int i = 0; i < m->n_state; i++) {
-        tangent[i] = d->f[i] * d->inverse_mass[i];
-    }
-    if (!multiply_jacobian(m, d, d->core.t, d->x, tangent, before)) {
-        return h;
-    }
-    while (h * bgc_norm(m, d, before, d->x, d->x) > bgc_norm(m, d, tangent, d->x, d->x)) {
-        for (int i = 0; i < m->n_state; i++) {
-            d->point[i] = d->x[i] + h * tangent[i];
-        }
-        if (!multiply_jacobian(m, d, d->core.t + h, d->point, tangent, after) ||
-            bgc_norm(m, d, after, d->x, d->x) > 0.5 * bgc_norm(m, d, before, d->x, d->x)) {
-            break;
-        }
-        h *= 0.1;
-    }
-    return h;
-}
-
 static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double q = bgc_embedded(method) + 1;
@@ -436,11 +365,12 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         look_for_life(m, d);
     }
     if (core->h_next <= 0.0) {
-        core->h_next = core->step > 0.0 ? core->step : first_step(m, d, bgc_embedded(method));
+        core->h_next =
+            core->step > 0.0 ? core->step : bgc_first_step(m, d, bgc_embedded(method));
     }
     if (core->counts.steps + core->counts.rejected == core->counts.events &&
         core->counts.events < 2 && !bgc_is_explicit(method)) { /* an event may be at the start */
-        core->h_next = trust_first_step(m, d, core->h_next);
+        core->h_next = bgc_trust_first_step(m, d, core->h_next);
     }
     h = limit_step(core, &t_new);
     if (core->rejected && h < fmax(16.0 * DBL_EPSILON * fabs(core->t), 1e-30)) {

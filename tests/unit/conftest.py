@@ -229,3 +229,11 @@ def c_model(c_library: Callable[[str], ctypes.CDLL]) -> Callable[..., Instance]:
         return Instance(library, sizes.n_output, sizes.n_state, sizes.n_input)
 
     return make
+
+
+@pytest.fixture
+def measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A cache of the test's own for what trades measure; compiled code is shared."""
+    folder = tmp_path / "measured"
+    monkeypatch.setattr("bgc.runtime.trade.store._FOLDER", str(folder))
+    return folder

@@ -13,29 +13,20 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from trades import OSCILLATOR, quick, written
 
 import bgc
 from bgc.building.backends import BACKENDS, Backend
 from bgc.grammar.diagnostics import BgError
-from bgc.runtime.activity.activity import activity_report
 from bgc.runtime.cli.app import application
 from bgc.runtime.measuring.timed import paced_worst, timed_run
 from bgc.runtime.trade import session as session_module
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.store import open_store
 from bgc.runtime.trade.tables import unfinished
-from bgc.variants import Change
 
-OSCILLATOR = """
-model Oscillator {
-  param k = 4 N/m;
-  spring : C(stiffness = k, q0 = 1 m);
-  mass : I(1 kg);
-  hub : J1;
-  hub -> spring, mass;
-}
-scene s of Oscillator { observe spring.q as x, mass.f as v; run 2 s; }
-"""
+pytestmark = pytest.mark.usefixtures("measured")
+
 ORDERS = {
     "lie": 1,
     "heun": 2,
@@ -45,26 +36,6 @@ ORDERS = {
     "ros34prw": 3,
     "rk4": 4,
 }
-
-
-@pytest.fixture(autouse=True)
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A cache of the test's own for what is measured; compiled code is shared."""
-    folder = tmp_path / "measured"
-    monkeypatch.setattr("bgc.runtime.trade.store._FOLDER", str(folder))
-    return folder
-
-
-def written(folder: Path, text: str = OSCILLATOR) -> Path:
-    path = folder / "scene.bg"
-    path.write_text(text)
-    return path
-
-
-def quick(path: Path, **options: Any) -> bgc.Trade:
-    """A trade of few configurations."""
-    given = {"solvers": ["rodas5p", "rk4"], "rtols": [1e-4, 1e-7], "steps": [0.1, 0.01]}
-    return bgc.trade(path, **{**given, "keeps": [1], **options})
 
 
 # --- errors against closed forms --------------------------------------------------------------
@@ -274,10 +245,10 @@ def test_an_interrupted_trade_goes_on_where_it_was(
     assert len(counted) == len(whole)
 
 
-def test_a_damaged_file_is_measured_anew(tmp_path: Path, cache: Path) -> None:
+def test_a_damaged_file_is_measured_anew(tmp_path: Path, measured: Path) -> None:
     path = written(tmp_path)
     first = quick(path)
-    for row in cache.rglob("rows/*.json"):
+    for row in measured.rglob("rows/*.json"):
         row.write_text(row.read_text()[:40])
     second = quick(path)
     pairs = zip(first.measurements, second.measurements, strict=True)
@@ -388,121 +359,6 @@ def test_a_column_may_be_required_by_its_name_or_by_what_it_is(tmp_path: Path) -
     for text in ("require x within 1 mm;", "require spring.q within 1 mm;"):
         model = bgc.compile(written(tmp_path, OSCILLATOR.replace("run 2 s;", f"{text} run 2 s;")))
         assert model.facts.requirements == (("x", 1e-3),)
-
-
-# --- variants ---------------------------------------------------------------------------------
-
-MOUNTED = """
-interface Mount { port p in; }
-model Soft is Mount { port p in; spring : C(stiffness = 4 N/m); p -> spring; }
-model Stiff is Mount { port p in; spring : C(stiffness = 4.04 N/m); p -> spring; }
-model Pair {
-  left : Mount = Soft; right : Mount = Soft;
-  push : Se(e = 1 N); one : J1; block : I(1 kg);
-  push -> one; one -> block, left, right;
-}
-scene s of Pair { observe block.f as v; require v within 1 mm/s; run 2 s; }
-"""
-
-
-def test_variants_are_measured_against_the_scene_as_it_is(tmp_path: Path) -> None:
-    found = quick(
-        written(tmp_path, MOUNTED), variants=["*t", "left"], solvers=["rodas5p"], rtols=[1e-7]
-    )
-    by_variant = {r.configuration.variant: found.target.error(r) for r in found.measurements}
-    assert set(by_variant) == {"", "left=Stiff, right=Stiff", "left=Stiff"}
-    one = np.sqrt(8.0), np.sqrt(8.04), np.sqrt(8.08)
-    times = np.linspace(0, 2, 1001)
-    speeds = [np.sin(w * times) / w for w in one]
-    for variant, speed in (("left=Stiff", speeds[1]), ("left=Stiff, right=Stiff", speeds[2])):
-        expected = np.max(np.abs(speed - speeds[0])) / 1e-3
-        assert by_variant[variant] == pytest.approx(expected, rel=1e-3)
-
-
-ACTIVITY = Path(__file__).parents[1] / "models" / "activity.bg"
-
-
-def test_what_activity_finds_that_a_scene_can_do_without_is_a_variant(tmp_path: Path) -> None:
-    given: dict[str, Any] = {"solvers": ["rodas5p"], "rtols": [1e-6], "duration": 1.0}
-    report = activity_report(bgc.compile(ACTIVITY, "train"), negligible=0.05)
-    assert report.variants
-    found = bgc.trade(ACTIVITY, "train", variants=["activity"], **given)
-    by_variant = {r.configuration.changes: r for r in found.measurements}
-    assert set(by_variant) == {(), *report.variants}
-    joined = (Change("link", "Joined"),)
-    (trial,) = (trial for trial in report.trials if trial.changes == joined)
-    assert found.target.error(by_variant[joined]) == pytest.approx(trial.error, rel=0.02)
-
-
-def test_activity_is_asked_where_nothing_is_stored(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("bgc.runtime.trade.variants.stored_variants", lambda model: None)
-    kept: list[object] = []
-    monkeypatch.setattr(
-        "bgc.runtime.activity.activity.keep_variants", lambda model, found: kept.append(found)
-    )
-    quick(written(tmp_path, MOUNTED), variants=["activity"])
-    assert len(kept) == 1
-
-
-def test_lines_of_a_scene_are_a_variant(tmp_path: Path) -> None:
-    text = MOUNTED.replace("block : I(1 kg)", "param m = 1 kg; block : I(m)")
-    lines = "use left = Stiff; set m = 2 kg"
-    path = written(tmp_path, text)
-    given: dict[str, Any] = {"solvers": ["rodas5p"], "rtols": [1e-7]}
-    found = bgc.trade(path, variants=[lines], parameters={"m": 1}, **given)
-    (row,) = (row for row in found.measurements if row.configuration.changes)
-    one, other = np.sqrt(8.0), np.sqrt(8.04 / 2)
-    times = np.linspace(0, 2, 1001)
-    expected = np.sin(other * times) / (2 * other) - np.sin(one * times) / one
-    assert row.errors[0] == pytest.approx(np.max(np.abs(expected)), rel=1e-3)
-    with pytest.raises(BgError) as caught:
-        bgc.trade(path, variants=["left="], **given)
-    assert [d.code for d in caught.value.diagnostics] == ["BG064"]
-
-
-BARE = """
-model Bare is Mount { param k : N/m; port p in; spring : C(stiffness = k); p -> spring; }
-"""
-
-
-def test_a_type_that_does_not_fit_as_it_is_is_a_row_with_its_reason(tmp_path: Path) -> None:
-    found = quick(written(tmp_path, MOUNTED + BARE), variants=["left"])
-    refused = [row for row in found.measurements if row.status == "refused"]
-    assert [row.configuration.variant for row in refused] == ["left=Bare"]
-    assert "`k` has no value" in refused[0].message
-
-
-def test_a_slip_in_lines_is_told_at_once(tmp_path: Path) -> None:
-    with pytest.raises(BgError, match="Nothing"):
-        quick(written(tmp_path, MOUNTED), variants=["left = Nothing"])
-
-
-def test_numbers_that_make_no_sense_are_refused(tmp_path: Path) -> None:
-    path = written(tmp_path)
-    for wrong in ({"keeps": [2.5]}, {"keeps": [0]}, {"steps": [-1.0]}, {"budget": 0.0}):
-        with pytest.raises(BgError) as caught:
-            quick(path, **wrong)
-        assert [d.code for d in caught.value.diagnostics] == ["BG066"]
-
-
-def test_explicit_methods_are_tried_anew_on_what_is_no_longer_stiff() -> None:
-    found = bgc.trade(
-        ACTIVITY,
-        "train",
-        parameters={"link.stiffness": 1e7},
-        variants=["use link = Joined"],
-        solvers=["rodas5p", "rk4"],
-        rtols=[1e-6],
-        steps=[0.01],
-    )
-    rows = [r for r in found.measurements if r.configuration.solver == "rk4"]
-    assert {(found.target.accurate(r), bool(r.configuration.changes)) for r in rows} == {
-        (False, False),
-        (True, True),
-    }
-    assert "With `use link = Joined;`, `solver " in found.sentence
 
 
 # --- CVODE ------------------------------------------------------------------------------------

@@ -1,0 +1,31 @@
+"""A small scene to trade on, and trades of few configurations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import bgc
+
+OSCILLATOR = """
+model Oscillator {
+  param k = 4 N/m;
+  spring : C(stiffness = k, q0 = 1 m);
+  mass : I(1 kg);
+  hub : J1;
+  hub -> spring, mass;
+}
+scene s of Oscillator { observe spring.q as x, mass.f as v; run 2 s; }
+"""
+
+
+def written(folder: Path, text: str = OSCILLATOR) -> Path:
+    path = folder / "scene.bg"
+    path.write_text(text)
+    return path
+
+
+def quick(path: Path, **options: Any) -> bgc.Trade:
+    """A trade of few configurations."""
+    given = {"solvers": ["rodas5p", "rk4"], "rtols": [1e-4, 1e-7], "steps": [0.1, 0.01]}
+    return bgc.trade(path, **{**given, "keeps": [1], **options})
