@@ -59,12 +59,9 @@ class MergedAudit:
         BgError
             Names what can move without inertia.
         """
-        mass = _reduced_mass(self._point, group)
-        if not all(math.isfinite(entry) for row in mass for entry in row):
+        mass = self._moved_by_all(group, _LEAST)
+        if mass is None:
             return
-        motion = motion_without_inertia(mass, _LEAST)
-        if motion is not None:
-            raise _moving_without_inertia(self._point, group, motion)
         for i, k in enumerate(group.flows):
             speed = random.Random(f"flow {k}").uniform(0.3, 1)
             self._flows[k] = speed / mass[i][i] ** 0.5
@@ -77,12 +74,17 @@ class MergedAudit:
         BgError
             Names the inertias beside the motion.
         """
-        held = _reduced_mass(self._point, group)
-        if not all(math.isfinite(entry) for row in held for entry in row):
-            return
-        motion = motion_without_inertia(held, _ROUNDING)
+        self._moved_by_all(group, _ROUNDING)
+
+    def _moved_by_all(self, group: Group, least: float) -> list[list[float]] | None:
+        """The reduced mass if every motion moves some of it; None where it cannot be told."""
+        mass = _reduced_mass(self._point, group)
+        if not all(math.isfinite(entry) for row in mass for entry in row):
+            return None
+        motion = motion_without_inertia(mass, least)
         if motion is not None:
             raise _moving_without_inertia(self._point, group, motion)
+        return mass
 
     def note(self, merged: MergedGroup) -> None:
         """Have what was written for a group checked by `finish`."""

@@ -114,6 +114,16 @@ def read_uses(texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     return _read_pairs(texts, '--use "elbow.lock=Rigid[5]"')
 
 
+def read_times(**texts: str | None) -> dict[str, float | None]:
+    """Read options that are times, in s, by their names; None where one is not given."""
+    from bgc.runtime.quantity import read_quantity
+
+    return {
+        name: None if text is None else read_quantity(text, f"--{name}", "s")
+        for name, text in texts.items()
+    }
+
+
 def _read_pairs(texts: tuple[str, ...], example: str) -> tuple[tuple[str, str], ...]:
     pairs = []
     for text in texts:

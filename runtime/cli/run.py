@@ -15,6 +15,7 @@ from bgc.runtime.cli.options import (
     model_file,
     preview_option,
     read_assignments,
+    read_times,
     read_uses,
     scene_option,
     set_option,
@@ -92,10 +93,7 @@ def run(
         raise click.UsageError("--panel needs --plot FILE")
     check_target(out, (*_TABLES, "-"))
     check_target(plot, _PICTURES)
-    times = {
-        name: None if text is None else read_quantity(text, f"--{name}", "s")
-        for name, text in (("step", step), ("every", every), ("time", duration))
-    }
+    times = read_times(step=step, every=every, time=duration)
     model = compile_model(
         file,
         scene,

@@ -11,6 +11,8 @@ from bgc.runtime.cli.options import (
     check_target,
     model_file,
     read_assignments,
+    read_times,
+    read_uses,
     scene_option,
     set_option,
     use_option,
@@ -74,7 +76,6 @@ def stress(
     """
     from bgc.runtime.cli.printing import print_tables
     from bgc.runtime.compiling import compile_model
-    from bgc.runtime.quantity import read_quantity
     from bgc.runtime.stress.stress import stress as drive_all
     from bgc.runtime.stress.tables import as_json as json_text
     from bgc.runtime.stress.tables import summary, tables, write_csv
@@ -83,12 +84,9 @@ def stress(
         raise click.UsageError("--grid takes two --drive")
     check_target(out, (".csv",))
     check_target(plot, (".png", ".svg", ".pdf"))
-    times = {
-        name: None if text is None else read_quantity(text, f"--{name}", "s")
-        for name, text in (("step", step), ("time", duration), ("budget", budget))
-    }
+    times = read_times(step=step, time=duration, budget=budget)
     model = compile_model(
-        file, scene, dict(read_assignments(assignments)), uses=dict(read_assignments(uses))
+        file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
     )
     print_diagnostics(model.warnings)
     found = drive_all(

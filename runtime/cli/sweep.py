@@ -11,6 +11,7 @@ from bgc.runtime.cli.options import (
     check_target,
     model_file,
     read_assignments,
+    read_times,
     read_uses,
     scene_option,
     set_option,
@@ -70,14 +71,10 @@ def sweep(
     """
     from bgc.runtime.compiling import compile_model
     from bgc.runtime.ensemble import EnsembleInterrupted
-    from bgc.runtime.quantity import read_quantity
     from bgc.runtime.sweep import points, read_range
 
     check_target(out, _TABLES)
-    times = {
-        name: None if text is None else read_quantity(text, f"--{name}", "s")
-        for name, text in (("step", step), ("every", every), ("time", duration))
-    }
+    times = read_times(step=step, every=every, time=duration)
     model = compile_model(
         file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
     )

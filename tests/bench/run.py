@@ -6,7 +6,7 @@ module. Peers that are missing on the machine are rows that say so; all are ther
     pip install mujoco pin casadi
     apt-get install libsundials-dev libsuitesparse-dev libeigen3-dev libboost-dev
 
-All take three minutes of one processor. Nothing of this is a test.
+All take two minutes of one processor. Nothing of this is a test.
 """
 
 from __future__ import annotations

@@ -4,10 +4,11 @@ import subprocess
 
 import numpy as np
 import pytest
+from trades import OSCILLATOR, quick, written
 
 import bgc
 from bgc.building import backends
-from bgc.building.backends import BACKENDS, build_backend
+from bgc.building.backends import BACKENDS, Backend, build_backend
 from bgc.building.build import runtime_directory
 from bgc.building.cache import open_cache
 from bgc.building.toolchain import find_toolchain
@@ -143,3 +144,16 @@ def test_the_backend_compiles_without_warnings(tmp_path, sundials, flags):
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
+
+
+def test_cvode_is_a_row_or_says_why_it_is_none(tmp_path, monkeypatch, sundials, measured):
+    path = written(tmp_path, OSCILLATOR)
+    with monkeypatch.context() as patch:
+        nowhere = Backend("cvode", "SUNDIALS", "libsundials-dev", (("-lno_such_library",),))
+        patch.setitem(BACKENDS, "cvode", nowhere)
+        missing = quick(path, solvers=["cvode"])
+    assert {r.status for r in missing.measurements} == {"refused"}
+    assert missing.measurements[-1].message.startswith("BG046")
+    here = quick(path, solvers=["cvode"])  # installed in between
+    coarse, fine = here.measurements
+    assert fine.worst > 0 and fine.cpu > 0 and here.target.error(fine) < here.target.error(coarse)

@@ -91,6 +91,18 @@ def test_what_is_at_fault_is_status_1_and_has_a_code(oscillator, arguments, code
     assert f"error[{code}]" in result.stderr
 
 
+@pytest.mark.parametrize(
+    "command", ["run", "sweep", "stress", "trade", "activity", "cost", "build"]
+)
+def test_a_slip_in_what_fills_a_slot_is_told_with_an_example_of_that(command, tmp_path):
+    path = tmp_path / "m.bg"
+    path.write_text("model M { state x = 1; der(x) = -x; }\nscene s of M { observe x; run 1 s; }\n")
+    vary = ["--vary", "x=1,2", "--out", tmp_path / "m.csv"] if command == "sweep" else []
+    result = bgc(command, path, "--use", "nonsense", *vary)
+    assert result.exit_code == 1
+    assert "BG064" in result.stderr and '--use "elbow' in result.stderr
+
+
 def test_a_bug_is_status_70_and_shows_its_traceback_only_on_request(monkeypatch):
     def broken(*_: object) -> None:
         raise AssertionError("nobody expects this")

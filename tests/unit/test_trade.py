@@ -13,17 +13,15 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from trades import OSCILLATOR, quick, written
+from trades import OSCILLATOR, codes, quick, written
 
 import bgc
-from bgc.building.backends import BACKENDS, Backend
 from bgc.grammar.diagnostics import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.measuring.timed import paced_worst, timed_run
 from bgc.runtime.trade import session as session_module
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.store import open_store
-from bgc.runtime.trade.tables import unfinished
 
 pytestmark = pytest.mark.usefixtures("measured")
 
@@ -275,10 +273,6 @@ def test_two_trades_at_once_store_what_one_does(tmp_path: Path) -> None:
 REQUIRING = OSCILLATOR.replace("run 2 s;", "require x within 1 um; solver auto; run 2 s;")
 
 
-def codes(result: bgc.Result) -> list[str]:
-    return [warning.code for warning in result.warnings]
-
-
 def test_solver_auto_takes_the_stored_answer(tmp_path: Path) -> None:
     path = written(tmp_path, REQUIRING)
     before = bgc.compile(path).simulate()
@@ -359,78 +353,6 @@ def test_a_column_may_be_required_by_its_name_or_by_what_it_is(tmp_path: Path) -
     for text in ("require x within 1 mm;", "require spring.q within 1 mm;"):
         model = bgc.compile(written(tmp_path, OSCILLATOR.replace("run 2 s;", f"{text} run 2 s;")))
         assert model.facts.requirements == (("x", 1e-3),)
-
-
-# --- CVODE ------------------------------------------------------------------------------------
-
-
-def test_cvode_is_a_row_or_says_why_it_is_none(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = written(tmp_path, OSCILLATOR)
-    try:
-        bgc.compile(path).simulate(solver="cvode")
-    except BgError:
-        pytest.skip("SUNDIALS is not installed")
-    with monkeypatch.context() as patch:
-        nowhere = Backend("cvode", "SUNDIALS", "libsundials-dev", (("-lno_such_library",),))
-        patch.setitem(BACKENDS, "cvode", nowhere)
-        missing = quick(path, solvers=["cvode"])
-    assert {r.status for r in missing.measurements} == {"refused"}
-    assert missing.measurements[-1].message.startswith("BG046")
-    here = quick(path, solvers=["cvode"])  # installed in between
-    coarse, fine = here.measurements
-    assert fine.worst > 0 and fine.cpu > 0 and here.target.error(fine) < here.target.error(coarse)
-
-
-def test_what_cvode_does_not_serve_is_said_in_one_line(tmp_path: Path) -> None:
-    (tmp_path / "hand.csv").write_text("time,x,y,z\n0,0,0,0\n1,1,0,0\n")
-    found = quick(written(tmp_path, FOLLOWER), solvers=["cvode"])
-    (line,) = unfinished(found.measurements)
-    assert line[:3] == ("cvode", "refused", "")
-    assert line[3].startswith("BG047")
-
-
-# --- devices ----------------------------------------------------------------------------------
-
-FOLLOWER = """
-model Follower {
-  input x : m = 0 m;
-  state y : m = 0 m;
-  der(y) = (x - y) / 0.1 s;
-}
-scene s of Follower {
-  device hand = trace(file = "hand.csv");
-  drive x = hand.position[1];
-  observe y;
-  step 10 ms;
-  run 1 s every 10 ms;
-}
-"""
-
-
-def test_all_steps_that_divide_the_scenes_see_the_same_samples(tmp_path: Path) -> None:
-    (tmp_path / "hand.csv").write_text("time,x,y,z\n0,0,0,0\n1,1,0,0\n")
-    path = written(tmp_path, FOLLOWER)
-    found = bgc.trade(
-        path, solvers=["ros34prw", "rodas5p"], steps=[0.02, 0.01, 0.005, 0.0025], keeps=[1]
-    )
-    errors = {r.configuration.step: found.target.error(r) for r in found.measurements if r.done}
-    assert errors[0.01] / errors[0.0025] == pytest.approx(4**3, rel=0.3)  # the method's order
-    assert errors[0.02] > 100 * errors[0.01]  # fewer samples are another input
-    late = {r.configuration.step: found.target.samples(r) for r in found.measurements}
-    assert late == {0.02: False, 0.01: True, 0.005: True, 0.0025: True, 0.0: True}
-    assert found.recommended is not None and found.recommended.step <= 0.01
-
-
-def test_another_motion_of_the_hand_is_another_question(tmp_path: Path) -> None:
-    trace = tmp_path / "hand.csv"
-    trace.write_text("time,x,y,z\n0,0,0,0\n1,1,0,0\n")
-    path = written(tmp_path, FOLLOWER.replace("step 10 ms;", "step 10 ms; solver auto;"))
-    bgc.trade(path, solvers=["ros34prw"], steps=[0.01], keeps=[1])
-    assert codes(bgc.compile(path).simulate()) == []
-    trace.write_text("time,x,y,z\n0,0,0,0\n1,2,0,0\n")
-    assert codes(bgc.compile(path).simulate()) == ["BG090"]
 
 
 # --- the command ------------------------------------------------------------------------------

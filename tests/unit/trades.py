@@ -29,3 +29,8 @@ def quick(path: Path, **options: Any) -> bgc.Trade:
     """A trade of few configurations."""
     given = {"solvers": ["rodas5p", "rk4"], "rtols": [1e-4, 1e-7], "steps": [0.1, 0.01]}
     return bgc.trade(path, **{**given, "keeps": [1], **options})
+
+
+def codes(result: bgc.Result) -> list[str]:
+    """The warnings of a run."""
+    return [warning.code for warning in result.warnings]
