@@ -12,23 +12,23 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bgc.grammar.diagnostics import BgError
+    from bgc.diagnostics.diagnostic import BgError
     from bgc.runtime.compiling import compile_model as compile
-    from bgc.runtime.ensemble import Ensemble
-    from bgc.runtime.failures import SimulationError
     from bgc.runtime.model import Model
-    from bgc.runtime.result import Result
+    from bgc.runtime.results.ensemble import Ensemble
+    from bgc.runtime.results.result import Result
+    from bgc.runtime.running.failures import SimulationError
     from bgc.runtime.trade.trade import Trade, trade
 
 __all__ = ["BgError", "Ensemble", "Model", "Result", "SimulationError", "Trade", "compile", "trade"]
 
 # Imported when first asked for: a pass of the compiler needs nothing of the runtime.
 _HOMES = {
-    "BgError": ("bgc.grammar.diagnostics", "BgError"),
-    "Ensemble": ("bgc.runtime.ensemble", "Ensemble"),
+    "BgError": ("bgc.diagnostics.diagnostic", "BgError"),
+    "Ensemble": ("bgc.runtime.results.ensemble", "Ensemble"),
     "Model": ("bgc.runtime.model", "Model"),
-    "Result": ("bgc.runtime.result", "Result"),
-    "SimulationError": ("bgc.runtime.failures", "SimulationError"),
+    "Result": ("bgc.runtime.results.result", "Result"),
+    "SimulationError": ("bgc.runtime.running.failures", "SimulationError"),
     "Trade": ("bgc.runtime.trade.trade", "Trade"),
     "compile": ("bgc.runtime.compiling", "compile_model"),
     "trade": ("bgc.runtime.trade.trade", "trade"),

@@ -9,7 +9,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import ParamSpec, TypeVar
 
-from bgc.analysis.time_dependence import depends_on_time
 from bgc.building.build import Unit, build_shared_object, lane_runtime_units
 from bgc.building.built import Built, run_facts
 from bgc.building.cache import digest_of, open_cache
@@ -17,22 +16,23 @@ from bgc.building.preview import previewed
 from bgc.building.recall import remember
 from bgc.building.toolchain import find_toolchain
 from bgc.causality.assign import assign_causality
-from bgc.causality.causal import CausalGraph
+from bgc.diagnostics.diagnostic import BgError, Diagnostic, as_error
 from bgc.elaboration.elaborate import elaborate
-from bgc.elaboration.observed import with_accounts
-from bgc.elaboration.resolve import Package, load
-from bgc.elaboration.scene import stands_alone
+from bgc.elaboration.scenes.observed import with_accounts
+from bgc.elaboration.scenes.scene import stands_alone
 from bgc.emission.emit import EmittedModel, content_of, emit_model
 from bgc.emission.lanes import lane_units
 from bgc.emission.optimise import optimise
 from bgc.emission.switches import places_of
 from bgc.equations.derive import derive_equations
-from bgc.grammar.diagnostics import BgError, Diagnostic, as_error
-from bgc.graph import FlatGraph
+from bgc.ir.causal import CausalGraph
+from bgc.ir.graph import FlatGraph
+from bgc.ir.program import Program
+from bgc.ir.time_dependence import depends_on_time
 from bgc.options import Options
-from bgc.physics.checks import check_physics
-from bgc.physics.coefficients import passive_coefficients
-from bgc.program import Program
+from bgc.passivity.checks import check_physics
+from bgc.passivity.coefficients import passive_coefficients
+from bgc.resolution.resolve import Package, load
 from bgc.slicing.fold import Folding, fold_parameters
 from bgc.slicing.slice import slice_program
 

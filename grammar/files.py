@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bgc.grammar.catalogue import files
-from bgc.grammar.diagnostics import BgError
-from bgc.grammar.source import Source
+from bgc.diagnostics.catalogue import files
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.source import Source
 
 MAX_BYTES = 16_000_000
 

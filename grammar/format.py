@@ -14,10 +14,10 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.source import Source
 from bgc.grammar.lalr import Token
 from bgc.grammar.parse import parse_with_tokens
-from bgc.grammar.source import Source
 
 _WIDTH = 100
 _INDENT = 2

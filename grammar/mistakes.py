@@ -11,12 +11,12 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from bgc.grammar.catalogue import did_you_mean
-from bgc.grammar.catalogue import syntax as wrong
+from bgc.diagnostics.catalogue import did_you_mean
+from bgc.diagnostics.catalogue import syntax as wrong
+from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.source import Source, Span
 from bgc.grammar.characters import explain_characters
-from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.lalr import END, Token
-from bgc.grammar.source import Source, Span
 from bgc.grammar.words import BLOCK_OF, FORMS, FORMS_IN, PLACES, RESERVED, WORDS
 
 _CLOSER = {"LPAR": "RPAR", "LSQB": "RSQB", "LBRACE": "RBRACE"}

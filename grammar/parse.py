@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from itertools import pairwise
 
+from bgc.diagnostics.catalogue import files
+from bgc.diagnostics.catalogue import syntax as wrong
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
-from bgc.grammar.catalogue import files
-from bgc.grammar.catalogue import syntax as wrong
-from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.files import read_source
 from bgc.grammar.lalr import (
     END,
@@ -18,7 +19,6 @@ from bgc.grammar.lalr import (
     UnexpectedCharactersError,
     UnexpectedTokenError,
 )
-from bgc.grammar.source import Source, Span
 from bgc.grammar.tables import tables
 from bgc.grammar.transform import transform, transform_setting
 

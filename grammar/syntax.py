@@ -11,7 +11,7 @@ from enum import Enum
 from fractions import Fraction
 from typing import TypeAlias
 
-from bgc.grammar.source import Source, Span
+from bgc.diagnostics.source import Source, Span
 
 # --- expressions -----------------------------------------------------------------------
 

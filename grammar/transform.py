@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from bgc.diagnostics.catalogue import syntax as wrong
+from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
-from bgc.grammar.catalogue import syntax as wrong
-from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.lalr import Token, Tree
-from bgc.grammar.source import Source, Span
 from bgc.grammar.transform_expressions import MAX_DEPTH, ExpressionTransform, unquoted
 from bgc.grammar.words import SCENE_WORDS
 

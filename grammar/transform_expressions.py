@@ -7,11 +7,11 @@ import sys
 from fractions import Fraction
 from typing import Any
 
+from bgc.diagnostics.catalogue import syntax as wrong
+from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
-from bgc.grammar.catalogue import syntax as wrong
-from bgc.grammar.diagnostics import Diagnostic
 from bgc.grammar.lalr import Token, Tree
-from bgc.grammar.source import Source, Span
 
 MAX_DEPTH = 200
 """How deep expressions may nest; `a + b + c` nests two deep, as `(a + b) + c`."""

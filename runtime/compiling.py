@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from bgc.building.built import Built
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
 from bgc.runtime.model import Model
-from bgc.runtime.parameters import Quantity
+from bgc.runtime.running.parameters import Quantity
 
 
 def compile_model(

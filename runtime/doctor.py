@@ -14,7 +14,7 @@ from importlib.util import find_spec
 
 from bgc.building.cache import open_cache
 from bgc.building.toolchain import find_toolchain, try_compiler
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.diagnostic import BgError
 
 _DISTRIBUTION = "bgc-lang"
 

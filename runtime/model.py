@@ -12,23 +12,36 @@ import numpy as np
 
 from bgc.building.backends import BACKENDS
 from bgc.building.built import ENERGY_ACCOUNTS, Built, RunFacts
-from bgc.grammar.catalogue.arguments import no_duration
-from bgc.grammar.catalogue.physics import negative_value
-from bgc.grammar.catalogue.run import step_too_long
-from bgc.grammar.catalogue.trade import nothing_measured
-from bgc.grammar.diagnostics import BgError, Diagnostic
+from bgc.diagnostics.catalogue.arguments import no_duration
+from bgc.diagnostics.catalogue.physics import negative_value
+from bgc.diagnostics.catalogue.run import step_too_long
+from bgc.diagnostics.catalogue.trade import nothing_measured
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.options import Options
-from bgc.runtime.binding import Array, Instance, Library, Status, VarInfo, text
-from bgc.runtime.failures import RunInterrupted, SimulationError, explain, require
-from bgc.runtime.linear import Complex, Linearisation, Mode, modes_of, pencil_eigenvalues
-from bgc.runtime.parameters import Parameters, Quantity
-from bgc.runtime.result import Result
-from bgc.runtime.rows import row_times
-from bgc.runtime.run import Method, choose_method, open_devices, run_watched, set_method, start
+from bgc.runtime.linear.state_space import (
+    Complex,
+    Linearisation,
+    Mode,
+    modes_of,
+    pencil_eigenvalues,
+)
+from bgc.runtime.results.result import Result
+from bgc.runtime.running.binding import Array, Instance, Library, Status, VarInfo, text
+from bgc.runtime.running.failures import RunInterrupted, SimulationError, explain, require
+from bgc.runtime.running.parameters import Parameters, Quantity
+from bgc.runtime.running.rows import row_times
+from bgc.runtime.running.run import (
+    Method,
+    choose_method,
+    open_devices,
+    run_watched,
+    set_method,
+    start,
+)
 
 if TYPE_CHECKING:
-    from bgc.runtime.ensemble import Ensemble
-    from bgc.runtime.many import Sets
+    from bgc.runtime.results.ensemble import Ensemble
+    from bgc.runtime.running.many import Sets
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +188,7 @@ class Model:
 
         Several instances go in one vector register (eight with AVX-512), and batches of these on
         all processors. Instances in a batch take the same steps: under error control the ones
-        that the most demanding of them needs. What batches do not serve (`bgc.runtime.many`) is
+        that the most demanding of them needs. What batches do not serve (`running.many`) is
         run one by one, and `Ensemble.alone` says why. The first call compiles what it needs, once
         and for all.
 
@@ -204,7 +217,7 @@ class Model:
         BgError
             An argument or a parameter is at fault.
         """
-        from bgc.runtime.many import parameter_sets, simulate_many
+        from bgc.runtime.running.many import parameter_sets, simulate_many
 
         sets = parameter_sets(parameters)
         asked = choose_method(self.library, self.facts, solver, rtol, atol, step, settle, BACKENDS)
@@ -370,7 +383,7 @@ class Model:
         BgError
             An input or output does not exist, or there is no equilibrium.
         """
-        from bgc.runtime.operating import OpenedModel
+        from bgc.runtime.linearising.operating import OpenedModel
 
         if self.origin is None:
             raise ValueError("a model without its source has no inputs: use `eigenvalues`")

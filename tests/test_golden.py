@@ -21,7 +21,7 @@ from bgc.building.toolchain import find_toolchain
 from bgc.driver import Compilation
 from bgc.emission.emit import amalgamate
 from bgc.options import Options
-from bgc.show import show_pass
+from bgc.printing.stages import show_pass
 
 Array = npt.NDArray[np.float64]
 Answer = Callable[[Array], Mapping[str, Array]]

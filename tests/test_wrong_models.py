@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 
 from bgc.causality.assign import assign_causality
+from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity
+from bgc.diagnostics.render import render
 from bgc.elaboration.elaborate import elaborate
-from bgc.elaboration.resolve import load, load_text
 from bgc.equations.derive import derive_equations
-from bgc.grammar.diagnostics import BgError, Diagnostic, Severity
-from bgc.grammar.render import render
-from bgc.physics.checks import check_physics
+from bgc.passivity.checks import check_physics
+from bgc.resolution.resolve import load, load_text
 
 WRONG = sorted((Path(__file__).parent / "wrong").glob("*.bg"))
 GOOD = sorted((Path(__file__).parent / "models").glob("*.bg"))

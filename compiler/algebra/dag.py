@@ -13,7 +13,7 @@ from enum import IntEnum
 from fractions import Fraction
 
 from bgc.algebra.angles import cosine_of, sine_of, tangent_of
-from bgc.grammar.source import Span
+from bgc.diagnostics.source import Span
 
 
 class Op(IntEnum):

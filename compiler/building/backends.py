@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 from bgc.building.cache import Cache, digest_of
 from bgc.building.recall import machine_identity
-from bgc.grammar.catalogue.backends import solver_not_installed
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.catalogue.backends import solver_not_installed
+from bgc.diagnostics.diagnostic import BgError
 
 if TYPE_CHECKING:  # a warm start knows the names of backends, and compiles nothing
     from bgc.building.toolchain import Toolchain

@@ -27,12 +27,12 @@ from bgc.building.toolchain import (
     Toolchain,
     try_compiler,
 )
-from bgc.grammar.catalogue.machine import (
+from bgc.diagnostics.catalogue.machine import (
     cannot_write,
     compiler_does_not_work,
     compiler_rejected_code,
 )
-from bgc.grammar.diagnostics import BgError, Diagnostic
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
 
 _LINES_SHOWN = 20
 _DISK_FULL = {

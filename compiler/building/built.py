@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bgc.grammar.diagnostics import Diagnostic
-from bgc.grammar.source import Span
+from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.source import Span
 
 if TYPE_CHECKING:  # a warm start does without the compiler's own modules
-    from bgc.graph import Requirement, SceneFacts
+    from bgc.ir.graph import Requirement, SceneFacts
 
 ENERGY_ACCOUNTS = ("stored", "supplied", "dissipated", "residual")  # as rows of C have them
 

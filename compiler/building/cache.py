@@ -24,8 +24,8 @@ from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
 
-from bgc.grammar.catalogue.machine import cache_not_writable
-from bgc.grammar.diagnostics import Diagnostic
+from bgc.diagnostics.catalogue.machine import cache_not_writable
+from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.grammar.places import cache_directory
 
 _KEEP_SECONDS = 60 * 24 * 3600.0  # what is unused for longer is removed

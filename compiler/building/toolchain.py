@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from bgc.grammar.catalogue.machine import chosen_compiler_missing, no_c_compiler
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.catalogue.machine import chosen_compiler_missing, no_c_compiler
+from bgc.diagnostics.diagnostic import BgError
 
 CANDIDATES = ("cc", "gcc", "clang")
 

@@ -12,7 +12,15 @@ from collections.abc import Collection, Iterable, Sequence
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.causality.causal import (
+from bgc.causality.certificates import Certifier
+from bgc.causality.elimination import Elimination, eliminate
+from bgc.causality.paths import connections, holding, rigid_path
+from bgc.causality.regions import Structure, junction_structure
+from bgc.causality.sequence import sequence_rows
+from bgc.causality.strokes import place_strokes
+from bgc.diagnostics.catalogue import causality as catalogue
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.ir.causal import (
     Basis,
     BasisKind,
     BondClass,
@@ -22,16 +30,8 @@ from bgc.causality.causal import (
     Row,
     Step,
 )
-from bgc.causality.certificates import Certifier
-from bgc.causality.elimination import Elimination, eliminate
-from bgc.causality.paths import connections, holding, rigid_path
-from bgc.causality.regions import Structure, junction_structure
-from bgc.causality.sequence import sequence_rows
-from bgc.causality.strokes import place_strokes
-from bgc.grammar.catalogue import causality as catalogue
-from bgc.grammar.diagnostics import BgError, Diagnostic
-from bgc.graph import FlatGraph, Gyrator, Node, Source, Transformer
-from bgc.program import PositiveParameter
+from bgc.ir.graph import FlatGraph, Gyrator, Node, Source, Transformer
+from bgc.ir.program import PositiveParameter
 
 _Flows = list[dict[int, Node]]  # of each class: index in the basis -> entry of N
 

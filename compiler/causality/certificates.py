@@ -10,8 +10,8 @@ from enum import IntEnum
 from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.rounding import RoundedEvaluator
-from bgc.defaults import default_values
-from bgc.graph import Node, Parameter
+from bgc.ir.defaults import default_values
+from bgc.ir.graph import Node, Parameter
 
 
 class Rank(IntEnum):

@@ -22,11 +22,11 @@ from typing import TypeAlias
 
 from bgc.algebra.dag import Dag
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.causality.causal import BondClass, ElementPort, Role, Row, RowEnd, Step
 from bgc.causality.certificates import Certifier, Rank, Size
 from bgc.causality.regions import Block, Structure
 from bgc.causality.rotations import known_inverse
-from bgc.graph import Matrix, Node
+from bgc.ir.causal import BondClass, ElementPort, Role, Row, RowEnd, Step
+from bgc.ir.graph import Matrix, Node
 
 _LEVELS = {
     Role.EFFORT_SOURCE: 1,

@@ -7,8 +7,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TypeAlias
 
 from bgc.causality.regions import ports_of
-from bgc.grammar.catalogue.causality import Connection
-from bgc.graph import Element, FlatGraph, Gyrator, Junction, Source, Transformer
+from bgc.diagnostics.catalogue.causality import Connection
+from bgc.ir.graph import Element, FlatGraph, Gyrator, Junction, Source, Transformer
 
 
 def rigid_path(graph: FlatGraph, start: int, end: int, bonds: Collection[int]) -> list[int]:

@@ -14,8 +14,8 @@ from typing import assert_never
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.linalg import transpose
-from bgc.causality.causal import BondClass, ElementPort, Role, Row, RowEnd
-from bgc.graph import (
+from bgc.ir.causal import BondClass, ElementPort, Role, Row, RowEnd
+from bgc.ir.graph import (
     Element,
     EnergyLaw,
     FlatGraph,

@@ -8,7 +8,7 @@ from fractions import Fraction
 from bgc.algebra.dag import Dag
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.linalg import multiply, transpose
-from bgc.graph import Matrix, Node
+from bgc.ir.graph import Matrix, Node
 
 
 def known_inverse(dag: Dag, fingerprints: Fingerprints, matrix: Matrix) -> Matrix | None:

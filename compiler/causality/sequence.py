@@ -16,9 +16,9 @@ from collections.abc import Sequence
 
 from bgc.algebra.dag import Dag
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.causality.causal import Row, Step
 from bgc.causality.certificates import Certifier, Size
-from bgc.graph import Node
+from bgc.ir.causal import Row, Step
+from bgc.ir.graph import Node
 
 _Form = dict[int, Node]  # class -> coefficient, zeros left out
 

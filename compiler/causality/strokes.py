@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.algebra.matching import match
-from bgc.causality.causal import (
+from bgc.causality.regions import ports_of, sums_through
+from bgc.ir.causal import (
     Basis,
     BasisKind,
     BondClass,
@@ -22,8 +23,7 @@ from bgc.causality.causal import (
     Step,
     Stroke,
 )
-from bgc.causality.regions import ports_of, sums_through
-from bgc.graph import FlatGraph, Gyristor, Junction, Resistor, Source, Storage, Transformer
+from bgc.ir.graph import FlatGraph, Gyristor, Junction, Resistor, Source, Storage, Transformer
 
 _Ends = dict[int, dict[int, tuple[int, int]]]
 

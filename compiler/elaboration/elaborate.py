@@ -7,38 +7,38 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from bgc.algebra.dag import Dag
-from bgc.elaboration.asked import observing
-from bgc.elaboration.bond_units import BondUnits
-from bgc.elaboration.bond_values import BondValues
-from bgc.elaboration.carried import Carried
-from bgc.elaboration.devices import read_devices
-from bgc.elaboration.domains import Domains
-from bgc.elaboration.element_laws import read_elements
-from bgc.elaboration.fitted import using
-from bgc.elaboration.instantiate import Builder
-from bgc.elaboration.law_units import infer_units
-from bgc.elaboration.modules import Package
-from bgc.elaboration.observed import Observed, read_observed
-from bgc.elaboration.quantities import Quantities, component_name, indices
-from bgc.elaboration.report import Report
-from bgc.elaboration.run_facts import read_facts, read_kept, read_requirements
-from bgc.elaboration.scalarise import Scalars, scalarise
-from bgc.elaboration.scene import Scene, choose_scene
-from bgc.elaboration.scene_edits import check_edits, check_overrides, collect_edits
-from bgc.elaboration.statements import (
+from bgc.diagnostics.catalogue import graph as messages
+from bgc.diagnostics.catalogue.scenes import device_name_taken
+from bgc.diagnostics.report import Report
+from bgc.elaboration.bonds.carried import Carried
+from bgc.elaboration.bonds.domains import Domains
+from bgc.elaboration.bonds.scalarise import Scalars, scalarise
+from bgc.elaboration.bonds.units import BondUnits
+from bgc.elaboration.bonds.values import BondValues
+from bgc.elaboration.bonds.widths import join_nets, settle_widths
+from bgc.elaboration.bonds.wiring import Wiring, wire
+from bgc.elaboration.instances.instantiate import Builder
+from bgc.elaboration.instances.quantities import Quantities, component_name, indices
+from bgc.elaboration.instances.tree import Instance, Quantity
+from bgc.elaboration.instances.world import Edits, World
+from bgc.elaboration.laws.elements import read_elements
+from bgc.elaboration.laws.statements import (
     force_parameters,
     force_values,
     note_assignments,
     read_statements,
     unit_symbol,
 )
-from bgc.elaboration.tree import Instance, Quantity
-from bgc.elaboration.widths import join_nets, settle_widths
-from bgc.elaboration.wiring import Wiring, wire
-from bgc.elaboration.world import Edits, World
-from bgc.grammar.catalogue import graph as messages
-from bgc.grammar.catalogue.scenes import device_name_taken
-from bgc.graph import Bond, FlatGraph, Observation, Requirement
+from bgc.elaboration.laws.units import infer_units
+from bgc.elaboration.scenes.devices import read_devices
+from bgc.elaboration.scenes.edits import check_edits, check_overrides, collect_edits
+from bgc.elaboration.scenes.observed import Observed, read_observed
+from bgc.elaboration.scenes.requested import observing
+from bgc.elaboration.scenes.run_facts import read_facts, read_kept, read_requirements
+from bgc.elaboration.scenes.scene import Scene, choose_scene
+from bgc.elaboration.scenes.uses import using
+from bgc.ir.graph import Bond, FlatGraph, Observation, Requirement
+from bgc.resolution.modules import Package
 from bgc.values.units import Dimension, si_symbol
 
 _STACK = 50_000

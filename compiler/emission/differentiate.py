@@ -15,10 +15,10 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Level, Op, Symbol
 from bgc.algebra.derivatives import CHOICES, choice, partials
-from bgc.emission.lowered import Jacobian
 from bgc.emission.vertices import TIME, Row, by_state_and_time, eliminated_rows
-from bgc.graph import Node
-from bgc.program import Program
+from bgc.ir.graph import Node
+from bgc.ir.lowered import Jacobian
+from bgc.ir.program import Program
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
 _SYMBOL, _ADD, _SUB, _MUL = map(int, (Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL))

@@ -13,11 +13,11 @@ from bgc.building.toolchain import COMMON_FLAGS, GCC_PASSES
 from bgc.emission.frame import framed
 from bgc.emission.kernels import KernelText, print_defaults, print_kernel, prototype
 from bgc.emission.lower import dependent_defaults, lower
-from bgc.emission.lowered import Lowered
 from bgc.emission.print_c import DOUBLES, HELPERS, Numbers
 from bgc.emission.print_lu import MatrixText, matrix_prototypes, print_lu
 from bgc.emission.tables import Field, model_tables
-from bgc.program import Program
+from bgc.ir.lowered import Lowered
+from bgc.ir.program import Program
 
 # The optimisations that pay on straight-line code. -std=c11 alone forbids fused multiply-adds,
 # which make the factorisation 1.5 times faster.

@@ -14,10 +14,10 @@ from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
-from bgc.emission.lowered import Kernel, Reads, Store
 from bgc.emission.print_c import DOUBLES, Numbers, asks_for_number
 from bgc.emission.windows import pointed, repointed
-from bgc.graph import Node
+from bgc.ir.graph import Node
+from bgc.ir.lowered import Kernel, Reads, Store
 
 _INLINE = 20  # operations in one expression
 _LOOP = 8  # elements that are copied by a loop

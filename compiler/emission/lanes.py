@@ -13,9 +13,9 @@ from dataclasses import replace
 from bgc.building.build import Unit
 from bgc.emission.emit import MODEL_FLAGS, is_large, print_matrix
 from bgc.emission.kernels import KernelText, print_kernel, prototype
-from bgc.emission.lowered import Kernel, Lowered
 from bgc.emission.print_c import LANES
 from bgc.emission.print_lu import matrix_prototypes
+from bgc.ir.lowered import Kernel, Lowered
 
 _KERNELS = ("rhs", "jacobian", "energy", "outputs", "asserts", "project", "switches")
 

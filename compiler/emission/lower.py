@@ -9,13 +9,13 @@ from fractions import Fraction
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.emission.differentiate import differentiate
 from bgc.emission.kernels import hoisted_nodes
-from bgc.emission.lowered import Jacobian, Kernel, Lowered, Reads, Store, Switch
 from bgc.emission.optimise import number_values
 from bgc.emission.sparse import plan_lu
 from bgc.emission.switches import hold_modes
-from bgc.graph import Node
-from bgc.program import MassEntry, Program
-from bgc.program_nodes import map_program, program_roots
+from bgc.ir.graph import Node
+from bgc.ir.lowered import Jacobian, Kernel, Lowered, Reads, Store, Switch
+from bgc.ir.program import MassEntry, Program
+from bgc.ir.program_nodes import map_program, program_roots
 
 _RUNNING = "h t x u"
 

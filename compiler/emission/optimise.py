@@ -17,9 +17,9 @@ from collections.abc import Sequence
 
 from bgc.algebra.dag import Dag, Op
 from bgc.algebra.fingerprint import Fingerprints, negative
-from bgc.graph import Node
-from bgc.program import Program
-from bgc.program_nodes import map_program, program_roots
+from bgc.ir.graph import Node
+from bgc.ir.program import Program
+from bgc.ir.program_nodes import map_program, program_roots
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
 _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG = map(

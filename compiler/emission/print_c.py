@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Kind, Op
-from bgc.graph import Node
+from bgc.ir.graph import Node
 
 # How tightly a piece of text binds, as in C.
 _CHOICE, _COMPARE, _SUM, _PRODUCT, _UNARY, _ATOM = range(6)

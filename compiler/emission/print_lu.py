@@ -14,9 +14,9 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from bgc.emission.lowered import LuPlan
 from bgc.emission.print_c import DOUBLES, LANES, Numbers
 from bgc.emission.windows import pointed, repointed
+from bgc.ir.lowered import LuPlan
 
 UNROLLED = 30_000  # operations of a factorisation
 _CHUNK = 250  # operations in one C function

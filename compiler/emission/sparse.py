@@ -14,8 +14,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from heapq import heapify, heappop, heappush
 
-from bgc.emission.lowered import Jacobian, LuPlan
-from bgc.program import Program
+from bgc.ir.lowered import Jacobian, LuPlan
+from bgc.ir.program import Program
 
 _COUNTED = 5_000  # operations of a factorisation up to which fill is counted
 

@@ -17,10 +17,10 @@ from dataclasses import replace
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.building.built import Place, Places
-from bgc.emission.lowered import Lowered, Operation, Switch
-from bgc.graph import Node
-from bgc.program import Program
-from bgc.program_nodes import map_program, program_roots
+from bgc.ir.graph import Node
+from bgc.ir.lowered import Lowered, Operation, Switch
+from bgc.ir.program import Program
+from bgc.ir.program_nodes import map_program, program_roots
 
 _OPERATIONS = {
     int(Op.LT): Operation.ABOVE,

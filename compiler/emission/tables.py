@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from bgc.algebra.dag import Kind, Symbol
-from bgc.defaults import default_values
-from bgc.emission.lowered import Lowered
-from bgc.graph import DeviceUse
-from bgc.program import Program
+from bgc.ir.defaults import default_values
+from bgc.ir.graph import DeviceUse
+from bgc.ir.lowered import Lowered
+from bgc.ir.program import Program
 
 _CHANNELS = {
     "position": "BGC_POSITION",

@@ -15,7 +15,7 @@ from heapq import heapify, heappop, heappush
 
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.derivatives import CHOICES, choice, partials
-from bgc.graph import Node
+from bgc.ir.graph import Node
 
 TIME = -1  # the column of df/dt
 

@@ -13,9 +13,9 @@ from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.derivatives import gradient
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.newton import Rows
-from bgc.defaults import default_values
-from bgc.equations.starting import algebraic_rows
-from bgc.program import Program
+from bgc.equations.loops.start import algebraic_rows
+from bgc.ir.defaults import default_values
+from bgc.ir.program import Program
 
 _TOLERANCE = 1e-6  # of all powers; far above rounding, far below a slip
 _REST = 1e-9  # of the stored energy in a second: less power than that is rounding

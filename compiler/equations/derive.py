@@ -11,30 +11,30 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bgc.algebra.dag import Kind
-from bgc.causality.causal import CausalGraph, Role
-from bgc.equations.accounts import energy_accounts
 from bgc.equations.audit import assert_power_balance
-from bgc.equations.implicit import ImplicitRows, implicit_rows, pair_equations
-from bgc.equations.initial import closed_initials
-from bgc.equations.integrating import integrate_alone
-from bgc.equations.laws import positive_values
-from bgc.equations.loops import AlgebraicState
-from bgc.equations.merged_compliances import merge_along_motions
-from bgc.equations.merged_inertias import merge_inertias
-from bgc.equations.resolving import Resolver
+from bgc.equations.inertias.merge import merge_inertias
+from bgc.equations.loops.implicit import ImplicitRows, implicit_rows, pair_equations
+from bgc.equations.loops.loops import AlgebraicState
+from bgc.equations.loops.motion_rates import settle_motions
+from bgc.equations.loops.resolve import Resolver
+from bgc.equations.loops.start import with_start_values
+from bgc.equations.motions.merge import merge_along_motions
 from bgc.equations.scales import state_scale, storage_scales
-from bgc.equations.settling import settle_motions
-from bgc.equations.starting import with_start_values
-from bgc.equations.storage import (
+from bgc.equations.storage.accounts import energy_accounts
+from bgc.equations.storage.initial import closed_initials
+from bgc.equations.storage.integrated import integrate_alone
+from bgc.equations.storage.kinds import (
     IntegratedState,
     StorageElement,
     columns_of,
     is_independent,
     storage_elements,
 )
-from bgc.equations.variables import Variables
-from bgc.graph import FlatGraph, Node
-from bgc.program import Energy, MassEntry, PositiveParameter, Program, ProgramState
+from bgc.equations.variables.laws import positive_values
+from bgc.equations.variables.variables import Variables
+from bgc.ir.causal import CausalGraph, Role
+from bgc.ir.graph import FlatGraph, Node
+from bgc.ir.program import Energy, MassEntry, PositiveParameter, Program, ProgramState
 
 
 def derive_equations(causal: CausalGraph) -> Program:

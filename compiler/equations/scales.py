@@ -18,9 +18,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Level, Op
-from bgc.causality.causal import CausalGraph, Role
-from bgc.equations.storage import IntegratedState, StorageElement, StoragePort
-from bgc.graph import Node
+from bgc.equations.storage.kinds import IntegratedState, StorageElement, StoragePort
+from bgc.ir.causal import CausalGraph, Role
+from bgc.ir.graph import Node
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 
-from bgc.causality.causal import CausalGraph, Role, Rule
 from bgc.causality.regions import ports_of
 from bgc.driver import Compilation
-from bgc.graph import Bond, FlatGraph, Storage
+from bgc.ir.causal import CausalGraph, Role, Rule
+from bgc.ir.graph import Bond, FlatGraph, Storage
+from bgc.ir.program import Loop, Program, ProgramState
 from bgc.printing.tables import Table
-from bgc.program import Loop, Program, ProgramState
 
 _COMPONENT = re.compile(r"(?P<base>.+)\[(?P<index>\d+)\]")
 

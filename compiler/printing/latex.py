@@ -15,9 +15,9 @@ from functools import partial
 
 from bgc.algebra.dag import Dag, Op, Symbol
 from bgc.algebra.infix import number
-from bgc.graph import Node
+from bgc.ir.graph import Node
+from bgc.ir.program import Program
 from bgc.printing.latex_names import dotted, latex_names
-from bgc.program import Program
 
 _LINE = 80  # visible characters of a line, about
 _LONG = 30  # operations after which an expression is cut

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Kind, Op
-from bgc.graph import FlatGraph, Node, Parameter
-from bgc.slicing.graph_nodes import graph_roots, map_graph
+from bgc.ir.graph import FlatGraph, Node, Parameter
+from bgc.ir.graph_nodes import graph_roots, map_graph
 from bgc.slicing.names import is_kept
 
 

@@ -19,8 +19,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from bgc.algebra.dag import Kind, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.graph import Node
-from bgc.program import Program
+from bgc.ir.graph import Node
+from bgc.ir.program import Program
 from bgc.slicing.names import is_kept
 from bgc.slicing.signs import Signs
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-from bgc.program import Dropped, Reason
+from bgc.ir.program import Dropped, Reason
 
 _STEP = re.compile(r"\.|(?=\[)")
 _COMPONENT = re.compile(r"\[[^\[\]]*\]")

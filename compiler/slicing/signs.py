@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
-from bgc.graph import Node, Parameter
+from bgc.ir.graph import Node, Parameter
 
 _DEPTH = 16  # of an expression that is looked into
 _NEVER_NEGATIVE = frozenset(

@@ -6,9 +6,9 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 from bgc.algebra.dag import Kind
-from bgc.graph import Guard, Node
-from bgc.program import Dropped, Energy, MassEntry, Program, Reason
-from bgc.program_nodes import map_program, program_roots
+from bgc.ir.graph import Guard, Node
+from bgc.ir.program import Dropped, Energy, MassEntry, Program, Reason
+from bgc.ir.program_nodes import map_program, program_roots
 from bgc.slicing.invariants import invariant_states, put_in
 from bgc.slicing.names import is_kept
 

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Op
-from bgc.grammar.catalogue import shapes as shape_messages
-from bgc.grammar.catalogue import values as catalogue
-from bgc.grammar.diagnostics import BgError, Diagnostic
-from bgc.grammar.source import Span
+from bgc.diagnostics.catalogue import shapes as shape_messages
+from bgc.diagnostics.catalogue import values as catalogue
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.source import Span
 from bgc.values.units import DIMENSIONLESS, Dimension, describe_dimension, divide, power
 from bgc.values.units import multiply as multiply_dimensions
 from bgc.values.value import Shape, Value, describe_shape

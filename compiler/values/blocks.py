@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.algebra.dag import Dag
-from bgc.grammar.catalogue import shapes as shape_messages
-from bgc.grammar.source import Span
+from bgc.diagnostics.catalogue import shapes as shape_messages
+from bgc.diagnostics.source import Span
 from bgc.values.arithmetic import Component, Operand, failure, require_size
 from bgc.values.value import Value
 

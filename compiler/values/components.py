@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bgc.grammar.catalogue import shapes as shape_messages
-from bgc.grammar.source import Span
+from bgc.diagnostics.catalogue import shapes as shape_messages
+from bgc.diagnostics.source import Span
 from bgc.values.arithmetic import failure
 from bgc.values.value import Value, describe_shape
 

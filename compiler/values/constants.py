@@ -7,8 +7,8 @@ from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.evaluate import evaluate_nodes, to_double
-from bgc.grammar.catalogue import values as catalogue
-from bgc.grammar.source import Span
+from bgc.diagnostics.catalogue import values as catalogue
+from bgc.diagnostics.source import Span
 from bgc.values.arithmetic import Operand, failure, require_plain, require_scalar
 
 

@@ -12,12 +12,12 @@ from fractions import Fraction
 from typing import TypeAlias, assert_never
 
 from bgc.algebra.dag import Dag, Kind, Op
+from bgc.diagnostics.catalogue import names
+from bgc.diagnostics.catalogue import shapes as shape_messages
+from bgc.diagnostics.catalogue import values as catalogue
+from bgc.diagnostics.catalogue.syntax import empty_vector
+from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
-from bgc.grammar.catalogue import names
-from bgc.grammar.catalogue import shapes as shape_messages
-from bgc.grammar.catalogue import values as catalogue
-from bgc.grammar.catalogue.syntax import empty_vector
-from bgc.grammar.source import Span
 from bgc.values import arithmetic, components, functions
 from bgc.values.arithmetic import Operand, failure
 from bgc.values.blocks import join_blocks

@@ -9,9 +9,9 @@ from functools import partial
 from typing import TypeAlias
 
 from bgc.algebra.dag import Dag, Op
-from bgc.grammar.catalogue import shapes as shape_messages
-from bgc.grammar.catalogue import values as catalogue
-from bgc.grammar.source import Span
+from bgc.diagnostics.catalogue import shapes as shape_messages
+from bgc.diagnostics.catalogue import values as catalogue
+from bgc.diagnostics.source import Span
 from bgc.values import vectors
 from bgc.values.arithmetic import Operand, failure, require_plain, require_scalar, unify
 from bgc.values.units import DIMENSIONLESS, Dimension, power

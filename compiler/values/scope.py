@@ -6,8 +6,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Protocol
 
+from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
-from bgc.grammar.source import Span
 from bgc.values.value import Value
 
 

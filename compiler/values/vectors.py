@@ -9,9 +9,9 @@ from typing import TypeAlias
 
 from bgc.algebra import linalg
 from bgc.algebra.dag import Dag, Level, Op
-from bgc.grammar.catalogue import shapes as shape_messages
-from bgc.grammar.catalogue import values as catalogue
-from bgc.grammar.source import Span
+from bgc.diagnostics.catalogue import shapes as shape_messages
+from bgc.diagnostics.catalogue import values as catalogue
+from bgc.diagnostics.source import Span
 from bgc.values.arithmetic import (
     Component,
     Operand,

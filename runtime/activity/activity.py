@@ -8,24 +8,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from bgc.cost import Cost, cost_of, lowered_program
+from bgc.diagnostics.catalogue.arguments import bad_option, no_duration
+from bgc.diagnostics.catalogue.stress import nominal_run_failed, nothing_to_judge
+from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import Compilation
-from bgc.grammar.catalogue.arguments import bad_option, no_duration
-from bgc.grammar.catalogue.stress import nominal_run_failed, nothing_to_judge
-from bgc.grammar.diagnostics import BgError
+from bgc.elaboration.scenes.variants import Change, with_changes
+from bgc.emission.cost import Cost, cost_of, lowered_program
 from bgc.options import Options
 from bgc.runtime.activity.changes import Candidate, possible_changes
 from bgc.runtime.activity.powers import Activity, activities, metered_model
 from bgc.runtime.activity.store import keep_variants
-from bgc.runtime.binding import Array
 from bgc.runtime.compiling import load_model
 from bgc.runtime.measuring.errors import largest_errors, quantities_of, worst_of
 from bgc.runtime.measuring.timed import Run, timed_run
 from bgc.runtime.model import Model
-from bgc.runtime.progress import ProgressBar
-from bgc.runtime.rows import row_times
-from bgc.runtime.run import Method, choose_method
-from bgc.variants import Change, with_changes
+from bgc.runtime.running.binding import Array
+from bgc.runtime.running.progress import ProgressBar
+from bgc.runtime.running.rows import row_times
+from bgc.runtime.running.run import Method, choose_method
 
 NEGLIGIBLE = 0.01
 WITHIN = 0.01

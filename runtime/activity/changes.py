@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.defaults import default_values
-from bgc.elaboration.modules import Package
-from bgc.graph import FlatGraph, Resistor, Storage
+from bgc.elaboration.scenes.variants import Change, variants_of
+from bgc.ir.defaults import default_values
+from bgc.ir.graph import FlatGraph, Resistor, Storage
+from bgc.ir.graph_nodes import law_nodes
+from bgc.resolution.modules import Package
 from bgc.runtime.activity.powers import Activity, below
-from bgc.slicing.graph_nodes import law_nodes
-from bgc.variants import Change, variants_of
 
 
 @dataclass(frozen=True, slots=True)

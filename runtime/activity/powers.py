@@ -20,9 +20,9 @@ from bgc.building.built import Built, run_facts
 from bgc.building.cache import open_cache
 from bgc.building.toolchain import find_toolchain
 from bgc.driver import Compilation
-from bgc.graph import FlatGraph, Observation, Resistor, Storage
-from bgc.runtime.binding import Array
+from bgc.ir.graph import FlatGraph, Observation, Resistor, Storage
 from bgc.runtime.model import Model
+from bgc.runtime.running.binding import Array
 
 _NAME = "power of port"  # no name of a scene holds a blank
 

@@ -8,9 +8,9 @@ from dataclasses import asdict
 from typing import Any, cast
 
 from bgc.building.cache import digest_of, open_cache, read_note, write_note
-from bgc.runtime.identity import scene_identity
+from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.model import Model
-from bgc.variants import Change
+from bgc.runtime.running.identity import scene_identity
 
 
 def keep_variants(model: Model, variants: Sequence[Sequence[Change]]) -> None:

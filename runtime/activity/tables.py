@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from bgc.cost import Cost
+from bgc.emission.cost import Cost
 from bgc.printing.tables import Table
 from bgc.runtime.activity.activity import ActivityReport, Trial
 from bgc.runtime.activity.powers import by_part
-from bgc.runtime.quantity import spelled_time
+from bgc.runtime.running.quantity import spelled_time
 
 _SHOWN = 0.9999  # of all activity: the parts that make it up are listed one by one
 

@@ -66,7 +66,7 @@ def activity(
     from bgc.runtime.activity.tables import tables
     from bgc.runtime.cli.printing import print_tables
     from bgc.runtime.compiling import compile_model
-    from bgc.runtime.quantity import read_quantity
+    from bgc.runtime.running.quantity import read_quantity
 
     model = compile_model(
         file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))

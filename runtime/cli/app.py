@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import click
 
-from bgc.grammar.diagnostics import BgError, Diagnostic
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
 
 DONE, AT_FAULT, USAGE, BUG, INTERRUPTED, TERMINATED = 0, 1, 2, 70, 130, 143
 
@@ -84,7 +84,7 @@ def application() -> None:
 
 def print_diagnostics(diagnostics: Iterable[Diagnostic]) -> None:
     """Print diagnostics to standard error, in colour on a terminal."""
-    from bgc.grammar.render import render
+    from bgc.diagnostics.render import render
 
     if text := render(diagnostics, colour=_colour_wanted()):
         click.echo(printable(text), err=True, nl=False)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bgc.grammar.catalogue.analysis import several_components
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.catalogue.analysis import several_components
+from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import (
     check_target,
@@ -27,7 +27,7 @@ from bgc.runtime.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from bgc.runtime.frequency import Response
+    from bgc.runtime.linear.frequency import Response
 
 _TABLES = (".csv",)
 _PICTURES = (".png", ".svg", ".pdf")
@@ -65,8 +65,8 @@ def bode(
     or flow (supply.e), a parameter (mass) or a device's channel.
     """
     from bgc.options import Options
-    from bgc.runtime.frequency import frequency_response
-    from bgc.runtime.operating import OpenedModel
+    from bgc.runtime.linear.frequency import frequency_response
+    from bgc.runtime.linearising.operating import OpenedModel
 
     check_target(out, (*_TABLES, "-"))
     check_target(plot, _PICTURES)
@@ -83,7 +83,7 @@ def bode(
     elif out is not None:
         response.to_csv(Path(out))
     if plot is not None:
-        from bgc.runtime.bode_plot import plot_bode
+        from bgc.runtime.linear.bode_plot import plot_bode
 
         plot_bode(response, Path(plot))
     if out != "-":

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bgc.grammar.catalogue.machine import cannot_write
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.catalogue.machine import cannot_write
+from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import (
     model_file,
@@ -64,7 +64,7 @@ def build(
 ) -> None:
     """Compile a scene of FILE to C or to a shared object, and print its path."""
     from bgc.options import Options
-    from bgc.runtime.files import written_whole
+    from bgc.runtime.results.files import written_whole
 
     if out == "-" and target != "c":
         raise click.UsageError("only --target c can be written to standard output")

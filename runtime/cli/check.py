@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from bgc.grammar.diagnostics import BgError, Diagnostic, Severity, as_error
+from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, as_error
 from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
 from bgc.runtime.cli.options import MODEL_FILE, scene_option, strict_option
 

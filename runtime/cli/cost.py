@@ -19,9 +19,9 @@ from bgc.runtime.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from bgc.cost import Cost
+    from bgc.emission.cost import Cost
     from bgc.printing.tables import Table
-    from bgc.runtime.cost import CostReport, VariantCost
+    from bgc.runtime.measuring.cost import CostReport, VariantCost
 
 _MOST_VARIANTS = 60
 
@@ -54,7 +54,7 @@ def cost(
     """Tell what a scene of FILE costs, what it left out and why, and what variants would cost."""
     from bgc.options import Options
     from bgc.runtime.cli.printing import print_tables
-    from bgc.runtime.cost import cost_report
+    from bgc.runtime.measuring.cost import cost_report
 
     options = Options(scene, read_assignments(assignments), uses=read_uses(uses))
     report = cost_report(file, options, most, progress=not quiet)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bgc.grammar.catalogue.machine import unknown_file_kind
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.catalogue.machine import unknown_file_kind
+from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import (
     input_option,
@@ -82,7 +82,7 @@ def equations(
     compilation = Compilation(file, options)
     if latex:
         from bgc.printing.latex import latex_equations
-        from bgc.show import symbol_names
+        from bgc.printing.stages import symbol_names
 
         program = compilation.optimised
         click.echo(latex_equations(program, symbol_names(program)), nl=False)
@@ -93,9 +93,9 @@ def equations(
 
 def _print_equations(compilation: Compilation, full: bool) -> None:
     """The equations as text; of very long ones what they are about."""
+    from bgc.printing.stages import show_equations
     from bgc.printing.tables import Table
     from bgc.runtime.cli.printing import print_tables
-    from bgc.show import show_equations
 
     program = compilation.optimised
     text = show_equations(program) or "no states, and nothing is observed\n"
@@ -125,8 +125,8 @@ def _print_linear(
     out: str | None,
 ) -> None:
     from bgc.runtime.cli.printing import print_tables
-    from bgc.runtime.linear_tables import linear_tables, write_csv, write_npz
-    from bgc.runtime.operating import OpenedModel
+    from bgc.runtime.linear.tables import linear_tables, write_csv, write_npz
+    from bgc.runtime.linearising.operating import OpenedModel
 
     if out is not None and Path(out).suffix.lower() not in _KINDS:
         raise BgError([unknown_file_kind(out, _KINDS)])

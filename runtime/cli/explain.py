@@ -14,7 +14,7 @@ def explain(code: str | None) -> None:
 
     Without a code, or with a word instead of one, list the diagnostics there are.
     """
-    from bgc.grammar.catalogue.pages import find_page, near_pages, topics
+    from bgc.diagnostics.catalogue.pages import find_page, near_pages, topics
 
     if code is None:
         blocks = (f"{title}\n{_listed(found)}" for title, found in topics())

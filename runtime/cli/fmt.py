@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from bgc.grammar.diagnostics import BgError, Diagnostic
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.cli.app import AT_FAULT, print_diagnostics, printable
 from bgc.runtime.cli.options import MODEL_FILE
 
@@ -19,7 +19,7 @@ def fmt(context: click.Context, files: tuple[Path, ...], check: bool) -> None:
     """Bring files to canonical form, in place; comments stay."""
     from bgc.grammar.files import read_source
     from bgc.grammar.format import format_source
-    from bgc.runtime.files import written_whole
+    from bgc.runtime.results.files import written_whole
 
     problems: list[Diagnostic] = []
     changed = 0

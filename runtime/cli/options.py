@@ -8,9 +8,9 @@ from typing import Any, Literal, TypeVar
 
 import click
 
-from bgc.grammar.catalogue.arguments import bad_assignment, bad_option
-from bgc.grammar.catalogue.machine import cannot_write, unknown_file_kind
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.catalogue.arguments import bad_assignment, bad_option
+from bgc.diagnostics.catalogue.machine import cannot_write, unknown_file_kind
+from bgc.diagnostics.diagnostic import BgError
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
@@ -92,7 +92,7 @@ def point_options(command: _Command) -> _Command:
 
 def read_point(at: str | None, steady: bool) -> float | Literal["steady"] | None:
     """Read where to linearise: a time in s, in equilibrium, or None for the initial state."""
-    from bgc.runtime.quantity import read_quantity
+    from bgc.runtime.running.quantity import read_quantity
 
     if at is not None and steady:
         raise click.UsageError("--at and --steady exclude each other")
@@ -116,7 +116,7 @@ def read_uses(texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
 
 def read_times(**texts: str | None) -> dict[str, float | None]:
     """Read options that are times, in s, by their names; None where one is not given."""
-    from bgc.runtime.quantity import read_quantity
+    from bgc.runtime.running.quantity import read_quantity
 
     return {
         name: None if text is None else read_quantity(text, f"--{name}", "s")

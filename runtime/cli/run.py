@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bgc.grammar.diagnostics import as_error
+from bgc.diagnostics.diagnostic import as_error
 from bgc.runtime.cli.app import AT_FAULT, INTERRUPTED, print_diagnostics
 from bgc.runtime.cli.options import (
     check_target,
@@ -25,7 +25,7 @@ from bgc.runtime.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from bgc.runtime.result import Result
+    from bgc.runtime.results.result import Result
 
 _TABLES = (".csv", ".npz")
 _PICTURES = (".png", ".svg", ".pdf")
@@ -85,9 +85,9 @@ def run(
     A run that fails, or that Ctrl-C or SIGTERM ends, still writes the rows up to there.
     """
     from bgc.runtime.compiling import compile_model
-    from bgc.runtime.failures import RunInterrupted, SimulationError
-    from bgc.runtime.quantity import read_quantity
-    from bgc.runtime.summary import summarise
+    from bgc.runtime.results.summary import summarise
+    from bgc.runtime.running.failures import RunInterrupted, SimulationError
+    from bgc.runtime.running.quantity import read_quantity
 
     if panels and plot is None:
         raise click.UsageError("--panel needs --plot FILE")

@@ -34,7 +34,7 @@ def show(
 ) -> None:
     """Print what a pass of the compiler made of a scene of FILE."""
     from bgc.options import Options
-    from bgc.show import PASSES, show_pass
+    from bgc.printing.stages import PASSES, show_pass
 
     if name not in PASSES:
         raise click.UsageError(f"there is no pass {name}; there are {', '.join(PASSES)}")

@@ -70,8 +70,8 @@ def sweep(
     Every combination of the values is an instance; with --sample, N points among them.
     """
     from bgc.runtime.compiling import compile_model
-    from bgc.runtime.ensemble import EnsembleInterrupted
-    from bgc.runtime.sweep import points, read_range
+    from bgc.runtime.results.ensemble import EnsembleInterrupted
+    from bgc.runtime.running.sweep import points, read_range
 
     check_target(out, _TABLES)
     times = read_times(step=step, every=every, time=duration)

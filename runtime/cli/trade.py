@@ -75,7 +75,7 @@ def trade(
     """
     from bgc.runtime.cli.printing import print_tables
     from bgc.runtime.compiling import compile_model
-    from bgc.runtime.quantity import read_quantity
+    from bgc.runtime.running.quantity import read_quantity
     from bgc.runtime.trade.configurations import KEEPS, RTOLS
     from bgc.runtime.trade.tables import tables
     from bgc.runtime.trade.trade import trade as measure
@@ -122,6 +122,6 @@ def _split(text: str | None) -> list[str]:
 
 
 def _numbers(text: str | None, option: str) -> list[float]:
-    from bgc.runtime.quantity import read_quantity
+    from bgc.runtime.running.quantity import read_quantity
 
     return [read_quantity(part, option, "") for part in _split(text)]

@@ -12,10 +12,10 @@ from threading import get_ident
 import numpy as np
 
 from bgc.building.built import ENERGY_ACCOUNTS
-from bgc.grammar.diagnostics import BgError
-from bgc.runtime.binding import Array, Instance, Status
+from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.model import Model
-from bgc.runtime.run import Method, watched
+from bgc.runtime.running.binding import Array, Instance, Status
+from bgc.runtime.running.run import Method, watched
 
 _PACED = 60_000  # periods of a run that are looked at one by one
 

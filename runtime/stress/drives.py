@@ -16,9 +16,9 @@ from enum import Enum
 import numpy as np
 
 from bgc.algebra.dag import Kind
-from bgc.grammar.catalogue.stress import not_a_drive
-from bgc.grammar.diagnostics import BgError
-from bgc.graph import (
+from bgc.diagnostics.catalogue.stress import not_a_drive
+from bgc.diagnostics.diagnostic import BgError
+from bgc.ir.graph import (
     Element,
     FlatGraph,
     Form,
@@ -31,9 +31,9 @@ from bgc.graph import (
     Storage,
     Transformer,
 )
-from bgc.runtime.parameters import Parameter
-from bgc.runtime.quantity import read_quantity
-from bgc.slicing.graph_nodes import law_nodes
+from bgc.ir.graph_nodes import law_nodes
+from bgc.runtime.running.parameters import Parameter
+from bgc.runtime.running.quantity import read_quantity
 
 STEP, RTOL, TIME = "step", "rtol", "time"
 _UNITS = {STEP: "s", RTOL: "", TIME: "s"}

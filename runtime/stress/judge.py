@@ -8,12 +8,12 @@ from enum import Enum
 
 import numpy as np
 
-from bgc.runtime.binding import Array, Status
 from bgc.runtime.measuring.errors import combined, largest_errors, quantities_of
 from bgc.runtime.measuring.timed import Run, timed_run
 from bgc.runtime.model import Model
-from bgc.runtime.result import unbalanced
-from bgc.runtime.run import Method
+from bgc.runtime.results.result import unbalanced
+from bgc.runtime.running.binding import Array, Status
+from bgc.runtime.running.run import Method
 from bgc.runtime.stress.ringing import ringing_at_start
 
 WRONG = 0.1  # of the range: an error from which on a number has nothing to say any more

@@ -11,9 +11,9 @@ import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from bgc.grammar.catalogue.machine import unknown_file_kind
-from bgc.grammar.diagnostics import BgError
-from bgc.runtime.plot import KINDS, STYLE, write_figure
+from bgc.diagnostics.catalogue.machine import unknown_file_kind
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.results.plot import KINDS, STYLE, write_figure
 from bgc.runtime.stress.judge import Judgement, Verdict
 from bgc.runtime.stress.stress import Point, StressMap
 

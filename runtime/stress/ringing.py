@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bgc.grammar.diagnostics import BgError
-from bgc.runtime.binding import Array, Instance, Status
-from bgc.runtime.fast_modes import balancing
-from bgc.runtime.linear import without_algebraic
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.linear.fast_modes import balancing
+from bgc.runtime.linear.state_space import without_algebraic
 from bgc.runtime.model import Model
-from bgc.runtime.run import Method
+from bgc.runtime.running.binding import Array, Instance, Status
+from bgc.runtime.running.run import Method
 
 _MOST = 400  # states: beyond, eigenvalues take too long
 

@@ -9,9 +9,9 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, cast
 
 from bgc.building.cache import digest_of, open_cache, read_note, write_note
-from bgc.runtime.identity import scene_identity
 from bgc.runtime.model import Model
-from bgc.runtime.run import Method
+from bgc.runtime.running.identity import scene_identity
+from bgc.runtime.running.run import Method
 from bgc.runtime.stress.judge import Judgement, Tolerance, Verdict
 
 _EVERY = 1.0  # s between two writings

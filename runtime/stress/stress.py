@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from bgc.diagnostics.catalogue.arguments import no_duration
+from bgc.diagnostics.catalogue.stress import nominal_run_failed, nothing_to_judge
+from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import Compilation
-from bgc.grammar.catalogue.arguments import no_duration
-from bgc.grammar.catalogue.stress import nominal_run_failed, nothing_to_judge
-from bgc.grammar.diagnostics import BgError
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.measuring.timed import timed_run
 from bgc.runtime.model import Model
-from bgc.runtime.progress import ProgressBar
-from bgc.runtime.run import ADAPTIVE_DEFAULT, FIXED_DEFAULT, Method, choose_method
+from bgc.runtime.running.progress import ProgressBar
+from bgc.runtime.running.run import ADAPTIVE_DEFAULT, FIXED_DEFAULT, Method, choose_method
 from bgc.runtime.stress.drives import (
     RTOL,
     STEP,

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from bgc.printing.tables import Table
-from bgc.runtime.files import written_whole
-from bgc.runtime.quantity import spelled_time
+from bgc.runtime.results.files import written_whole
+from bgc.runtime.running.quantity import spelled_time
 from bgc.runtime.stress.drives import STEP, Drive
 from bgc.runtime.stress.judge import Judgement, Verdict
 from bgc.runtime.stress.stress import Point, StressMap

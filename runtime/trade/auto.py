@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from bgc.building.backends import BACKENDS
 from bgc.runtime.model import Model
-from bgc.runtime.parameters import Quantity
-from bgc.runtime.run import Method
+from bgc.runtime.running.parameters import Quantity
+from bgc.runtime.running.run import Method
 from bgc.runtime.trade.store import stored_answer
 
 

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 
-from bgc.runtime.quantity import spelled_time
-from bgc.runtime.run import Method
-from bgc.variants import Change
+from bgc.elaboration.scenes.variants import Change
+from bgc.runtime.running.quantity import spelled_time
+from bgc.runtime.running.run import Method
 
 RTOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 KEEPS = (1, 2, 5)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from bgc.runtime.measuring.errors import Quantity, combined, vector_of, worst_of
-from bgc.runtime.quantity import spelled_time
+from bgc.runtime.running.quantity import spelled_time
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.trade.configurations import Configuration
-from bgc.variants import Change
 
 DONE, FAILED, REFUSED = "done", "failed", "refused"
 OUT_OF_BUDGET = "not run: the budget was spent; the same command goes on"

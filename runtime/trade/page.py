@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import matplotlib
 
-from bgc.runtime.files import written_whole
 from bgc.runtime.measuring.errors import combined
+from bgc.runtime.results.files import written_whole
 from bgc.runtime.trade.measurement import Measurement
 from bgc.runtime.trade.tables import (
     VARIANT_HEADER,

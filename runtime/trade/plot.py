@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 import matplotlib
 from matplotlib.figure import Figure
 
-from bgc.grammar.catalogue.machine import nothing_to_draw, unknown_file_kind
-from bgc.grammar.diagnostics import BgError
-from bgc.runtime.plot import COLOURS, KINDS, STYLE, write_figure
+from bgc.diagnostics.catalogue.machine import nothing_to_draw, unknown_file_kind
+from bgc.diagnostics.diagnostic import BgError
+from bgc.elaboration.scenes.variants import Change
+from bgc.runtime.results.plot import COLOURS, KINDS, STYLE, write_figure
 from bgc.runtime.trade.judge import spelled
 from bgc.runtime.trade.measurement import Measurement
 from bgc.runtime.trade.tables import letter
-from bgc.variants import Change
 
 if TYPE_CHECKING:
     from bgc.runtime.trade.trade import Trade

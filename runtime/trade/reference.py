@@ -6,13 +6,13 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from bgc.grammar.catalogue.trade import no_reference
-from bgc.grammar.diagnostics import BgError
-from bgc.runtime.binding import Array
+from bgc.diagnostics.catalogue.trade import no_reference
+from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.measuring.errors import Quantity, combined, largest_errors, quantities_of
 from bgc.runtime.measuring.timed import Run
 from bgc.runtime.model import Model
-from bgc.runtime.run import Method
+from bgc.runtime.running.binding import Array
+from bgc.runtime.running.run import Method
 
 METHODS = ("radau5", "rodas5p", "rodas4p2", "dopri5")  # the first two that complete the run
 RTOLS = (1e-8, 1e-10, 1e-12)

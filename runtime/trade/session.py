@@ -9,12 +9,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bgc.runtime.binding import Array
 from bgc.runtime.measuring.errors import combined, largest_errors, quantities_of
 from bgc.runtime.measuring.timed import Run, paced_worst, timed_run
 from bgc.runtime.model import Model
-from bgc.runtime.progress import ProgressBar
-from bgc.runtime.run import Method
+from bgc.runtime.running.binding import Array
+from bgc.runtime.running.progress import ProgressBar
+from bgc.runtime.running.run import Method
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.judge import Target, front
 from bgc.runtime.trade.measurement import DONE, OUT_OF_BUDGET, REFUSED, Measurement

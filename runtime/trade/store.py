@@ -24,9 +24,9 @@ import numpy as np
 from bgc.building.cache import digest_of, open_cache, write_aside
 from bgc.building.recall import machine_identity
 from bgc.grammar.places import cache_directory
-from bgc.runtime.identity import bgc_version, scene_identity
 from bgc.runtime.model import Model
-from bgc.runtime.run import Method
+from bgc.runtime.running.identity import bgc_version, scene_identity
+from bgc.runtime.running.run import Method
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.measurement import Measurement, measurement_from_json
 from bgc.runtime.trade.reference import Reference

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bgc.printing.tables import Table
-from bgc.runtime.files import written_whole
+from bgc.runtime.results.files import written_whole
 from bgc.runtime.trade.judge import spelled, times_real_time
 from bgc.runtime.trade.measurement import FAILED, OUT_OF_BUDGET, REFUSED, Measurement
 

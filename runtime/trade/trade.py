@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bgc.building.backends import BACKENDS
-from bgc.grammar.catalogue.arguments import bad_option, no_duration, unknown_solver
-from bgc.grammar.catalogue.trade import nothing_to_measure
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.catalogue.arguments import bad_option, no_duration, unknown_solver
+from bgc.diagnostics.catalogue.trade import nothing_to_measure
+from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.measuring.errors import Quantity
 from bgc.runtime.model import Model
-from bgc.runtime.parameters import Quantity as Value
-from bgc.runtime.rows import row_times
-from bgc.runtime.run import ADAPTIVE_DEFAULT
+from bgc.runtime.running.parameters import Quantity as Value
+from bgc.runtime.running.rows import row_times
+from bgc.runtime.running.run import ADAPTIVE_DEFAULT
 from bgc.runtime.trade.configurations import (
     KEEPS,
     RTOLS,

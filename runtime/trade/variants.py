@@ -8,10 +8,11 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TypeAlias
 
+from bgc.diagnostics.catalogue.arguments import bad_assignment
+from bgc.diagnostics.catalogue.trade import no_such_slot
+from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import Compilation
-from bgc.grammar.catalogue.arguments import bad_assignment
-from bgc.grammar.catalogue.trade import no_such_slot
-from bgc.grammar.diagnostics import BgError
+from bgc.elaboration.scenes.variants import Change, variants_of, with_changes
 from bgc.options import Options
 from bgc.runtime.activity.activity import activity_report
 from bgc.runtime.activity.store import stored_variants
@@ -22,7 +23,6 @@ from bgc.runtime.trade.judge import Target, front
 from bgc.runtime.trade.measurement import REFUSED, Measurement
 from bgc.runtime.trade.reference import Reference
 from bgc.runtime.trade.session import Session
-from bgc.variants import Change, variants_of, with_changes
 
 Variant: TypeAlias = tuple[Change, ...]
 """Lines that are changed together."""

@@ -25,7 +25,7 @@ from bgc.building.build import runtime_directory
 from bgc.building.toolchain import find_toolchain
 from bgc.driver import Compilation
 from bgc.options import Options
-from bgc.runtime.binding import Array, Instance, Library, OptionsStruct, Status
+from bgc.runtime.running.binding import Array, Instance, Library, OptionsStruct, Status
 
 HERE = Path(__file__).parent
 BODIES = ("vessel", "column", "boom", "jib")

@@ -18,8 +18,8 @@ from table import Row
 
 from bgc.driver import compile_source
 from bgc.options import Options
-from bgc.runtime.binding import Instance, OptionsStruct, Status
-from bgc.runtime.lanes import LaneLibrary
+from bgc.runtime.running.binding import Instance, OptionsStruct, Status
+from bgc.runtime.running.lanes import LaneLibrary
 
 _NAMES = ("f", "J with df/dt", "factor", "solve")
 _RUNS = (

@@ -20,7 +20,7 @@ import numpy as np
 from crane import copies, crane, instance, parameters, positions, run, shared_object
 from table import Row
 
-from bgc.runtime.binding import Array, Instance, Status
+from bgc.runtime.running.binding import Array, Instance, Status
 
 _FLAGS = (
     "-I/usr/include/suitesparse", "-lsundials_cvode", "-lsundials_nvecserial",

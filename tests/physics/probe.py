@@ -19,8 +19,8 @@ from bgc.building.toolchain import find_toolchain
 from bgc.driver import Compilation
 from bgc.emission.emit import emit_model
 from bgc.emission.optimise import optimise
+from bgc.ir.program import Program
 from bgc.options import Options
-from bgc.program import Program
 from bgc.runtime.model import Model
 
 Array = npt.NDArray[np.float64]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bgc.runtime.measuring.timed import timed_run
-from bgc.runtime.run import Method
+from bgc.runtime.running.run import Method
 
 SOLVERS = ("rodas5p", "rodas4p2", "radau5", "dopri5")
 

@@ -21,10 +21,10 @@ import bgc
 import bgc.library
 from bgc.algebra.dag import Dag, Kind, Op, Symbol
 from bgc.algebra.evaluate import apply, to_double
-from bgc.defaults import default_values
 from bgc.driver import Compilation
+from bgc.ir.defaults import default_values
+from bgc.ir.program import Program
 from bgc.options import Options
-from bgc.program import Program
 from bgc.runtime.model import Model
 
 Floats = npt.NDArray[np.float64]

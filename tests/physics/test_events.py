@@ -6,7 +6,7 @@ from piecewise import motion
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from bgc.runtime.failures import SimulationError
+from bgc.runtime.running.failures import SimulationError
 
 G = 9.81
 

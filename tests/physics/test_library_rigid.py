@@ -10,7 +10,7 @@ import pytest
 import bgc
 from bgc import library
 from bgc.driver import Compilation, check_source
-from bgc.graph import Storage
+from bgc.ir.graph import Storage
 from bgc.options import Options
 
 SCENES = Path(library.__file__).parent / "scenes"

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
 
 import bgc
-from bgc.runtime.failures import SimulationError
+from bgc.runtime.running.failures import SimulationError
 
 
 def test_the_resistors_around_a_capacitor(load):

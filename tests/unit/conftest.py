@@ -18,7 +18,7 @@ import numpy.typing as npt
 import pytest
 
 import bgc.runtime
-from bgc.runtime.binding import CountsStruct, Status
+from bgc.runtime.running.binding import CountsStruct, Status
 
 RUNTIME = Path(bgc.runtime.__file__).parent / "c"
 MODELS = Path(__file__).parent / "cmodels"

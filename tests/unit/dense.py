@@ -17,8 +17,8 @@ from graphs import GraphBuilder
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.causality.regions import ports_of
-from bgc.defaults import default_values
-from bgc.graph import (
+from bgc.ir.defaults import default_values
+from bgc.ir.graph import (
     EnergyLaw,
     ExplicitLaw,
     FlatGraph,
@@ -32,7 +32,7 @@ from bgc.graph import (
     Storage,
     Transformer,
 )
-from bgc.program import Program
+from bgc.ir.program import Program
 
 
 def observe_everything(g: GraphBuilder) -> None:

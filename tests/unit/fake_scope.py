@@ -9,12 +9,12 @@ import pytest
 
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
+from bgc.diagnostics.catalogue.names import unknown_name
+from bgc.diagnostics.catalogue.shapes import index_out_of_range
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
-from bgc.grammar.catalogue.names import unknown_name
-from bgc.grammar.catalogue.shapes import index_out_of_range
-from bgc.grammar.diagnostics import BgError, Diagnostic
 from bgc.grammar.parse import parse
-from bgc.grammar.source import Source, Span
 from bgc.values.expressions import (
     FunctionUse,
     Namespace,

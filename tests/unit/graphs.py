@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Kind
-from bgc.grammar.source import Source as Text
-from bgc.grammar.source import Span
-from bgc.graph import (
+from bgc.diagnostics.source import Source as Text
+from bgc.diagnostics.source import Span
+from bgc.ir.graph import (
     Bond,
     DeviceUse,
     Element,

@@ -7,7 +7,7 @@ from graphs import GraphBuilder
 from bgc.algebra.dag import Op
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.causality.rotations import known_inverse
-from bgc.graph import Form, Node
+from bgc.ir.graph import Form, Node
 
 
 def chain_of_bodies(count: int, *, rigid: bool, reverse: bool) -> GraphBuilder:

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from bgc.algebra.dag import Dag, Kind, Op, Symbol
+from bgc.diagnostics.source import Source, Span
 from bgc.emission.emit import EmittedModel
-from bgc.grammar.source import Source, Span
-from bgc.graph import Guard, Observation, Parameter, SceneFacts
-from bgc.program import Energy, MassEntry, PositiveParameter, Program, ProgramState
+from bgc.ir.graph import Guard, Observation, Parameter, SceneFacts
+from bgc.ir.program import Energy, MassEntry, PositiveParameter, Program, ProgramState
 
 RUNTIME = Path(__file__).parents[2] / "runtime" / "c"
 STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Wshadow", "-Werror")

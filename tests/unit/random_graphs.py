@@ -8,7 +8,7 @@ from fractions import Fraction
 from graphs import GraphBuilder
 
 from bgc.algebra.dag import Kind, Op
-from bgc.graph import EnergyLaw, Form, Matrix, Node
+from bgc.ir.graph import EnergyLaw, Form, Matrix, Node
 
 _ELEMENTS = ["R", "R", "C", "I", "C", "I"]
 

@@ -4,11 +4,11 @@ import re
 
 import pytest
 
-from bgc.elaboration import instantiate
+from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.elaborate import elaborate
-from bgc.elaboration.resolve import load, load_text
-from bgc.grammar.diagnostics import BgError
+from bgc.elaboration.instances import instantiate
 from bgc.grammar.parse import MAX_ERRORS
+from bgc.resolution.resolve import load, load_text
 
 PARTS = "s : Se(e = a); r : R(1); s -> r;"
 DOUBLING = "function f0(x) = x + x;" + "".join(

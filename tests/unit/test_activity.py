@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 from scipy.linalg import expm
 
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.activity.activity import activity_report
 from bgc.runtime.activity.powers import Activity, below
 from bgc.runtime.cli.app import application

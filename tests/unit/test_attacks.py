@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import bgc
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.diagnostic import BgError
 
 
 @pytest.fixture

@@ -6,11 +6,11 @@ import pytest
 from graphs import rlc
 
 from bgc.causality.assign import assign_causality
+from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.elaborate import elaborate
-from bgc.elaboration.resolve import load_text
 from bgc.equations.audit import assert_power_balance, power_defect
 from bgc.equations.derive import derive_equations
-from bgc.grammar.diagnostics import BgError
+from bgc.resolution.resolve import load_text
 
 
 @pytest.fixture

@@ -19,8 +19,8 @@ from bgc.building.build import (
 )
 from bgc.building.cache import Cache
 from bgc.building.toolchain import GCC_PASSES, RUNTIME_FLAGS, Toolchain, find_toolchain
-from bgc.grammar.diagnostics import BgError
-from bgc.runtime.binding import Instance, Library, Status
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.running.binding import Instance, Library, Status
 
 OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
 UNITS = (Unit("model", OSCILLATOR),)

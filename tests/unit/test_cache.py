@@ -9,11 +9,11 @@ from bgc.building.build import Unit, _shared_key, _unit_key
 from bgc.building.built import Built, Panel, RunFacts
 from bgc.building.cache import Cache, digest_of, open_cache, read_note, write_note
 from bgc.building.toolchain import Toolchain
-from bgc.elaboration.resolve import library_folder
-from bgc.grammar.diagnostics import Diagnostic, Label, Severity
+from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
+from bgc.diagnostics.source import Source, Span
 from bgc.grammar.places import cache_directory
-from bgc.grammar.source import Source, Span
 from bgc.options import Options
+from bgc.resolution.resolve import library_folder
 
 FACTS = RunFacts(
     "s",

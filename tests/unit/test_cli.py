@@ -14,7 +14,7 @@ from bgc.building.build import Unit, build_shared_object
 from bgc.building.built import Built, RunFacts
 from bgc.building.cache import Cache
 from bgc.building.toolchain import find_toolchain
-from bgc.grammar.catalogue.pages import pages
+from bgc.diagnostics.catalogue.pages import pages
 from bgc.runtime import compiling
 from bgc.runtime import model as runtime_model
 from bgc.runtime.cli.app import application
@@ -264,7 +264,7 @@ def test_a_long_run_shows_its_progress_on_a_terminal(oscillator, tmp_path):
 
 
 def test_a_warm_start_loads_nothing_of_the_compiler(oscillator, tmp_path):
-    heavy = {"sympy", "lark", "pint", "matplotlib", "rich", "scipy", "bgc.graph"}
+    heavy = {"sympy", "lark", "pint", "matplotlib", "rich", "scipy", "bgc.ir.graph"}
     text = Path(script(oscillator, tmp_path)[1]).read_text().replace("cli.main()", "")
     path = tmp_path / "warm.py"
     path.write_text(

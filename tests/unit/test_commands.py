@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from bgc.building.toolchain import find_toolchain
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.compiling import compile_model
 

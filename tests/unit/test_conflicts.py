@@ -2,9 +2,9 @@
 
 import pytest
 
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.render import render
 from bgc.driver import Compilation
-from bgc.grammar.diagnostics import BgError, Diagnostic
-from bgc.grammar.render import render
 from bgc.options import Options
 
 

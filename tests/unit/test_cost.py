@@ -12,17 +12,17 @@ from click.testing import CliRunner
 
 import bgc
 import bgc.library
-from bgc.cost import cost_of, lowered_program
+from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import Compilation
 from bgc.elaboration.elaborate import elaborate
-from bgc.elaboration.resolve import load_text
-from bgc.grammar.diagnostics import BgError
+from bgc.elaboration.scenes.variants import Change, variants_of
+from bgc.emission.cost import cost_of, lowered_program
+from bgc.ir.program import Dropped, Reason
 from bgc.options import Options
-from bgc.program import Dropped, Reason
+from bgc.resolution.resolve import load_text
 from bgc.runtime.cli.app import application
-from bgc.runtime.cost import cost_report, spectral_radius
+from bgc.runtime.measuring.cost import cost_report, spectral_radius
 from bgc.slicing.report import dropped_lines, folded_lines
-from bgc.variants import Change, variants_of
 
 MOUNTS = """
 interface Mount[n] { port p[n] in; }

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bgc.physics.definite import find_asymmetry, find_indefinite
+from bgc.passivity.definite import find_asymmetry, find_indefinite
 
 
 def random_symmetric(rng: np.random.Generator, eigenvalues: list[float]) -> np.ndarray:

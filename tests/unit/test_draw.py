@@ -6,9 +6,9 @@ import pytest
 from graphs import GraphBuilder, rlc
 
 from bgc.causality.assign import assign_causality
-from bgc.draw import lay_out, to_dot
-from bgc.grammar.diagnostics import BgError
-from bgc.graph import FlatGraph
+from bgc.diagnostics.diagnostic import BgError
+from bgc.ir.graph import FlatGraph
+from bgc.printing.draw import lay_out, to_dot
 
 needs_dot = pytest.mark.skipif(shutil.which("dot") is None, reason="needs Graphviz")
 

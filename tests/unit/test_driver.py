@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from bgc.driver import Compilation, check_source
-from bgc.elaboration.resolve import library_folder
 from bgc.options import Options
+from bgc.resolution.resolve import library_folder
 
 RLC = Path(__file__).parents[1] / "models" / "series_rlc.bg"
 LIBRARY = sorted(library_folder().rglob("*.bg"))

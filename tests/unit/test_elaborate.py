@@ -7,8 +7,7 @@ import pytest
 from bgc.algebra.dag import Kind
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.elaboration.elaborate import elaborate
-from bgc.elaboration.resolve import load_text
-from bgc.graph import (
+from bgc.ir.graph import (
     FlatGraph,
     Form,
     Gyrator,
@@ -18,6 +17,7 @@ from bgc.graph import (
     Storage,
     Transformer,
 )
+from bgc.resolution.resolve import load_text
 
 RLC = """
 model RLC {

@@ -4,9 +4,9 @@ import re
 
 import pytest
 
+from bgc.diagnostics.diagnostic import BgError, Severity
 from bgc.elaboration.elaborate import elaborate
-from bgc.elaboration.resolve import load, load_text
-from bgc.grammar.diagnostics import BgError, Severity
+from bgc.resolution.resolve import load, load_text
 
 # A model that is in order, for what follows to break.
 RLC = """

@@ -7,7 +7,7 @@ from test_elaborate import element, flat, number
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.graph import EnergyLaw, ExplicitLaw, Form, Gyristor, LinearLaw
+from bgc.ir.graph import EnergyLaw, ExplicitLaw, Form, Gyristor, LinearLaw
 
 
 def law_of(kind: str, body: str):

@@ -9,7 +9,7 @@ from graphs import GraphBuilder, rlc
 from test_equations import duffing, energy_defect, program_of, two_masses
 
 from bgc.algebra.dag import Kind, Op
-from bgc.graph import ExplicitLaw, Form
+from bgc.ir.graph import ExplicitLaw, Form
 
 
 @pytest.mark.parametrize("make", [rlc, two_masses, duffing])

@@ -14,11 +14,11 @@ from click.testing import CliRunner
 
 import bgc
 from bgc.building.toolchain import find_toolchain
-from bgc.grammar.diagnostics import BgError
-from bgc.runtime import many
+from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
-from bgc.runtime.ensemble import Ensemble, EnsembleInterrupted
 from bgc.runtime.model import Model
+from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted
+from bgc.runtime.running import many
 
 MODELS = Path(__file__).parents[1] / "models"
 FIXED = {"solver": "ros34prw", "step": 0.01}

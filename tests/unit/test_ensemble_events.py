@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import bgc
-from bgc.runtime.ensemble import Ensemble
 from bgc.runtime.model import Model
+from bgc.runtime.results.ensemble import Ensemble
 
 SCENES = Path(__file__).parents[2] / "library" / "scenes"
 

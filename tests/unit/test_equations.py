@@ -16,10 +16,10 @@ from bgc.algebra.dag import Kind, Op, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.infix import infix_lines
 from bgc.causality.assign import assign_causality
+from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.derive import derive_equations
-from bgc.grammar.diagnostics import BgError
-from bgc.graph import EnergyLaw, ExplicitLaw, Form, Node
-from bgc.program import MassEntry, Program
+from bgc.ir.graph import EnergyLaw, ExplicitLaw, Form, Node
+from bgc.ir.program import MassEntry, Program
 
 
 def program_of(g: GraphBuilder) -> Program:

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bgc.algebra.dag import Kind, Level, Symbol
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.diagnostic import BgError
 from bgc.values.expressions import (
     evaluate_condition,
     evaluate_whole,

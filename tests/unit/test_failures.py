@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import pytest
 
 from bgc.building.built import Place, Places
-from bgc.grammar.source import Source, Span
-from bgc.runtime.binding import Status
-from bgc.runtime.failures import explain
+from bgc.diagnostics.source import Source, Span
+from bgc.runtime.running.binding import Status
+from bgc.runtime.running.failures import explain
 
 MODEL = SimpleNamespace(
     state=[SimpleNamespace(name=b"coil.p")],

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import matrix_balance, schur, solve_sylvester
 
-from bgc.runtime.fast_modes import balancing, fast_projector
+from bgc.runtime.linear.fast_modes import balancing, fast_projector
 
 Real = NDArray[np.float64]
 

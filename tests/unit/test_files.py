@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 from test_parse import show, wrong
 
+from bgc.diagnostics.catalogue import files as wrong_files
+from bgc.diagnostics.catalogue import syntax as wrong_syntax
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.source import Source
 from bgc.grammar import files
-from bgc.grammar.catalogue import files as wrong_files
-from bgc.grammar.catalogue import syntax as wrong_syntax
-from bgc.grammar.diagnostics import BgError
 from bgc.grammar.parse import parse_setting, read_source
-from bgc.grammar.source import Source
 
 # --- the command line -------------------------------------------------------------------
 

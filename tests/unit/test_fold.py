@@ -10,15 +10,15 @@ import pytest
 import bgc
 from bgc.algebra.dag import Op
 from bgc.causality.assign import assign_causality
+from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import Compilation, check_source
 from bgc.elaboration.elaborate import elaborate
-from bgc.elaboration.resolve import load_text
 from bgc.emission.lower import lower
-from bgc.emission.lowered import Lowered
 from bgc.emission.optimise import optimise
 from bgc.equations.derive import derive_equations
-from bgc.grammar.diagnostics import BgError
+from bgc.ir.lowered import Lowered
 from bgc.options import Options
+from bgc.resolution.resolve import load_text
 from bgc.slicing.fold import Folding, fold_parameters
 from bgc.slicing.slice import slice_program
 

@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.source import Source, Span
 from bgc.grammar.format import format_source
 from bgc.grammar.parse import parse, parse_with_tokens, read_source
-from bgc.grammar.source import Source, Span
 
 ROOT = Path(__file__).parents[2]
 MODELS = sorted([*ROOT.glob("library/**/*.bg"), *ROOT.glob("tests/models/*.bg")])

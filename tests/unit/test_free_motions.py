@@ -21,9 +21,9 @@ from test_equations import assert_solves_everything, energy_defect, initials, pr
 from bgc.algebra.dag import Kind, Op, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.causality.assign import assign_causality
+from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.derive import derive_equations
-from bgc.grammar.diagnostics import BgError
-from bgc.graph import EnergyLaw, ExplicitLaw, Form, Node
+from bgc.ir.graph import EnergyLaw, ExplicitLaw, Form, Node
 
 
 def ring(

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import bgc
+from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.activity.store import keep_variants, stored_variants
-from bgc.runtime.identity import scene_identity
-from bgc.variants import Change
+from bgc.runtime.running.identity import scene_identity
 
 FOLLOWER = """
 model Follower { param k = 3; input x; state y = 0; der(y) = k*(x - y) / 1 s; }

@@ -7,13 +7,13 @@ import pytest
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.causality.assign import assign_causality
-from bgc.defaults import default_values
+from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.elaborate import elaborate
-from bgc.elaboration.resolve import load_text
 from bgc.equations.derive import derive_equations
-from bgc.grammar.diagnostics import BgError
+from bgc.ir.defaults import default_values
+from bgc.ir.program import Program
 from bgc.printing.causality import storage_table
-from bgc.program import Program
+from bgc.resolution.resolve import load_text
 from bgc.slicing.fold import fold_parameters
 
 PARTS = """

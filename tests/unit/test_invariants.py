@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from bgc.algebra.dag import Kind
 from bgc.causality.assign import assign_causality
 from bgc.elaboration.elaborate import elaborate
-from bgc.elaboration.resolve import load_text
 from bgc.equations.derive import derive_equations
-from bgc.program import Program, Reason
+from bgc.ir.program import Program, Reason
+from bgc.resolution.resolve import load_text
 from bgc.slicing.fold import fold_parameters
 from bgc.slicing.invariants import _Search, invariant_states
 from bgc.slicing.report import dropped_lines

@@ -11,7 +11,7 @@ from bgc.algebra.dag import Dag, Kind, Op, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.inversion import solve_for
 from bgc.algebra.polynomials import antiderivative
-from bgc.graph import Node
+from bgc.ir.graph import Node
 
 Law = Callable[[Dag, Node], Node]
 X = Symbol(Kind.STATE, 0)

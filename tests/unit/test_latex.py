@@ -15,7 +15,7 @@ from bgc.driver import Compilation
 from bgc.options import Options
 from bgc.printing.latex import latex_equations
 from bgc.printing.latex_names import dotted, latex_name, latex_names
-from bgc.show import symbol_names
+from bgc.printing.stages import symbol_names
 
 MODELS = Path(__file__).parents[1] / "models"
 NAMES = ["a", "b", "k1", "omega", "mass"]

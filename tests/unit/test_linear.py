@@ -9,12 +9,12 @@ import pytest
 from scipy import signal
 
 import bgc
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
-from bgc.runtime.frequency import frequency_response
-from bgc.runtime.linear import Linearisation, pencil_eigenvalues, without_algebraic
-from bgc.runtime.linear_tables import linear_tables, write_csv, write_npz
-from bgc.runtime.operating import OpenedModel
+from bgc.runtime.linear.frequency import frequency_response
+from bgc.runtime.linear.state_space import Linearisation, pencil_eigenvalues, without_algebraic
+from bgc.runtime.linear.tables import linear_tables, write_csv, write_npz
+from bgc.runtime.linearising.operating import OpenedModel
 
 MODELS = Path(__file__).parents[1] / "models"
 

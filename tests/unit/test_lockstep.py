@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 import bgc
-from bgc.runtime.ensemble import Ensemble
 from bgc.runtime.model import Model
+from bgc.runtime.results.ensemble import Ensemble
 
 MODELS = Path(__file__).parents[1] / "models"
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import bgc
+from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import Compilation
 from bgc.equations.audit import power_defect
-from bgc.grammar.diagnostics import BgError
+from bgc.ir.program import Loop, LoopKind, LoopSolution
 from bgc.options import Options
-from bgc.program import Loop, LoopKind, LoopSolution
 
 MODELS = Path(__file__).parents[1] / "models" / "loops.bg"
 

@@ -13,11 +13,11 @@ from bgc.building.build import Unit, build_shared_object
 from bgc.building.built import Built, RunFacts
 from bgc.building.cache import Cache
 from bgc.building.toolchain import find_toolchain
-from bgc.grammar.diagnostics import BgError
-from bgc.runtime import binding
-from bgc.runtime.failures import RunInterrupted, SimulationError
-from bgc.runtime.linear import pencil_eigenvalues
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.linear.state_space import pencil_eigenvalues
 from bgc.runtime.model import Model
+from bgc.runtime.running import binding
+from bgc.runtime.running.failures import RunInterrupted, SimulationError
 
 OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
 COLUMNS = ("v", "q", "energy.residual", "r[1]", "r[2]")

@@ -11,9 +11,9 @@ import pytest
 
 from bgc.algebra.dag import Dag
 from bgc.driver import Compilation
+from bgc.ir.graph_nodes import map_graph
+from bgc.ir.program_nodes import map_program
 from bgc.options import Options
-from bgc.program_nodes import map_program
-from bgc.slicing.graph_nodes import map_graph
 
 MODELS = Path(__file__).parents[1] / "models"
 MOVED = 10**9  # no graph has so many nodes

@@ -16,7 +16,7 @@ from bgc.building.build import runtime_directory
 from bgc.driver import Compilation
 from bgc.emission.emit import amalgamate
 from bgc.options import Options
-from bgc.runtime.binding import Instance, Library, OptionsStruct, Status
+from bgc.runtime.running.binding import Instance, Library, OptionsStruct, Status
 
 CORPUS = Path(__file__).parents[1] / "models"
 TIMES = np.linspace(0.0, 2.0, 5)

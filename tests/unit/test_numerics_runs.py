@@ -17,7 +17,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bgc.runtime.binding import Status
+from bgc.runtime.running.binding import Status
 
 SETUPS: dict[str, dict[str, Any]] = {
     "adaptive": {"name": "rodas5p", "rtol": 1e-6, "accounts": True},

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from bgc.grammar import catalogue
-from bgc.grammar.catalogue.pages import find_page, pages
+from bgc.diagnostics import catalogue
+from bgc.diagnostics.catalogue.pages import find_page, pages
 
 
 def test_every_page_tells_what_why_an_example_and_the_way_out():

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 import bgc.grammar
+from bgc.diagnostics.render import render
+from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.parse import MAX_ERRORS, parse, parse_with_tokens, read_source
-from bgc.grammar.render import render
-from bgc.grammar.source import Source, Span
 from bgc.grammar.syntax import Binary, Call, Index, Member, Name, Number, Range, TypeUse, Unary
 from bgc.grammar.tables import make_parser
 from bgc.grammar.words import RESERVED

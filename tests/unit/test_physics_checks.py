@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bgc.defaults import default_values
+from bgc.diagnostics.diagnostic import Diagnostic, Severity
 from bgc.elaboration.elaborate import elaborate
-from bgc.elaboration.resolve import load, load_text
-from bgc.grammar.diagnostics import Diagnostic, Severity
-from bgc.physics.checks import check_physics
+from bgc.ir.defaults import default_values
+from bgc.passivity.checks import check_physics
+from bgc.resolution.resolve import load, load_text
 
 ROOT = Path(__file__).parents[2]
 MODELS = ROOT / "tests" / "models"

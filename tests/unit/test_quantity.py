@@ -2,8 +2,8 @@ import math
 
 import pytest
 
-from bgc.grammar.diagnostics import BgError
-from bgc.runtime.quantity import read_quantity
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.running.quantity import read_quantity
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,9 @@ from textwrap import dedent
 
 import pytest
 
-from bgc.grammar.diagnostics import BgError, Diagnostic, Label, Severity
-from bgc.grammar.render import render
-from bgc.grammar.source import Source, Span
+from bgc.diagnostics.diagnostic import BgError, Diagnostic, Label, Severity
+from bgc.diagnostics.render import render
+from bgc.diagnostics.source import Source, Span
 
 RLC = Source("rlc.bg", "model RLC {\n  param R = 2 ohm\n  coil : I(L);\n}\n")
 

@@ -2,9 +2,9 @@
 
 import pytest
 
+from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.elaborate import elaborate
-from bgc.elaboration.resolve import library_modules, load, load_text
-from bgc.grammar.diagnostics import BgError
+from bgc.resolution.resolve import library_modules, load, load_text
 
 
 def write(folder, **files: str) -> None:

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from bgc.building.built import Panel
-from bgc.grammar.diagnostics import BgError
-from bgc.runtime.plot import read_panel
-from bgc.runtime.result import Result, UnknownColumn
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.results.plot import read_panel
+from bgc.runtime.results.result import Result, UnknownColumn
 
 TIME = np.array([0.0, 0.1, 0.2])
 

@@ -8,7 +8,7 @@ from bgc.algebra.dag import Dag, Kind, Op
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.linalg import multiply, transpose
 from bgc.causality.rotations import known_inverse
-from bgc.graph import Matrix
+from bgc.ir.graph import Matrix
 
 
 @pytest.fixture

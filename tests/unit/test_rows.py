@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bgc.grammar.diagnostics import BgError
-from bgc.runtime.rows import row_times
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.running.rows import row_times
 
 
 def test_rows_at_multiples_of_the_interval():

@@ -12,11 +12,11 @@ import pytest
 from bgc.algebra.dag import Kind, Level, Op, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.quadratic import minimise, minimise_in_order
-from bgc.defaults import default_values
 from bgc.driver import Compilation
-from bgc.equations import merged_flows
+from bgc.equations.inertias import flows as merged_flows
+from bgc.ir.defaults import default_values
+from bgc.ir.program import Program
 from bgc.options import Options
-from bgc.program import Program
 
 
 def joints(count: int) -> str:

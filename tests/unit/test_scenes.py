@@ -5,10 +5,10 @@ import math
 import pytest
 
 from bgc.algebra.dag import Kind
+from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.elaborate import elaborate
-from bgc.elaboration.resolve import load_text
-from bgc.grammar.diagnostics import BgError
-from bgc.graph import FlatGraph
+from bgc.ir.graph import FlatGraph
+from bgc.resolution.resolve import load_text
 
 MODEL = """
 model Handle {

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.fingerprint import Fingerprints
-from bgc.causality.causal import Row, RowEnd, Step
 from bgc.causality.certificates import Certifier
 from bgc.causality.sequence import sequence_rows
+from bgc.ir.causal import Row, RowEnd, Step
 
 Entries = dict[int, int]  # class -> coefficient
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from bgc.options import Options
-from bgc.show import PASSES, show_pass
+from bgc.printing.stages import PASSES, show_pass
 
 MODELS = Path(__file__).parents[1] / "models"
 

@@ -7,7 +7,7 @@ from graphs import GraphBuilder, rlc
 from bgc.algebra.dag import Kind
 from bgc.causality.assign import assign_causality
 from bgc.equations.derive import derive_equations
-from bgc.program import Dropped, Program, Reason
+from bgc.ir.program import Dropped, Program, Reason
 from bgc.slicing.slice import slice_program
 
 

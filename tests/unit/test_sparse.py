@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bgc.emission.lowered import LuPlan
 from bgc.emission.sparse import plan_pattern
+from bgc.ir.lowered import LuPlan
 
 
 def eliminate(plan: LuPlan, matrix: np.ndarray) -> np.ndarray:

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import Compilation
-from bgc.grammar.diagnostics import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.measuring.timed import timed_run
-from bgc.runtime.run import Method
+from bgc.runtime.running.run import Method
 from bgc.runtime.stress.drives import all_drives, read_drive
 from bgc.runtime.stress.judge import Judge, References, Tolerance, Verdict
 from bgc.runtime.stress.ringing import ringing_at_start

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import bgc
-from bgc.grammar.diagnostics import BgError, Severity, as_error
+from bgc.diagnostics.diagnostic import BgError, Severity, as_error
 
 ODD = """
 model M { push : Se(e = 1); node : J1; mass : I(1); drag : R(-2); push -> node -> mass, drag; }

@@ -10,10 +10,10 @@ import pytest
 from click.testing import CliRunner, Result
 
 import bgc
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
-from bgc.runtime.parameters import Parameters
-from bgc.runtime.sweep import Range, points, read_range
+from bgc.runtime.running.parameters import Parameters
+from bgc.runtime.running.sweep import Range, points, read_range
 
 TEXT = """
 interface Mount { port p in; }

@@ -11,10 +11,10 @@ from programs import CompiledModel, at, make_program, states
 
 from bgc.algebra.dag import Dag, Kind, Op
 from bgc.algebra.evaluate import evaluate_nodes
+from bgc.diagnostics.source import Source, Span
 from bgc.emission.emit import emit_model
-from bgc.emission.lowered import Operation, Switch
 from bgc.emission.switches import hold_modes
-from bgc.grammar.source import Source, Span
+from bgc.ir.lowered import Operation, Switch
 
 
 class Maker:

@@ -5,7 +5,7 @@ import pytest
 
 from bgc.building import toolchain
 from bgc.building.toolchain import Toolchain, find_toolchain, try_compiler
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.diagnostic import BgError
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from trades import OSCILLATOR, codes, quick, written
 
 import bgc
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.measuring.timed import paced_worst, timed_run
 from bgc.runtime.trade import session as session_module

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.diagnostic import BgError
+from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.measuring.errors import Quantity, combined, quantities_of
 from bgc.runtime.measuring.timed import Run
 from bgc.runtime.model import Variable
-from bgc.runtime.quantity import spelled_time
+from bgc.runtime.running.quantity import spelled_time
 from bgc.runtime.trade.configurations import (
     Configuration,
     round_step,
@@ -19,7 +20,6 @@ from bgc.runtime.trade.configurations import (
 from bgc.runtime.trade.judge import Target, front, judge
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement, measurement_from_json
 from bgc.runtime.trade.reference import find_reference
-from bgc.variants import Change
 
 TIP = Quantity("tip", "m", scale=5e-3, required=True, decides=True)
 ANGLE = Quantity("angle", "", scale=2.0, required=False, decides=False)

@@ -10,9 +10,9 @@ import pytest
 from trades import quick, written
 
 import bgc
-from bgc.grammar.diagnostics import BgError
+from bgc.diagnostics.diagnostic import BgError
+from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.activity.activity import activity_report
-from bgc.variants import Change
 
 pytestmark = pytest.mark.usefixtures("measured")
 

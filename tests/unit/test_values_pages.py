@@ -7,10 +7,10 @@ import re
 
 import pytest
 
+from bgc.diagnostics.catalogue import shapes, values
+from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.elaborate import elaborate
-from bgc.elaboration.resolve import load_text
-from bgc.grammar.catalogue import shapes, values
-from bgc.grammar.diagnostics import BgError
+from bgc.resolution.resolve import load_text
 
 PAGES = {
     page[:5]: page

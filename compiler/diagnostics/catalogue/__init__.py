@@ -1,0 +1,92 @@
+"""Every diagnostic of the compiler, one constructor function each, by topic.
+
+The docstring of a constructor is the page that `bgc explain CODE` prints: a first line
+`CODE: title`, then the paragraphs What, Why, Example and Way out. Messages are lower case,
+without a full stop, in the user's words; the way out is the `help`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+
+from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
+from bgc.diagnostics.source import Span
+
+
+def error(
+    code: str,
+    message: str,
+    span: Span | None = None,
+    note: str = "",
+    labels: Sequence[Label] = (),
+    help: str = "",
+) -> Diagnostic:
+    """Make a diagnostic that ends the compilation."""
+    return Diagnostic(code, Severity.ERROR, message, span, note, tuple(labels), help)
+
+
+def warning(
+    code: str,
+    message: str,
+    span: Span | None = None,
+    note: str = "",
+    labels: Sequence[Label] = (),
+    help: str = "",
+) -> Diagnostic:
+    """Make a diagnostic that does not end the compilation."""
+    return Diagnostic(code, Severity.WARNING, message, span, note, tuple(labels), help)
+
+
+def listed(names: Sequence[str], limit: int = 8) -> str:
+    """`a`, `b` and `c`; of a long list the first few."""
+    shown = [f"`{name}`" for name in names[:limit]]
+    if len(names) > limit:
+        return f"{', '.join(shown)} and {len(names) - limit} more"
+    return " and ".join([", ".join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)
+
+
+def with_article(kind: str) -> str:
+    """Put `a` or `an` before an element's name as it is spoken: `an Se`, `a C`, `a Mux`."""
+    return f"an {kind}" if kind[0] in "EFILMRS" and kind != "Mux" else f"a {kind}"
+
+
+def underlined(labels: Iterable[Label], most: int = 8) -> list[Label]:
+    """Labels with one for each place; of more than `most` the first and the last.
+
+    Several labels on one place (of parts that share a declaration) become one.
+    """
+    texts: dict[tuple[str, int, int], list[Label]] = {}
+    for label in labels:
+        place = (label.span.source.name, label.span.start, label.span.end)
+        texts.setdefault(place, []).append(label)
+    gathered = [_together(found) for found in texts.values()]
+    if len(gathered) > most:
+        head, tail = gathered[: most - most // 2], gathered[-(most // 2) :]
+        hidden = len(gathered) - most
+        head[-1] = Label(head[-1].span, f"{head[-1].text}; {hidden} more follow")
+        gathered = head + tail
+    return gathered
+
+
+def _together(labels: Sequence[Label]) -> Label:
+    different = list(dict.fromkeys(label.text for label in labels))
+    more = f", and so on for {len(different) - 1} more" if len(different) > 2 else ""
+    shown = different[:1] if more else different
+    return Label(labels[0].span, "; ".join(shown) + more)
+
+
+def did_you_mean(name: str, candidates: Iterable[str]) -> str:
+    """Return a help text that names the candidates closest to `name`, or an empty one.
+
+    Up to three are named, the closest first; a difference only of case counts as none.
+    """
+    by_folded: dict[str, str] = {}
+    for candidate in candidates:
+        if candidate != name:
+            by_folded.setdefault(candidate.casefold(), candidate)
+    near = [by_folded[f] for f in get_close_matches(name.casefold(), by_folded, n=3, cutoff=0.7)]
+    if not near:
+        return ""
+    *first, last = (f"`{candidate}`" for candidate in near)
+    return f"did you mean {', '.join(first)} or {last}?" if first else f"did you mean {last}?"

@@ -1,0 +1,446 @@
+"""BG3xx: units, functions and constants of expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from bgc.diagnostics.catalogue import did_you_mean, error
+from bgc.diagnostics.diagnostic import Diagnostic, Label
+from bgc.diagnostics.source import Span
+
+# --- units ------------------------------------------------------------------------------
+
+
+def unknown_unit(span: Span, text: str, suggestion: str, product: str = "") -> Diagnostic:
+    """BG301: not a unit
+
+    What: the text after a number, or after the colon of a declaration, is not a unit.
+
+    Why: units have one spelling each: SI symbols with prefixes, and `t min h day deg rev rpm
+    knot nmi bar L`. Factors are joined by `*` and `/`, powers written `^`. A unit goes on to the
+    next blank, so that `5 V*gain` would be in volts times `gain`.
+
+    Example: `param torque = 5 Nm;`
+
+    Way out: write `5 N*m`, and `5 V * gain`. Feet, pounds and degrees Celsius are not known:
+    convert them.
+    """
+    way_out = "units look like `kg*m/s`, `s^-1` or `kN*m`"
+    if product:
+        way_out = f"a unit ends at a blank: write `{span.text.removesuffix(text)}{product}`"
+    elif suggestion:
+        way_out = f"write `{suggestion}`"
+    return error("BG301", f"`{text}` is not a unit", span, help=way_out)
+
+
+def unit_is_a_name(span: Span, word: str) -> Diagnostic:
+    """BG302: a unit that is also a name
+
+    What: the word after a number is a unit, and also the name of a value visible here.
+
+    Why: `3 m` could mean three metres or, by mistake, three times the value `m`.
+
+    Example: `param m = 8 t; let weight = 3 m;`
+
+    Way out: rename the value, or write the product as `3*m`.
+    """
+    return error(
+        "BG302",
+        f"`{word}` is a unit and also the name of a value here",
+        span,
+        help=f"rename the value `{word}`; a product is written with `*`",
+    )
+
+
+def cannot_combine(
+    operator: str,
+    context: str,
+    left: tuple[Span, str],
+    right: tuple[Span, str],
+    component: str = "",
+) -> Diagnostic:
+    """BG303: quantities of different kinds
+
+    What: two quantities are added, subtracted or compared whose units differ in kind.
+
+    Why: a length and a mass have no sum.
+
+    Example: `let x = 3 m + 2 kg;`
+
+    Way out: check which of the two was meant; a number without a unit fits any unit.
+    """
+    one, two = left[1], right[1]
+    match operator:
+        case "+":
+            message = f"cannot add {two} to {one}"
+        case "-":
+            message = f"cannot subtract {two} from {one}"
+        case "<" | "<=" | ">" | ">=" | "==" | "!=":
+            message = f"cannot compare {one} with {two}"
+        case _:
+            message = f"{one} and {two} do not go together in {context}"
+    return error(
+        "BG303",
+        message + (f", in component {component}" if component else ""),
+        right[0],
+        labels=(Label(left[0], one),),
+        help="both must be quantities of one kind",
+    )
+
+
+def needs_plain_number(span: Span, what: str, found: str) -> Diagnostic:
+    """BG304: a quantity where a plain number belongs
+
+    What: the argument of a function as `sin` or `exp`, an exponent, or a condition has a unit.
+
+    Why: such a function of a length would depend on the unit the length is measured in.
+
+    Example: `let y = sin(3 m);`
+
+    Way out: divide by a reference of the same kind, as in `sin(x/wavelength)`. Angles, in
+    radians or degrees, are plain numbers.
+    """
+    return error(
+        "BG304",
+        f"{what} must be a plain number or an angle, not {found}",
+        span,
+        help="divide it by a reference of the same kind",
+    )
+
+
+def needs_constant_exponent(span: Span, base: str) -> Diagnostic:
+    """BG305: the unit of a power is not known
+
+    What: a quantity with a unit is raised to a power that is not a constant, or is a very
+    large one.
+
+    Why: the unit of the result would not be known at compile time.
+
+    Example: `param n = 2; let area = (3 m)^n;`
+
+    Way out: use a number, as in `length^2`, or make the base a plain number:
+    `(length/(1 m))^n`.
+    """
+    return error(
+        "BG305",
+        f"the exponent of {base} must be a constant of at most 100",
+        span,
+        help="divide the base by a reference of its kind, so that it is a plain number",
+    )
+
+
+def wrong_unit(span: Span, what: str, expected: str, found: str) -> Diagnostic:
+    """BG306: a value of the wrong kind
+
+    What: a value is given whose unit is not the one declared.
+
+    Why: a mass given as a length is a mistake wherever it happens.
+
+    Example: `param mass : kg = 3 m;`
+
+    Way out: give a value in the declared unit, or a multiple of it as `t` for `kg`; a number
+    without a unit is taken in SI units.
+    """
+    return error(
+        "BG306",
+        f"{what} must be {expected}, not {found}",
+        span,
+        help="a number without a unit would be taken in SI units",
+    )
+
+
+def mixed_terms(span: Span, one: str, two: str) -> Diagnostic:
+    """BG307: products of different kinds in one sum
+
+    What: the terms of a matrix product, `dot`, `cross` or `norm` have units that differ in kind.
+
+    Why: these are sums of products, and a sum needs quantities of one kind.
+
+    Example: `let d = norm([3 m, 4 m, 2 rad]);`
+
+    Way out: check the order of the components; a number without a unit fits any unit.
+    """
+    return error(
+        "BG307",
+        f"the terms of this product are of different kinds: {one} and {two}",
+        span,
+        help="check the order of the components, and their units",
+    )
+
+
+# --- shapes -----------------------------------------------------------------------------
+
+
+# --- indices and components -------------------------------------------------------------
+
+
+# --- constants --------------------------------------------------------------------------
+
+
+def not_constant(span: Span, what: str) -> Diagnostic:
+    """BG330: not known at compile time
+
+    What: a dimension, an index, the ends of a `for`, or the condition of a compile-time `if`
+    depends on a parameter, on time or on a state.
+
+    Why: the structure of the model is fixed when it is compiled; parameters may be changed
+    afterwards.
+
+    Example: `param n = 3; let v = zeros(n);`
+
+    Way out: declare the value with `const`, or as a dimension of the model: `model M[n]`.
+    """
+    return error(
+        "BG330",
+        f"{what} must be known at compile time",
+        span,
+        help="declare it with `const`, or as a dimension of the model",
+    )
+
+
+def not_whole(span: Span, what: str, least: int, most: int, found: str) -> Diagnostic:
+    """BG331: not a whole number
+
+    What: a dimension, an index or an end of a `for` is a fraction, negative where that makes
+    no sense, or beyond all reason.
+
+    Why: things are counted in whole numbers.
+
+    Example: `let v = zeros(2.5);`
+
+    Way out: round it: `floor(n/2)`.
+    """
+    message = f"{what} must be a whole number from {least} to {most}, not {found}"
+    return error("BG331", message, span, help="`floor` and `ceil` round to whole numbers")
+
+
+def varies(span: Span, what: str, allowed: str, found: str) -> Diagnostic:
+    """BG332: a value that varies where it must not
+
+    What: a `const` depends on a parameter, or a parameter on time or on a state.
+
+    Why: a `const` is fixed at compile time, a `param` before the run begins.
+
+    Example: `param area = 2*pi*time;`
+
+    Way out: declare what varies with `signal` or `let`.
+    """
+    message = f"{what} must be {allowed}, but this {found}"
+    return error("BG332", message, span, help="declare what varies with `let` or `signal`")
+
+
+def out_of_range(span: Span) -> Diagnostic:
+    """BG333: a number that no double holds
+
+    What: a constant is larger than about 1.8e308, infinite, or smaller than about 4.9e-324 but
+    not zero.
+
+    Why: the model is computed in doubles.
+
+    Example: `const big = 9^9^9^9;`
+
+    Way out: check the exponents and the units.
+    """
+    return error(
+        "BG333",
+        "this is out of the range of numbers",
+        span,
+        help="the largest is about 1.8e308, the smallest about 4.9e-324",
+    )
+
+
+def division_by_zero(span: Span) -> Diagnostic:
+    """BG334: division by zero
+
+    What: the divisor is zero whatever the parameters are, or zero is raised to a negative
+    power.
+
+    Why: the result would not be a number.
+
+    Example: `let x = 1/(2 - 2);`
+
+    Way out: correct the divisor; a branch of `if` with a constant condition that is not taken
+    is not looked at.
+    """
+    way_out = "correct the divisor; a branch of a constant `if` that is not taken is not looked at"
+    return error("BG334", "this divides by zero", span, help=way_out)
+
+
+def not_a_number(span: Span) -> Diagnostic:
+    """BG335: a constant that is not a number
+
+    What: a function has no real value for a constant argument: `log(-1)`, `sqrt(-1)`,
+    `(-8)^(1/3)`.
+
+    Why: nothing that depends on it could be computed.
+
+    Example: `const root = sqrt(-1);`
+
+    Way out: correct the argument; the cube root of a negative number is `cbrt(x)`.
+    """
+    return error(
+        "BG335",
+        "the value of this constant is not a number",
+        span,
+        help="correct the argument of the function or power",
+    )
+
+
+# --- parts and functions ----------------------------------------------------------------
+
+
+def not_a_value(span: Span, what: str) -> Diagnostic:
+    """BG340: a part where a value belongs
+
+    What: the path ends at a part, a port or an array, or the expression is a text or a type.
+
+    Why: a part has many values; only numbers, vectors and matrices can be calculated with.
+
+    Example: `supply : Se(1); coil : I(1); supply -> coil; let x = 2*coil;`
+
+    Way out: name the value that is meant, as in `coil.p` or `boom.length`.
+    """
+    return error(
+        "BG340", f"{what} is not a value", span, help="name one of its values, as in `coil.p`"
+    )
+
+
+def unknown_function(span: Span, name: str, near: Iterable[str]) -> Diagnostic:
+    """BG341: a function that is not declared
+
+    What: neither the language nor this file or its imports has a function of that name.
+
+    Why: functions have their C names: `asin`, `fmod`, `tanh`.
+
+    Example: `let a = arcsin(0.5);`
+
+    Way out: correct the spelling, or declare it: `function f(x) = x^2;`.
+    """
+    way_out = did_you_mean(name, near) or f"declare it: `function {name}(x) = ..;`"
+    return error("BG341", f"there is no function called `{name}`", span, help=way_out)
+
+
+def called_value(span: Span, name: str) -> Diagnostic:
+    """BG342: a value is called like a function
+
+    What: parentheses follow the name of a value.
+
+    Why: `k(x)` calls a function `k`; a product needs its `*`.
+
+    Example: `param k = 2; let f = k(3 + 4);`
+
+    Way out: write `k*(3 + 4)`, or `v[2]` for a component.
+    """
+    return error(
+        "BG342",
+        f"`{name}` is a value, not a function",
+        span,
+        help=f"write `{name}*(..)` for a product, `{name}[..]` for a component",
+    )
+
+
+def wrong_argument_count(span: Span, function: str, expected: str, found: int) -> Diagnostic:
+    """BG343: too many or too few arguments
+
+    What: a function is given another number of arguments than it takes.
+
+    Why: arguments are positional and all must be given.
+
+    Example: `let a = atan2(1);`
+
+    Way out: give as many as the message says.
+    """
+    message = f"`{function}` takes {expected}, not {found}"
+    return error("BG343", message, span, help="arguments go by position, none may be left out")
+
+
+def recursive_function(span: Span, name: str, calls: Sequence[str]) -> Diagnostic:
+    """BG344: a function that calls itself
+
+    What: evaluating a function leads to a call of the same function.
+
+    Why: functions are replaced by what they stand for, which would never end.
+
+    Example: `function f(n) = n*f(n - 1); let x = f(3);`
+
+    Way out: write it without the call, for instance with a `for` over a state array or a sum.
+    """
+    through = f", through {' -> '.join(f'`{call}`' for call in calls)}" if len(calls) > 1 else ""
+    message = f"the function `{name}` calls itself{through}"
+    return error("BG344", message, span, help="write the repetition as a sum, or with `for`")
+
+
+def misplaced_derivative(span: Span) -> Diagnostic:
+    """BG345: der(x) where it has no meaning
+
+    What: `der(x)` stands in a definition, an argument or a law.
+
+    Why: derivatives follow from the equations; nothing is differentiated in a definition.
+
+    Example: `state x = 1; der(x) = -x; let v = der(x);`
+
+    Way out: give the state's equation as `der(x) = ..;`, or use `der(x)` on either side of an
+    implicit `equation left = right;`.
+    """
+    return error(
+        "BG345",
+        "`der(x)` stands only in `der(x) = ..;` and in an `equation`",
+        span,
+        help="use the right-hand side of its equation, or an `equation`",
+    )
+
+
+def derivative_of_expression(span: Span) -> Diagnostic:
+    """BG346: the derivative of something that is no state
+
+    What: the argument of `der` is not a declared `state` or a component of one.
+
+    Why: only states have a derivative of their own.
+
+    Example: `state x = 1; equation der(2*x) = 1;`
+
+    Way out: write the derivative out: `2*der(x)`.
+    """
+    message = "`der` takes a declared state, or a component of one"
+    return error("BG346", message, span, help="write the derivative out, as in `2*der(x)`")
+
+
+# --- matrices ---------------------------------------------------------------------------
+
+
+def singular_matrix(span: Span) -> Diagnostic:
+    """BG350: a matrix without an inverse
+
+    What: `inv` is given a matrix that is singular whatever the parameters are.
+
+    Why: it has no inverse.
+
+    Example: `let W = inv([[1, 2], [2, 4]]);`
+
+    Way out: correct the matrix. Of a singular stiffness give `stiffness`, of a singular
+    conductance `conductance`: then nothing has to be inverted.
+    """
+    message = "this matrix is singular, it has no inverse"
+    way_out = "`C(stiffness = ..)` and `R(conductance = ..)` take singular matrices as they are"
+    return error("BG350", message, span, help=way_out)
+
+
+def varying_inverse(span: Span) -> Diagnostic:
+    """BG351: the inverse of a varying matrix
+
+    What: `inv` is given a matrix that depends on time or on a state.
+
+    Why: an inverse is computed once, before the run; a varying matrix may become singular
+    during it.
+
+    Example: `let W = inv([[time, 0], [0, 1]]);`
+
+    Way out: solve for the unknown: `unknown z[2] = [0, 0]; equation A*z = b;`, or write the
+    inverse of a rotation as `transpose(A)`.
+    """
+    return error(
+        "BG351",
+        "`inv` takes a matrix of constants and parameters only",
+        span,
+        help="use an `unknown` and an `equation`, or `transpose` of a rotation",
+    )

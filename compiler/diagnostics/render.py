@@ -1,0 +1,182 @@
+"""Diagnostics as text: the place, the line with the fault underlined, and the way out.
+
+::
+
+    error[BG102]: expected `;` after `2 ohm`
+     --> rlc.bg:3:18
+      |
+    3 |   param R = 2 ohm
+      |                  ^
+      = help: end the statement with `;`
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
+from bgc.diagnostics.source import Source, Span
+
+_WIDTH = 100  # of the part of a source line that is shown, in columns
+_TAB = 4
+
+_BOLD = "\x1b[1m"
+_BLUE = "\x1b[1;34m"
+_RESET = "\x1b[0m"
+_COLOUR_OF = {
+    Severity.ERROR: "\x1b[1;31m",
+    Severity.WARNING: "\x1b[1;33m",
+    Severity.INFO: "\x1b[1;36m",
+}
+
+
+def render(diagnostics: Iterable[Diagnostic], *, colour: bool) -> str:
+    """Print diagnostics, with a blank line between them and a line end after the last."""
+    paint = _Paint(colour)
+    return "\n".join(_one(diagnostic, paint) for diagnostic in diagnostics)
+
+
+@dataclass(frozen=True, slots=True)
+class _Paint:
+    """Puts colours around texts, or leaves them."""
+
+    colour: bool
+
+    def __call__(self, code: str, text: str) -> str:
+        return f"{code}{text}{_RESET}" if self.colour and text else text
+
+
+def _one(diagnostic: Diagnostic, paint: _Paint) -> str:
+    colour = _COLOUR_OF[diagnostic.severity]
+    head = paint(colour, f"{diagnostic.severity.value}[{diagnostic.code}]")
+    lines = [f"{head}{paint(_BOLD, f': {diagnostic.message}')}"]
+    places = _places(diagnostic)
+    gutter = max((_gutter_width(place.span) for place in places), default=1)
+    for at, (source, group) in enumerate(_by_source(places)):
+        main = diagnostic.span if at == 0 else None
+        lines += _excerpt(source, group, main, gutter, colour, paint)
+    for word, text in (("note", diagnostic.note), ("help", diagnostic.help)):
+        if text:
+            first, *more = text.splitlines()
+            lines.append(f"{' ' * gutter} {paint(_BLUE, '=')} {paint(_BOLD, word)}: {first}")
+            lines += [f"{' ' * (gutter + len(word) + 5)}{line}" for line in more]
+    return "\n".join(lines) + "\n"
+
+
+def _places(diagnostic: Diagnostic) -> list[Label]:
+    """The place at fault, with what a label says of the same place, then the other labels."""
+    span = diagnostic.span
+    if span is None:
+        return list(diagnostic.labels)
+    same = [label for label in diagnostic.labels if _is_at(label, span)]
+    others = [label for label in diagnostic.labels if not _is_at(label, span)]
+    return [Label(span, "; ".join(label.text for label in same)), *others]
+
+
+def _is_at(label: Label, span: Span) -> bool:
+    here = label.span
+    return here.source is span.source and (here.start, here.end) == (span.start, span.end)
+
+
+def _gutter_width(span: Span) -> int:
+    return len(str(span.source.position(span.start)[0]))
+
+
+def _by_source(places: Sequence[Label]) -> list[tuple[Source, list[Label]]]:
+    """Group places by the file they are in, files in the order they first occur."""
+    groups: list[tuple[Source, list[Label]]] = []
+    for place in places:
+        for source, group in groups:
+            if source is place.span.source:
+                group.append(place)
+                break
+        else:
+            groups.append((place.span.source, [place]))
+    return groups
+
+
+def _excerpt(
+    source: Source,
+    places: Sequence[Label],
+    main: Span | None,
+    gutter: int,
+    colour: str,
+    paint: _Paint,
+) -> list[str]:
+    """Show the lines of one file that places are in, each place underlined."""
+    line, column = source.position((main or places[0].span).start)
+    bar = paint(_BLUE, "|")
+    margin = " " * gutter
+    lines = [f"{margin}{paint(_BLUE, '-->')} {source.name}:{line}:{column}", f"{margin} {bar}"]
+    numbers = sorted({source.position(place.span.start)[0] for place in places})
+    for previous, number in zip((None, *numbers), numbers, strict=False):
+        if previous is not None and number > previous + 1:
+            lines.append(f"{paint(_BLUE, '...')}")
+        here = [place for place in places if source.position(place.span.start)[0] == number]
+        window = _Window.around(source, number, here)
+        number_text = paint(_BLUE, f"{number:>{gutter}}")
+        lines.append(f"{number_text} {bar} {window.text}".rstrip())
+        # the fault itself first, then the labels from left to right
+        for place in sorted(here, key=lambda p: (p.span is not main, p.span.start)):
+            mark = "^" if place.span is main else "-"
+            start, width = window.columns(place.span)
+            underline = f"{mark * width} {place.text}".rstrip()
+            painted = paint(colour if mark == "^" else _BLUE, underline)
+            lines.append(f"{margin} {bar} {' ' * start}{painted}")
+    return lines
+
+
+@dataclass(frozen=True, slots=True)
+class _Window:
+    """The part of a source line that is shown: all of it, unless it is long."""
+
+    line_start: int
+    first: int
+    last: int
+    raw: str
+    text: str
+
+    @staticmethod
+    def around(source: Source, number: int, places: Sequence[Label]) -> _Window:
+        """Choose the part that shows the first place and, as far as it has room, the others."""
+        line_start = source.line_starts[number - 1]
+        length = source.line_length(number)
+        at = places[0].span.start - line_start
+        first, last = 0, length
+        if length > _WIDTH:
+            first = max(0, min(at - _WIDTH // 3, length - _WIDTH))
+            last = min(length, first + _WIDTH)
+        raw = source.text[line_start + first : line_start + last]
+        before = "..." if first > 0 else ""
+        after = "..." if last < length else ""
+        return _Window(line_start, first, last, raw, before + _shown(raw) + after)
+
+    def columns(self, span: Span) -> tuple[int, int]:
+        """Column and width of the part of a span that is shown; at least one wide."""
+        start = min(max(span.start - self.line_start, self.first), self.last)
+        end = min(max(span.end - self.line_start, start), self.last)
+        indent = 3 if self.first > 0 else 0
+        before = _shown(self.raw[: start - self.first])
+        inside = _shown(self.raw[start - self.first : end - self.first])
+        return indent + _columns(before), max(1, _columns(inside))
+
+
+def _shown(text: str) -> str:
+    """A part of a line as it can be printed: tabs as blanks, control characters as U+FFFD."""
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(
+        " " * _TAB if char == "\t" else char if char.isprintable() else "\ufffd" for char in text
+    )
+
+
+def _columns(text: str) -> int:
+    """Columns a printed text takes on a terminal."""
+    if text.isascii():
+        return len(text)
+    return sum(
+        0 if unicodedata.combining(char) else 2 if unicodedata.east_asian_width(char) in "WF" else 1
+        for char in text
+    )

@@ -1,0 +1,93 @@
+"""Collecting diagnostics, so that one run reports every independent mistake."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+from bgc.diagnostics.catalogue.syntax import too_many_errors
+from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity
+from bgc.grammar.parse import MAX_ERRORS
+
+_PATH = re.compile(r"(?:[A-Za-z_]\w*(?:\[\.\.\])?\.)+(?=[A-Za-z_])")
+_INDEX = re.compile(r"\[[-\d, ]+\]")
+
+
+class Report:
+    """The diagnostics of a pass so far, each once.
+
+    What depends on something that failed raises `already_reported()`, which adds nothing, so
+    that one cause gives one message. After `MAX_ERRORS` it is full: a last error says that
+    there are more, and these are dropped.
+    """
+
+    def __init__(self) -> None:
+        self._diagnostics: dict[tuple[object, ...], Diagnostic] = {}
+        self._aside = 0
+        self._errors = 0
+
+    def add(self, *diagnostics: Diagnostic, note: str = "") -> None:
+        """Record diagnostics, with a note on those that have none yet."""
+        for diagnostic in diagnostics:
+            span = diagnostic.span
+            place = (span.source.name, span.start, span.end) if span else None
+            # Each part of an array, and each part of one model, repeats the same mistake.
+            if note and not diagnostic.note:
+                diagnostic = replace(diagnostic, note=note)
+            message = _INDEX.sub("[..]", diagnostic.message)
+            key = (diagnostic.code, place, _PATH.sub("", message) if span else message)
+            if key not in self._diagnostics:
+                self._enter(key, diagnostic)
+
+    def _enter(self, key: tuple[object, ...], diagnostic: Diagnostic) -> None:
+        if diagnostic.severity is Severity.ERROR:
+            if self.is_full:
+                return
+            self._errors += 1
+            if self._errors > MAX_ERRORS and diagnostic.span is not None:
+                diagnostic = too_many_errors(diagnostic.span, MAX_ERRORS)
+        self._diagnostics[key] = diagnostic
+
+    @property
+    def is_full(self) -> bool:
+        """Whether more errors would be dropped."""
+        return self._errors > MAX_ERRORS
+
+    @contextmanager
+    def collecting(self, note: str = "") -> Iterator[None]:
+        """Record what a block raises as BgError, and go on behind it."""
+        try:
+            yield
+        except BgError as err:
+            self.add(*err.diagnostics, note=note)
+
+    @property
+    def errors(self) -> tuple[Diagnostic, ...]:
+        """The errors, in the order found."""
+        return tuple(d for d in self._diagnostics.values() if d.severity is Severity.ERROR)
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """All that is no error, in the order found."""
+        return tuple(d for d in self._diagnostics.values() if d.severity is not Severity.ERROR)
+
+    def set_aside(self) -> None:
+        """Let the errors so far not stop the passes that follow, only the last of them."""
+        self._aside = len(self.errors)
+
+    def raise_new_errors(self) -> None:
+        """Raise BgError when there are errors that were not set aside."""
+        if len(self.errors) > self._aside or self.is_full:
+            self.raise_errors()
+
+    def raise_errors(self) -> None:
+        """Raise BgError when there is any error, warnings with it."""
+        if self.errors:
+            raise BgError([*self.errors, *self.warnings])
+
+
+def already_reported() -> BgError:
+    """What to raise where something is needed whose failure has been recorded."""
+    return BgError(())

@@ -1,0 +1,180 @@
+"""The units of the efforts and flows of all scalar bonds, from what is written around them.
+
+One known unit fixes the other where effort times flow is a power. A resistance in ohms fixes
+both, since the product and the quotient of the two are then known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+
+from bgc.diagnostics.catalogue import widths as width_messages
+from bgc.diagnostics.report import Report
+from bgc.diagnostics.source import Span
+from bgc.elaboration.bonds.domains import WATT
+from bgc.values.units import Dimension, describe_dimension, divide, multiply, power
+
+SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Ratio:
+    """`effort / flow` of a bond has a known dimension, told by an argument of an element.
+
+    `argument` says which, as `stiffness`; `sense` is -1 where it is flow by effort. `time` is
+    the power of seconds in it: 1 of an inertia, -1 of a stiffness.
+    """
+
+    bond: int
+    dimension: Dimension
+    span: Span
+    argument: str
+    sense: int
+    time: int
+
+    def argument_for(self, effort_by_flow: Dimension) -> Dimension:
+        """The dimension that the argument has to have for a dimension of `effort / flow`."""
+        return multiply(power(effort_by_flow, self.sense), power(SECOND, self.time))
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """A dimension between two bonds: `target variable = dimension * source variable`."""
+
+    target: tuple[str, int]
+    source: tuple[str, int]
+    dimension: Dimension
+    span: Span
+
+
+@dataclass(slots=True)
+class _Known:
+    dimension: Dimension
+    span: Span
+    symbol: str
+
+
+class BondUnits:
+    """Union-find over bonds with common units, and what is known of each class."""
+
+    def __init__(self, names: list[str], report: Report) -> None:
+        self._names = names
+        self._report = report
+        self._parent = list(range(len(names)))
+        self._known: dict[tuple[str, int], _Known] = {}
+        self._pseudo: set[int] = set()
+        self._told: set[int] = set()
+
+    def join(self, bonds: Iterable[int]) -> None:
+        """The bonds of a junction have common units."""
+        roots = {self._root(b) for b in bonds}
+        first = min(roots, default=-1)
+        for root in roots:
+            self._parent[root] = first
+
+    def mark_pseudo(self, bond: int) -> None:
+        """Effort times flow of the bond is no power. To be told before any unit is."""
+        self._pseudo.add(self._root(bond))
+
+    def is_power(self, bond: int) -> bool:
+        """Whether effort times flow is a power."""
+        return self._root(bond) not in self._pseudo
+
+    def know(
+        self, variable: str, bond: int, dimension: Dimension, span: Span, symbol: str = ""
+    ) -> bool:
+        """Note the unit of an `effort` or `flow`; True when it is news."""
+        root = self._root(bond)
+        known = self._known.get((variable, root))
+        if known is not None:
+            if known.dimension != dimension and root not in self._told:
+                self._told.add(root)
+                one, two = describe_dimension(known.dimension), describe_dimension(dimension)
+                self._report.add(
+                    width_messages.units_differ(
+                        span, self._names[bond], variable, one, known.span, two, span
+                    )
+                )
+            elif symbol and not known.symbol:
+                known.symbol = symbol
+            return False
+        self._known[variable, root] = _Known(dimension, span, symbol)
+        other = "flow" if variable == "effort" else "effort"
+        if root not in self._pseudo:
+            self.know(other, bond, divide(WATT, dimension), span)
+        return True
+
+    def solve(self, ratios: list[Ratio], links: list[Link]) -> None:
+        """Spread what is known until nothing new follows."""
+        news = True
+        while news:
+            news = False
+            for ratio in ratios:
+                news |= self._apply_ratio(ratio)
+            for link in links:
+                news |= self._apply_link(link)
+
+    def _apply_ratio(self, ratio: Ratio) -> bool:
+        bond, dimension, span = ratio.bond, ratio.dimension, ratio.span
+        effort, flow = self.dimension("effort", bond), self.dimension("flow", bond)
+        if effort is not None and flow is not None:
+            if divide(effort, flow) != dimension:
+                self._tell_misfit(ratio, divide(effort, flow))
+            return False
+        if effort is not None:
+            return self.know("flow", bond, divide(effort, dimension), span)
+        if flow is not None:
+            return self.know("effort", bond, multiply(flow, dimension), span)
+        if self.is_power(bond):
+            squared = power(multiply(WATT, dimension), Fraction(1, 2))
+            return self.know("effort", bond, squared, span)
+        return False
+
+    def _tell_misfit(self, ratio: Ratio, expected: Dimension) -> None:
+        """Report an argument whose unit does not go with what is known of its bond."""
+        root = self._root(ratio.bond)
+        if root in self._told:
+            return
+        self._told.add(root)
+        places = [
+            (known.span, f"{variable}: {describe_dimension(known.dimension)}")
+            for variable in ("effort", "flow")
+            if (known := self._known.get((variable, root))) is not None
+        ]
+        wanted = describe_dimension(ratio.argument_for(expected))
+        given = describe_dimension(ratio.argument_for(ratio.dimension))
+        name, argument = self._names[ratio.bond], ratio.argument
+        self._report.add(
+            width_messages.unit_misfit(ratio.span, name, argument, wanted, given, places)
+        )
+
+    def _apply_link(self, link: Link) -> bool:
+        source = self.dimension(*link.source)
+        target = self.dimension(*link.target)
+        if source is not None:
+            news = self.know(*link.target, multiply(source, link.dimension), link.span)
+            if self._root(link.target[1]) in self._told:  # one cause, both ends of it
+                self._told.add(self._root(link.source[1]))
+            return news
+        if target is not None:
+            return self.know(*link.source, divide(target, link.dimension), link.span)
+        return False
+
+    def dimension(self, variable: str, bond: int) -> Dimension | None:
+        """The unit of an `effort` or `flow`, None when nothing tells."""
+        known = self._known.get((variable, self._root(bond)))
+        return known.dimension if known else None
+
+    def symbol(self, variable: str, bond: int) -> str:
+        """How the unit is spelled where it was written, empty when it was not."""
+        known = self._known.get((variable, self._root(bond)))
+        return known.symbol if known else ""
+
+    def _root(self, bond: int) -> int:
+        parent = self._parent
+        while parent[bond] != bond:
+            parent[bond] = parent[parent[bond]]
+            bond = parent[bond]
+        return bond

@@ -1,0 +1,197 @@
+"""What can be read of elements and ports: efforts, flows, displacements, momenta, power."""
+
+from __future__ import annotations
+
+from bgc.algebra.dag import Kind
+from bgc.diagnostics.catalogue import graph, values, with_article
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.source import Span
+from bgc.elaboration.bonds.carried import Carried
+from bgc.elaboration.bonds.domains import DomainFacts, Domains
+from bgc.elaboration.bonds.scalarise import Scalars
+from bgc.elaboration.bonds.shape_probe import shape_of, width_of
+from bgc.elaboration.bonds.units import SECOND, BondUnits
+from bgc.elaboration.instances.faces import Face
+from bgc.elaboration.instances.tree import Element, PortEntry
+from bgc.elaboration.instances.world import World
+from bgc.ir.graph import Port
+from bgc.values.scope import Namespace
+from bgc.values.units import Dimension, multiply
+from bgc.values.value import Shape, Value
+
+_FAR = 1 << 40  # provisional symbols are numbered beyond any real one
+
+ONE_PORT = {
+    "Se": ("e", "f", "power"),
+    "Sf": ("e", "f", "power"),
+    "R": ("e", "f", "power"),
+    "C": ("e", "f", "q", "power"),
+    "I": ("e", "f", "p", "power"),
+    "IC": ("e", "f", "q", "p", "power"),
+}
+_TWO_PORT = ("e1", "f1", "e2", "f2", "power")
+_UNIT_OF = {"q": "flow", "p": "effort"}
+
+
+class BondValues:
+    """Reads variables of bonds. Before the bonds are numbered it shows their shapes only."""
+
+    def __init__(self, world: World, domains: Domains, carried: Carried) -> None:
+        self.world = world
+        self.domains = domains
+        self.carried = carried
+        self.scalars: Scalars | None = None
+        self.units: BondUnits | None = None
+        self._provisional: dict[tuple[int, str, int], int] = {}
+
+    # --- elements -------------------------------------------------------------------
+
+    def of_element(self, element: Element, name: str, span: Span) -> Value | Namespace:
+        """A variable of an element by name."""
+        self._require_bonds(span)
+        basic = element.basic
+        if basic in {"J0", "J1"}:
+            return self._of_junction(element, name, span)
+        face = element.faces.get("all") or element.faces["in"]
+        if basic in ONE_PORT and name in ONE_PORT[basic]:
+            if name == "power":
+                return self._power(face, -1 if basic in {"Se", "Sf"} else 1)
+            if name in {"q", "p"}:
+                return self.storage(element, name)
+            return self.variable(face, name)
+        two_sided = "out" in element.faces and element.faces["out"].joints
+        if two_sided and basic in {"TF", "GY"} and name in _TWO_PORT:
+            if name == "power":
+                return self._power(face, 1)
+            return self.variable(element.faces["in" if name[1] == "1" else "out"], name[0])
+        if basic == "GY" and not two_sided and name in {"e", "f", "power"}:
+            return self._power(face, 1) if name == "power" else self.variable(face, name)
+        have = ONE_PORT.get(basic) or (_TWO_PORT if two_sided else ("e", "f", "power"))
+        raise self._absent(f"`{element.path}`, {with_article(element.kind)},", name, span, have)
+
+    def _of_junction(self, element: Element, name: str, span: Span) -> Value | Namespace:
+        face = element.faces["all"]
+        variable = "e" if element.basic == "J0" else "f"
+        if name == variable:
+            return self.variable(face, variable)
+        facts = self._facts(face)
+        have = [variable]
+        if facts is not None:
+            table = facts.efforts if variable == "e" else facts.flows
+            if name in table:
+                return self._slice(self.variable(face, variable), table[name])
+            have += table
+            if element.basic == "J1":
+                have += facts.signals
+                if name in facts.signals:
+                    return self.carried.at_junction(element, name, facts, span)
+        raise self._absent(f"`{element.path}`, {with_article(element.kind)},", name, span, have)
+
+    def of_port(self, port: PortEntry, name: str, span: Span) -> Value | Namespace:
+        """A variable of the bond at a port, or a signal that it carries."""
+        self._require_bonds(span)
+        face = port.inner if port.inner.joints else port.outer
+        facts = self._facts(face)
+        if name in {"e", "f"}:
+            return self.variable(face, name)
+        if name == "power":
+            return self._power(face, 0)
+        have = ["e", "f", "power"]
+        if facts is not None:
+            for variable, table in (("e", facts.efforts), ("f", facts.flows)):
+                if name in table:
+                    return self._slice(self.variable(face, variable), table[name])
+            if name in facts.signals:
+                return self.carried.at_port(port, name, facts, span)
+            have += [*facts.efforts, *facts.flows, *facts.signals]
+        raise self._absent(f"the port `{port.path}`", name, span, have)
+
+    def _require_bonds(self, span: Span) -> None:
+        """While the tree is built there are no bonds: only constants can be read."""
+        if self.scalars is None and not self.world.provisional:
+            raise BgError([values.not_constant(span, "what decides the parts of a model")])
+
+    def _absent(
+        self, owner: str, name: str, span: Span, have: list[str] | tuple[str, ...]
+    ) -> BgError:
+        return BgError([graph.unknown_port_member(span, owner, name, have)])
+
+    def _facts(self, face: Face) -> DomainFacts | None:
+        domain = face.net.root().domain
+        return self.domains.facts(domain.declared) if domain is not None else None
+
+    def is_power(self, bond: int) -> bool:
+        """Whether effort times flow of a scalar bond is a power."""
+        return self.units is not None and self.units.is_power(bond)
+
+    # --- variables of faces ---------------------------------------------------------
+
+    def variable(self, face: Face, name: str) -> Value:
+        """The efforts (`e`) or flows (`f`) of a face, one symbol for each component."""
+        shape = shape_of(face)
+        if self.scalars is None or self.units is None:
+            return self._placeholder(face, name, shape)
+        kind = Kind.EFFORT if name == "e" else Kind.FLOW
+        bonds = [ports[0].bond for ports in self.scalars.ports(face)]
+        nodes = tuple(self.world.dag.symbol(kind, b) for b in bonds)
+        long = "effort" if name == "e" else "flow"
+        return Value(shape, nodes, tuple(self.units.dimension(long, b) for b in bonds))
+
+    def storage(self, element: Element, name: str) -> Value:
+        """The displacements (`q`) or momenta (`p`) of a storage element."""
+        face = element.faces["all"]
+        shape = shape_of(face)
+        if self.scalars is None or self.units is None:
+            return self._placeholder(face, name, shape)
+        kind = Kind.DISPLACEMENT if name == "q" else Kind.MOMENTUM
+        nodes, units = [], []
+        for k, ports in enumerate(self.scalars.ports(face)):
+            nodes.append(self.world.dag.symbol(kind, element.first_state + k))
+            units.append(self.storage_unit(ports[0], name))
+        return Value(shape, tuple(nodes), tuple(units))
+
+    def storage_unit(self, port: Port, name: str) -> Dimension | None:
+        """The unit of a displacement (flow times time) or momentum (effort times time)."""
+        assert self.units is not None
+        rate = self.units.dimension(_UNIT_OF[name], port.bond)
+        return multiply(rate, SECOND) if rate is not None else None
+
+    def _power(self, face: Face, sense: int) -> Value:
+        """Power along the half arrow (sense 0), into the element (1) or out of it (-1)."""
+        effort, flow = self.variable(face, "e"), self.variable(face, "f")
+        dag = self.world.dag
+        signs = [1] * len(effort.nodes)
+        unit: Dimension | None = None
+        if self.scalars is not None and self.units is not None:
+            ports = [found[0] for found in self.scalars.ports(face)]
+            if sense:
+                signs = [sense * port.sign for port in ports]
+            known = [self._power_unit(port.bond) for port in ports]
+            unit = known[0] if all(k == known[0] for k in known) else None
+        terms = (
+            dag.mul(dag.const(s), dag.mul(e, f))
+            for s, e, f in zip(signs, effort.nodes, flow.nodes, strict=True)
+        )
+        return Value.scalar(dag.sum(terms), unit)
+
+    def _power_unit(self, bond: int) -> Dimension | None:
+        assert self.units is not None
+        effort, flow = self.units.dimension("effort", bond), self.units.dimension("flow", bond)
+        return multiply(effort, flow) if effort is not None and flow is not None else None
+
+    def _slice(self, value: Value, place: tuple[int, Shape]) -> Value:
+        first, shape = place
+        count = 1
+        for size in shape:
+            count *= size
+        return Value(shape, value.nodes[first : first + count], value.units[first : first + count])
+
+    def _placeholder(self, face: Face, name: str, shape: Shape) -> Value:
+        """Symbols of the right number and no meaning, all different so that nothing cancels."""
+        kind = Kind.EFFORT if name in {"e", "p"} else Kind.FLOW
+        nodes = []
+        for k in range(width_of(face)):
+            key = (id(face), name, k)
+            place = self._provisional.setdefault(key, len(self._provisional))
+            nodes.append(self.world.dag.symbol(kind, _FAR + place))
+        return Value(shape, tuple(nodes), (None,) * len(nodes))

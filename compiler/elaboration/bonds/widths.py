@@ -1,0 +1,336 @@
+"""Widths and domains of all bonds, inferred from what is written anywhere along them.
+
+A width is known from brackets, from a domain, or from the shape of an element's arguments or
+law. It spreads along bonds, through junctions and ports; where nothing says otherwise it is 1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from bgc.diagnostics.catalogue import graph
+from bgc.diagnostics.catalogue import widths as width_messages
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.source import Span
+from bgc.elaboration.bonds.domains import Domains
+from bgc.elaboration.bonds.shape_probe import Probe, WidthUnknown, probe
+from bgc.elaboration.bonds.wiring import Wiring, check_single
+from bgc.elaboration.instances.faces import DomainUse, Face, Net, Width
+from bgc.elaboration.instances.instantiate import MAX_WIDTH, note
+from bgc.elaboration.instances.tree import Element, PortEntry
+from bgc.elaboration.instances.world import World
+
+
+@dataclass(slots=True)
+class Nets:
+    """The nets of all bonds, and the constraints that joining them does not settle."""
+
+    world: World
+    wiring: Wiring
+    domains: Domains
+    same: list[tuple[Net, Net, Span]] = field(default_factory=list)
+    sums: list[Face] = field(default_factory=list)
+    claimed: set[Face] = field(default_factory=set)
+
+
+def join_nets(world: World, wiring: Wiring, domains: Domains) -> Nets:
+    """Join what has one width and one domain; what ports and brackets say is noted."""
+    nets = Nets(world, wiring, domains)
+    for port in wiring.ports:
+        with world.report.collecting(note(port.env)):
+            _declare_port(nets, port)
+    for element in wiring.elements:
+        with world.report.collecting(note(element.env)):
+            _declare_element(nets, element)
+    _join(nets)
+    return nets
+
+
+def settle_widths(nets: Nets) -> None:
+    """Give every net its width, and each end of a bond the components of the face it meets."""
+    world = nets.world
+    _propagate(nets)
+    _probe_all(nets)
+    check_single(world, nets.wiring, nets.claimed)
+    world.report.raise_new_errors()
+    _default(nets)
+    _place(nets)
+    world.report.raise_new_errors()
+
+
+# --- what is declared -------------------------------------------------------------------
+
+
+def _declare_port(work: Nets, port: PortEntry) -> None:
+    declaration = port.declaration
+    net = port.outer.net
+    _merge(work, net, port.inner.net, declaration.name_span)
+    if declaration.domain is not None:
+        declared = port.env.module.domains[declaration.domain]
+        facts = work.domains.facts(declared)
+        _set_domain(work, net, DomainUse(declared, declaration.span))
+        _set_width(work, net, Width(facts.width, declaration.span, facts.width > 1))
+    if declaration.dims:
+        size = 1
+        for dim in declaration.dims:
+            size *= work.world.whole(dim, port.env, "a width", 1, MAX_WIDTH)
+        _set_width(work, net, Width(size, declaration.span, True))
+
+
+def _declare_element(work: Nets, element: Element) -> None:
+    dims, span = element.dims, element.use.span
+    if element.kind in {"Mux", "Demux"}:
+        into, out = element.faces["in"], element.faces["out"]
+        work.same.append((into.net, out.net, element.span))
+        if dims:
+            total = Width(sum(dims), span, True)
+            _set_width(work, into.net, total)
+            _set_width(work, out.net, total)
+            many = into if len(into.joints) >= len(out.joints) else out
+            if len(dims) > 1 or len(many.joints) == 1:
+                if len(many.joints) != len(dims):
+                    sizes = [1] * len(many.joints)
+                    raise BgError(
+                        [graph.mux_count(element.span, element.path, len(dims), len(sizes))]
+                    )
+                for joint, size in zip(many.joints, dims, strict=True):
+                    _set_width(work, joint.bond.net, Width(size, span, False))
+        return
+    if not dims:
+        return
+    work.claimed.update(element.faces.values())
+    if len(dims) == 2:
+        _set_width(work, element.faces["in"].net, Width(dims[0], span, True))
+        _set_width(work, element.faces["out"].net, Width(dims[1], span, True))
+    else:
+        for face in element.faces.values():
+            _set_width(work, face.net, Width(dims[0], span, True))
+
+
+def _join(work: Nets) -> None:
+    """Join the nets of bonds and of the faces that they fill."""
+    for face in work.wiring.owners:
+        for joint in face.joints:
+            if joint.slice is not None:
+                size = Width(len(joint.slice), joint.span, len(joint.slice) > 1)
+                _set_width(work, joint.bond.net, size)
+            elif face.junction or len(face.joints) == 1:
+                _merge(work, joint.bond.net, face.net, joint.bond.span)
+        if not face.junction and (len(face.joints) > 1 or any(j.slice for j in face.joints)):
+            work.sums.append(face)
+
+
+# --- joining ----------------------------------------------------------------------------
+
+
+def _set_width(work: Nets, net: Net, width: Width) -> bool:
+    """Note a width of a net; True when it is news."""
+    net = net.root()
+    if net.width is None:
+        net.width = width
+        return True
+    if net.width.size != width.size:
+        work.world.report.add(
+            width_messages.widths_differ(
+                width.span, net.width.size, net.width.span, width.size, width.span
+            )
+        )
+    elif width.explicit and not net.width.explicit:
+        net.width = width
+    return False
+
+
+def _set_domain(work: Nets, net: Net, use: DomainUse) -> None:
+    net = net.root()
+    if net.domain is None:
+        net.domain = use
+    elif net.domain.declared.syntax is not use.declared.syntax:
+        one, two = net.domain, use
+        work.world.report.add(
+            width_messages.domains_differ(
+                use.span, one.declared.syntax.name, one.span, two.declared.syntax.name, two.span
+            )
+        )
+
+
+def _merge(work: Nets, one: Net, two: Net, span: Span) -> None:
+    """Join two nets at a bond or port."""
+    one, two = one.root(), two.root()
+    if one is two:
+        return
+    if one.width is not None and two.width is not None and one.width.size != two.width.size:
+        work.world.report.add(
+            width_messages.widths_differ(
+                span, one.width.size, one.width.span, two.width.size, two.width.span
+            )
+        )
+        return
+    if (
+        one.domain is not None
+        and two.domain is not None
+        and one.domain.declared.syntax is not two.domain.declared.syntax
+    ):
+        work.world.report.add(
+            width_messages.domains_differ(
+                span,
+                one.domain.declared.syntax.name,
+                one.domain.span,
+                two.domain.declared.syntax.name,
+                two.domain.span,
+            )
+        )
+        return
+    two.parent = one
+    if one.width is None or (two.width is not None and two.width.explicit):
+        one.width = two.width or one.width
+    one.domain = one.domain or two.domain
+
+
+# --- spreading --------------------------------------------------------------------------
+
+
+def _propagate(work: Nets) -> None:
+    """Settle equal widths and sums of widths until nothing new follows."""
+    news = True
+    while news:
+        news = False
+        for one, two, span in work.same:
+            a, b = one.root().width, two.root().width
+            if a is not None and b is None:
+                news |= _set_width(work, two, Width(a.size, a.span, False))
+            elif b is not None and a is None:
+                news |= _set_width(work, one, Width(b.size, b.span, False))
+            elif a is not None and b is not None and a.size != b.size:
+                work.world.report.add(
+                    width_messages.widths_differ(span, a.size, a.span, b.size, b.span)
+                )
+        work.same = [s for s in work.same if s[0].root().width is None or s[1].root().width is None]
+        for face in work.sums:
+            news |= _settle_sum(work, face)
+
+
+def _settle_sum(work: Nets, face: Face) -> bool:
+    if any(joint.slice is not None for joint in face.joints):
+        if face.net.root().width is not None:
+            return False
+        size = 1 + max(max(j.slice) for j in face.joints if j.slice)
+        return _set_width(work, face.net, Width(size, face.joints[0].span, False))
+    widths = [joint.bond.net.root().width for joint in face.joints]
+    total = face.net.root().width
+    known = [w.size for w in widths if w is not None]
+    if len(known) == len(widths):
+        if total is not None:
+            return False  # checked when places are given
+        return _set_width(work, face.net, Width(sum(known), face.joints[0].span, False))
+    if total is not None and len(known) == len(widths) - 1 and total.size > sum(known):
+        missing = widths.index(None)
+        left = Width(total.size - sum(known), total.span, False)
+        return _set_width(work, face.joints[missing].bond.net, left)
+    return False
+
+
+def _probe_all(work: Nets) -> None:
+    """Look at arguments and laws for the widths that they imply."""
+    waiting = list(work.wiring.elements)
+    while waiting:
+        later: list[Element] = []
+        for element in waiting:
+            if element.basic in {"J0", "J1", "Mux", "Demux"}:
+                continue
+            try:
+                found = probe(work.world, element)
+            except WidthUnknown:
+                later.append(element)
+            except BgError:
+                continue  # reported when the law itself is read
+            else:
+                _apply(work, element, found)
+        _propagate(work)
+        if len(later) < len(waiting):
+            waiting = later
+            continue
+        # Those left need widths that nothing says: all others are 1 first, then these.
+        held = {id(f.net.root()) for e in later for f in e.faces.values()}
+        nets = [n for n in _open_nets(work) if id(n) not in held] or _open_nets(work)
+        if not nets:
+            break
+        for net in nets:
+            _set_width(work, net, Width(1, later[0].span, False))
+        _propagate(work)
+
+
+def _apply(work: Nets, element: Element, found: Probe) -> None:
+    for side, size in found.sizes.items():
+        face = element.faces.get(side) or element.faces["in"]
+        work.claimed.add(face)
+        if face.net.root().width is None:  # else a misfit is told where the law is read
+            _set_width(work, face.net, Width(size, found.span, size > 1))
+    if found.same and not _is_one_sided(element):
+        work.same.append((element.faces["in"].net, element.faces["out"].net, element.span))
+
+
+def _is_one_sided(element: Element) -> bool:
+    return "out" in element.faces and not element.faces["out"].joints
+
+
+def _open_nets(work: Nets) -> list[Net]:
+    """The nets without a width, those last which are the sum of others."""
+    totals = {id(f.net.root()) for f in work.sums}
+    found: dict[int, Net] = {}
+    for bond in work.wiring.bonds:
+        net = bond.net.root()
+        if net.width is None and id(net) not in totals:
+            found[id(net)] = net
+    for face in work.wiring.owners:
+        net = face.net.root()
+        if net.width is None and id(net) not in totals:
+            found[id(net)] = net
+    return list(found.values())
+
+
+def _default(work: Nets) -> None:
+    """What nothing gives a width has width 1."""
+    while True:
+        nets = _open_nets(work)
+        for net in nets:
+            net.width = Width(1, work.wiring.bonds[0].span, False)
+        _propagate(work)
+        if not nets:
+            break
+
+
+# --- places -----------------------------------------------------------------------------
+
+
+def _place(work: Nets) -> None:
+    """Give each joint its components of the face; every one must be taken exactly once."""
+    for face, owner in work.wiring.owners.items():
+        width = face.net.root().width
+        if not face.joints or width is None:
+            continue
+        offset = 0
+        taken: list[int] = []
+        for joint in face.joints:
+            bond_width = joint.bond.net.root().width
+            assert bond_width is not None
+            if joint.slice is not None:
+                joint.at = joint.slice
+                if max(joint.at) >= width.size:
+                    work.world.report.add(
+                        width_messages.slice_outside(
+                            joint.span, face.name, max(joint.at) + 1, width.size
+                        ),
+                        note=note(owner.env),
+                    )
+            elif face.junction:
+                joint.at = tuple(range(width.size))
+            else:
+                joint.at = tuple(range(offset, offset + bond_width.size))
+                offset += bond_width.size
+            taken.extend(joint.at)
+        if not face.junction and sorted(taken) != list(range(width.size)):
+            parts = [len(joint.at) for joint in face.joints]
+            work.world.report.add(
+                width_messages.widths_do_not_add_up(face.span, face.name, width.size, parts),
+                note=note(owner.env),
+            )

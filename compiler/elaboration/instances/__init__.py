@@ -1,0 +1,1 @@
+"""The tree of instances: models with their arguments, slots, loops and conditions expanded."""

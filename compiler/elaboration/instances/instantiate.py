@@ -1,0 +1,497 @@
+"""From the scene's model to the tree of instances: arguments, slots, loops, compile-time `if`.
+
+Parts are built when they are first needed, so declarations may come in any order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
+
+from bgc.diagnostics.catalogue import graph, laws, names
+from bgc.diagnostics.catalogue import widths as width_messages
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.report import already_reported
+from bgc.diagnostics.source import Span
+from bgc.elaboration.instances.faces import Face
+from bgc.elaboration.instances.tree import (
+    Element,
+    Environment,
+    Given,
+    Instance,
+    PartArray,
+    Pending,
+    PortEntry,
+    Quantity,
+    Status,
+)
+from bgc.elaboration.instances.world import World
+from bgc.grammar import syntax
+from bgc.ir.graph import Slot
+from bgc.resolution.modules import ELEMENTS, Declared, ancestors, fitting_models
+from bgc.values.value import Value
+
+MAX_DEPTH = 60
+_LEVELS_SHOWN = 6  # of the path to a part that never ends
+MAX_PARTS = 200_000
+MAX_TURNS = 100_000
+MAX_WIDTH = 10_000
+
+_TWO_PORTS = {"TF", "MTF", "GY", "MGY", "Mux", "Demux"}
+_LOCAL_KINDS = {"const", "let", "signal"}
+
+Statement = TypeVar("Statement")
+
+
+class Builder:
+    """Builds instances and elements of one elaboration."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.slots: list[Slot] = []
+        self._parts = 0
+        self._turns = 0
+        self._is_too_large = False
+
+    # --- models ---------------------------------------------------------------------
+
+    def instantiate(
+        self,
+        declared: Declared[syntax.Model],
+        dims: tuple[int, ...],
+        arguments: Mapping[str, Given],
+        path: str,
+        parent: Instance | None,
+        span: Span,
+        home: Environment | None = None,
+    ) -> Instance:
+        """A model with its dimensions and arguments; its parts are still pending.
+
+        `home` is the environment that becomes the inside of the instance at once: a scene's.
+        """
+        depth = parent.depth + 1 if parent else 0
+        if depth > MAX_DEPTH:
+            shown = ".".join(path.split(".")[:_LEVELS_SHOWN])
+            raise BgError([names.contains_itself(span, declared.syntax.name, shown, depth)])
+        instance = Instance(path, declared, parent, depth, span)
+        if home is not None:
+            home.instance = instance
+        self._lay(instance, declared, dims, arguments)
+        self._check_arguments(instance, arguments)
+        return instance
+
+    def _lay(
+        self,
+        instance: Instance,
+        declared: Declared[syntax.Model],
+        dims: tuple[int, ...],
+        arguments: Mapping[str, Given],
+    ) -> None:
+        """Enter the items of the model, those of what it extends first."""
+        model = declared.syntax
+        instance.kinds.append((declared, dims))
+        formals = {
+            formal.name: Value.scalar(self.world.dag.const(size))
+            for formal, size in zip(model.formals, dims, strict=True)
+        }
+        instance.formals.update(formals)
+        env = Environment(instance, declared.module, dict(formals))
+        if model.base is not None:
+            base = declared.module.models[model.base.name]
+            base_dims = self.dimensions(base.syntax, model.base, env)
+            if base.syntax.interface:
+                self._note_interface(instance, base, base_dims)
+            else:
+                preset = self.by_name(model.base, env, base.syntax.name)
+                self._lay(instance, base, base_dims, {**preset, **arguments})
+        self._register(model.items, env, arguments, in_loop=False)
+
+    def _note_interface(
+        self, instance: Instance, declared: Declared[syntax.Model], dims: tuple[int, ...]
+    ) -> None:
+        """Record an interface that the instance is, and those which that one is."""
+        instance.kinds.append((declared, dims))
+        base = declared.syntax.base
+        if base is not None:
+            formals = zip(declared.syntax.formals, dims, strict=True)
+            values = {f.name: Value.scalar(self.world.dag.const(n)) for f, n in formals}
+            env = Environment(None, declared.module, dict(values))
+            parent = declared.module.models[base.name]
+            self._note_interface(instance, parent, self.dimensions(parent.syntax, base, env))
+
+    def dimensions(
+        self, model: syntax.Model, use: syntax.TypeUse, env: Environment
+    ) -> tuple[int, ...]:
+        """The dimensions that a use of a model gives it, defaults filled in."""
+        formals = model.formals
+        needed = sum(formal.default is None for formal in formals)
+        if not needed <= len(use.dims) <= len(formals):
+            count = f"{needed} to {len(formals)}" if needed != len(formals) else f"{needed}"
+            noun = "dimension" if len(formals) == 1 else "dimensions"
+            expected = f"{count} {noun}" if formals else "no dimensions"
+            raise BgError(
+                [names.wrong_dimensions(use.name_span, model.name, expected, len(use.dims))]
+            )
+        given = [self.world.whole(d, env, "a dimension", 0, MAX_WIDTH) for d in use.dims]
+        home = env.module.models.get(model.name)
+        module = home.module if home else env.module
+        for formal in formals[len(given) :]:
+            assert formal.default is not None
+            before = zip(formals, given, strict=False)
+            values = {f.name: Value.scalar(self.world.dag.const(n)) for f, n in before}
+            at_file = Environment(None, module, dict(values))
+            given.append(self.world.whole(formal.default, at_file, "a dimension", 0, MAX_WIDTH))
+        return tuple(given)
+
+    def by_name(self, use: syntax.TypeUse, env: Environment, owner: str) -> dict[str, Given]:
+        """The arguments of a model by name; BgError where one has no name."""
+        found: dict[str, Given] = {}
+        for argument in use.arguments:
+            if argument.name is None:
+                declared = env.module.models[use.name].syntax
+                expected = [
+                    i.name
+                    for i in declared.items
+                    if isinstance(i, syntax.Value) and i.kind in {"param", "input"}
+                ]
+                raise BgError([names.positional_argument(argument.span, f"`{owner}`", expected)])
+            given = Given(argument.value, env, argument.span)
+            if found.setdefault(argument.name, given) is not given:
+                first = found[argument.name].span
+                self._report(names.given_twice(argument.span, argument.name, first), env)
+        return found
+
+    def _check_arguments(self, instance: Instance, arguments: Mapping[str, Given]) -> None:
+        for name, given in arguments.items():
+            member = instance.members.get(name)
+            match member:
+                case Quantity() if member.kind in {"param", "const", "input"}:
+                    continue
+                case Pending() if self.is_slot(member):
+                    continue
+                case None:
+                    takes = [n for n, m in instance.members.items() if self._can_be_given(m)]
+                    owner = f"`{instance.declared.syntax.name}`"
+                    problem = names.unknown_argument(given.span, name, owner, takes)
+                case Quantity():
+                    problem = names.cannot_be_given(given.span, name, member.kind)
+                case PortEntry():
+                    problem = names.cannot_be_given(given.span, name, "port")
+                case _:
+                    problem = names.cannot_be_given(given.span, name, "part")
+            self._report(problem, given.env)
+
+    def _can_be_given(self, member: object) -> bool:
+        if isinstance(member, Quantity):
+            return member.kind in {"param", "const", "input"}
+        return isinstance(member, Pending) and self.is_slot(member)
+
+    def is_slot(self, pending: Pending) -> bool:
+        """Whether the part is replaceable: its type an interface, or a default given."""
+        declared = pending.env.module.models.get(pending.part.type.name)
+        return pending.part.default is not None or (
+            declared is not None and declared.syntax.interface
+        )
+
+    # --- items ----------------------------------------------------------------------
+
+    def _register(
+        self,
+        items: Sequence[syntax.Item],
+        env: Environment,
+        arguments: Mapping[str, Given],
+        in_loop: bool,
+    ) -> None:
+        """Enter items; values and single parts first, since a loop's ends may need them."""
+        later: list[syntax.Item] = []
+        for item in items:
+            match item:
+                case syntax.Value():
+                    self._register_value(item, env, arguments, in_loop)
+                case syntax.Port() if in_loop:
+                    self._report(names.misplaced_in_loop(item.span, "port"), env)
+                case syntax.Port():
+                    self._register_port(item, env)
+                case syntax.Part() if not item.index:
+                    self._register_part(item, env, arguments)
+                case _:
+                    later.append(item)
+        for item in later:
+            with self.world.report.collecting(note(env)):
+                self._register_later(item, env, arguments, in_loop)
+
+    def _register_later(
+        self,
+        item: syntax.Item,
+        env: Environment,
+        arguments: Mapping[str, Given],
+        in_loop: bool,
+    ) -> None:
+        instance = env.instance
+        assert instance is not None
+        match item:
+            case syntax.Part():
+                self._register_indexed(item, env)
+            case syntax.For():
+                first = self.world.whole(item.first, env, "the start", -MAX_TURNS, MAX_TURNS)
+                last = self.world.whole(item.last, env, "the end", -MAX_TURNS, MAX_TURNS)
+                for turn in range(first, last + 1):
+                    self._count_turn(item)
+                    inside = env.nested()
+                    inside.locals[item.variable] = Value.scalar(self.world.dag.const(turn))
+                    self._register(item.items, inside, arguments, in_loop=True)
+            case syntax.If():
+                chosen = item.yes if self.world.holds(item.condition, env) else item.no
+                self._register(chosen, env, arguments, in_loop)
+            case syntax.Chain():
+                instance.chains.append((item, env))
+            case syntax.Assign():
+                instance.assigns.append((item, env))
+            case syntax.Derivative():
+                instance.derivatives.append((item, env))
+            case syntax.Equation():
+                instance.equations.append((item, env))
+            case syntax.Project():
+                instance.projections.append((item, env))
+            case syntax.Assert():
+                instance.asserts.append((item, env))
+            case syntax.Value() | syntax.Port():
+                raise AssertionError("values and ports are entered first")
+
+    def _count_turn(self, loop: syntax.For) -> None:
+        self._turns += 1
+        if self._turns > MAX_PARTS:
+            raise self._too_many(loop.span)
+
+    def _too_many(self, span: Span) -> BgError:
+        """Too many parts or turns, told once."""
+        if self._is_too_large:
+            return already_reported()
+        self._is_too_large = True
+        return BgError([graph.too_many_parts(span, MAX_PARTS)])
+
+    def _register_value(
+        self,
+        item: syntax.Value,
+        env: Environment,
+        arguments: Mapping[str, Given],
+        in_loop: bool,
+    ) -> None:
+        instance = env.instance
+        assert instance is not None
+        if in_loop:
+            if item.kind not in _LOCAL_KINDS:
+                self._report(names.misplaced_in_loop(item.span, item.kind), env)
+            elif item.name in env.locals or item.name in instance.members:
+                self._report(names.duplicate_name(item.name_span, item.name, None), env)
+            else:
+                path = instance.within(item.name)
+                env.locals[item.name] = Quantity(path, item, env, None)
+            return
+        path = instance.within(item.name)
+        edits = self.world.edits
+        given = arguments.get(item.name) if item.kind in {"param", "const", "input"} else None
+        parts: Mapping[tuple[int, ...], Given] = {}
+        if item.kind in {"param", "const"}:
+            given = edits.take("sets", path) or given
+            parts = edits.take_parts(path)
+        elif item.kind == "input":
+            driven = edits.take("drives", path)
+            if driven is not None and given is not None:
+                self._report(names.given_twice(driven.span, path, given.span), env)
+            given = driven or given
+        self._enter(instance, item.name, Quantity(path, item, env, given, parts), item.name_span)
+
+    def _register_port(self, item: syntax.Port, env: Environment) -> None:
+        instance = env.instance
+        assert instance is not None
+        path = instance.within(item.name)
+        outer = Face(path, item.name_span, junction=False)
+        inner = Face(path, item.name_span, junction=False)
+        port = PortEntry(path, item, env, instance, outer, inner)
+        self._enter(instance, item.name, port, item.name_span)
+
+    def _register_part(
+        self, item: syntax.Part, env: Environment, arguments: Mapping[str, Given]
+    ) -> None:
+        instance = env.instance
+        assert instance is not None
+        pending = Pending(instance.within(item.name), item, env, arguments.get(item.name))
+        self._enter(instance, item.name, pending, item.name_span)
+
+    def _register_indexed(self, item: syntax.Part, env: Environment) -> None:
+        instance = env.instance
+        assert instance is not None
+        index = tuple(
+            self.world.whole(i, env, "an index", -MAX_TURNS, MAX_TURNS) for i in item.index
+        )
+        array = instance.members.get(item.name)
+        if array is None:
+            array = PartArray(instance.within(item.name), item.name_span)
+            instance.members[item.name] = array
+        if not isinstance(array, PartArray) or index in array.parts:
+            first = array.span if isinstance(array, PartArray) else _span(array)
+            raise BgError([names.duplicate_name(item.name_span, item.name, first)])
+        path = f"{array.path}[{','.join(map(str, index))}]"
+        array.parts[index] = Pending(path, item, env, None)
+
+    def _enter(
+        self, instance: Instance, name: str, member: Quantity | PortEntry | Pending, span: Span
+    ) -> None:
+        present = instance.members.get(name)
+        if present is not None:
+            self.world.report.add(
+                names.duplicate_name(span, name, _span(present)), note=note_of(instance)
+            )
+        elif name in member.env.locals:
+            self.world.report.add(names.duplicate_name(span, name, None), note=note_of(instance))
+        else:
+            instance.members[name] = member
+
+    # --- parts ----------------------------------------------------------------------
+
+    def build(self, pending: Pending) -> Instance | Element:
+        """The part itself, built at its first use."""
+        if pending.built is not None:
+            return pending.built
+        if pending.status is Status.FAILED:
+            raise already_reported()
+        if pending.status is Status.OPEN:
+            cycle = [pending.path, pending.path]
+            raise BgError([names.defined_by_itself(pending.part.name_span, cycle)])
+        pending.status = Status.OPEN
+        try:
+            self._parts += 1
+            if self._parts > MAX_PARTS:
+                raise self._too_many(pending.part.span)
+            pending.built = self._build(pending)
+        except BgError as err:
+            pending.status = Status.FAILED
+            self.world.report.add(*err.diagnostics, note=note(pending.env))
+            raise already_reported() from err
+        pending.status = Status.DONE
+        return pending.built
+
+    def _build(self, pending: Pending) -> Instance | Element:
+        part, env = pending.part, pending.env
+        declared = env.module.models.get(part.type.name)
+        if declared is not None:
+            if self.is_slot(pending):
+                return self._build_slot(pending, declared)
+            dims = self.dimensions(declared.syntax, part.type, env)
+            arguments = self.by_name(part.type, env, part.type.name)
+            self._check_law(part)
+            return self.instantiate(
+                declared, dims, arguments, pending.path, env.instance, part.name_span
+            )
+        if part.type.name not in ELEMENTS:
+            raise already_reported()
+        return self._build_element(pending)
+
+    def _check_law(self, part: syntax.Part) -> None:
+        if part.law is not None:
+            raise BgError([laws.law_of_model(part.name_span, part.type.name)])
+
+    def _build_slot(self, pending: Pending, interface: Declared[syntax.Model]) -> Instance:
+        part, env = pending.part, pending.env
+        self._check_law(part)
+        used = self.world.edits.take("uses", pending.path)
+        fill, fill_env = part.default, env
+        for given in (pending.fill, used):
+            if given is not None:
+                fill, fill_env = as_type_use(given, part.name), given.env
+        if fill is None:
+            fitting = fitting_models(interface.syntax, env.module.models)
+            raise BgError(
+                [names.slot_not_filled(part.name_span, part.name, part.type.name, fitting)]
+            )
+        model = fill_env.module.models.get(fill.name)
+        if model is None and fill.name not in ELEMENTS:
+            raise BgError([names.unknown_type(fill.name_span, fill.name, fill_env.module.models)])
+        if (
+            model is None
+            or model.syntax.interface
+            or all(a.syntax is not interface.syntax for a in ancestors(model))
+        ):
+            fitting = fitting_models(interface.syntax, fill_env.module.models)
+            raise BgError([names.does_not_fit(fill.name_span, fill.name, part.type.name, fitting)])
+        arguments = self.by_name(fill, fill_env, fill.name)
+        for name, given in self.by_name(part.type, env, part.type.name).items():
+            if name in arguments:
+                first = arguments[name].span
+                raise BgError([names.given_twice(given.span, name, first)])
+            arguments[name] = given
+        dims = self.dimensions(model.syntax, fill, fill_env)
+        built = self.instantiate(model, dims, arguments, pending.path, env.instance, part.name_span)
+        asked = self.dimensions(interface.syntax, part.type, env)
+        have = next(d for k, d in built.kinds if k.syntax is interface.syntax)
+        if have != asked:
+            raise BgError(
+                [
+                    width_messages.slot_width(
+                        fill.span, fill.name, part.type.name, asked, have, part.span
+                    )
+                ]
+            )
+        self.slots.append(Slot(pending.path, part.type.name, asked, fill.name))
+        return built
+
+    def _build_element(self, pending: Pending) -> Element:
+        part, env = pending.part, pending.env
+        kind = part.type.name
+        if part.default is not None:
+            raise BgError([names.not_a_slot(part.name_span, part.name, f"an element `{kind}`")])
+        dims = tuple(self.world.whole(d, env, "a width", 1, MAX_WIDTH) for d in part.type.dims)
+        most = {"TF": 2, "MTF": 2, "GY": 2, "MGY": 2, "Mux": MAX_WIDTH, "Demux": MAX_WIDTH}
+        if len(dims) > most.get(kind, 1):
+            expected = f"at most {most.get(kind, 1)} width" + "s" * (most.get(kind, 1) > 1)
+            raise BgError([names.wrong_dimensions(part.type.name_span, kind, expected, len(dims))])
+        sides = ("in", "out") if kind in _TWO_PORTS else ("all",)
+        faces = {
+            side: Face(pending.path, part.name_span, junction=kind in {"J0", "J1"})
+            for side in sides
+        }
+        return Element(pending.path, kind, part.type, part.law, env, dims, part.name_span, faces)
+
+    def _report(self, diagnostic: Diagnostic, env: Environment) -> None:
+        self.world.report.add(diagnostic, note=note(env))
+
+
+def as_type_use(given: Given, slot: str) -> syntax.TypeUse:
+    """An argument's value read as a type: `Rigid`, `Rigid[5]`, `Rigid()`, `Rigid[5](k = 3)`."""
+    expr = given.value
+    match expr:
+        case syntax.TypeUse():
+            return expr
+        case syntax.Name():
+            return syntax.TypeUse(expr.name, (), (), expr.span, expr.span)
+        case syntax.Index(base=syntax.Name() as base) if not any(
+            isinstance(i, syntax.Range) for i in expr.indices
+        ):
+            dims = tuple(i for i in expr.indices if not isinstance(i, syntax.Range))
+            return syntax.TypeUse(base.name, dims, (), expr.span, base.span)
+        case syntax.Call():
+            arguments = tuple(syntax.Argument(None, a, a.span) for a in expr.arguments)
+            return syntax.TypeUse(expr.function, (), arguments, expr.span, expr.span)
+        case _:
+            raise BgError([names.type_expected(given.span, slot)])
+
+
+def note_of(instance: Instance) -> str:
+    """Where in the tree a mistake was found, for the note of its diagnostic."""
+    return f"in `{instance.path}`" if instance.path else ""
+
+
+def note(env: Environment) -> str:
+    """The same for an environment."""
+    return note_of(env.instance) if env.instance else ""
+
+
+def _span(member: Quantity | PortEntry | Pending | PartArray) -> Span:
+    match member:
+        case Quantity() | PortEntry():
+            return member.declaration.name_span
+        case Pending():
+            return member.part.name_span
+        case PartArray():
+            return member.span

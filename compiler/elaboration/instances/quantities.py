@@ -1,0 +1,424 @@
+"""Values of `param const let signal input output state unknown`, computed when first needed.
+
+So declarations may come in any order, and a value that is defined by itself is found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import reduce
+
+from bgc.algebra.dag import Kind, Level
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.evaluate import to_double as as_float
+from bgc.diagnostics.catalogue import names, values
+from bgc.diagnostics.catalogue import shapes as shape_messages
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.report import already_reported
+from bgc.diagnostics.source import Span
+from bgc.elaboration.instances.instantiate import MAX_WIDTH, note
+from bgc.elaboration.instances.scopes import find_member
+from bgc.elaboration.instances.tree import Environment, Given, Quantity, Status
+from bgc.elaboration.instances.world import World
+from bgc.grammar import syntax
+from bgc.ir.graph import Parameter
+from bgc.resolution.modules import Declared
+from bgc.values.units import Dimension, describe_dimension, parse_unit, si_symbol, suggest_unit
+from bgc.values.value import Shape, Value, describe_shape
+
+_ALLOWED = {
+    Level.CONST: "known at compile time",
+    Level.PARAM: "made of constants and parameters",
+    Level.TIME: "made of constants, parameters and the time",
+}
+_FOUND = {
+    Level.PARAM: "depends on a parameter",
+    Level.TIME: "depends on the time or a device",
+    Level.STATE: "depends on a state",
+}
+
+
+class Quantities:
+    """Evaluates quantities, and numbers the symbols of parameters, states and unknowns."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.parameters: list[Parameter] = []
+        self.states: list[Quantity] = []
+        self.unknowns: list[Quantity] = []
+        self.state_count = 0
+        self.unknown_count = 0
+        self.definitions: dict[Quantity, list[tuple[syntax.Assign, Environment]]] = {}
+        self._open: list[Quantity] = []
+        self._constants: dict[Declared[syntax.Value], Quantity] = {}
+        self._provisional: dict[Quantity, Value] = {}
+
+    # --- reading --------------------------------------------------------------------
+
+    def constant(self, declared: Declared[syntax.Value], span: Span) -> Value:
+        """The value of a constant of a file."""
+        quantity = self._constants.get(declared)
+        if quantity is None:
+            env = Environment(None, declared.module, {})
+            quantity = Quantity(declared.syntax.name, declared.syntax, env, None)
+            self._constants[declared] = quantity
+        return self.value(quantity, span)
+
+    def value(self, quantity: Quantity, span: Span) -> Value:
+        """The value, computed now if it has not been yet; BgError when it has none."""
+        if quantity.value is not None:
+            return quantity.value
+        if quantity in self._provisional:
+            return self._provisional[quantity]
+        if quantity.status is Status.FAILED:
+            raise already_reported()
+        if quantity.status is Status.OPEN:
+            cycle = self._open[self._open.index(quantity) :]
+            at = quantity.declaration.name_span
+            raise BgError([names.defined_by_itself(at, [q.path for q in [*cycle, quantity]])])
+        return self._compute(quantity)
+
+    def forget_provisional(self) -> None:
+        """Drop what was computed before the bonds were numbered."""
+        self._provisional.clear()
+
+    def _compute(self, quantity: Quantity) -> Value:
+        quantity.status = Status.OPEN
+        self._open.append(quantity)
+        try:
+            value = self._define(quantity)
+        except BgError as err:
+            quantity.status = Status.FAILED
+            self.world.report.add(*err.diagnostics, note=note(quantity.env))
+            raise already_reported() from err
+        except BaseException:  # a width that is not known yet: to be computed again
+            quantity.status = Status.NEW
+            raise
+        finally:
+            self._open.pop()
+        fixed = quantity.kind in {"param", "state", "unknown"}
+        if self.world.provisional and not fixed and level_of(self.world, value) is Level.STATE:
+            quantity.status = Status.NEW
+            self._provisional[quantity] = value
+        else:
+            quantity.status = Status.DONE
+            quantity.value = value
+        return value
+
+    # --- defining -------------------------------------------------------------------
+
+    def _define(self, quantity: Quantity) -> Value:
+        declaration = quantity.declaration
+        match declaration.kind:
+            case "param":
+                return self._parameter(quantity)
+            case "const":
+                value = self._given(quantity)
+                self.require_level(value, Level.CONST, declaration.name_span, "a `const`")
+                return value
+            case "state":
+                return self._symbols(quantity, Kind.STATE)
+            case "unknown":
+                return self._symbols(quantity, Kind.UNKNOWN)
+            case "output" | "signal" if declaration.value is None:
+                return self._assigned(quantity)
+            case _:
+                return self._given(quantity)
+
+    def _given(self, quantity: Quantity) -> Value:
+        """The argument, definition or default of a quantity, in its declared shape and unit."""
+        declaration = quantity.declaration
+        given = quantity.given
+        if given is None:
+            if declaration.value is None:
+                raise BgError([self._without_value(quantity)])
+            given = Given(declaration.value, quantity.env, declaration.value.span)
+        value = self.world.evaluate(given.value, given.env)
+        value = self.fit(quantity, value, given.value.span)
+        return self._with_parts(quantity, value)
+
+    def is_left_at_zero(self, expr: syntax.Expr, env: Environment) -> bool:
+        """Whether an expression names a part's parameter or input that nobody gave a value.
+
+        Its default has to be zero; those of the scene's own model are the user's words. A name
+        that a part was given stands for what it was given.
+        """
+        while isinstance(expr, syntax.Name):
+            quantity = find_member(env, expr.name)
+            if not isinstance(quantity, Quantity) or quantity.kind not in {"param", "input"}:
+                return False
+            owner, default = quantity.env.instance, quantity.declaration.value
+            if quantity.parts or owner is None or owner.parent is None:
+                return False
+            if quantity.given is None:
+                zero = self.world.dag.zero
+                return default is not None and all(
+                    node == zero for node in self.world.evaluate(default, quantity.env).nodes
+                )
+            expr, env = quantity.given.value, quantity.given.env
+        return False
+
+    def _without_value(self, quantity: Quantity) -> Diagnostic:
+        """Points to where the part is made: there the value should have been given."""
+        declaration, instance = quantity.declaration, quantity.env.instance
+        here = declaration.name_span
+        if instance is None or instance.parent is None:
+            return names.no_value(here, declaration.name, declaration.kind, None)
+        return names.no_value(instance.span, declaration.name, declaration.kind, here)
+
+    def _with_parts(self, quantity: Quantity, value: Value) -> Value:
+        """The value with the components that a scene sets one by one."""
+        if not quantity.parts:
+            return value
+        nodes, units = list(value.nodes), list(value.units)
+        positions = {index: k for k, index in enumerate(indices(value.shape))}
+        for index, given in quantity.parts.items():
+            position = positions.get(index)
+            if position is None or not value.shape:
+                shape = describe_shape(value.shape)
+                raise BgError([names.no_such_index(given.span, quantity.path, index, shape)])
+            component = self.world.evaluate(given.value, given.env)
+            self.check(component, (), units[position], given.value.span, f"`{quantity.path}`")
+            nodes[position] = component.nodes[0]
+        return Value(value.shape, tuple(nodes), tuple(units))
+
+    def _assigned(self, quantity: Quantity) -> Value:
+        """The value of an output that a statement of the model gives, whole or by component."""
+        declaration = quantity.declaration
+        statements = self.definitions.get(quantity, [])
+        if not statements:
+            raise BgError(
+                [names.no_value(declaration.name_span, declaration.name, declaration.kind, None)]
+            )
+        whole = [(s, e) for s, e in statements if not isinstance(s.target, syntax.Index)]
+        if whole:
+            if len(statements) > 1:
+                (first, _), (second, _) = statements[:2]
+                raise BgError([names.given_twice(second.span, declaration.name, first.span)])
+            statement, env = whole[0]
+            value = self.world.evaluate(statement.value, env)
+            return self.fit(quantity, value, statement.value.span)
+        shape = self.declared_shape(quantity) or ()
+        found: dict[tuple[int, ...], Value] = {}
+        for statement, env in statements:
+            index = self.component_index(statement.target, env, shape, quantity.path)
+            if index in found:
+                raise BgError([names.given_twice(statement.span, declaration.name, statement.span)])
+            value = self.world.evaluate(statement.value, env)
+            unit = self.declared_unit(quantity)
+            self.check(value, (), unit, statement.value.span, f"`{declaration.name}`")
+            found[index] = value
+        missing = [i for i in indices(shape) if i not in found]
+        if missing:
+            label = component_name(declaration.name, missing[0])
+            raise BgError([names.no_value(declaration.name_span, label, declaration.kind, None)])
+        ordered = [found[i] for i in indices(shape)]
+        unit = self.declared_unit(quantity)
+        return Value(
+            shape,
+            tuple(v.nodes[0] for v in ordered),
+            tuple(unit if unit is not None else v.units[0] for v in ordered),
+        )
+
+    def component_index(
+        self, target: syntax.Expr, env: Environment, shape: Shape, name: str
+    ) -> tuple[int, ...]:
+        """Which component an indexed target as `x[2]` means."""
+        assert isinstance(target, syntax.Index)
+        index = tuple(
+            self.world.whole(i, env, "an index", 1, MAX_WIDTH)
+            for i in target.indices
+            if not isinstance(i, syntax.Range)
+        )
+        inside = len(index) == len(shape) and all(i <= n for i, n in zip(index, shape, strict=True))
+        if not inside or not shape:
+            raise BgError([names.no_such_index(target.span, name, index, describe_shape(shape))])
+        return index
+
+    def _parameter(self, quantity: Quantity) -> Value:
+        default = self._given(quantity)
+        declaration = quantity.declaration
+        span = quantity.given.span if quantity.given else declaration.name_span
+        self.require_level(default, Level.PARAM, span, f"parameter `{declaration.name}`")
+        low, high = self._range(quantity, default)
+        unit = parse_unit(declaration.unit) if declaration.unit else None
+        first = len(self.parameters)
+        is_own = quantity.env.instance is None or quantity.env.instance.parent is None
+        is_set = ("sets", quantity.path) in self.world.edits.used
+        nodes = []
+        for k, index in enumerate(indices(default.shape)):
+            dimension = default.units[k]
+            symbol = unit.symbol if unit else si_symbol(dimension) if dimension else ""
+            name = component_name(quantity.path, index)
+            exact = self.world.dag.value(default.nodes[k])
+            if exact is not None:
+                number = as_float(exact)
+                if low is not None and high is not None and not low <= number <= high:
+                    si = si_symbol(dimension) if dimension else ""
+                    raise BgError([names.range_excludes(span, name, number, low, high, si)])
+            self.parameters.append(
+                Parameter(
+                    first + k,
+                    name,
+                    symbol,
+                    default.nodes[k],
+                    low,
+                    high,
+                    declaration.name_span,
+                    is_own,
+                    is_set or index in quantity.parts,
+                )
+            )
+            nodes.append(self.world.dag.symbol(Kind.PARAM, first + k))
+        quantity.first = first
+        return Value(default.shape, tuple(nodes), default.units)
+
+    def _range(self, quantity: Quantity, default: Value) -> tuple[float | None, float | None]:
+        """The ends of the declared range, of the kind that the parameter is."""
+        ends = quantity.declaration.range
+        if ends is None:
+            return None, None
+        found: list[float] = []
+        unit = default.unit
+        for end in ends:
+            value = self.world.evaluate(end, quantity.env)
+            self.check(value, (), unit, end.span, "an end of the range")
+            self.require_level(value, Level.CONST, end.span, "an end of the range")
+            found.append(evaluate_nodes(self.world.dag, value.nodes, {})[0])
+        low, high = found
+        if not low <= high:
+            span = ends[0].span.to(ends[1].span)
+            raise BgError([names.empty_range(span, quantity.declaration.name, low, high)])
+        return low, high
+
+    def _symbols(self, quantity: Quantity, kind: Kind) -> Value:
+        """Symbols for a state or an unknown; its shape is declared, or its start's."""
+        shape = self.declared_shape(quantity)
+        unit = self.declared_unit(quantity)
+        units: tuple[Dimension | None, ...] | None = None
+        if shape is None:
+            shape = ()
+            if quantity.declaration.value is not None:
+                start = self.start(quantity)
+                shape, units = start.shape, start.units
+        count = len(indices(shape))
+        if kind is Kind.STATE:
+            quantity.first = self.state_count
+            self.state_count += count
+            self.states.append(quantity)
+        else:
+            quantity.first = self.unknown_count
+            self.unknown_count += count
+            self.unknowns.append(quantity)
+        nodes = tuple(self.world.dag.symbol(kind, quantity.first + k) for k in range(count))
+        return Value(shape, nodes, units or (unit,) * count)
+
+    def start(self, quantity: Quantity) -> Value:
+        """The initial value of a state, or the start of an unknown; zero if none is given."""
+        declaration = quantity.declaration
+        if declaration.value is None:
+            shape = self.declared_shape(quantity) or ()
+            zeros = (self.world.dag.zero,) * len(indices(shape))
+            return Value.uniform(shape, zeros, self.declared_unit(quantity))
+        value = self.world.evaluate(declaration.value, quantity.env)
+        span = declaration.value.span
+        self.require_level(value, Level.TIME, span, f"the start of `{declaration.name}`")
+        return self.fit(quantity, value, span)
+
+    # --- shapes and units -----------------------------------------------------------
+
+    def declared_shape(self, quantity: Quantity) -> Shape | None:
+        """The shape that the brackets give; None without brackets."""
+        dims = quantity.declaration.dims
+        if not dims:
+            return None
+        if len(dims) > 2:
+            span, name = quantity.declaration.name_span, quantity.declaration.name
+            raise BgError([shape_messages.too_many_dimensions(span, name, len(dims))])
+        return tuple(self.world.whole(d, quantity.env, "a dimension", 0, MAX_WIDTH) for d in dims)
+
+    def declared_unit(self, quantity: Quantity) -> Dimension | None:
+        """The dimension of the unit after the colon; None without one."""
+        text = quantity.declaration.unit
+        return dimension_of(text, quantity.declaration.span) if text is not None else None
+
+    def fit(self, quantity: Quantity, value: Value, span: Span) -> Value:
+        """The value in the shape and unit that are declared; a literal takes the unit on."""
+        shape = self.declared_shape(quantity)
+        unit = self.declared_unit(quantity)
+        what = f"`{quantity.declaration.name}`"
+        value = self.shaped(value, shape, span, what)
+        self.check_units(value, unit, span, what)
+        return value.with_unit(unit) if unit is not None else value
+
+    def shaped(self, value: Value, shape: Shape | None, span: Span, what: str) -> Value:
+        """The value in a shape: one component fits any shape of one, a number any vector."""
+        if shape is None or value.shape == shape:
+            return value
+        count = len(indices(shape))
+        if len(value.nodes) == count == 1:
+            return Value(shape, value.nodes, value.units)
+        zero = value.nodes == (self.world.dag.zero,)
+        if value.is_scalar and (len(shape) == 1 or zero):
+            return Value(shape, value.nodes * count, value.units * count)
+        expected, found = describe_shape(shape), describe_shape(value.shape)
+        raise BgError([shape_messages.wrong_shape(span, what, expected, found)])
+
+    def check(
+        self, value: Value, shape: Shape, unit: Dimension | None, span: Span, what: str
+    ) -> None:
+        """BgError unless the value has the shape, and the unit where both are known."""
+        if value.shape != shape and not (len(value.nodes) == 1 and not shape):
+            expected, found = describe_shape(shape), describe_shape(value.shape)
+            raise BgError([shape_messages.wrong_shape(span, what, expected, found)])
+        self.check_units(value, unit, span, what)
+
+    def check_units(self, value: Value, unit: Dimension | None, span: Span, what: str) -> None:
+        """BgError where a component is known to be of another kind."""
+        for found in value.units:
+            if unit is not None and found is not None and found != unit:
+                expected = describe_dimension(unit)
+                raise BgError([values.wrong_unit(span, what, expected, describe_dimension(found))])
+
+    def require_level(self, value: Value, most: Level, span: Span, what: str) -> None:
+        """BgError when the value changes more often than allowed."""
+        level = level_of(self.world, value)
+        if level > most:
+            raise BgError([values.varies(span, what, _ALLOWED[most], _FOUND[level])])
+
+
+def dimension_of(text: str, span: Span) -> Dimension:
+    """The dimension of a unit as written; BgError when it is no unit."""
+    unit = parse_unit(text)
+    if unit is None:
+        raise BgError([values.unknown_unit(span, text, suggest_unit(text))])
+    return unit.dimension
+
+
+def level_of(world: World, value: Value) -> Level:
+    """How often the value changes."""
+    return Level(max((world.dag.level[n] for n in value.nodes), default=Level.CONST))
+
+
+def indices(shape: Shape) -> list[tuple[int, ...]]:
+    """The indices of all components from 1, a matrix row after row; one empty one of a scalar."""
+    found: list[tuple[int, ...]] = [()]
+    for size in shape:
+        found = [(*index, k) for index in found for k in range(1, size + 1)]
+    return found
+
+
+def ordinal(index: tuple[int, ...], shape: Shape) -> int:
+    """Where a component with that index from 1 stands, a matrix row after row."""
+    steps = zip(index, shape, strict=True)
+    return reduce(lambda before, step: before * step[1] + step[0] - 1, steps, 0)
+
+
+def component_name(name: str, index: tuple[int, ...]) -> str:
+    """`M[1,2]`; the plain name of a scalar."""
+    return f"{name}[{','.join(map(str, index))}]" if index else name
+
+
+def component_names(name: str, shape: Shape) -> Iterator[str]:
+    """The names of all components in order."""
+    return (component_name(name, index) for index in indices(shape))

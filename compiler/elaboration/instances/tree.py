@@ -1,0 +1,175 @@
+"""The instance tree: models with their arguments, slots filled, loops and `if` expanded.
+
+Mutable while elaboration builds it, and thrown away after. Nothing here computes anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TypeAlias
+
+from bgc.diagnostics.source import Span
+from bgc.elaboration.instances.faces import Face
+from bgc.grammar import syntax
+from bgc.resolution.modules import Declared, Module
+from bgc.values.scope import Namespace
+from bgc.values.value import Value
+
+
+@dataclass(slots=True, eq=False)
+class Environment:
+    """Where an expression was written: what its names mean.
+
+    `instance` is None at the level of a file; a scene's is set once its model is there.
+    `locals` are a model's dimensions, a scene's devices and, within a `for`, its variable and
+    the values declared there.
+    """
+
+    instance: Instance | None
+    module: Module
+    locals: dict[str, Value | Quantity | Namespace]
+
+    def nested(self) -> Environment:
+        """The environment of one turn of a `for`, with locals of its own."""
+        return Environment(self.instance, self.module, dict(self.locals))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Given:
+    """An expression and where it was written: an argument, a `set`, a `drive`, a definition."""
+
+    value: syntax.Expr
+    env: Environment
+    span: Span
+
+
+class Status(Enum):
+    """How far the lazy evaluation of a quantity has come."""
+
+    NEW = 0
+    OPEN = 1
+    DONE = 2
+    FAILED = 3
+
+
+@dataclass(slots=True, eq=False)
+class Quantity:
+    """A named value of an instance: `param const let signal input output state unknown`.
+
+    `given` replaces its default. `parts` give single components (`set M[1, 2] = ..`).
+    `first` is the index of its first symbol, of a param, state or unknown.
+    """
+
+    path: str
+    declaration: syntax.Value
+    env: Environment
+    given: Given | None
+    parts: Mapping[tuple[int, ...], Given] = field(default_factory=dict)
+    status: Status = Status.NEW
+    value: Value | None = None
+    first: int = -1
+
+    @property
+    def kind(self) -> str:
+        """`param`, `state`, .."""
+        return self.declaration.kind
+
+
+@dataclass(slots=True, eq=False)
+class PortEntry:
+    """A model's port: the face that bonds outside meet, and the one for those inside."""
+
+    path: str
+    declaration: syntax.Port
+    env: Environment
+    instance: Instance
+    outer: Face
+    inner: Face
+
+
+@dataclass(slots=True, eq=False)
+class Element:
+    """A basic element. A two-port has the faces `in` and `out`, any other the face `all`."""
+
+    path: str
+    kind: str  # as written: "I", "MSe", "J1", "Mux"
+    use: syntax.TypeUse
+    law: tuple[syntax.LawEquation, ...] | None
+    env: Environment
+    dims: tuple[int, ...]
+    span: Span
+    faces: dict[str, Face]
+    first_state: int = -1
+
+    @property
+    def basic(self) -> str:
+        """The kind without the M of a modulated element."""
+        return self.kind[1:] if self.kind in {"MSe", "MSf", "MTF", "MGY", "MR"} else self.kind
+
+
+@dataclass(slots=True, eq=False)
+class Instance:
+    """A model with its arguments.
+
+    `kinds` are the models and interfaces that it is, with the dimensions it is them with.
+    The other lists hold its statements, each with the environment it was written in.
+    """
+
+    path: str
+    declared: Declared[syntax.Model]
+    parent: Instance | None
+    depth: int
+    span: Span
+    formals: dict[str, Value] = field(default_factory=dict)
+    members: dict[str, Member] = field(default_factory=dict)
+    kinds: list[tuple[Declared[syntax.Model], tuple[int, ...]]] = field(default_factory=list)
+    chains: list[tuple[syntax.Chain, Environment]] = field(default_factory=list)
+    assigns: list[tuple[syntax.Assign, Environment]] = field(default_factory=list)
+    derivatives: list[tuple[syntax.Derivative, Environment]] = field(default_factory=list)
+    equations: list[tuple[syntax.Equation, Environment]] = field(default_factory=list)
+    projections: list[tuple[syntax.Project, Environment]] = field(default_factory=list)
+    asserts: list[tuple[syntax.Assert, Environment]] = field(default_factory=list)
+
+    @property
+    def name(self) -> str:
+        """For messages: its path, or the model's name at the root."""
+        return self.path or self.declared.syntax.name
+
+    def within(self, name: str) -> str:
+        """The path of a member."""
+        return f"{self.path}.{name}" if self.path else name
+
+
+@dataclass(slots=True, eq=False)
+class Pending:
+    """A part that is declared but not built yet; `fill` is what an argument puts in its slot."""
+
+    path: str
+    part: syntax.Part
+    env: Environment
+    fill: Given | None
+    built: Instance | Element | None = None
+    status: Status = Status.NEW
+
+
+@dataclass(slots=True, eq=False)
+class PartArray:
+    """Parts `name[i]` or `name[i, j]`, by index."""
+
+    path: str
+    span: Span
+    parts: dict[tuple[int, ...], Pending] = field(default_factory=dict)
+
+    @property
+    def description(self) -> str:
+        """What it is, for messages."""
+        indices = list(self.parts)
+        shown = [", ".join(map(str, index)) for index in (indices[0], indices[-1])]
+        if len(indices) == 1:
+            return f"one part only, [{shown[0]}]"
+        return f"an array of {len(indices)} parts, [{shown[0]}] to [{shown[1]}]"
+
+
+Member: TypeAlias = Quantity | PortEntry | Pending | PartArray

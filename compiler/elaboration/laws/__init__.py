@@ -1,0 +1,1 @@
+"""Laws: arguments, law blocks and equations as nodes of the flat graph."""

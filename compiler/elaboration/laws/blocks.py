@@ -1,0 +1,276 @@
+"""Arguments and law blocks of elements: names, shapes, and which variables they may hold."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from bgc.diagnostics.catalogue import laws as law_messages
+from bgc.diagnostics.catalogue import names, with_article
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.source import Span
+from bgc.elaboration.bonds.scalarise import Scalars
+from bgc.elaboration.bonds.shape_probe import names_in
+from bgc.elaboration.bonds.values import BondValues
+from bgc.elaboration.instances.faces import Face
+from bgc.elaboration.instances.scopes import find_member
+from bgc.elaboration.instances.tree import Element, Quantity
+from bgc.elaboration.instances.world import World
+from bgc.grammar import syntax
+from bgc.ir.graph import Form, Matrix, Node, Port
+from bgc.values.units import divide
+from bgc.values.value import Value, describe_shape
+
+# The names that the law of an element has as an argument, and the form each gives it.
+LAW_ARGUMENTS: dict[str, dict[str, Form]] = {
+    "C": {"compliance": Form.DISPLACEMENT, "stiffness": Form.EFFORT},
+    "I": {"inertia": Form.MOMENTUM},
+    "R": {"resistance": Form.EFFORT, "conductance": Form.FLOW},
+}
+VALUE_ARGUMENT = {"Se": "e", "Sf": "f", "TF": "ratio", "GY": "ratio"}
+INITIAL_ARGUMENTS = {"C": ("q0", "e0"), "I": ("p0", "f0"), "IC": ("q0", "p0", "e0", "f0")}
+
+_WAYS = {
+    "Se": "give its effort: `Se(e = 5)`",
+    "Sf": "give its flow: `Sf(f = 1)`",
+    "C": "give its compliance, `C(c)` or `C(stiffness = k)`, or a law: `C { e = k*q; }`",
+    "I": "give its inertia, `I(m)`, or a law: `I { f = p/m; }`",
+    "R": "give its resistance, `R(r)` or `R(conductance = g)`, or a law: `R { e = r*f; }`",
+    "IC": "give its energy: `IC { H = p^2/(2*m) + k*q^2/2; }`",
+    "TF": "give its ratio, `TF(m)`, or a law: `TF { f2 = m*f1; }`",
+    "GY": "give its ratio, `GY(r)`, or a law: `GY { e2 = r*f1; }`",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Laws:
+    """What reading the laws of one graph needs."""
+
+    world: World
+    values: BondValues
+    scalars: Scalars
+
+    def ports(self, element: Element, side: str) -> tuple[Port, ...]:
+        """The ports of one side of an element that is no junction."""
+        return tuple(found[0] for found in self.scalars.ports(element.faces[side]))
+
+    # --- shapes ---------------------------------------------------------------------
+
+    def vector(
+        self, value: Value, width: int, span: Span, what: str, *, spread: bool
+    ) -> tuple[Node, ...]:
+        """One node for each component; a scalar stands for all where it may `spread`."""
+        if len(value.nodes) == width and (len(value.shape) < 2 or value.shape[1] == 1):
+            return value.nodes
+        if value.is_scalar and (spread or value.nodes == (self.world.dag.zero,)):
+            return value.nodes * width
+        expected = f"a vector of {width}" if width > 1 else "a scalar"
+        raise BgError(
+            [law_messages.wrong_matrix(span, what, expected, describe_shape(value.shape))]
+        )
+
+    def matrix(self, value: Value, rows: int, columns: int, span: Span, what: str) -> Matrix:
+        """A matrix of a given size."""
+        if value.shape != (rows, columns):
+            expected, found = f"a {rows} x {columns} matrix", describe_shape(value.shape)
+            raise BgError([law_messages.wrong_matrix(span, what, expected, found)])
+        return value.rows
+
+    def square(self, value: Value, width: int, span: Span, what: str) -> Matrix:
+        """A square matrix; a scalar or vector is its diagonal."""
+        if len(value.shape) == 2:
+            return self.matrix(value, width, width, span, what)
+        zero = self.world.dag.zero
+        nodes = self.vector(value, width, span, what, spread=True)
+        return tuple(
+            tuple(nodes[i] if i == j else zero for j in range(width)) for i in range(width)
+        )
+
+    def check_entries(
+        self, element: Element, value: Value, left: str, right: str, span: Span, what: str
+    ) -> None:
+        """BgError where `left = value * right` does not go with the units of the two variables.
+
+        A scalar or vector is a diagonal. While units are spread over bonds only the diagonal is
+        looked at, and not what depends on bonds itself.
+        """
+        rows, columns = self.variable(element, left).units, self.variable(element, right).units
+        count = len(columns)
+        for k, unit in enumerate(value.units):
+            if len(value.shape) == 2:
+                (i, j), label = divmod(k, count), f"entry [{k // count + 1}, {k % count + 1}] of "
+            else:
+                i, j, label = k, k, f"component [{k + 1}] of " if value.shape else ""
+            effect, cause = rows[i], columns[j]
+            if unit is not None and effect is not None and cause is not None:
+                scalar = Value.scalar(value.nodes[k], unit)
+                wanted = divide(effect, cause)
+                self.world.quantities.check_units(scalar, wanted, span, f"{label}{what}")
+
+    # --- law blocks -----------------------------------------------------------------
+
+    def variable(self, element: Element, name: str) -> Value:
+        """The variable of an element that a bare name in its law means."""
+        if name in {"q", "p"}:
+            return self.values.storage(element, name)
+        return self.values.variable(face_of(element, name), name[0])
+
+    def equations(
+        self,
+        element: Element,
+        law: Sequence[syntax.LawEquation],
+        right: dict[str, str],
+        have: Sequence[str],
+    ) -> tuple[str, tuple[Node, ...]]:
+        """The one left side of these equations, and a node for each component of it.
+
+        `right` gives, for each left side that is allowed, the variable its right side holds.
+        """
+        left = left_name(law[0])
+        for equation in law:
+            name = left_name(equation)
+            if name not in right:
+                text = " ".join(equation.left.span.text.split())
+                raise BgError(
+                    [law_messages.law_not_of_this(equation.left.span, element.kind, text, have)]
+                )
+            if name != left:
+                raise BgError([law_messages.law_too_many(equation.span, element.path, "keep one")])
+        own = self.variable(element, left)
+        width = len(own.nodes)
+        found: dict[int, Node] = {}
+        for equation in law:
+            for at, component in self._components(element, equation, left, right[left], width):
+                if at in found:
+                    raise BgError(
+                        [
+                            law_messages.law_incomplete(
+                                equation.span, element.path, left, width, at + 1, "twice"
+                            )
+                        ]
+                    )
+                self.world.quantities.check_units(
+                    component, own.units[at], equation.right.span, f"`{left}`"
+                )
+                found[at] = component.node
+        for at in range(width):
+            if at not in found:
+                raise BgError(
+                    [law_messages.law_incomplete(law[0].span, element.path, left, width, at + 1)]
+                )
+        return left, tuple(found[at] for at in range(width))
+
+    def _components(
+        self,
+        element: Element,
+        equation: syntax.LawEquation,
+        left: str,
+        right: str,
+        width: int,
+    ) -> list[tuple[int, Value]]:
+        """The components (from 0) that one equation gives."""
+        value = self.right_side(element, equation, left, (right,))
+        span = equation.right.span
+        if isinstance(equation.left, syntax.Name):
+            nodes = self.vector(value, width, span, f"`{left}`", spread=False)
+            units = value.units if len(value.units) == width else value.units * width
+            pairs = zip(nodes, units, strict=True)
+            return list(enumerate(Value.scalar(node, unit) for node, unit in pairs))
+        assert isinstance(equation.left, syntax.Index)
+        (index, *more) = equation.left.indices
+        if more or isinstance(index, syntax.Range):
+            at, text = equation.left.span, equation.left.span.text
+            raise BgError(
+                [law_messages.law_not_of_this(at, element.kind, text, [f"{left}[1] = .."])]
+            )
+        place = self.world.whole(index, element.env, "an index", 1, width)
+        self.world.quantities.check(value, (), None, span, f"`{left}`")
+        return [(place - 1, value)]
+
+    def right_side(
+        self,
+        element: Element,
+        equation: syntax.LawEquation,
+        left: str,
+        allowed: Sequence[str],
+    ) -> Value:
+        """The value of a law's right side; variables it cannot depend on are refused by name."""
+        two_port = len(allowed[0]) == 2
+        own = ("e1", "f1", "e2", "f2") if two_port else ("e", "f", "p", "q")
+        # Other paths may lead to the same bond (`body.p` in a law): only bare names are meant.
+        bare = set(names_in(equation.right))
+        span = equation.right.span
+        for name in own:
+            if name not in bare:
+                continue
+            if isinstance(find_member(element.env, name), Quantity):
+                raise BgError([law_messages.law_variable_is_a_name(span, name)])
+            if name not in allowed:
+                raise BgError(
+                    [
+                        law_messages.law_variable_misplaced(
+                            span, with_article(element.kind), left, name, allowed[0]
+                        )
+                    ]
+                )
+        extra = {name: self.variable(element, name) for name in allowed}
+        return self.world.evaluate(equation.right, element.env, extra)
+
+
+def face_of(element: Element, variable: str) -> Face:
+    """The face that a variable of a law belongs to: of `e2` the one that power leaves by."""
+    if len(variable) == 2:
+        return element.faces["in" if variable[1] == "1" else "out"]
+    return element.faces.get("all") or element.faces["in"]
+
+
+def left_name(equation: syntax.LawEquation) -> str:
+    """The variable on the left side, of `e[1]` the `e`; empty when it is none."""
+    match equation.left:
+        case syntax.Name(name=name) | syntax.Index(base=syntax.Name(name=name)):
+            return name
+        case _:
+            return ""
+
+
+def missing_law(element: Element) -> BgError:
+    """An element with neither argument nor law."""
+    way = _WAYS[element.basic]
+    return BgError([law_messages.law_missing(element.span, element.path, element.kind, way)])
+
+
+def arguments_of(element: Element, allowed: tuple[str, ...]) -> dict[str, syntax.Argument]:
+    """The arguments by name; the first may do without one, and is then the first allowed."""
+    found: dict[str, syntax.Argument] = {}
+    problems = []
+    what = with_article(element.kind)
+    for k, argument in enumerate(element.use.arguments):
+        name = argument.name
+        if name is None and k == 0 and allowed:
+            name = allowed[0]
+        if name is None:
+            problems.append(names.positional_argument(argument.span, what, allowed))
+        elif name in {"q0", "p0", "e0", "f0"} and name not in allowed:
+            have = INITIAL_ARGUMENTS.get(element.basic, ())
+            problems.append(law_messages.initial_not_of_this(argument.span, name, what, have))
+        elif name not in allowed:
+            problems.append(names.unknown_argument(argument.span, name, what, allowed))
+        elif name in found:
+            problems.append(names.given_twice(argument.span, name, found[name].span))
+        else:
+            found[name] = argument
+    if problems:
+        raise BgError(problems)
+    return found
+
+
+def value_argument(element: Element) -> tuple[str, syntax.Argument] | None:
+    """The argument that is an element's law or value, with its name, for its units."""
+    known = [*LAW_ARGUMENTS.get(element.basic, {})]
+    if element.basic in VALUE_ARGUMENT:
+        known.append(VALUE_ARGUMENT[element.basic])
+    for k, argument in enumerate(element.use.arguments):
+        name = argument.name or (known[0] if k == 0 and known else "")
+        if name in known:
+            return name, argument
+    return None

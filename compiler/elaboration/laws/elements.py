@@ -1,0 +1,75 @@
+"""From the elements of the tree to those of the flat graph, with their laws in nodes."""
+
+from __future__ import annotations
+
+from bgc.diagnostics.catalogue import laws as law_messages
+from bgc.diagnostics.diagnostic import BgError
+from bgc.elaboration.bonds.scalarise import Scalars
+from bgc.elaboration.bonds.values import BondValues
+from bgc.elaboration.bonds.wiring import Wiring
+from bgc.elaboration.instances.instantiate import note
+from bgc.elaboration.instances.quantities import component_name
+from bgc.elaboration.instances.tree import Element
+from bgc.elaboration.instances.world import World
+from bgc.elaboration.laws.blocks import Laws, arguments_of
+from bgc.elaboration.laws.checks import LawChecks
+from bgc.elaboration.laws.one_ports import read_resistor, read_sources, read_storage
+from bgc.elaboration.laws.two_ports import read_gyrators, read_gyristor, read_transformers
+from bgc.ir.graph import Element as FlatElement
+from bgc.ir.graph import Junction
+
+
+def read_elements(
+    world: World, wiring: Wiring, values: BondValues, scalars: Scalars
+) -> tuple[FlatElement, ...]:
+    """All elements with their laws, in reading order; those without a right one are reported."""
+    laws, checks = Laws(world, values, scalars), LawChecks(world)
+    found: list[FlatElement] = []
+    for element in wiring.elements:
+        with world.report.collecting(note(element.env)):
+            found.extend(_read(laws, checks, element))
+    return tuple(found)
+
+
+def _read(laws: Laws, checks: LawChecks, element: Element) -> list[FlatElement]:
+    """What one element of the tree stands for; a Mux has dissolved."""
+    match element.basic:
+        case "J0" | "J1":
+            return [*_read_junctions(laws, element)]
+        case "Se" | "Sf":
+            return [*read_sources(laws, element)]
+        case "C" | "I" | "IC":
+            return [read_storage(laws, element)]
+        case "R":
+            return [read_resistor(laws, element)]
+        case "TF":
+            return [*read_transformers(laws, checks, element)]
+        case "GY" if element.faces["out"].joints:
+            return [*read_gyrators(laws, checks, element)]
+        case "GY":
+            return [read_gyristor(laws, checks, element)]
+        case _:
+            _require_bare(element)
+            return []
+
+
+def _read_junctions(laws: Laws, element: Element) -> list[Junction]:
+    """A wide junction is as many scalar ones."""
+    _require_bare(element)
+    found = laws.scalars.ports(element.faces["all"])
+    return [
+        Junction(
+            component_name(element.path, (k + 1,) if len(found) > 1 else ()),
+            element.basic,
+            tuple(ports),
+            element.span,
+        )
+        for k, ports in enumerate(found)
+    ]
+
+
+def _require_bare(element: Element) -> None:
+    """Junctions and Muxes have neither arguments nor laws."""
+    arguments_of(element, ())
+    if element.law is not None:
+        raise BgError([law_messages.law_of_junction(element.span, element.path, element.kind)])

@@ -1,0 +1,206 @@
+"""Sources, storage elements and resistors: from arguments and law blocks to the flat graph's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bgc.algebra.dag import Kind, Level
+from bgc.algebra.linear import linear_coefficients
+from bgc.diagnostics.catalogue import laws as law_messages
+from bgc.diagnostics.catalogue import shapes as shape_messages
+from bgc.diagnostics.diagnostic import BgError
+from bgc.elaboration.bonds.domains import JOULE
+from bgc.elaboration.instances.quantities import component_name
+from bgc.elaboration.instances.tree import Element
+from bgc.elaboration.laws.blocks import (
+    INITIAL_ARGUMENTS,
+    LAW_ARGUMENTS,
+    VALUE_ARGUMENT,
+    Laws,
+    arguments_of,
+    left_name,
+    missing_law,
+)
+from bgc.elaboration.laws.checks import depends_on_others
+from bgc.grammar import syntax
+from bgc.ir.graph import (
+    EnergyLaw,
+    ExplicitLaw,
+    Form,
+    Initial,
+    Law,
+    LinearLaw,
+    Resistor,
+    Source,
+    Storage,
+)
+from bgc.values.value import Value, describe_shape
+
+# Of each left side: the variable that the right side holds, and the form.
+_LAWS: dict[str, dict[str, tuple[str, Form]]] = {
+    "C": {"e": ("q", Form.EFFORT), "q": ("e", Form.DISPLACEMENT)},
+    "I": {"f": ("p", Form.FLOW), "p": ("f", Form.MOMENTUM)},
+    "R": {"e": ("f", Form.EFFORT), "f": ("e", Form.FLOW)},
+    "IC": {},
+}
+_MAX_PORTS = 1000  # of a field: its matrix has as many rows and columns
+_ENERGY_VARIABLES = {"C": ("q",), "I": ("p",), "IC": ("q", "p")}
+_OWN = {
+    "C": {Kind.DISPLACEMENT},
+    "I": {Kind.MOMENTUM},
+    "IC": {Kind.DISPLACEMENT, Kind.MOMENTUM},
+}
+
+
+def read_sources(laws: Laws, element: Element) -> list[Source]:
+    """A wide source is as many scalar ones."""
+    variable = VALUE_ARGUMENT[element.basic]
+    given = arguments_of(element, (variable,))
+    if variable in given and element.law is not None:
+        raise BgError([law_messages.law_and_argument(given[variable].span, element.path, variable)])
+    if element.law:
+        value = _source_law(laws, element, element.law, variable)
+    elif variable in given:
+        value = laws.world.evaluate(given[variable].value, element.env)
+    else:
+        raise missing_law(element)
+    ports = laws.ports(element, "all")
+    what = f"the value of `{element.path}`"
+    nodes = laws.vector(value, len(ports), element.use.span, what, spread=True)
+    own = laws.variable(element, variable).units
+    units = value.units * (len(ports) if value.is_scalar else 1)
+    for node, unit, expected in zip(nodes, units, own, strict=True):
+        laws.world.quantities.check_units(
+            Value.scalar(node, unit), expected, element.use.span, what
+        )
+    return [
+        Source(
+            component_name(element.path, (k + 1,) if len(ports) > 1 else ()),
+            element.basic,
+            port,
+            node,
+            element.span,
+        )
+        for k, (port, node) in enumerate(zip(ports, nodes, strict=True))
+    ]
+
+
+def _source_law(
+    laws: Laws, element: Element, law: Sequence[syntax.LawEquation], variable: str
+) -> Value:
+    """`Se { e = 5*sin(time); }` says the same as an argument."""
+    first = law[0]
+    if not isinstance(first.left, syntax.Name) or first.left.name != variable:
+        text = " ".join(first.left.span.text.split())
+        have = [f"{variable} = .."]
+        raise BgError([law_messages.law_not_of_this(first.left.span, element.kind, text, have)])
+    if len(law) > 1:
+        raise BgError([law_messages.law_too_many(law[1].span, element.path, "keep one")])
+    return laws.world.evaluate(first.right, element.env)
+
+
+def read_storage(laws: Laws, element: Element) -> Storage:
+    """A C, I or IC of any width is one element."""
+    kind = element.basic
+    given = arguments_of(element, (*LAW_ARGUMENTS.get(kind, {}), *INITIAL_ARGUMENTS[kind]))
+    law = _read_law(laws, element, given)
+    if depends_on_others(laws, law, element, _OWN[kind]):
+        raise BgError([law_messages.storage_varies(element.use.span, element.path, kind)])
+    initial = [
+        start
+        for name in INITIAL_ARGUMENTS[kind]
+        if name in given
+        for start in _read_initial(laws, element, name, given[name])
+    ]
+    ports = laws.ports(element, "all")
+    return Storage(
+        element.path, kind, ports, law, element.first_state, tuple(initial), element.span
+    )
+
+
+def _read_initial(
+    laws: Laws, element: Element, name: str, argument: syntax.Argument
+) -> list[Initial]:
+    """The initial values that `q0`, `p0`, `e0` or `f0` gives, port by port."""
+    value = laws.world.evaluate(argument.value, element.env)
+    span, what = argument.span, f"`{name}` of `{element.path}`"
+    quantities = laws.world.quantities
+    quantities.require_level(value, Level.TIME, span, what)
+    own = laws.variable(element, name[0])
+    nodes = laws.vector(value, len(own.nodes), span, what, spread=True)
+    units = value.units if len(value.units) == len(nodes) else value.units * len(nodes)
+    for node, unit, expected in zip(nodes, units, own.units, strict=True):
+        quantities.check_units(Value.scalar(node, unit), expected, span, what)
+    yields = quantities.is_left_at_zero(argument.value, element.env)
+    return [Initial(k, name[0], node, span, yields) for k, node in enumerate(nodes)]
+
+
+def read_resistor(laws: Laws, element: Element) -> Resistor:
+    """An R of any width is one element."""
+    given = arguments_of(element, tuple(LAW_ARGUMENTS["R"]))
+    law = _read_law(laws, element, given)
+    assert not isinstance(law, EnergyLaw)
+    own = {Kind.EFFORT, Kind.FLOW}
+    if element.kind == "R" and depends_on_others(laws, law, element, own):
+        raise BgError([law_messages.modulated(element.use.span, element.path, "R")])
+    return Resistor(element.path, laws.ports(element, "all"), law, element.span)
+
+
+def _read_law(laws: Laws, element: Element, given: dict[str, syntax.Argument]) -> Law:
+    if len(laws.ports(element, "all")) > _MAX_PORTS:
+        raise BgError(
+            [shape_messages.too_large(element.use.span, f"the matrix of `{element.path}`")]
+        )
+    forms = LAW_ARGUMENTS.get(element.basic, {})
+    named = [name for name in forms if name in given]
+    if element.law is not None and named:
+        raise BgError([law_messages.law_and_argument(given[named[0]].span, element.path, named[0])])
+    if len(named) > 1:
+        second, first = given[named[1]].span, f"the argument `{named[0]}`"
+        raise BgError([law_messages.law_and_argument(second, element.path, named[1], first)])
+    if named:
+        argument = given[named[0]]
+        value = laws.world.evaluate(argument.value, element.env)
+        width = len(laws.ports(element, "all"))
+        what = f"the {named[0]} of `{element.path}`"
+        matrix = laws.square(value, width, argument.span, what)
+        form = forms[named[0]]
+        (left, right), *_ = (
+            (left, right) for left, (right, f) in _LAWS[element.basic].items() if f is form
+        )
+        laws.check_entries(element, value, left, right, argument.span, what)
+        return LinearLaw(form, matrix)
+    if not element.law:
+        raise missing_law(element)
+    if left_name(element.law[0]) == "H" and element.basic in _ENERGY_VARIABLES:
+        return _read_energy(laws, element, element.law)
+    return _read_equation(laws, element, element.law)
+
+
+def _read_energy(laws: Laws, element: Element, law: Sequence[syntax.LawEquation]) -> EnergyLaw:
+    if len(law) > 1:
+        raise BgError([law_messages.law_too_many(law[1].span, element.path, "keep one")])
+    value = laws.right_side(element, law[0], "H", _ENERGY_VARIABLES[element.basic])
+    if len(value.nodes) != 1:
+        found = describe_shape(value.shape)
+        raise BgError([law_messages.wrong_matrix(law[0].right.span, "`H`", "a scalar", found)])
+    if all(laws.values.is_power(port.bond) for port in laws.ports(element, "all")):
+        at = law[0].right.span
+        laws.world.quantities.check_units(value, JOULE, at, f"`H` of `{element.path}`")
+    return EnergyLaw(value.node)
+
+
+def _read_equation(laws: Laws, element: Element, law: Sequence[syntax.LawEquation]) -> Law:
+    table = _LAWS[element.basic]
+    have = [f"{left} = .." for left in table]
+    have += ["H = .."] if element.basic in _ENERGY_VARIABLES else []
+    right = {left: variable for left, (variable, _) in table.items()}
+    left, nodes = laws.equations(element, law, right, have)
+    variable, form = table[left]
+    symbols = laws.variable(element, variable).nodes
+    matrix = linear_coefficients(laws.world.dag, nodes, symbols)
+    if matrix is not None:
+        return LinearLaw(form, matrix)
+    if form in {Form.DISPLACEMENT, Form.MOMENTUM}:
+        raise BgError([law_messages.law_not_linear(law[0].span, element.path, variable)])
+    return ExplicitLaw(form, nodes)

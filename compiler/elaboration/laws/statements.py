@@ -1,0 +1,271 @@
+"""The statements of all instances: outputs and port signals, states, equations, asserts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bgc.algebra.dag import Kind
+from bgc.diagnostics.catalogue import graph, laws, names, values
+from bgc.diagnostics.catalogue import shapes as shape_messages
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.source import Span
+from bgc.elaboration.bonds.carried import Carried
+from bgc.elaboration.bonds.domains import Domains
+from bgc.elaboration.bonds.units import SECOND
+from bgc.elaboration.bonds.wiring import Wiring
+from bgc.elaboration.instances.instantiate import note
+from bgc.elaboration.instances.quantities import component_names, ordinal
+from bgc.elaboration.instances.scopes import find_member, path_of
+from bgc.elaboration.instances.tree import Environment, Instance, PortEntry, Quantity
+from bgc.elaboration.instances.world import World
+from bgc.grammar import syntax
+from bgc.ir.graph import Equation, Guard, Node, State, Unknown
+from bgc.values.units import Dimension, describe_dimension, divide, parse_unit, si_symbol
+from bgc.values.value import Value, describe_shape
+
+
+@dataclass(frozen=True, slots=True)
+class Statements:
+    """What the statements say, ready for the flat graph."""
+
+    states: tuple[State, ...]
+    unknowns: tuple[Unknown, ...]
+    equations: tuple[Equation, ...]
+    guards: tuple[Guard, ...]
+
+
+def note_assignments(world: World, wiring: Wiring, domains: Domains, carried: Carried) -> None:
+    """Tell outputs and port signals which statements define them; nothing is evaluated."""
+    carried.owners = wiring.owners
+    for instance in wiring.instances:
+        for statement, env in instance.assigns:
+            with world.report.collecting(note(env)):
+                _note_assignment(world, domains, carried, instance, statement, env)
+
+
+def _note_assignment(
+    world: World,
+    domains: Domains,
+    carried: Carried,
+    instance: Instance,
+    statement: syntax.Assign,
+    env: Environment,
+) -> None:
+    target = statement.target
+    match target:
+        case syntax.Member(base=syntax.Name(name=port_name), name=signal):
+            port = instance.members.get(port_name)
+            if isinstance(port, PortEntry):
+                domain = port.outer.net.root().domain
+                facts = domains.facts(domain.declared) if domain else None
+                if facts is not None and signal in facts.signals:
+                    carried.write(port, signal, facts, statement, env)
+                    return
+                have = list(facts.signals) if facts else []
+                raise BgError(
+                    [graph.unknown_port_member(target.span, f"port `{port_name}`", signal, have)]
+                )
+        case syntax.Name(name=name) | syntax.Index(base=syntax.Name(name=name)):
+            member = find_member(env, name)
+            if (
+                isinstance(member, Quantity)
+                and member.kind in {"output", "signal"}
+                and member.declaration.value is None
+            ):
+                world.quantities.definitions.setdefault(member, []).append((statement, env))
+                return
+            if member is None:
+                seen = [*env.locals, *instance.members]
+                raise BgError([names.unknown_name(target.span, name, seen)])
+        case _:
+            pass
+    raise BgError([graph.cannot_assign(target.span, path_of(target))])
+
+
+def force_values(world: World, wiring: Wiring, carried: Carried) -> None:
+    """Evaluate every value of every instance, so that each mistake in them is reported."""
+    writes: dict[Instance, list[Quantity]] = {}
+    for (port, _), quantity in carried.written.items():
+        writes.setdefault(port.instance, []).append(quantity)
+    for instance in wiring.instances:
+        members = [m for m in instance.members.values() if isinstance(m, Quantity)]
+        for quantity in [*members, *writes.get(instance, ())]:
+            with world.report.collecting(note(quantity.env)):
+                world.quantities.value(quantity, quantity.declaration.name_span)
+
+
+def force_parameters(world: World, wiring: Wiring) -> None:
+    """Number the parameters in reading order; none of them can depend on a bond."""
+    for instance in wiring.instances:
+        for member in instance.members.values():
+            if isinstance(member, Quantity) and member.kind in {"param", "const"}:
+                with world.report.collecting(note(member.env)):
+                    world.quantities.value(member, member.declaration.name_span)
+
+
+def read_statements(world: World, wiring: Wiring) -> Statements:
+    """States with their derivatives, unknowns, equations and asserts of all instances."""
+    derivatives: dict[int, tuple[Node, Span]] = {}
+    projections: dict[int, tuple[Node, Span]] = {}
+    equations: list[Equation] = []
+    guards: list[Guard] = []
+    for instance in wiring.instances:
+        for derivative, env in instance.derivatives:
+            with world.report.collecting(note(env)):
+                _read_target(world, derivative, env, derivatives, rate=True)
+        for projection, env in instance.projections:
+            with world.report.collecting(note(env)):
+                _read_target(world, projection, env, projections, rate=False)
+        for equation, env in instance.equations:
+            with world.report.collecting(note(env)):
+                equations.extend(_read_equation(world, equation, env))
+        for statement, env in instance.asserts:
+            with world.report.collecting(note(env)):
+                condition = world.evaluate(statement.condition, env)
+                span = statement.condition.span
+                world.quantities.check(condition, (), None, span, "the condition")
+                guards.append(Guard(condition.nodes[0], statement.message, statement.span))
+    states = tuple(_states(world, derivatives, projections))
+    unknowns = tuple(_unknowns(world))
+    if not world.report.errors:
+        _check_counts(world, states, unknowns, equations)
+    return Statements(states, unknowns, tuple(equations), tuple(guards))
+
+
+def _read_target(
+    world: World,
+    statement: syntax.Derivative | syntax.Project,
+    env: Environment,
+    found: dict[int, tuple[Node, Span]],
+    rate: bool,
+) -> None:
+    """Note the value of `der(x) = ..` or `project x = ..` for each component of x."""
+    target = statement.target
+    base = target.base if isinstance(target, syntax.Index) else target
+    assert env.instance is not None
+    state = env.instance.members.get(base.name) if isinstance(base, syntax.Name) else None
+    if not isinstance(state, Quantity) or state.kind != "state":
+        raise BgError([laws.not_a_state(target.span, path_of(target))])
+    symbols = world.quantities.value(state, target.span)
+    value = world.evaluate(statement.value, env)
+    span = statement.value.span
+    what = f"der({path_of(target)})" if rate else path_of(target)
+    if isinstance(target, syntax.Index):
+        index = world.quantities.component_index(target, env, symbols.shape, state.path)
+        places = [ordinal(index, symbols.shape)]
+        value = world.quantities.shaped(value, (), span, f"`{what}`")
+    else:
+        places = list(range(len(symbols.nodes)))
+        value = world.quantities.shaped(value, symbols.shape, span, f"`{what}`")
+    for place, node, unit in zip(places, value.nodes, value.units, strict=True):
+        declared = symbols.units[place]
+        expected = divide(declared, SECOND) if rate and declared is not None else declared
+        _check_unit(unit, expected, span, f"`{what}`")
+        key = state.first + place
+        if key in found:
+            raise BgError([names.given_twice(target.span, what, found[key][1])])
+        found[key] = (node, target.span)
+
+
+def _check_unit(found: Dimension | None, expected: Dimension | None, span: Span, what: str) -> None:
+    if found is not None and expected is not None and found != expected:
+        raise BgError(
+            [values.wrong_unit(span, what, describe_dimension(expected), describe_dimension(found))]
+        )
+
+
+def _read_equation(world: World, equation: syntax.Equation, env: Environment) -> list[Equation]:
+    left = world.evaluate(equation.left, env, rates=True)
+    right = world.evaluate(equation.right, env, rates=True)
+    if left.shape != right.shape:
+        right = world.quantities.shaped(right, left.shape, equation.right.span, "the right side")
+    for one, two in zip(left.units, right.units, strict=True):
+        _check_unit(two, one, equation.right.span, "the right side")
+    dag = world.dag
+    return [
+        Equation(dag.sub(a, b), equation.span) for a, b in zip(left.nodes, right.nodes, strict=True)
+    ]
+
+
+def unit_symbol(quantity: Quantity, dimension: Dimension | None) -> str:
+    """How tables print the unit of a value: as declared, else the SI unit; empty if unknown."""
+    declared = parse_unit(quantity.declaration.unit) if quantity.declaration.unit else None
+    if declared is not None:
+        return declared.symbol
+    return si_symbol(dimension) if dimension is not None else ""
+
+
+def _components(world: World, quantity: Quantity) -> list[tuple[str, str, Node]]:
+    """Name, unit and start of each component of a state or unknown."""
+    value = quantity.value
+    assert value is not None
+    start: Value = world.quantities.start(quantity)
+    if start.shape != value.shape:
+        raise BgError(
+            [
+                shape_messages.wrong_shape(
+                    quantity.declaration.span,
+                    f"`{quantity.declaration.name}`",
+                    describe_shape(value.shape),
+                    describe_shape(start.shape),
+                )
+            ]
+        )
+    labels = component_names(quantity.path, value.shape)
+    units = [unit_symbol(quantity, unit) for unit in value.units]
+    return list(zip(labels, units, start.nodes, strict=True))
+
+
+def _states(
+    world: World,
+    derivatives: dict[int, tuple[Node, Span]],
+    projections: dict[int, tuple[Node, Span]],
+) -> list[State]:
+    found: list[State] = []
+    for quantity in world.quantities.states:
+        with world.report.collecting(note(quantity.env)):
+            for k, (name, unit, start) in enumerate(_components(world, quantity)):
+                index = quantity.first + k
+                derivative = derivatives.get(index, (None, None))[0]
+                projection = projections.get(index, (None, None))[0]
+                span = quantity.declaration.name_span
+                found.append(State(index, name, unit, start, derivative, projection, span))
+    return found
+
+
+def _unknowns(world: World) -> list[Unknown]:
+    found: list[Unknown] = []
+    for quantity in world.quantities.unknowns:
+        with world.report.collecting(note(quantity.env)):
+            for k, (name, unit, start) in enumerate(_components(world, quantity)):
+                span = quantity.declaration.name_span
+                found.append(Unknown(quantity.first + k, name, unit, start, span))
+    return found
+
+
+def _check_counts(
+    world: World,
+    states: tuple[State, ...],
+    unknowns: tuple[Unknown, ...],
+    equations: list[Equation],
+) -> None:
+    """Report states that nothing moves, and unknowns without their equations.
+
+    A state may also be one whose rate no equation holds: the row of a singular mass matrix.
+    """
+    implicit = [state for state in states if state.derivative is None]
+    held = [*(u.span for u in unknowns), *(state.span for state in implicit)]
+    if len(equations) == len(held):
+        return
+    dag = world.dag
+    rates = set()
+    for node in dag.reachable(equation.residual for equation in equations):
+        symbol = dag.symbol_of(node)
+        if symbol is not None and symbol.kind is Kind.RATE:
+            rates.add(symbol.index)
+    for state in implicit:
+        if state.index not in rates:
+            world.report.add(laws.state_without_equation(state.span, state.name))
+    if not world.report.errors:
+        surplus = [e.span for e in equations] if len(equations) > len(held) else held
+        world.report.add(laws.equations_and_unknowns(surplus[-1], len(equations), len(held)))

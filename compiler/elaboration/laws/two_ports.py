@@ -1,0 +1,194 @@
+"""Transformers, gyrators and gyristors: from ratios and laws to the flat graph's elements."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from bgc.algebra.linalg import SingularMatrixError, inverse
+from bgc.algebra.linear import linear_coefficients
+from bgc.diagnostics.catalogue import laws as law_messages
+from bgc.diagnostics.catalogue import widths as width_messages
+from bgc.diagnostics.diagnostic import BgError
+from bgc.elaboration.instances.quantities import component_name
+from bgc.elaboration.instances.tree import Element
+from bgc.elaboration.laws.blocks import Laws, arguments_of, left_name, missing_law
+from bgc.elaboration.laws.checks import LawChecks, varies
+from bgc.grammar import syntax
+from bgc.ir.graph import Gyrator, Gyristor, Matrix, Node, Port, Transformer
+
+# Of each left side: the variable that the right side holds.
+_LAWS = {
+    "TF": {"f2": "f1", "e1": "e2", "f1": "f2", "e2": "e1"},
+    "GY": {"e2": "f1", "e1": "f2", "f1": "e2", "f2": "e1"},
+}
+_BACKWARDS = {"f2": "f1", "f1": "f2", "e1": "e2", "e2": "e1"}
+
+
+def read_transformers(laws: Laws, checks: LawChecks, element: Element) -> list[Transformer]:
+    """A scalar ratio on wide bonds is as many scalar transformers; a matrix is one element."""
+    ratio = _read_ratio(laws, element)
+    ports1, ports2 = laws.ports(element, "in"), laws.ports(element, "out")
+    if isinstance(ratio, list):
+        return [
+            Transformer(name, "f2", (one,), (two,), ((node,),), None, element.span)
+            for name, one, two, node in _pairs(element, ports1, ports2, ratio)
+        ]
+    if ratio is not None:
+        return [Transformer(element.path, "f2", ports1, ports2, ratio, None, element.span)]
+    assert element.law
+    found = _read_equations(laws, element, element.law)
+    left, matrix = found[0]
+    backwards: Matrix | None = None
+    if len(found) > 1:
+        other, backwards = found[1]
+        if other != _BACKWARDS[left]:
+            raise BgError(
+                [law_messages.law_too_many(element.law[1].span, element.path, "keep one")]
+            )
+        if not checks.inverts(backwards, matrix):
+            raise BgError([law_messages.inverse_differs(element.law[1].span, element.path)])
+    if left in {"e1", "e2"}:  # e1 = m' e2, e2 = w' e1
+        matrix = _transposed(matrix)
+        backwards = _transposed(backwards) if backwards is not None else None
+    return [Transformer(element.path, left, ports1, ports2, matrix, backwards, element.span)]
+
+
+def read_gyrators(laws: Laws, checks: LawChecks, element: Element) -> list[Gyrator]:
+    """The same for gyrators; a law of flows is turned round into one of efforts."""
+    ratio = _read_ratio(laws, element)
+    ports1, ports2 = laws.ports(element, "in"), laws.ports(element, "out")
+    if isinstance(ratio, list):
+        return [
+            Gyrator(name, (one,), (two,), ((node,),), element.span)
+            for name, one, two, node in _pairs(element, ports1, ports2, ratio)
+        ]
+    if ratio is None:
+        assert element.law
+        found = _read_equations(laws, element, element.law)
+        if len(found) > 1:
+            raise BgError(
+                [law_messages.law_too_many(element.law[1].span, element.path, "keep one")]
+            )
+        left, matrix = found[0]
+        if left in {"f1", "f2"}:
+            ratio = _turned_round(laws, checks, element, element.law[0], left, matrix)
+        else:
+            ratio = matrix if left == "e2" else _transposed(matrix)
+    return [Gyrator(element.path, ports1, ports2, ratio, element.span)]
+
+
+def read_gyristor(laws: Laws, checks: LawChecks, element: Element) -> Gyristor:
+    """An MGY with bonds on one side only: `e = S f` with a skew S (eq. 13)."""
+    if element.use.arguments or not element.law:
+        side = law_messages.one_sided(element.span, element.path, element.kind, "out of")
+        raise BgError([side])
+    _, nodes = laws.equations(element, element.law, {"e": "f"}, ["e = .."])
+    symbols = laws.variable(element, "f").nodes
+    matrix = linear_coefficients(laws.world.dag, nodes, symbols)
+    if matrix is None:
+        raise BgError([law_messages.law_not_linear(element.law[0].span, element.path, "f")])
+    _require_modulated(laws, element, matrix)
+    defect = checks.skew_defect(matrix)
+    if defect is not None:
+        row, column = (place + 1 for place in defect)
+        raise BgError([law_messages.not_skew(element.law[0].span, element.path, row, column)])
+    return Gyristor(element.path, laws.ports(element, "in"), matrix, element.span)
+
+
+def _read_ratio(laws: Laws, element: Element) -> Matrix | list[Node] | None:
+    """The ratio: a matrix, or one node for each component; None when there is a law instead."""
+    given = arguments_of(element, ("ratio",))
+    if "ratio" not in given:
+        if not element.law:
+            raise missing_law(element)
+        return None
+    argument = given["ratio"]
+    if element.law is not None:
+        raise BgError([law_messages.law_and_argument(argument.span, element.path, "ratio")])
+    value = laws.world.evaluate(argument.value, element.env)
+    _require_modulated(laws, element, (value.nodes,))
+    columns, rows = len(laws.ports(element, "in")), len(laws.ports(element, "out"))
+    what = f"the ratio of `{element.path}`"
+    if value.is_scalar or len(value.nodes) == columns or value.shape == (rows, columns):
+        left = "f2" if element.basic == "TF" else "e2"
+        laws.check_entries(element, value, left, "f1", argument.span, what)
+    if len(value.shape) == 2:
+        return laws.matrix(value, rows, columns, argument.span, what)
+    return list(laws.vector(value, columns, argument.span, what, spread=True))
+
+
+def _read_equations(
+    laws: Laws, element: Element, law: Sequence[syntax.LawEquation]
+) -> list[tuple[str, Matrix]]:
+    """Each left side with the matrix of its right side, in the order written."""
+    table = _LAWS[element.basic]
+    have = [f"{name} = .." for name in table]
+    groups: dict[str, list[syntax.LawEquation]] = {}
+    for equation in law:
+        groups.setdefault(left_name(equation), []).append(equation)
+    found = []
+    for left, equations in groups.items():
+        _, nodes = laws.equations(element, equations, table, have)
+        symbols = laws.variable(element, table[left]).nodes
+        matrix = linear_coefficients(laws.world.dag, nodes, symbols)
+        if matrix is None:
+            at = equations[0].span
+            raise BgError([law_messages.law_not_linear(at, element.path, table[left])])
+        _require_modulated(laws, element, matrix)
+        found.append((left, matrix))
+    if len(found) > 2:
+        raise BgError([law_messages.law_too_many(law[2].span, element.path, "keep one")])
+    return found
+
+
+def _turned_round(
+    laws: Laws,
+    checks: LawChecks,
+    element: Element,
+    equation: syntax.LawEquation,
+    left: str,
+    matrix: Matrix,
+) -> Matrix:
+    """The ratio r of a gyrator given by its flows: `f1 = w e2` and `f2 = w' e1`, with w r = 1.
+
+    A wide one must have a matrix of constants and parameters that can be inverted: nothing would
+    keep a varying one from becoming singular during the run.
+    """
+    dag, at = laws.world.dag, equation.left.span
+    if len(matrix) == len(matrix[0]) == 1 and matrix[0][0] != dag.zero:
+        return ((dag.div(dag.one, matrix[0][0]),),)
+    if len(matrix) != len(matrix[0]):
+        why = f"a matrix of {len(matrix)} x {len(matrix[0])} has no inverse"
+        raise BgError([law_messages.flows_not_invertible(at, element.path, why)])
+    if varies(dag, matrix):
+        why = "a matrix that varies may become singular"
+        raise BgError([law_messages.flows_not_invertible(at, element.path, why)])
+    try:
+        turned = inverse(dag, matrix)
+    except SingularMatrixError:
+        turned = None
+    if turned is None or not checks.is_finite(turned):
+        why = "its matrix is singular"
+        raise BgError([law_messages.flows_not_invertible(at, element.path, why)])
+    return turned if left == "f1" else _transposed(turned)
+
+
+def _require_modulated(laws: Laws, element: Element, matrix: Matrix) -> None:
+    """BgError when an element varies that does not say so by its M."""
+    if element.kind in {"TF", "GY"} and varies(laws.world.dag, matrix):
+        raise BgError([law_messages.modulated(element.use.span, element.path, element.kind)])
+
+
+def _pairs(
+    element: Element, ports1: Sequence[Port], ports2: Sequence[Port], nodes: Sequence[Node]
+) -> Iterator[tuple[str, Port, Port, Node]]:
+    """The scalar two-ports of a wide one."""
+    width = len(ports1)
+    if len(ports2) != width:
+        raise BgError([width_messages.widths_differ(element.span, width, None, len(ports2), None)])
+    for k, (one, two, node) in enumerate(zip(ports1, ports2, nodes, strict=True)):
+        yield component_name(element.path, (k + 1,) if width > 1 else ()), one, two, node
+
+
+def _transposed(matrix: Matrix) -> Matrix:
+    return tuple(zip(*matrix, strict=True))

@@ -1,0 +1,133 @@
+"""Units of bonds from ports, sources and the arguments of elements."""
+
+from __future__ import annotations
+
+from bgc.diagnostics.diagnostic import BgError
+from bgc.elaboration.bonds.domains import Domains
+from bgc.elaboration.bonds.scalarise import Scalars
+from bgc.elaboration.bonds.shape_probe import WidthUnknown
+from bgc.elaboration.bonds.units import SECOND, BondUnits, Link, Ratio
+from bgc.elaboration.bonds.wiring import Wiring
+from bgc.elaboration.instances.tree import Element
+from bgc.elaboration.instances.world import World
+from bgc.elaboration.laws.blocks import value_argument
+from bgc.values.units import Dimension, divide, power
+from bgc.values.value import Value
+
+# Of each argument: 1 where it is effort by flow, -1 the other way round, and the power of seconds
+# in it. A stiffness is effort by displacement, which is flow times time; an inertia is momentum,
+# which is effort times time, by flow.
+_IN_ARGUMENT = {
+    "resistance": (1, 0),
+    "conductance": (-1, 0),
+    "stiffness": (1, -1),
+    "compliance": (-1, 1),
+    "inertia": (1, 1),
+}
+
+
+def infer_units(world: World, wiring: Wiring, domains: Domains, scalars: Scalars) -> BondUnits:
+    """The units of all bonds as far as anything tells; contradictions are reported."""
+    units = BondUnits([bond.name for bond in scalars.bonds], world.report)
+    for element in wiring.elements:
+        if element.basic in {"J0", "J1"}:
+            for ports in scalars.ports(element.faces["all"]):
+                units.join(port.bond for port in ports)
+    _from_domains(wiring, domains, scalars, units)
+    ratios: list[Ratio] = []
+    links: list[Link] = []
+    for element in wiring.elements:
+        argument = value_argument(element)
+        if argument is None:
+            continue
+        name, given = argument
+        try:
+            value = world.evaluate(given.value, element.env)
+        except (BgError, WidthUnknown):
+            continue  # reported when the law itself is read
+        if any(unit is not None for unit in value.units):
+            _from_argument(element, name, value, scalars, units, ratios, links)
+    units.solve(ratios, links)
+    return units
+
+
+def _from_domains(wiring: Wiring, domains: Domains, scalars: Scalars, units: BondUnits) -> None:
+    found = []
+    for port in wiring.ports:
+        use = port.outer.net.root().domain
+        if use is not None and port.declaration.domain is not None:
+            facts = domains.facts(use.declared)
+            for joint in port.inner.joints:
+                for place, bond in zip(joint.at, scalars.at(joint), strict=True):
+                    found.append((facts, place, bond, port.declaration.span))
+                    if facts.pseudo:
+                        units.mark_pseudo(bond)
+    for facts, place, bond, span in found:
+        effort, flow = facts.effort_units[place], facts.flow_units[place]
+        if effort is not None:
+            units.know("effort", bond, effort, span, facts.effort_symbols[place])
+        if flow is not None:
+            units.know("flow", bond, flow, span, facts.flow_symbols[place])
+
+
+def _from_argument(
+    element: Element,
+    name: str,
+    value: Value,
+    scalars: Scalars,
+    units: BondUnits,
+    ratios: list[Ratio],
+    links: list[Link],
+) -> None:
+    span = element.use.span
+    side = "all" if "all" in element.faces else "in"
+    ports = scalars.ports(element.faces[side])
+    diagonal = _diagonal(value, len(ports))
+    if element.basic in {"Se", "Sf"}:
+        variable = "effort" if element.basic == "Se" else "flow"
+        for found, unit in zip(ports, diagonal, strict=True):
+            if unit is not None:
+                units.know(variable, found[0].bond, unit, span)
+        return
+    if element.basic in {"TF", "GY"}:
+        _from_ratio(element, value, scalars, links)
+        return
+    for found, unit in zip(ports, diagonal, strict=True):
+        if unit is None:
+            continue
+        sense, time = _IN_ARGUMENT[name]
+        by_flow = power(divide(unit, power(SECOND, time)), sense)
+        ratios.append(Ratio(found[0].bond, by_flow, span, name, sense, time))
+
+
+def _from_ratio(element: Element, value: Value, scalars: Scalars, links: list[Link]) -> None:
+    """`f2 = m f1`, `e1 = m e2`; of a GY `e2 = r f1`, `e1 = r f2`."""
+    into = scalars.ports(element.faces["in"])
+    out = scalars.ports(element.faces["out"])
+    span = element.use.span
+    first, second = ("flow", "effort") if element.basic == "TF" else ("effort", "effort")
+    for i, two in enumerate(out):
+        for j, one in enumerate(into):
+            if len(value.shape) == 2:
+                unit = (
+                    value.units[i * len(into) + j] if len(value.units) > i * len(into) + j else None
+                )
+            else:
+                unit = value.units[0 if value.is_scalar else i] if i == j else None
+            if unit is None:
+                continue
+            source = ("flow", one[0].bond)
+            links.append(Link((first, two[0].bond), source, unit, span))
+            other = (second, two[0].bond) if element.basic == "TF" else ("flow", two[0].bond)
+            links.append(Link(("effort", one[0].bond), other, unit, span))
+
+
+def _diagonal(value: Value, width: int) -> list[Dimension | None]:
+    """The unit of each component: of a scalar for all, of a matrix along its diagonal."""
+    if value.is_scalar:
+        return [value.units[0]] * width
+    if len(value.shape) == 1:
+        return list(value.units) if len(value.units) == width else [None] * width
+    if value.shape != (width, width):
+        return [None] * width
+    return [value.units[k * width + k] for k in range(width)]

@@ -1,0 +1,1 @@
+"""Scenes: what a scene and the command line change, observe, drive and require."""

@@ -1,0 +1,212 @@
+"""Devices of a scene: the channels they give and the commands they take."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from bgc.algebra.dag import Kind
+from bgc.diagnostics.catalogue import names, scenes
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.source import Span
+from bgc.elaboration.instances.scopes import path_of
+from bgc.elaboration.instances.world import World
+from bgc.elaboration.scenes.scene import Device, Scene, constant_of
+from bgc.grammar import syntax
+from bgc.ir.graph import DeviceUse
+from bgc.values.scope import Namespace
+from bgc.values.units import Dimension, si_symbol
+from bgc.values.value import Shape, Value
+
+_METRE: Dimension = (0, 1, 0, 0, 0, 0, 0)
+_SPEED: Dimension = (0, 1, -1, 0, 0, 0, 0)
+_RATE: Dimension = (0, 0, -1, 0, 0, 0, 0)
+_FORCE: Dimension = (1, 1, -2, 0, 0, 0, 0)
+_TORQUE: Dimension = (1, 2, -2, 0, 0, 0, 0)
+
+# Channels of a device: what it gives and what it takes.
+_INPUTS: dict[str, tuple[Shape, Dimension | None]] = {
+    "position": ((3,), _METRE),
+    "orientation": ((4,), None),
+    "velocity": ((3,), _SPEED),
+    "angular_velocity": ((3,), _RATE),
+    "gripper": ((), None),
+    "buttons": ((8,), None),
+}
+_COMMANDS: dict[str, tuple[Shape, Dimension | None]] = {
+    "force": ((3,), _FORCE),
+    "torque": ((3,), _TORQUE),
+    "gripper_force": ((), _FORCE),
+}
+
+
+def channel_unit(channel: str) -> str:
+    """The SI unit of what a device gives."""
+    unit = _INPUTS[channel][1]
+    return si_symbol(unit) if unit is not None else ""
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceView:
+    """A device in an expression: its input channels."""
+
+    world: World
+    device: Device
+
+    @property
+    def description(self) -> str:
+        """For messages."""
+        return f"the device `{self.device.item.name}`"
+
+    def member(self, name: str, span: Span) -> Value | Namespace:
+        """A channel that the device gives."""
+        if name not in self.device.inputs:
+            raise BgError([scenes.unknown_channel(span, name, self.device.item.name, _INPUTS)])
+        shape, unit = _INPUTS[name]
+        first = self.device.inputs[name]
+        nodes = (self.world.dag.symbol(Kind.INPUT, first + k) for k in range(_count(shape)))
+        return Value.uniform(shape, nodes, unit)
+
+    def index(self, indices: tuple[int, ...], span: Span) -> Value | Namespace:
+        """A device has no index."""
+        name = self.device.item.name
+        raise BgError([names.no_such_index(span, name, indices, "no index")])
+
+
+def declare_devices(world: World, scene: Scene) -> None:
+    """Number the input channels that the scene reads, device by device."""
+    used = [_channels(item) for item in scene.items]
+    next_input = 0
+    for item in scene.every(syntax.Device):
+        if item.name in scene.devices:
+            first = scene.devices[item.name].item.span
+            world.report.add(scenes.device_name_taken(item.span, item.name, first))
+            continue
+        read = {channel for pairs in used for name, channel in pairs if name == item.name}
+        device = Device(item, next_input, {})
+        for channel, (shape, _) in _INPUTS.items():
+            if channel in read:
+                device.inputs[channel] = next_input
+                next_input += _count(shape)
+        scene.devices[item.name] = device
+        scene.env.locals[item.name] = DeviceView(world, device)
+
+
+def _channels(item: syntax.SceneItem) -> list[tuple[str, str]]:
+    """All `name.member` pairs of a statement."""
+    match item:
+        case syntax.Drive() | syntax.Observe() | syntax.Require() | syntax.Set():
+            return list(_members(item.value))
+        case syntax.Use():
+            return [p for a in item.type.arguments for p in _members(a.value)]
+        case _:
+            return []
+
+
+def _members(expr: syntax.Expr) -> Iterator[tuple[str, str]]:
+    match expr:
+        case syntax.Member(base=syntax.Name(name=name)):
+            yield name, expr.name
+        case syntax.Member() | syntax.Index():
+            yield from _members(expr.base)
+        case syntax.Unary():
+            yield from _members(expr.operand)
+        case syntax.Binary():
+            yield from _members(expr.left)
+            yield from _members(expr.right)
+        case syntax.Conditional():
+            for part in (expr.condition, expr.yes, expr.no):
+                yield from _members(part)
+        case syntax.Call() | syntax.Vector():
+            parts = expr.arguments if isinstance(expr, syntax.Call) else expr.elements
+            for part in parts:
+                yield from _members(part)
+        case syntax.TypeUse():
+            for argument in expr.arguments:
+                yield from _members(argument.value)
+        case _:
+            pass
+
+
+def device_of(target: syntax.Expr, scene: Scene) -> Device | None:
+    """The device whose command a target names, if it does."""
+    base = target.base if isinstance(target, syntax.Index) else target
+    match base:
+        case syntax.Member(base=syntax.Name(name=name)):
+            return scene.devices.get(name)
+        case _:
+            return None
+
+
+def _read_command(world: World, scene: Scene, item: syntax.Drive, device: Device) -> None:
+    target = item.target
+    base = target.base if isinstance(target, syntax.Index) else target
+    assert isinstance(base, syntax.Member)
+    if base.name not in _COMMANDS:
+        raise BgError([scenes.unknown_channel(target.span, base.name, device.item.name, _COMMANDS)])
+    shape, unit = _COMMANDS[base.name]
+    value = world.evaluate(item.value, scene.env)
+    what = f"`{path_of(target)}`"
+    places = list(range(_count(shape)))
+    if isinstance(target, syntax.Index):
+        index = world.quantities.component_index(target, scene.env, shape, path_of(base))
+        places, shape = [index[0] - 1], ()
+    value = world.quantities.shaped(value, shape, item.value.span, what)
+    world.quantities.check_units(value, unit, item.value.span, what)
+    for place, node in zip(places, value.nodes, strict=True):
+        key = (base.name, place + 1)
+        if key in device.commands:
+            raise BgError([names.given_twice(target.span, path_of(target), item.span)])
+        device.commands[key] = node
+
+
+def read_devices(world: World, scene: Scene) -> tuple[DeviceUse, ...]:
+    """The devices with the channels used and the commands given."""
+    for item in scene.every(syntax.Drive):
+        device = device_of(item.target, scene)
+        if device is not None:
+            with world.report.collecting():
+                _read_command(world, scene, item, device)
+    found = []
+    for device in scene.devices.values():
+        with world.report.collecting():
+            options = tuple(_device_option(world, scene, a, device) for a in device.item.arguments)
+            inputs = tuple(
+                (channel, k + 1)
+                for channel in device.inputs
+                for k in range(_count(_INPUTS[channel][0]))
+            )
+            found.append(
+                DeviceUse(
+                    device.item.name,
+                    device.item.driver,
+                    options,
+                    device.first,
+                    inputs,
+                    tuple(device.commands),
+                    tuple(device.commands.values()),
+                    device.item.span,
+                )
+            )
+    return tuple(found)
+
+
+def _device_option(
+    world: World, scene: Scene, argument: syntax.Argument, device: Device
+) -> tuple[str, str]:
+    what = f"the driver `{device.item.driver}`"
+    if argument.name is None:
+        raise BgError([scenes.device_option(argument.span, what)])
+    if isinstance(argument.value, syntax.Text):
+        return argument.name, argument.value.value
+    if argument.name == "file":
+        raise BgError([scenes.device_option(argument.value.span, what)])
+    number = constant_of(world, scene, argument.value, f"`{argument.name}`", None)
+    return argument.name, repr(number)
+
+
+def _count(shape: Shape) -> int:
+    count = 1
+    for size in shape:
+        count *= size
+    return count

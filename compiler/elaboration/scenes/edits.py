@@ -1,0 +1,171 @@
+"""What a scene and the command line change of a model: `set`, `use`, `drive`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+
+from bgc.diagnostics.catalogue import names, scenes
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.source import Source, Span
+from bgc.elaboration.bonds.shape_probe import WidthUnknown
+from bgc.elaboration.instances.instantiate import MAX_WIDTH
+from bgc.elaboration.instances.scopes import Names, path_of
+from bgc.elaboration.instances.tree import Environment, Given
+from bgc.elaboration.instances.world import Edits, World
+from bgc.elaboration.scenes.devices import declare_devices, device_of
+from bgc.elaboration.scenes.observed import declared_value
+from bgc.elaboration.scenes.scene import Scene
+from bgc.grammar import syntax
+from bgc.grammar.parse import parse_setting
+from bgc.values.expressions import resolve_path
+
+
+def collect_edits(world: World, scene: Scene, overrides: Sequence[tuple[str, str]]) -> None:
+    """Note what the scene and the command line set, use and drive; devices get their symbols."""
+    edits = world.edits
+    declare_devices(world, scene)
+    for item in scene.items:
+        with world.report.collecting():
+            match item:
+                case syntax.Set():
+                    _note_set(world, scene, edits, item.target, item.value, item.span)
+                case syntax.Use():
+                    path = canonical_path(world, item.slot, scene.env)
+                    _note(edits.uses, path, Given(item.type, scene.env, item.span))
+                case syntax.Drive() if device_of(item.target, scene) is None:
+                    path = canonical_path(world, item.target, scene.env)
+                    _note(edits.drives, path, Given(item.value, scene.env, item.span))
+                case _:
+                    pass
+    for override in overrides:
+        with world.report.collecting():
+            setting = _read_override(override)
+            path = canonical_path(world, setting.target, scene.env)
+            edits.sets.pop(path, None)  # the command line has the last word
+            _note_set(world, scene, edits, setting.target, setting.value, setting.value.span)
+
+
+def _note_set(
+    world: World,
+    scene: Scene,
+    edits: Edits,
+    target: syntax.Expr,
+    value: syntax.Expr,
+    span: Span,
+) -> None:
+    given = Given(value, scene.env, span)
+    if isinstance(target, syntax.Index):
+        path = canonical_path(world, target.base, scene.env)
+        index = tuple(
+            world.whole(i, scene.env, "an index", 1, MAX_WIDTH)
+            for i in target.indices
+            if not isinstance(i, syntax.Range)
+        )
+        edits.parts.setdefault(path, {})[index] = given
+    else:
+        _note(edits.sets, canonical_path(world, target, scene.env), given)
+
+
+def _note(table: dict[str, Given], path: str, given: Given) -> None:
+    if table.setdefault(path, given) is not given:
+        raise BgError([names.given_twice(given.span, path, table[path].span)])
+
+
+def _read_override(override: tuple[str, str]) -> syntax.Set:
+    """The two sides of `--set name=value`, with places in what the user typed."""
+    return parse_setting(Source("--set", "=".join(override)))
+
+
+def canonical_path(world: World, expr: syntax.Expr, env: Environment) -> str:
+    """A path as instances spell theirs: `body[2].mass`, indices worked out."""
+    match expr:
+        case syntax.Name():
+            return expr.name
+        case syntax.Member():
+            return f"{canonical_path(world, expr.base, env)}.{expr.name}"
+        case syntax.Index():
+            index = (
+                str(world.whole(i, env, "an index", -MAX_WIDTH, MAX_WIDTH))
+                for i in expr.indices
+                if not isinstance(i, syntax.Range)
+            )
+            return f"{canonical_path(world, expr.base, env)}[{','.join(index)}]"
+        case _:
+            what = "a parameter, slot or input"
+            raise BgError([scenes.edit_without_target(expr.span, path_of(expr), what)])
+
+
+def check_edits(world: World, scene: Scene) -> None:
+    """Report each `set`, `use` and `drive` that changed nothing, since its path fits nothing."""
+    edits = world.edits
+    tables = {
+        "sets": (edits.sets, "a parameter or constant"),
+        "uses": (edits.uses, "a slot"),
+        "drives": (edits.drives, "an input"),
+    }
+    unused: list[tuple[syntax.Expr, Span, str, str]] = []
+    for item in scene.items:
+        with world.report.collecting():
+            match item:
+                case syntax.Set():
+                    indexed = isinstance(item.target, syntax.Index)
+                    base = (
+                        item.target.base if isinstance(item.target, syntax.Index) else item.target
+                    )
+                    kind = "parts" if indexed else "sets"
+                    path = canonical_path(world, base, scene.env)
+                    unused.append((item.target, item.target.span, kind, path))
+                case syntax.Use():
+                    path = canonical_path(world, item.slot, scene.env)
+                    unused.append((item.slot, item.slot.span, "uses", path))
+                case syntax.Drive() if device_of(item.target, scene) is None:
+                    path = canonical_path(world, item.target, scene.env)
+                    unused.append((item.target, item.target.span, "drives", path))
+                case _:
+                    pass
+    for expr, span, kind, path in unused:
+        if (kind, path) not in edits.used:
+            with world.report.collecting():
+                _look_up(world, scene, expr)
+                what = tables.get(kind, (None, "a parameter or constant"))[1]
+                found, way = _instead(world, scene, expr)
+                raise BgError([scenes.edit_without_target(span, path, what, found, way)])
+
+
+def check_overrides(world: World, scene: Scene, overrides: Sequence[tuple[str, str]]) -> None:
+    """The same for the command line."""
+    for override in overrides:
+        with world.report.collecting():
+            expr = _read_override(override).target
+            base = expr.base if isinstance(expr, syntax.Index) else expr
+            path = canonical_path(world, base, scene.env)
+            kind = "parts" if isinstance(expr, syntax.Index) else "sets"
+            if (kind, path) not in world.edits.used:
+                _look_up(world, scene, expr)
+                what = "a parameter or constant"
+                found, way = _instead(world, scene, expr)
+                raise BgError([scenes.edit_without_target(expr.span, path, what, found, way)])
+
+
+def _instead(world: World, scene: Scene, expr: syntax.Expr) -> tuple[str, str]:
+    """What a path leads to where it may not be changed so, and the way out; empty if unclear."""
+    quantity = declared_value(world, scene, expr)
+    if quantity is None:
+        return "", ""
+    path = path_of(expr)
+    match quantity.kind:
+        case "input":
+            return "an input", f"give it by `drive {path} = ..;`, or as an argument"
+        case "param" | "const":
+            return "a parameter", f"`set {path} = ..;`, or declare it as an `input` to drive it"
+        case "state" | "unknown":
+            return f"the {quantity.kind} of a model", "set the parameter that its start is made of"
+        case _:
+            return "computed by the model", "set a parameter that it is made of"
+
+
+def _look_up(world: World, scene: Scene, expr: syntax.Expr) -> None:
+    """BgError when a path leads nowhere; what it leads to is not evaluated further."""
+    with suppress(WidthUnknown):
+        resolve_path(expr, Names(world, scene.env, {}, False), world.dag)

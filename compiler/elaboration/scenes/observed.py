@@ -1,0 +1,141 @@
+"""What a scene observes: the columns of its result, with their units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from bgc.diagnostics.catalogue import scenes
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.source import Span
+from bgc.elaboration.instances.quantities import component_names
+from bgc.elaboration.instances.scopes import path_of
+from bgc.elaboration.instances.tree import Instance, Pending, Quantity
+from bgc.elaboration.instances.world import World
+from bgc.elaboration.laws.statements import unit_symbol
+from bgc.elaboration.scenes.scene import Scene
+from bgc.grammar import syntax
+from bgc.ir.graph import FlatGraph, Observation
+from bgc.values.units import si_symbol
+from bgc.values.value import Value
+
+ACCOUNTS = ("stored", "supplied", "dissipated", "residual")
+
+
+@dataclass(frozen=True, slots=True)
+class Observed:
+    """What the scene observes: columns in order, the accounts among them."""
+
+    observations: tuple[Observation, ...]
+    accounts: tuple[str, ...]
+    columns: tuple[str, ...]
+
+
+def read_observed(world: World, scene: Scene, root: Instance) -> Observed:
+    """The observed columns; two of one name are an error."""
+    observations: list[Observation] = []
+    accounts: list[str] = []
+    columns: dict[str, Span] = {}
+    for item in scene.every(syntax.Observe):
+        with world.report.collecting():
+            account = _account(item, root)
+            if account is not None:
+                name = item.alias or f"energy.{account}"
+                accounts.append(account)
+                added = [name]
+                _add_columns(columns, added, item.span)
+                continue
+            if item.alias is None and not is_path(item.value):
+                raise BgError([scenes.observe_needs_name(item.value.span)])
+            value = world.evaluate(item.value, scene.env)
+            name = item.alias or path_of(item.value)
+            labels = list(component_names(name, value.shape))
+            _add_columns(columns, labels, item.span)
+            units = units_of(world, scene, item.value, value)
+            for label, node, unit in zip(labels, value.nodes, units, strict=True):
+                observations.append(Observation(label, unit, node, item.span))
+    return Observed(tuple(observations), tuple(accounts), tuple(columns))
+
+
+def with_accounts(graph: FlatGraph) -> FlatGraph:
+    """The graph of a scene that observes all energy accounts."""
+    columns = dict.fromkeys(c for c in graph.scene.columns if c not in _account_columns(graph))
+    # No name of the language has a blank.
+    own = tuple(f"account {account}" for account in ACCOUNTS)
+    return replace(graph, scene=replace(graph.scene, accounts=ACCOUNTS, columns=(*columns, *own)))
+
+
+def _account_columns(graph: FlatGraph) -> set[str]:
+    """The columns of the accounts that the scene itself observes: those that are no outputs."""
+    return set(graph.scene.columns) - {o.name for o in graph.observations}
+
+
+def _add_columns(columns: dict[str, Span], labels: Sequence[str], span: Span) -> None:
+    for label in labels:
+        if label in columns:
+            raise BgError([scenes.column_twice(span, label, columns[label])])
+        columns[label] = span
+
+
+def _account(item: syntax.Observe, root: Instance) -> str | None:
+    """The energy account that is observed, if it is one."""
+    match item.value:
+        case syntax.Member(base=syntax.Name(name="energy"), name=name):
+            if "energy" in root.members:
+                return None
+            if name not in ACCOUNTS:
+                raise BgError([scenes.unknown_account(item.value.span, name, ACCOUNTS)])
+            return name
+        case _:
+            return None
+
+
+def is_path(expr: syntax.Expr) -> bool:
+    """Whether an expression is a plain path, which needs no other name for its column."""
+    match expr:
+        case syntax.Name():
+            return True
+        case syntax.Member() | syntax.Index():
+            return is_path(expr.base)
+        case _:
+            return False
+
+
+def units_of(world: World, scene: Scene, expr: syntax.Expr, value: Value) -> list[str]:
+    """Units for the header: as declared where a declared value is observed, else SI."""
+    quantity = declared_value(world, scene, expr)
+    if quantity is not None:
+        return [unit_symbol(quantity, unit) for unit in value.units]
+    return [si_symbol(unit) if unit is not None else "" for unit in value.units]
+
+
+def declared_value(world: World, scene: Scene, expr: syntax.Expr) -> Quantity | None:
+    """The declared value that a path of plain names leads to, if it does."""
+    match expr:
+        case syntax.Name() if scene.env.instance is not None:
+            member = scene.env.instance.members.get(expr.name)
+            return member if isinstance(member, Quantity) else None
+        case syntax.Index():
+            return declared_value(world, scene, expr.base)
+        case syntax.Member(base=base) if is_path(base):
+            part = _part(world, scene, base)
+            member = part.members.get(expr.name) if part else None
+            if isinstance(member, Quantity):
+                return member
+            return declared_value(world, scene, base) if expr.name in {"x", "y", "z"} else None
+        case _:
+            return None
+
+
+def _part(world: World, scene: Scene, expr: syntax.Expr) -> Instance | None:
+    """The instance that a path of plain names leads to."""
+    match expr:
+        case syntax.Name():
+            above = scene.env.instance
+        case syntax.Member():
+            above = _part(world, scene, expr.base)
+        case _:
+            return None
+    member = above.members.get(expr.name) if above else None
+    built = world.builder.build(member) if isinstance(member, Pending) else None
+    return built if isinstance(built, Instance) else None

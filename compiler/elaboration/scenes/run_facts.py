@@ -1,0 +1,153 @@
+"""How a scene is run: its solver, step and duration, and the accuracy asked of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bgc.diagnostics.catalogue import names, scenes
+from bgc.diagnostics.diagnostic import BgError
+from bgc.elaboration.instances.quantities import component_names
+from bgc.elaboration.instances.scopes import Names, path_of
+from bgc.elaboration.instances.world import World
+from bgc.elaboration.scenes.edits import canonical_path
+from bgc.elaboration.scenes.observed import Observed, units_of
+from bgc.elaboration.scenes.scene import Item, Scene, constant_of
+from bgc.grammar import syntax
+from bgc.ir.graph import Plot, Requirement, SceneFacts, SolverChoice
+from bgc.values.expressions import resolve_path
+from bgc.values.units import Dimension
+
+_SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
+_HERTZ: Dimension = (0, 0, -1, 0, 0, 0, 0)
+_NUMBER: Dimension = (0, 0, 0, 0, 0, 0, 0)
+
+# Options of every solver with their kind; of `atol`, one for all states, any kind.
+_SOLVER_OPTIONS: dict[str, Dimension | None] = {
+    "rtol": _NUMBER,
+    "atol": None,
+    "step": _SECOND,
+    "max_step": _SECOND,
+    "max_steps": _NUMBER,
+    "keep": _NUMBER,
+    "settle": _HERTZ,
+}
+
+
+def read_requirements(world: World, scene: Scene, observed: Observed) -> tuple[Requirement, ...]:
+    """The accuracies asked for, component by component, of any expression or observed column."""
+    found: list[Requirement] = []
+    columns = {o.node: o.name for o in reversed(observed.observations)}
+    for item in scene.every(syntax.Require):
+        with world.report.collecting():
+            expr = _observed_as(scene, item.value)
+            value = world.evaluate(expr, scene.env)
+            tolerance = constant_of(world, scene, item.tolerance, "the tolerance", value.unit)
+            if not tolerance > 0:
+                raise BgError(
+                    [scenes.not_positive(item.tolerance.span, "the tolerance", tolerance)]
+                )
+            labels = component_names(path_of(item.value), value.shape)
+            units = units_of(world, scene, expr, value)
+            for label, unit, node in zip(labels, units, value.nodes, strict=True):
+                own = f"{label} (required)" if label in observed.columns else label
+                name = columns.setdefault(node, own)
+                found.append(Requirement(name, unit, node, tolerance, item.span))
+    return tuple(found)
+
+
+def _observed_as(scene: Scene, expr: syntax.Expr) -> syntax.Expr:
+    """What a column is made of, where an expression is a column's name and nothing else's."""
+    root = scene.env.instance
+    match expr:
+        case syntax.Name(name=name) if root is None or name not in root.members:
+            own = (item.value for item in scene.every(syntax.Observe) if item.alias == name)
+            return next(own, expr)
+        case _:
+            return expr
+
+
+def read_kept(world: World, scene: Scene) -> tuple[str, ...]:
+    """The paths after `keep`."""
+    found = []
+    for item in scene.every(syntax.Keep):
+        with world.report.collecting():
+            resolve_path(item.target, Names(world, scene.env, {}, False), world.dag)
+            found.append(canonical_path(world, item.target, scene.env))
+    return tuple(found)
+
+
+def read_facts(world: World, scene: Scene, observed: Observed) -> SceneFacts:
+    """How the run is made."""
+    run = _only(world, scene, syntax.Run, "run")
+    step = _only(world, scene, syntax.Step, "step")
+    deadline = _only(world, scene, syntax.Deadline, "deadline")
+    solver = _only(world, scene, syntax.Solver, "solver")
+    duration = _time(world, scene, run.duration if run else None, "the duration")
+    every = _time(world, scene, run.every if run else None, "the interval")
+    return SceneFacts(
+        scene.name,
+        scene.model.syntax.name,
+        _solver(world, scene, solver) if solver else None,
+        _time(world, scene, step.value if step else None, "the step"),
+        duration,
+        every,
+        _time(world, scene, deadline.value if deadline else None, "the deadline"),
+        observed.accounts,
+        observed.columns,
+        _plots(world, scene, observed.columns),
+    )
+
+
+def _plots(world: World, scene: Scene, columns: Sequence[str]) -> tuple[Plot, ...]:
+    """The panels of the scene's plot: columns, or vectors by the name their columns share."""
+    vectors = (column.rpartition("[")[0] for column in columns if column.endswith("]"))
+    known = dict.fromkeys(("time", *columns, *vectors))
+    found = []
+    for item in scene.every(syntax.Plot):
+        with world.report.collecting():
+            paths = (*item.columns, *((item.against,) if item.against else ()))
+            for path in paths:
+                if path_of(path) not in known:
+                    raise BgError([scenes.plot_unobserved(path.span, path_of(path), list(known))])
+            drawn = tuple(path_of(path) for path in item.columns)
+            found.append(Plot(drawn, path_of(item.against) if item.against else None))
+    return tuple(found)
+
+
+def _only(world: World, scene: Scene, kind: type[Item], what: str) -> Item | None:
+    found = list(scene.every(kind))
+    if len(found) > 1:
+        world.report.add(scenes.said_twice(found[1].span, what, found[0].span))
+    return found[0] if found else None
+
+
+def _time(world: World, scene: Scene, expr: syntax.Expr | None, what: str) -> float | None:
+    """A time in seconds; a number without a unit, `2*pi` too, is in seconds."""
+    if expr is None:
+        return None
+    with world.report.collecting():
+        is_plain = world.evaluate(expr, scene.env).unit == _NUMBER
+        number = constant_of(world, scene, expr, what, None if is_plain else _SECOND)
+        if not number > 0:
+            raise BgError([scenes.not_positive(expr.span, what, number)])
+        return number
+    return None
+
+
+def _solver(world: World, scene: Scene, solver: syntax.Solver) -> SolverChoice | None:
+    options: dict[str, float] = {}
+    for argument in solver.arguments:
+        with world.report.collecting():
+            if argument.name is None or isinstance(argument.value, syntax.Text):
+                what = f"solver `{solver.name}`"
+                raise BgError([scenes.device_option(argument.span, what)])
+            name = argument.name
+            if name not in _SOLVER_OPTIONS:
+                raise BgError([scenes.unknown_option(argument.span, name, tuple(_SOLVER_OPTIONS))])
+            if name in options:
+                raise BgError([names.given_twice(argument.span, name, solver.arguments[0].span)])
+            unit = _SOLVER_OPTIONS[name]
+            options[name] = constant_of(world, scene, argument.value, f"`{name}`", unit)
+            if not options[name] > 0:
+                raise BgError([scenes.not_positive(argument.span, f"`{name}`", options[name])])
+    return SolverChoice(solver.name, tuple(options.items()), solver.span)

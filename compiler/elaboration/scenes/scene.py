@@ -1,0 +1,121 @@
+"""The scene that is compiled: its model, its statements, its devices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from bgc.algebra.evaluate import to_double
+from bgc.diagnostics.catalogue import scenes, values
+from bgc.diagnostics.catalogue import shapes as shape_messages
+from bgc.diagnostics.diagnostic import BgError
+from bgc.elaboration.instances.scopes import Names
+from bgc.elaboration.instances.tree import Environment
+from bgc.elaboration.instances.world import World
+from bgc.grammar import syntax
+from bgc.ir.graph import Node
+from bgc.resolution.modules import Declared, Package
+from bgc.values.expressions import evaluate_constant
+from bgc.values.units import Dimension, describe_dimension
+from bgc.values.value import describe_shape
+
+Item = TypeVar("Item", bound=syntax.SceneItem)
+
+
+@dataclass(slots=True, eq=False)
+class Device:
+    """A device of the scene: which channels are read, and the commands given to it."""
+
+    item: syntax.Device
+    first: int
+    inputs: dict[str, int]  # channel -> index of its first INPUT symbol
+    commands: dict[tuple[str, int], Node] = field(default_factory=dict)
+
+
+@dataclass(slots=True, eq=False)
+class Scene:
+    """The chosen scene: its model, its statements, and the environment they are written in."""
+
+    name: str
+    model: Declared[syntax.Model]
+    use: syntax.TypeUse
+    items: tuple[syntax.SceneItem, ...]
+    env: Environment
+    implicit: bool
+    devices: dict[str, Device] = field(default_factory=dict)
+
+    def every(self, kind: type[Item]) -> Iterator[Item]:
+        """The statements of one kind, in order."""
+        return (item for item in self.items if isinstance(item, kind))
+
+
+def stands_alone(package: Package) -> bool:
+    """Whether a file can be compiled as it is: it has a scene, or a model that lacks nothing.
+
+    A file of library parts does not: its models have ports to bond and values to be given.
+    """
+    root = package.root
+    if root.scenes or not root.file.declarations:  # an empty file is no library either
+        return True
+    return bool(root.own_models) and not _lacks(root.own_models[-1], frozenset())
+
+
+def _lacks(model: Declared[syntax.Model], given: frozenset[str]) -> bool:
+    """Whether a model has ports, dimensions or values that someone else has to fill."""
+    if any(formal.default is None for formal in model.syntax.formals):
+        return True
+    for item in model.syntax.items:
+        match item:
+            case syntax.Port():
+                return True
+            case syntax.Value(kind="param" | "input", value=None) if item.name not in given:
+                return True
+    base = model.syntax.base
+    above = model.module.models.get(base.name) if base else None
+    if base is None or above is None or above.syntax.interface:
+        return False
+    return _lacks(above, given | {a.name for a in base.arguments if a.name is not None})
+
+
+def choose_scene(package: Package, name: str | None) -> Scene:
+    """The scene of that name, the file's first, or an implicit one of its last model."""
+    module = package.root
+    found = module.scenes
+    if name is not None:
+        chosen = [scene for scene in found if scene.name == name]
+        if not chosen:
+            raise BgError([scenes.unknown_scene(name, [scene.name for scene in found])])
+        found = tuple(chosen)
+    env = Environment(None, module, {})
+    if found:
+        scene = found[0]
+        model = module.models[scene.model.name]
+        return Scene(scene.name, model, scene.model, scene.items, env, implicit=False)
+    models = module.own_models
+    if not models:
+        raise BgError([scenes.nothing_to_run(module.file.source.name)])
+    complete = [m for m in models if all(f.default is not None for f in m.syntax.formals)]
+    model = (complete or models)[-1]
+    span = model.syntax.name_span
+    if not complete:
+        raise BgError([scenes.only_dimensioned(span, model.syntax.name)])
+    use = syntax.TypeUse(model.syntax.name, (), (), span, span)
+    return Scene("", model, use, (), env, implicit=True)
+
+
+def constant_of(
+    world: World, scene: Scene, expr: syntax.Expr, what: str, unit: Dimension | None
+) -> float:
+    """A number known at compile time, in SI units, of the kind asked for."""
+    value = world.evaluate(expr, scene.env)
+    found = value.unit
+    if unit is not None and found is not None and found != unit:
+        expected = describe_dimension(unit)
+        raise BgError([values.wrong_unit(expr.span, what, expected, describe_dimension(found))])
+    if len(value.nodes) != 1:
+        raise BgError(
+            [shape_messages.wrong_shape(expr.span, what, "a scalar", describe_shape(value.shape))]
+        )
+    exact = evaluate_constant(expr, Names(world, scene.env, {}, False), world.dag, what)
+    return to_double(exact)

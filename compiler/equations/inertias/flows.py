@@ -1,0 +1,185 @@
+"""How the flows of merged inertias follow from each other, step by step.
+
+The rows that the elimination left are used as they stand: `N` is never multiplied out. Flows go
+forward through them, momenta and efforts backward, and where a modulus turns, the momentum
+behind it acts on the flow before it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from itertools import product
+
+from bgc.algebra.dag import Level
+from bgc.algebra.quadratic import Definition, Form, Minimum, Row, minimise
+from bgc.equations.inertias.groups import Group, inertias_of
+from bgc.equations.storage.kinds import StorageElement
+from bgc.equations.variables.variables import Variables
+from bgc.ir.causal import BasisKind
+from bgc.ir.graph import Node
+
+
+def reduced_flows(
+    variables: Variables, group: Group, momenta: Mapping[int, Node]
+) -> dict[int, Node]:
+    """`u = (N' M N)^-1 (pi - N' M N_s s)` over the independent flows of a group.
+
+    `momenta` gives pi. The flows come as raw nodes in each other and in other flows.
+
+    Raises
+    ------
+    SingularFormError
+        The common inertia is always singular.
+    """
+    dag, causal = variables.dag, variables.causal
+    number_of = {k: causal.basis[k].bond_class for k in momenta}
+    form = _kinetic_energy(variables, group.elements)
+    form.vector.update({number_of[k]: node for k, node in momenta.items()})
+    minima = minimise(
+        dag,
+        causal.fingerprints,
+        form,
+        _definitions_of(variables, group.elements, group.flows),
+        list(number_of.values()),
+    )
+    nodes = {minimum.variable: _value(variables, minimum) for minimum in minima}
+    return {k: nodes[number] for k, number in number_of.items()}
+
+
+def _value(variables: Variables, minimum: Minimum) -> Node:
+    dag, symbols = variables.dag, variables.symbols
+    known = dag.sum(dag.mul(c, symbols.of_class(other)) for other, c in minimum.row.items())
+    return dag.div(dag.sub(minimum.offset, known), minimum.pivot)
+
+
+def _kinetic_energy(variables: Variables, elements: Sequence[StorageElement]) -> Form:
+    """`1/2 f' M f` over the classes of the elements' ports."""
+    dag, class_of = variables.dag, variables.causal.class_of
+    matrix: dict[int, Row] = {}
+    for element in elements:
+        assert element.law.capacity is not None
+        for port, other in product(inertias_of(element), repeat=2):
+            i, j = sorted((port.port.position, other.port.position))
+            entry = element.law.capacity[i][j]
+            if port.port.turn_through != other.port.turn_through:
+                entry = dag.neg(entry)
+            row = matrix.setdefault(class_of[port.port.bond], {})
+            column = class_of[other.port.bond]
+            row[column] = dag.add(row.get(column, dag.zero), entry)
+    kept = {k: {j: x for j, x in row.items() if x != dag.zero} for k, row in matrix.items()}
+    return Form(kept, {})
+
+
+def _definitions_of(
+    variables: Variables, elements: Sequence[StorageElement], flows: Collection[int]
+) -> list[Definition]:
+    """The definitions behind the flows of a group's ports; `flows` are its own in the basis.
+
+    Where these seem to hold flows that in truth cancel, the rows of `N` itself.
+    """
+    causal = variables.causal
+    basis = causal.basis
+    definitions = flow_definitions(variables)
+    classes = dict.fromkeys(
+        causal.class_of[port.port.bond] for element in elements for port in inertias_of(element)
+    )
+    reached = set(classes)
+    stack = list(classes)
+    while stack:
+        definition = definitions.get(stack.pop())
+        new = set(definition.row) - reached if definition is not None else set()
+        reached |= new
+        stack.extend(new)
+    foreign = {
+        independent.bond_class
+        for k, independent in enumerate(basis)
+        if independent.kind is not BasisKind.FLOW_SOURCE and k not in flows
+    }
+    if reached.isdisjoint(foreign):
+        return [definition for number, definition in definitions.items() if number in reached]
+    return [
+        Definition(number, {basis[k].bond_class: entry for k, entry in causal.flows[number]})
+        for number in classes
+        if number in definitions
+    ]
+
+
+def flow_definitions(variables: Variables) -> dict[int, Definition]:
+    """What each dependent class follows from, in an order in which none is in a later row.
+
+    Sources that stand still are left out.
+    """
+    dag, causal = variables.dag, variables.causal
+    still = {
+        independent.bond_class
+        for k, independent in enumerate(causal.basis)
+        if independent.kind is BasisKind.FLOW_SOURCE and variables.independent(k) == dag.zero
+    }
+    found = {}
+    for step in causal.steps:
+        pivot = dict(step.working)[step.dependent]
+        row = {
+            number: dag.neg(dag.div(entry, pivot))
+            for number, entry in step.working
+            if number != step.dependent and number not in still
+        }
+        found[step.dependent] = Definition(step.dependent, row)
+    return found
+
+
+def turning_forces(variables: Variables, elements: Sequence[StorageElement]) -> dict[int, Node]:
+    """`N' bias - (dN/dt)' p` of merged inertias, as forces on the classes where they arise.
+
+    Behind a modulus c that turns there is a momentum P, gathered from all inertias beyond; on
+    the class before it acts `-c' P`. The forces of the other classes follow as those of all
+    elements do, by way of the rows.
+    """
+    dag, causal = variables.dag, variables.causal
+    momenta: dict[int, Node] = {}
+    forces: dict[int, Node] = {}
+
+    def collect(totals: dict[int, Node], number: int, node: Node) -> None:
+        totals[number] = dag.add(totals.get(number, dag.zero), node)
+
+    for element in elements:
+        for port in inertias_of(element):
+            number, sign = causal.class_of[port.port.bond], port.port.turn_through
+            collect(momenta, number, variables.symbols.turned(port.state, sign))
+            collect(forces, number, variables.symbols.turned(port.bias, sign))
+    for step, definition in zip(causal.steps, flow_definitions(variables).values(), strict=True):
+        behind = momenta.get(definition.variable, dag.zero)
+        if behind == dag.zero:
+            continue
+        for number, modulus in definition.row.items():
+            collect(momenta, number, dag.mul(modulus, behind))
+            if dag.level[modulus] > Level.PARAM:
+                turning = variables.rate_of(modulus, causal.rows[step.row].element)
+                collect(forces, number, dag.neg(dag.mul(turning, behind)))
+    return forces
+
+
+def momenta_of(
+    variables: Variables, elements: Sequence[StorageElement], flows: Mapping[int, Node]
+) -> dict[int, Node]:
+    """`N' M (N u + N_s s)` of the inertias of a group, whose laws are linear, u being given.
+
+    Independent flow -> its flow gives independent flow -> its momentum.
+    """
+    dag, basis = variables.dag, variables.causal.basis
+    definitions = _definitions_of(variables, elements, flows)
+    values = {
+        independent.bond_class: flows[k] if k in flows else variables.independent(k)
+        for k, independent in enumerate(basis)
+        if k in flows or independent.kind is BasisKind.FLOW_SOURCE
+    }
+    for definition in reversed(definitions):
+        terms = definition.row.items()
+        values[definition.variable] = dag.sum(dag.mul(c, values[k]) for k, c in terms)
+    momenta: dict[int, Node] = {}
+    for number, row in _kinetic_energy(variables, elements).matrix.items():
+        momenta[number] = dag.sum(dag.mul(m, values[k]) for k, m in row.items())
+    for definition in definitions:
+        behind = momenta.get(definition.variable, dag.zero)
+        for number, c in definition.row.items():
+            momenta[number] = dag.add(momenta.get(number, dag.zero), dag.mul(c, behind))
+    return {k: momenta.get(basis[k].bond_class, dag.zero) for k in flows}

@@ -1,0 +1,71 @@
+"""Inertias that depend on each other, found by the independent flows they share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from bgc.causality.regions import Forest
+from bgc.diagnostics.catalogue import storage as storage_messages
+from bgc.diagnostics.diagnostic import BgError
+from bgc.equations.storage.kinds import StorageElement, StoragePort
+from bgc.equations.variables.variables import Variables
+from bgc.ir.causal import BasisKind, Role
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Elements whose inertias depend on each other, and the independent flows they share."""
+
+    elements: tuple[StorageElement, ...]
+    flows: tuple[int, ...]  # indices in the basis, of kind inertia
+
+    @property
+    def ports(self) -> list[StoragePort]:
+        """The inertias of all elements; an IC may have compliances beside them."""
+        return [port for element in self.elements for port in inertias_of(element)]
+
+    def names(self) -> list[str]:
+        """The elements' names."""
+        return [element.storage.name for element in self.elements]
+
+
+def inertias_of(element: StorageElement) -> list[StoragePort]:
+    """The ports that answer with the through variable."""
+    return [port for port in element.ports if port.port.role is Role.INERTIA]
+
+
+def find_groups(variables: Variables, elements: Sequence[StorageElement]) -> list[Group]:
+    """Elements with inertias, connected by the independent flows these determine."""
+    basis = variables.causal.basis
+    chosen = [element for element in elements if inertias_of(element)]
+    shared = [
+        sorted({k for p in inertias_of(e) for k in p.flow if basis[k].kind is BasisKind.INERTIA})
+        for e in chosen
+    ]
+    forest = Forest(len(chosen) + len(basis))
+    for index, flows in enumerate(shared):
+        forest.join([index, *(len(chosen) + k for k in flows)])
+    members: dict[int, list[int]] = {}
+    for index in range(len(chosen)):
+        members.setdefault(forest.find(index), []).append(index)
+    return [
+        Group(
+            tuple(chosen[i] for i in indices),
+            tuple(sorted({k for i in indices for k in shared[i]})),
+        )
+        for indices in members.values()
+    ]
+
+
+def shortened(names: list[str]) -> str:
+    """A few names as they are, of many the first two."""
+    shown = names if len(names) <= 3 else [*names[:2], f"{len(names) - 2} more"]
+    return ", ".join(shown)
+
+
+def cannot_merge(group: Group, why: str) -> BgError:
+    """The error that refuses a group, named after its first element."""
+    first = group.elements[0].storage
+    others = group.names()[1:]
+    return BgError([storage_messages.dependent_storage(first.span, first.name, others, why)])

@@ -1,0 +1,143 @@
+"""Dependent inertias merged: one momentum for each flow that rigid connections make one.
+
+Inertias on flows `N u` are merged into the generalised momentum `pi = N' p` (Karnopp's IC
+field): `u` follows from `pi` by the reduced mass `N' M N`, and
+
+    pi' = -(the other efforts on u) + (dN/dt)' p,
+
+in which no rate of an effort or of a source occurs. The reduced mass is symmetric positive
+definite; with a law that is not linear its equations are solved by iteration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bgc.algebra.dag import Kind
+from bgc.algebra.quadratic import SingularFormError
+from bgc.equations.inertias.audit import MergedAudit, MergedGroup
+from bgc.equations.inertias.flows import reduced_flows, turning_forces
+from bgc.equations.inertias.groups import Group, cannot_merge, find_groups, shortened
+from bgc.equations.inertias.initial import initial_momenta
+from bgc.equations.storage.accounts import is_symmetric
+from bgc.equations.storage.integrated import charge_state, integrate_compliances
+from bgc.equations.storage.kinds import IntegratedState, StorageElement, state_unit
+from bgc.equations.variables.variables import Explicit, Unknown, Variables
+from bgc.ir.causal import Role
+from bgc.ir.graph import LinearLaw, Node
+
+
+def merge_inertias(
+    variables: Variables, elements: Sequence[StorageElement]
+) -> list[IntegratedState]:
+    """Define momenta and independent flows of dependent inertias; their states."""
+    groups = find_groups(variables, elements)
+    together = [element for group in groups for element in group.elements]
+    variables.balances.turning = turning_forces(variables, together)
+    states = [s for element in together for s in integrate_compliances(variables, element)]
+    audit = MergedAudit(variables)
+    for group in groups:
+        _refuse_without_energy(variables, group)
+        states += _merge_inertia_group(variables, group, audit)
+    audit.finish(complete=all(_is_linear(group) for group in groups))
+    return states
+
+
+def _merge_inertia_group(
+    variables: Variables, group: Group, audit: MergedAudit
+) -> list[IntegratedState]:
+    """The states of a group, which is checked where its laws are linear."""
+    dag, causal = variables.dag, variables.causal
+    merged = {k: variables.new_state(Kind.MOMENTUM) for k in group.flows}
+    for element in group.elements:
+        _define_momenta(variables, element)
+    flows = None
+    if _is_linear(group):
+        audit.require_definite(group)
+        flows = _reduced_flows(variables, group, merged)
+        audit.note(MergedGroup(group, merged, flows))
+    else:
+        audit.require_held(group)
+    for k, state in merged.items():
+        number = causal.basis[k].bond_class
+        if flows is not None:
+            variables.set_flow(number, Explicit(flows[k]))
+        else:
+            moved = dag.sum(dag.mul(p.flow[k], p.state) for p in group.ports if k in p.flow)
+            variables.set_flow(number, Unknown())
+            variables.add_equation(dag.sub(state, moved), variables.symbols.of_class(number))
+    states = [
+        charge_state(variables, element, position)
+        for element in group.elements
+        for position, port in enumerate(element.ports)
+        if port.charge is not None and port.port.role is Role.INERTIA
+    ]
+    held = {k: _held(group, k) for k in merged}
+    names = _merged_names(held, "p")
+    start = initial_momenta(variables, group.elements, list(merged))
+    for k, state in merged.items():
+        first = next(p for p in group.ports if k in p.flow)
+        states.append(
+            IntegratedState(
+                state,
+                names[k],
+                state_unit(variables, first.port, momentum=not first.port.dual),
+                "displacement" if first.port.dual else "momentum",
+                variables.balances.merged_balance(causal.basis[k].bond_class),
+                start[k],
+                None,
+                held[k],
+                flow=k,
+            )
+        )
+    return states
+
+
+def _refuse_without_energy(variables: Variables, group: Group) -> None:
+    """An inertia that is not symmetric has no kinetic energy, so none in common with others."""
+    for element in group.elements:
+        law = element.storage.law
+        if isinstance(law, LinearLaw) and not is_symmetric(variables, law.matrix):
+            raise cannot_merge(group, f"the inertia of `{element.storage.name}` is not symmetric")
+
+
+def _is_linear(group: Group) -> bool:
+    return all(element.law.capacity is not None for element in group.elements)
+
+
+def _define_momenta(variables: Variables, element: StorageElement) -> None:
+    """A merged inertia's momenta follow from its flows; its efforts are their rates."""
+    dag = variables.dag
+    flows = [variables.symbols.port_through(port.port) for port in element.ports]
+    for position, port in enumerate(element.ports):
+        if port.port.role is not Role.INERTIA:
+            continue
+        if element.law.capacity is not None:
+            node = dag.dot(element.law.capacity[position], flows)
+            variables.set_definition(port.state, Explicit(node), port.port.element)
+        else:
+            variables.set_definition(port.state, Unknown(), port.port.element)
+            variables.add_equation(dag.sub(flows[position], port.answer), port.state)
+        variables.set_rate_of(port.index, port.state, port.bias)
+
+
+def _reduced_flows(variables: Variables, group: Group, merged: dict[int, Node]) -> dict[int, Node]:
+    try:
+        return reduced_flows(variables, group, merged)
+    except SingularFormError:
+        raise cannot_merge(group, "their common inertia is singular") from None
+
+
+def _held(group: Group, k: int) -> tuple[str, ...]:
+    """The elements that a merged momentum belongs to."""
+    return tuple(e.storage.name for e in group.elements if any(k in p.flow for p in e.ports))
+
+
+def _merged_names(held: dict[int, tuple[str, ...]], letter: str) -> dict[int, str]:
+    """A name for each merged momentum: the elements on its flow."""
+    names: dict[int, str] = {}
+    for k, elements in held.items():
+        name = f"merged({shortened(list(elements))}).{letter}"
+        again = sum(1 for other in names.values() if other.split("#")[0] == name)
+        names[k] = f"{name}#{again + 1}" if again else name
+    return names

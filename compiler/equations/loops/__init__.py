@@ -1,0 +1,1 @@
+"""Algebraic loops and implicit equations, and the definitions resolved in order."""

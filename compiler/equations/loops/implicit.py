@@ -1,0 +1,213 @@
+"""Equations that are not assignments: those of unknowns, and those the user wrote.
+
+The unknowns of the graph (`Variables.equations`) are paired with equations that hold them, so
+that each can be solved where it stands. The user's equations become rows of the mass matrix:
+linear in the rates with coefficients that no state changes, or else by a rate as an unknown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from bgc.algebra.dag import Dag, Kind, Level
+from bgc.algebra.derivatives import gradient
+from bgc.algebra.matching import match
+from bgc.diagnostics.catalogue import causality as catalogue
+from bgc.diagnostics.diagnostic import BgError
+from bgc.equations.loops.resolve import Resolver
+from bgc.equations.variables.variables import Explicit, Rate, Unknown, Variables
+from bgc.ir.graph import Equation, Node
+
+# --- unknowns of the graph ----------------------------------------------------------------------
+
+
+def pair_equations(variables: Variables) -> dict[Node, Node]:
+    """Unknown -> the residual it is solved from, such that each residual holds its unknown.
+
+    Raises
+    ------
+    BgError
+        There is no such pairing: the equations are singular.
+    """
+    residuals = [residual for residual, _ in variables.equations]
+    unknowns = [unknown for _, unknown in variables.equations]
+    if not unknowns:
+        return {}
+    held = _unknowns_in(variables, residuals, unknowns)
+    meant = {i: i for i in range(len(unknowns)) if held[i] >> i & 1}
+    pairs = match(
+        [[j for j in range(len(unknowns)) if held[i] >> j & 1] for i in range(len(residuals))],
+        meant,
+    )
+    lonely = [unknowns[i] for i in range(len(residuals)) if i not in pairs]
+    if lonely:
+        raise variables.places.unsolvable(lonely)
+    return {unknowns[j]: residuals[i] for i, j in pairs.items()}
+
+
+def _unknowns_in(
+    variables: Variables, residuals: Sequence[Node], unknowns: Sequence[Node]
+) -> list[int]:
+    """For each residual the set (bits) of unknowns that it holds through all definitions."""
+    bit = {unknown: 1 << k for k, unknown in enumerate(unknowns)}
+    found: dict[Node, int] = dict(bit)
+    for root in residuals:
+        if root in found:
+            continue
+        stack = [(root, iter(_parts(variables, root)))]
+        found[root] = 0
+        while stack:
+            node, parts = stack[-1]
+            for part in parts:
+                if part not in found:
+                    found[part] = 0
+                    stack.append((part, iter(_parts(variables, part))))
+                    break
+                found[node] |= found[part]
+            else:
+                stack.pop()
+                if stack:
+                    found[stack[-1][0]] |= found[node]
+    return [found[root] for root in residuals]
+
+
+def _parts(variables: Variables, node: Node) -> tuple[Node, ...]:
+    """What a raw node is made of; nothing of a state, a parameter, time or an unknown."""
+    symbol = variables.dag.symbol_of(node)
+    if symbol is None:
+        return variables.dag.operands(node)
+    if node not in variables.definitions and symbol.kind not in {Kind.EFFORT, Kind.FLOW}:
+        return ()
+    match variables.define(node):
+        case Explicit(inner):
+            return (inner,)
+        case Rate(of):
+            return (of,)
+        case Unknown():
+            return ()
+
+
+# --- the user's equations -----------------------------------------------------------------------
+
+
+ImplicitRows: TypeAlias = dict[int, tuple[Node, dict[int, Node]]]
+"""Program row -> its final right-hand side and entries of the mass matrix (none: algebraic)."""
+
+
+def implicit_rows(variables: Variables, resolver: Resolver, first: int) -> ImplicitRows:
+    """The rows for declared states without a derivative, and for unknowns.
+
+    `first` is the number of the first declared state. Equations whose rates are a combination of
+    other equations' are combined with these, so that what they say without rates stands alone.
+
+    Raises
+    ------
+    BgError
+        The equations do not hold what they have to determine.
+    """
+    graph, dag = variables.causal.graph, variables.dag
+    open_states = [s for s in graph.states if s.derivative is None]
+    wanted = [first + s.index for s in open_states]
+    wanted += [first + len(graph.states) + u.index for u in graph.unknowns]
+    names = [s.name for s in open_states] + [u.name for u in graph.unknowns]
+    assert len(graph.equations) == len(wanted), "elaboration counts equations and unknowns"
+    if not wanted:
+        return {}
+    known = {
+        dag.symbol(Kind.RATE, s.index): s.derivative
+        for s in graph.states
+        if s.derivative is not None
+    }
+    raw = dag.substitute([e.residual for e in graph.equations], known)
+    rates = {dag.symbol(Kind.RATE, s.index): first + s.index for s in open_states}
+    forms = [
+        _linear_in_rates(dag, resolver.resolve(node), rates, equation)
+        for node, equation in zip(raw, graph.equations, strict=True)
+    ]
+    forms = _with_algebraic_rows(variables, forms)
+    place = {number: k for k, number in enumerate(wanted)}
+    candidates = []
+    for right, entries in forms:
+        by_rate = [place[number] for number in entries]
+        held = {
+            symbol.index
+            for symbol in map(dag.symbol_of, dag.reachable([right]))
+            if symbol is not None and symbol.kind is Kind.STATE and symbol.index in place
+        }
+        by_value = sorted(place[number] for number in held if place[number] not in by_rate)
+        candidates.append(by_rate + by_value)
+    pairs = match(candidates, {})
+    if len(pairs) < len(wanted):
+        missing = [names[k] for k in range(len(wanted)) if k not in pairs.values()]
+        loose = next(i for i in range(len(forms)) if i not in pairs)
+        raise BgError([catalogue.singular_equations(graph.equations[loose].span, missing)])
+    return {wanted[k]: forms[i] for i, k in pairs.items()}
+
+
+def _linear_in_rates(
+    dag: Dag, residual: Node, rates: Mapping[Node, int], equation: Equation
+) -> tuple[Node, dict[int, Node]]:
+    """`sum entry * rate = right`, from `residual = 0`."""
+    present = [node for node in dag.reachable([residual]) if node in rates]
+    slopes = gradient(dag, residual, present)
+    if any(dag.level[slope] > Level.PARAM for slope in slopes):
+        raise BgError([catalogue.rate_not_linear(equation.span)])
+    (rest,) = dag.substitute([residual], dict.fromkeys(present, dag.zero))
+    return dag.neg(rest), {rates[n]: slope for n, slope in zip(present, slopes, strict=True)}
+
+
+_Form: TypeAlias = tuple[Node, dict[int, Node]]
+
+
+@dataclass(frozen=True, slots=True)
+class _Reduced:
+    """A form less multiples of earlier ones, and the pivots that were divided by for that."""
+
+    right: Node
+    entries: dict[int, Node]
+    pivots: tuple[Node, ...]
+
+
+def _with_algebraic_rows(variables: Variables, forms: Sequence[_Form]) -> list[_Form]:
+    """The forms, those that elimination leaves without rates as what it leaves of them."""
+    result = list(forms)
+    earlier: list[tuple[int, _Reduced]] = []  # column of the pivot
+    for k, (right, entries) in enumerate(forms):
+        row = _Reduced(right, dict(entries), ())
+        for column, pivot_row in earlier:
+            if column in row.entries:
+                row = _less(variables, row, column, pivot_row)
+        if row.entries:
+            best = min(row.entries, key=lambda j: _preference(variables, row.entries[j]))
+            earlier.append((best, row))
+        elif entries:
+            result[k] = (row.right, {})
+            for pivot in row.pivots:
+                if variables.dag.level[pivot] == Level.PARAM:
+                    variables.watch(pivot, "the equations for the rates are singular")
+    return result
+
+
+def _less(variables: Variables, row: _Reduced, column: int, pivot_row: _Reduced) -> _Reduced:
+    """A row less the multiple of a pivot row that removes a column."""
+    dag, fingerprints = variables.dag, variables.causal.fingerprints
+    pivot = pivot_row.entries[column]
+    factor = dag.div(row.entries[column], pivot)
+    entries = {j: node for j, node in row.entries.items() if j != column}
+    for j, node in pivot_row.entries.items():
+        if j == column:
+            continue
+        left = dag.sub(entries.pop(j, dag.zero), dag.mul(factor, node))
+        if not fingerprints.is_zero(left):
+            entries[j] = left
+    right = dag.sub(row.right, dag.mul(factor, pivot_row.right))
+    return _Reduced(right, entries, (*row.pivots, pivot, *pivot_row.pivots))
+
+
+def _preference(variables: Variables, node: Node) -> int:
+    """Numbers are the best pivots, then parameters that are not zero by default."""
+    if variables.dag.level[node] == Level.CONST:
+        return 0
+    return 1 if variables.default(node) else 2

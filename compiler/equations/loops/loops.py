@@ -1,0 +1,414 @@
+"""Algebraic loops: variables that depend on each other at one instant.
+
+A loop is torn at the unknowns of equations, and at as many other variables as it takes to leave
+no circle. If the torn variables enter linearly, they are solved for once and for all, in the
+DAG; a single one also if its law can be turned round (`inversion`). Otherwise each becomes an
+algebraic state with a zero row in the mass matrix, which the integrators solve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from bgc.algebra.dag import Dag, Kind, Level, Op
+from bgc.algebra.derivatives import gradient
+from bgc.algebra.fingerprint import Fingerprints
+from bgc.algebra.inversion import solve_for
+from bgc.algebra.modular import Solutions, solutions_of
+from bgc.algebra.signs import Signs
+from bgc.algebra.solving import SingularSystemError, solve_general
+from bgc.diagnostics.diagnostic import BgError
+from bgc.equations.variables.variables import Explicit, Rate, Variables
+from bgc.ir.graph import Node
+from bgc.ir.program import Loop, LoopKind, LoopSolution, PositiveParameter
+
+
+@dataclass(frozen=True, slots=True)
+class AlgebraicState:
+    """An unknown carried as a state: the raw symbol, and the final residual that is zero."""
+
+    symbol: Node
+    residual: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Solved:
+    """Final nodes of all members of a loop, the states it left, and what to say of it."""
+
+    final: dict[Node, Node]
+    states: list[AlgebraicState]
+    loop: Loop
+
+
+def solve_loop(
+    variables: Variables,
+    equation_of: Mapping[Node, Node],
+    members: Sequence[Node],
+    outside: Mapping[Node, Node],
+    first_state: int,
+) -> Solved:
+    """Solve the nodes of one strongly connected set.
+
+    `outside` holds the final nodes of all that the loop needs from elsewhere.
+
+    Raises
+    ------
+    BgError
+        The loop has no single solution, or needs the rate of what it decides on.
+    """
+    loop = _Loop(variables, equation_of, members, outside)
+    torn = loop.tear()
+    residuals = [loop.target(symbol) for symbol in torn]
+    order = loop.order_without(torn, residuals)
+    forms = loop.linear_forms(torn, order)
+    if forms is not None:
+        system = loop.linear_system(torn, residuals, forms)
+        solution = loop.solve_linear(system)
+        if solution is not None:
+            report = loop.report(torn, system.kind, LoopSolution.ELIMINATION)
+            return Solved(loop.evaluate(order, solution), [], report)
+    dag = variables.dag
+    solution = {symbol: dag.symbol(Kind.STATE, first_state + k) for k, symbol in enumerate(torn)}
+    final = loop.evaluate(order, solution)
+    if forms is None and len(torn) == 1:
+        inverted = loop.invert(torn[0], residuals[0], final, solution[torn[0]])
+        if inverted is not None:
+            report = loop.report(torn, LoopKind.NONLINEAR, LoopSolution.CLOSED_FORM)
+            return Solved(loop.evaluate(order, {torn[0]: inverted}), [], report)
+    states = []
+    for symbol, target in zip(torn, residuals, strict=True):
+        value = final[target] if target in final else outside[target]
+        residual = value if symbol in equation_of else dag.sub(value, solution[symbol])
+        states.append(AlgebraicState(symbol, residual))
+    loop.require_regular(states, [solution[symbol] for symbol in torn])
+    kind = LoopKind.NONLINEAR if forms is None else LoopKind.VARYING
+    return Solved(final, states, loop.report(torn, kind, LoopSolution.NEWTON))
+
+
+_Form = tuple[dict[Node, Node], Node]  # coefficients of torn variables, and the rest
+
+
+@dataclass(frozen=True, slots=True)
+class _System:
+    """`matrix * torn = right`, a sparse row for each."""
+
+    torn: Sequence[Node]
+    matrix: list[dict[int, Node]]
+    right: list[Node]
+    kind: LoopKind
+
+
+class _Loop:
+    def __init__(
+        self,
+        variables: Variables,
+        equation_of: Mapping[Node, Node],
+        members: Sequence[Node],
+        outside: Mapping[Node, Node],
+    ) -> None:
+        self._variables = variables
+        self._dag: Dag = variables.dag
+        self._fingerprints: Fingerprints = variables.causal.fingerprints
+        self._equation_of = equation_of
+        self._members = set(members)
+        self._outside = outside
+        symbols = [m for m in members if self._dag.op[m] == Op.SYMBOL]
+        if any(isinstance(variables.define(s), Rate) for s in symbols):
+            raise variables.places.rate_in_loop(symbols)
+        self._symbols = sorted(symbols)
+        self._signs = Signs(self._dag, variables.defaults)
+
+    def target(self, symbol: Node) -> Node:
+        """The raw node that a symbol is computed from, or that has to be zero."""
+        if symbol in self._equation_of:
+            return self._equation_of[symbol]
+        definition = self._variables.define(symbol)
+        assert isinstance(definition, Explicit)
+        return definition.node
+
+    def _inside(self, node: Node) -> Iterator[Node]:
+        """What a member needs of the loop."""
+        needs = (
+            (self.target(node),) if self._dag.op[node] == Op.SYMBOL else self._dag.operands(node)
+        )
+        return (x for x in needs if x in self._members)
+
+    # --- tearing ----------------------------------------------------------------------------
+
+    def tear(self) -> list[Node]:
+        """The unknowns of equations, and a symbol of every circle that is left."""
+        torn = {s for s in self._symbols if s in self._equation_of}
+        done: set[Node] = set()
+        for start in self._symbols:
+            if start in done or start in torn:
+                continue
+            path: dict[Node, None] = {start: None}
+            stack = [(start, self._inside(start))]
+            while stack:
+                node, needs = stack[-1]
+                for needed in needs:
+                    if needed in torn or needed in done:
+                        continue
+                    if needed in path:
+                        torn.add(self._last_symbol(path, needed))
+                        continue
+                    path[needed] = None
+                    stack.append((needed, self._inside(needed)))
+                    break
+                else:
+                    stack.pop()
+                    path.pop(node)
+                    done.add(node)
+        return sorted(torn)
+
+    def _last_symbol(self, path: Mapping[Node, None], start: Node) -> Node:
+        """The last symbol on the circle that runs from `start` to the end of the path."""
+        for node in reversed(list(path)):
+            if self._dag.op[node] == Op.SYMBOL:
+                return node
+            if node == start:
+                break
+        raise AssertionError("a circle without a symbol")
+
+    def order_without(self, torn: Sequence[Node], roots: Sequence[Node]) -> list[Node]:
+        """All members but the torn ones, each after what it needs."""
+        done = set(torn)
+        order: list[Node] = []
+        for root in (*roots, *self._symbols):
+            if root in done or root not in self._members:
+                continue
+            stack = [(root, self._inside(root))]
+            entered = {root}
+            while stack:
+                node, needs = stack[-1]
+                for needed in needs:
+                    if needed not in done and needed not in entered:
+                        entered.add(needed)
+                        stack.append((needed, self._inside(needed)))
+                        break
+                else:
+                    stack.pop()
+                    done.add(node)
+                    order.append(node)
+        return order
+
+    # --- linear loops -----------------------------------------------------------------------
+
+    def linear_forms(self, torn: Sequence[Node], order: Sequence[Node]) -> dict[Node, _Form] | None:
+        """Every member as a linear form in the torn variables; None where one is not linear."""
+        forms: dict[Node, _Form] = {s: ({s: self._dag.one}, self._dag.zero) for s in torn}
+        for node in order:
+            form = self._form_of(node, forms)
+            if form is None:
+                return None
+            forms[node] = form
+        return forms
+
+    def _form_of(self, node: Node, forms: Mapping[Node, _Form]) -> _Form | None:
+        dag = self._dag
+        if dag.op[node] == Op.SYMBOL:
+            return self._known(self.target(node), forms)
+        operands = [self._known(x, forms) for x in dag.operands(node)]
+        op = dag.op[node]
+        match operands:
+            case [(a, x)] if op == Op.NEG:
+                return {k: dag.neg(c) for k, c in a.items()}, dag.neg(x)
+            case [(a, x), (b, y)] if op == Op.ADD:
+                return _sum(dag, a, b), dag.add(x, y)
+            case [(a, x), (b, y)] if op == Op.SUB:
+                return _sum(dag, a, {k: dag.neg(c) for k, c in b.items()}), dag.sub(x, y)
+            case [(a, x), (b, y)] if op == Op.MUL and not b:
+                return {k: dag.mul(c, y) for k, c in a.items()}, dag.mul(x, y)
+            case [(a, x), (b, y)] if op == Op.MUL and not a:
+                return {k: dag.mul(x, c) for k, c in b.items()}, dag.mul(x, y)
+            case [(a, x), (b, y)] if op == Op.DIV and not b:
+                return {k: dag.div(c, y) for k, c in a.items()}, dag.div(x, y)
+            case [(c, z), (a, x), (b, y)] if op == Op.SELECT and not c:
+                merged = {
+                    k: dag.select(z, a.get(k, dag.zero), b.get(k, dag.zero)) for k in {**a, **b}
+                }
+                return merged, dag.select(z, x, y)
+            case _ if not any(coefficients for coefficients, _ in operands):
+                return {}, dag.rebuild(node, tuple(rest for _, rest in operands))
+            case _:
+                return None
+
+    def _known(self, node: Node, forms: Mapping[Node, _Form]) -> _Form:
+        if node in forms:
+            return forms[node]
+        return {}, self._outside[node]
+
+    def linear_system(
+        self, torn: Sequence[Node], residuals: Sequence[Node], forms: Mapping[Node, _Form]
+    ) -> _System:
+        """The equations of the torn variables, in them alone; refused where always singular."""
+        dag = self._dag
+        column = {symbol: k for k, symbol in enumerate(torn)}
+        matrix, right = [], []
+        for symbol, target in zip(torn, residuals, strict=True):
+            coefficients, rest = self._known(target, forms)
+            row = {column[s]: c for s, c in coefficients.items()}
+            if symbol not in self._equation_of:
+                own = column[symbol]
+                row[own] = dag.sub(row.get(own, dag.zero), dag.one)
+            matrix.append(row)
+            right.append(dag.neg(rest))
+        return _System(torn, matrix, right, self._kind_of(matrix))
+
+    def _kind_of(self, matrix: Sequence[Mapping[int, Node]]) -> LoopKind:
+        highest = max((self._dag.level[node] for row in matrix for node in row.values()), default=0)
+        return LoopKind.CONSTANT if highest <= Level.PARAM else LoopKind.VARYING
+
+    def solve_linear(self, system: _System) -> dict[Node, Node] | None:
+        """The torn variables as final nodes; None where a divisor may vanish on the way.
+
+        A divisor that states or time change is safe where the system is singular without it,
+        or if it keeps its sign at random points. Those of parameters alone are watched.
+        """
+        unsafe: list[Node] = []
+        places = self._variables.places
+        message = f"the algebraic loop at `{places.name_of(system.torn[0])}` is singular"
+
+        def note(pivot: Node, alone: bool) -> None:
+            if self._dag.level[pivot] == Level.PARAM:
+                self._variables.watch(pivot, message)
+            elif not alone and not self._signs.is_certain(pivot):
+                unsafe.append(pivot)
+
+        try:
+            values = solve_general(
+                self._dag, self._fingerprints, system.matrix, system.right, self._preference, note
+            )
+        except SingularSystemError:
+            size = range(len(system.torn))
+            rows = [[row.get(k, self._dag.zero) for k in size] for row in system.matrix]
+            raise self._unsolvable(system.torn, rows, system.right) from None
+        return None if unsafe else dict(zip(system.torn, values, strict=True))
+
+    def _preference(self, node: Node) -> int:
+        """Constants are the best pivots, then parameters, then what keeps its sign."""
+        level = self._dag.level[node]
+        if level == Level.CONST:
+            return 0
+        if not self._signs.is_certain(node):
+            return 3
+        return 1 if level == Level.PARAM else 2
+
+    def _unsolvable(
+        self,
+        torn: Sequence[Node],
+        rows: Sequence[Sequence[Node]],
+        right: Sequence[Node],
+        unknowns: Sequence[Node] = (),
+    ) -> BgError:
+        """No single solution: none where what is left of the equations is a contradiction.
+
+        Where the rows change with the unknowns, these say nothing of what is left.
+        """
+        residue = self._fingerprints.residue
+        found = "unclear"
+        if set(unknowns).isdisjoint(self._dag.reachable([n for row in rows for n in row])):
+            numbers = [[residue(n) for n in row] for row in rows]
+            found = solutions_of(numbers, [residue(n) for n in right]).value
+        ports = self._variables.ports_among(self._members)
+        places = self._variables.places
+        return places.unsolvable(
+            torn, found, places.bonds_of(self._symbols, ports), places.elements_of(ports)
+        )
+
+    def report(self, torn: Sequence[Node], kind: LoopKind, solution: LoopSolution) -> Loop:
+        """What the user is told of the loop."""
+        places = self._variables.places
+        ports = self._variables.ports_among(self._members)
+        return Loop(
+            bonds=places.bonds_of(self._symbols, ports),
+            elements=places.elements_of(ports),
+            torn=tuple(places.name_of(symbol) for symbol in torn),
+            kind=kind,
+            solution=solution,
+            span=places.span_of(torn[0]),
+        )
+
+    # --- any loops --------------------------------------------------------------------------
+
+    def evaluate(self, order: Sequence[Node], solution: Mapping[Node, Node]) -> dict[Node, Node]:
+        """The final nodes of all members, the torn ones being known."""
+        dag = self._dag
+        final = dict(solution)
+
+        def known(node: Node) -> Node:
+            return final[node] if node in final else self._outside[node]
+
+        for node in order:
+            if dag.op[node] == Op.SYMBOL:
+                final[node] = known(self.target(node))
+            else:
+                final[node] = dag.rebuild(node, tuple(known(x) for x in dag.operands(node)))
+        return final
+
+    def invert(
+        self, symbol: Node, target: Node, final: Mapping[Node, Node], stand_in: Node
+    ) -> Node | None:
+        """The only torn variable in closed form, if its law can be turned round."""
+        dag = self._dag
+        value = final[target] if target in final else self._outside[target]
+        residual = value if symbol in self._equation_of else dag.sub(value, stand_in)
+        self._refuse_flat(residual, symbol, stand_in)
+        return solve_for(
+            dag, residual, dag.zero, stand_in, self._variables.default, self._rely_on(symbol)
+        )
+
+    def _rely_on(self, symbol: Node) -> Callable[[Node], None]:
+        name = self._variables.places.name_of(symbol)
+        message = f"the law that gives `{name}` rises only while its coefficients are positive"
+
+        def note(node: Node) -> None:
+            self._variables.watched.append(PositiveParameter(node, message, strictly_positive=True))
+
+        return note
+
+    def _refuse_flat(self, residual: Node, symbol: Node, stand_in: Node) -> None:
+        """Refuse a law that gives the same for a value and its opposite, or for a whole range."""
+        dag = self._dag
+        (mirrored,) = dag.substitute([residual], {stand_in: dag.neg(stand_in)})
+        why = None
+        if self._fingerprints.equal(mirrored, residual):
+            why = "the same for a value and its opposite"
+        elif _is_flat(dag, *gradient(dag, residual, [stand_in])):
+            why = "the same for a whole range of values"
+        if why is not None:
+            ports = self._variables.ports_among(self._members)
+            places = self._variables.places
+            raise places.not_invertible(symbol, places.elements_of(ports), why)
+
+    def require_regular(self, states: Sequence[AlgebraicState], unknowns: Sequence[Node]) -> None:
+        """Refuse residuals whose Jacobian is singular for all values."""
+        residue = self._fingerprints.residue
+        rows = [gradient(self._dag, s.residual, unknowns) for s in states]
+        found = solutions_of([[residue(n) for n in row] for row in rows], [0] * len(rows))
+        if found is not Solutions.ONE:
+            right = [state.residual for state in states]
+            raise self._unsolvable([state.symbol for state in states], rows, right, unknowns)
+
+
+def _is_flat(dag: Dag, slope: Node) -> bool:
+    """Whether a slope is zero on one side of a condition."""
+    while dag.op[slope] in {Op.NEG, Op.MUL, Op.DIV}:
+        operands = dag.operands(slope)
+        varying = [x for x in operands if dag.level[x] > Level.PARAM]
+        if len(varying) != 1 or (dag.op[slope] == Op.DIV and varying[0] != operands[0]):
+            return False
+        slope = varying[0]
+    if dag.op[slope] != Op.SELECT:
+        return slope == dag.zero
+    return any(_is_flat(dag, branch) for branch in dag.operands(slope)[1:])
+
+
+def _sum(dag: Dag, a: Mapping[Node, Node], b: Mapping[Node, Node]) -> dict[Node, Node]:
+    total = dict(a)
+    for key, node in b.items():
+        total[key] = dag.add(total[key], node) if key in total else node
+        if total[key] == dag.zero:
+            del total[key]
+    return total

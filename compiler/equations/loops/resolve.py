@@ -1,0 +1,247 @@
+"""Put definitions together: raw nodes become nodes in states, time, inputs and parameters.
+
+A depth-first search over nodes and definitions (Tarjan 1972) finds the order, and the sets of
+variables that depend on each other in a circle. Those are algebraic loops; `loops` solves them.
+Only what is asked for is visited, every node once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+
+from bgc.algebra.dag import Dag, Kind, Op, Symbol
+from bgc.algebra.derivatives import directional_derivative
+from bgc.equations.loops.loops import AlgebraicState, solve_loop
+from bgc.equations.loops.rates import implicit_rates
+from bgc.equations.variables.variables import Explicit, Rate, Unknown, Variables
+from bgc.ir.graph import Node
+from bgc.ir.program import Loop
+
+_FREE = frozenset({Kind.PARAM, Kind.TIME, Kind.INPUT})
+
+
+class Resolver:
+    """Resolves raw nodes to final ones.
+
+    `states` maps the raw symbols that are states to their numbers, `rates` these numbers to
+    the raw derivative where there is one; `equation_of` maps an unknown to the residual that
+    it is solved from.
+    """
+
+    def __init__(
+        self,
+        variables: Variables,
+        states: Mapping[Node, int],
+        rates: Mapping[int, Node],
+        equation_of: Mapping[Node, Node],
+    ) -> None:
+        self._variables = variables
+        self._dag: Dag = variables.dag
+        self._states = states
+        self._rates = rates
+        self._equation_of = equation_of
+        self.final: dict[Node, Node] = {}
+        self.algebraic: list[AlgebraicState] = []
+        self.loops: list[Loop] = []
+        self._first_algebraic = len(states)
+        self._declared = len(variables.causal.graph.states)
+
+    def resolve(self, node: Node) -> Node:
+        """The final node of a raw one."""
+        if node not in self.final:
+            self._search(node)
+        return self.final[node]
+
+    def resolve_all(self, nodes: Iterable[Node]) -> tuple[Node, ...]:
+        """The final nodes of several raw ones."""
+        return tuple(self.resolve(node) for node in nodes)
+
+    # --- the search -------------------------------------------------------------------------
+
+    def _search(self, root: Node) -> None:
+        final = self.final
+        order: dict[Node, int] = {root: 0}
+        lowest: dict[Node, int] = {root: 0}
+        open_nodes: list[Node] = [root]
+        is_open = {root}
+        stack: list[tuple[Node, Iterator[Node]]] = [(root, self._needs(root))]
+        loops_on_itself = set()
+        while stack:
+            node, needs = stack[-1]
+            for needed in needs:
+                if needed in final:
+                    continue
+                if needed not in order:
+                    order[needed] = lowest[needed] = len(order)
+                    open_nodes.append(needed)
+                    is_open.add(needed)
+                    stack.append((needed, self._needs(needed)))
+                    break
+                if needed in is_open:
+                    lowest[node] = min(lowest[node], order[needed])
+                    if needed == node:
+                        loops_on_itself.add(node)
+            else:
+                stack.pop()
+                if stack:
+                    above = stack[-1][0]
+                    lowest[above] = min(lowest[above], lowest[node])
+                if lowest[node] == order[node]:
+                    members = []
+                    while True:
+                        member = open_nodes.pop()
+                        is_open.remove(member)
+                        members.append(member)
+                        if member == node:
+                            break
+                    if len(members) == 1 and node not in loops_on_itself:
+                        final[node] = self._finish(node)
+                    else:
+                        self._close(members)
+
+    def _needs(self, node: Node) -> Iterator[Node]:
+        """The raw nodes that a node is made of, each asked for when those before are known."""
+        symbol = self._dag.symbol_of(node)
+        if symbol is None:
+            yield from self._dag.operands(node)
+            return
+        if self._is_free(symbol) or node in self._states or node in self._variables.speeds:
+            return
+        match self._variables.define(node):
+            case Explicit(inner):
+                yield inner
+            case Unknown():
+                yield self._equation_of[node]
+            case Rate(of):
+                yield of
+                if of in self.final:
+                    yield from self._rates_behind(node, self.final[of])
+
+    def _is_free(self, symbol: Symbol) -> bool:
+        """Whether a symbol stays: also the rate of a declared state, which equations hold."""
+        declared = symbol.kind is Kind.RATE and symbol.index < self._declared
+        return symbol.kind in _FREE or declared
+
+    def _rates_behind(self, node: Node, of: Node) -> Iterator[Node]:
+        """The derivatives of the states that a final node depends on."""
+        for inner in self._varying_in(of):
+            symbol = self._dag.symbol_of(inner)
+            rate = self._rates.get(symbol.index) if symbol and symbol.kind is Kind.STATE else None
+            if rate is not None:
+                yield rate
+            elif inner not in self._residuals():
+                raise self._variables.places.no_rate(node)
+
+    def _varying_in(self, of: Node) -> list[Node]:
+        """The states, inputs and speeds in a final node, and in the residuals of unknowns in it."""
+        residuals, found, waiting = self._residuals(), dict[Node, None](), [of]
+        while waiting:
+            for inner in self._dag.reachable([waiting.pop()]):
+                symbol = self._dag.symbol_of(inner)
+                if symbol is None or symbol.kind in {Kind.PARAM, Kind.TIME} or inner in found:
+                    continue
+                found[inner] = None
+                if inner in residuals:
+                    waiting.append(residuals[inner])
+        return list(found)
+
+    def _residuals(self) -> dict[Node, Node]:
+        """Of each unknown of a loop, as a final node, what has to be zero."""
+        return {
+            self._dag.symbol(Kind.STATE, self._first_algebraic + k): state.residual
+            for k, state in enumerate(self.algebraic)
+        }
+
+    def _finish(self, node: Node) -> Node:
+        """The final node of one whose needs are all final."""
+        dag = self._dag
+        symbol = dag.symbol_of(node)
+        if symbol is None:
+            operands = dag.operands(node)
+            new = tuple(self.final[x] for x in operands)
+            return node if new == operands else dag.rebuild(node, new)
+        if self._is_free(symbol) or node in self._variables.speeds:
+            return node
+        if node in self._states:
+            return dag.symbol(Kind.STATE, self._states[node])
+        match self._variables.define(node):
+            case Explicit(inner):
+                return self.final[inner]
+            case Rate(of):
+                return self._rate(self.final[of])
+            case Unknown():
+                raise self._variables.places.unsolvable([node])
+
+    def _rate(self, of: Node) -> Node:
+        dag = self._dag
+        direction = {dag.symbol(Kind.TIME): dag.one}
+        residuals = self._residuals()
+        unknown = {}
+        for inner in self._varying_in(of):
+            symbol = dag.symbol_of(inner)
+            assert symbol is not None
+            if inner in residuals:
+                unknown[inner] = residuals[inner]
+            else:
+                direction[inner] = self.final[self._rates[symbol.index]]
+        fingerprints = self._variables.causal.fingerprints
+        direction |= implicit_rates(dag, fingerprints, unknown, direction)
+        return directional_derivative(dag, of, direction)
+
+    def _close(self, members: list[Node]) -> None:
+        """Solve an algebraic loop; what is not linear becomes algebraic states."""
+        solved = solve_loop(
+            self._variables,
+            self._equation_of,
+            members,
+            self.final,
+            self._first_algebraic + len(self.algebraic),
+        )
+        self.final.update(solved.final)
+        self.algebraic.extend(solved.states)
+        if solved.states or not self._is_one_law(members):
+            self.loops.append(solved.loop)
+
+    def _is_one_law(self, members: Sequence[Node]) -> bool:
+        """Whether a circle is only the law of one element, turned round: no loop of the graph."""
+        ports = self._variables.ports_among(members)
+        if len({self._variables.causal.ports[k].element for k in ports}) != 1:
+            return False
+        laws = self._variables.laws_of(ports)
+        inside = set(members) - laws
+        for node in members:
+            if self._dag.symbol_of(node) is None:
+                continue
+            terms = [term for needed in self._needs(node) for term in self._terms(needed, laws)]
+            if node in laws:
+                if node not in terms:
+                    continue
+                terms.remove(node)  # what the law gives, in the balance that it is found from
+            if node in terms or self._leads_to(node, terms, inside):
+                return False
+        return True
+
+    def _terms(self, node: Node, whole: Collection[Node]) -> list[Node]:
+        """What a sum is made of; some nodes are not taken apart."""
+        terms: list[Node] = []
+        stack = [node]
+        while stack:
+            inner = stack.pop()
+            if self._dag.op[inner] in {Op.ADD, Op.SUB, Op.NEG} and inner not in whole:
+                stack.extend(self._dag.operands(inner))
+            else:
+                terms.append(inner)
+        return terms
+
+    def _leads_to(self, node: Node, terms: Iterable[Node], inside: Collection[Node]) -> bool:
+        """Whether terms need a node, by way of the nodes inside."""
+        stack = [term for term in terms if term in inside]
+        seen = set(stack)
+        while stack:
+            for needed in self._needs(stack.pop()):
+                if needed == node:
+                    return True
+                if needed in inside and needed not in seen:
+                    seen.add(needed)
+                    stack.append(needed)
+        return False

@@ -1,0 +1,53 @@
+"""Where Newton's method starts on the unknowns of algebraic loops.
+
+Nobody gives these unknowns a value, and at zero a law may be undefined (a logarithm) or have no
+slope (flow through an orifice). So the loops are solved here once, with the parameters at their
+defaults; a run starts from what is found and solves them for its own parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from bgc.algebra.dag import Kind, Symbol
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.newton import Rows
+from bgc.ir.defaults import default_values
+from bgc.ir.program import Program
+
+_DIGITS = 6  # of a start value: enough, and the same on every machine
+
+
+def algebraic_rows(program: Program) -> list[int]:
+    """The rows of the mass matrix that are empty."""
+    if program.mass is None:
+        return []
+    filled = {entry.row for entry in program.mass}
+    return [k for k in range(len(program.states)) if k not in filled]
+
+
+def with_start_values(program: Program, loops: Sequence[int]) -> Program:
+    """The program with initial values for the states of loops, numbered `loops`.
+
+    Where no solution is found they stay zero.
+    """
+    dag, rows = program.dag, algebraic_rows(program)
+    if not loops:
+        return program
+    values = dict(default_values(dag, program.parameters))
+    values[Symbol(Kind.TIME, 0)] = 0.0
+    values |= {Symbol(Kind.INPUT, k): 0.0 for k in range(program.inputs)}
+    initials = evaluate_nodes(dag, [state.initial for state in program.states], values)
+    values |= {Symbol(Kind.STATE, k): value for k, value in enumerate(initials)}
+    unknowns = [Symbol(Kind.STATE, k) for k in rows]
+    equations = Rows(dag, [program.states[k].derivative for k in rows], unknowns)
+    found = equations.solve(values, [initials[k] for k in rows])
+    if found is None:
+        return program
+    start = dict(zip(rows, found, strict=True))
+    states = list(program.states)
+    for k in loops:
+        value = float(f"{start[k]:.{_DIGITS}g}")
+        states[k] = replace(states[k], initial=dag.const(value))
+    return replace(program, states=tuple(states))

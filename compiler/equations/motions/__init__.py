@@ -1,0 +1,1 @@
+"""Free motions, and the storage that is merged along them."""

@@ -1,0 +1,253 @@
+"""Initial values of storage that free motions join: given ones hold, the rest is least energy.
+
+The balance on each motion holds in any case; with nothing given nothing is stored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from bgc.algebra.dag import Dag
+from bgc.algebra.linalg import identity
+from bgc.algebra.solving import solve_definite
+from bgc.diagnostics.catalogue import storage as storage_messages
+from bgc.diagnostics.diagnostic import BgError
+from bgc.equations.inertias.initial import reduced_mass
+from bgc.equations.storage.conditions import (
+    NEGLIGIBLE,
+    Condition,
+    Row,
+    contradiction,
+    independent_conditions,
+    solve_conditions,
+    unusable,
+)
+from bgc.equations.storage.initial import given_values
+from bgc.equations.storage.kinds import IntegratedState, StorageElement, StoragePort
+from bgc.equations.variables.variables import Variables
+from bgc.ir.causal import Role
+from bgc.ir.graph import Initial, Matrix, Node
+
+
+@dataclass(frozen=True, slots=True)
+class Momenta:
+    """Momenta that are states: of an inertia alone, or of dependent ones merged.
+
+    `flows` are the independent flows of merged ones, None where each is a port's own.
+    """
+
+    elements: tuple[StorageElement, ...]
+    states: tuple[IntegratedState, ...]
+    flows: tuple[int, ...] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Stored:
+    """What free motions join: compliances, their states, and momenta."""
+
+    compliances: tuple[StorageElement, ...]
+    charges: tuple[IntegratedState, ...]  # of all their ports
+    momenta: tuple[Momenta, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Quadratic:
+    """The energy of what is stored: `response` times the quantities, less what `offset` is."""
+
+    response: list[Row]
+    capacity: list[Row]
+    offset: list[Node]
+
+
+def initial_quantities(
+    variables: Variables,
+    stored: Stored,
+    motions: Sequence[Mapping[Node, Node]],
+    driven: Sequence[Node],
+    balances: Sequence[Node],
+) -> dict[Node, Node]:
+    """The initial quantities that free motions join: symbol of the state -> node.
+
+    `motions` are B, one column each, `balances` the raw nodes that are zero on each, and `driven`
+    the share of sources in them: `B' K x + driven = 0`. Values that are given hold; with none
+    given all are zero. What they leave open is settled by the least energy: `K x = K B l + G' w`
+    for conditions `G x = g`. Where a law is not linear, all have to be given.
+
+    Raises
+    ------
+    BgError
+        A value contradicts others or a balance, cannot be used, or is missing.
+    """
+    dag = variables.dag
+    states = [*stored.charges, *(state for block in stored.momenta for state in block.states)]
+    place = {state.symbol: i for i, state in enumerate(states)}
+    moved = {symbol for column in motions for symbol in column}
+    conditions = [
+        condition
+        for element in stored.compliances
+        for condition in _conditions_on_charges(variables, element, place)
+    ] + [c for block in stored.momenta for c in _conditions_on_momenta(dag, block, place)]
+    if not conditions:
+        return {state.symbol: state.initial for state in states}
+    told = {i for c in conditions for i in c.row}
+    for state in states:
+        if state.symbol not in moved and place[state.symbol] not in told:
+            row = {place[state.symbol]: dag.one}
+            conditions.append(Condition(row, state.initial, conditions[0].element, None))
+    energy = _energy(variables, stored, place)
+    if energy is None:
+        return _all_given(variables, states, conditions, balances)
+    columns = [[column.get(symbol, dag.zero) for symbol in place] for column in motions]
+    values = _least_energy(variables, energy, conditions, columns, driven)
+    return dict(zip(place, values, strict=True))
+
+
+def _conditions_on_charges(
+    variables: Variables, element: StorageElement, place: Mapping[Node, int]
+) -> list[Condition]:
+    dag = variables.dag
+    found = []
+    for (position, variable), initial in given_values(element).items():
+        port = element.ports[position]
+        beside = variable == ("q" if port.has_momentum else "p")
+        if port.port.role is not Role.COMPLIANCE or (beside and _is_beside(dag, port, initial)):
+            continue
+        if variable == ("p" if port.has_momentum else "q"):
+            row = {place[port.state]: dag.one}
+        elif element.law.response is not None:
+            line = element.law.response[position]
+            row = {
+                place[other.state]: entry
+                for other, entry in zip(element.ports, line, strict=True)
+                if entry != dag.zero
+            }
+        else:
+            raise unusable(Condition({}, dag.zero, element, initial))
+        found.append(Condition(row, initial.value, element, initial))
+    return found
+
+
+def _is_beside(dag: Dag, port: StoragePort, initial: Initial) -> bool:
+    """Whether a value is of an IC's other state, or says that there is none."""
+    return port.has_momentum or initial.value == dag.zero
+
+
+def _conditions_on_momenta(dag: Dag, block: Momenta, place: Mapping[Node, int]) -> list[Condition]:
+    """Momenta of which an initial value is given stay as they were found from it."""
+    given = [(e, initial) for e in block.elements for initial in e.storage.initial]
+    if not given:
+        return []
+    element, initial = min(given, key=lambda pair: pair[1].yields)
+    return [
+        Condition({place[state.symbol]: dag.one}, state.initial, element, initial)
+        for state in block.states
+    ]
+
+
+def _all_given(
+    variables: Variables,
+    states: Sequence[IntegratedState],
+    conditions: Sequence[Condition],
+    balances: Sequence[Node],
+) -> dict[Node, Node]:
+    """Each quantity as it is given, if these values balance the efforts."""
+    told = {next(iter(c.row)): c.value for c in conditions if len(c.row) == 1}
+    missing = [state for i, state in enumerate(states) if i not in told]
+    first = conditions[0]
+    if missing or any(node != variables.dag.one for c in conditions for node in c.row.values()):
+        names = [name for state in missing for name in state.stores]
+        assert first.initial is not None, "values that are given come first"
+        others = list(dict.fromkeys(names)) or [first.element.storage.name]
+        span = first.initial.span
+        raise BgError(
+            [storage_messages.initial_incomplete(span, first.element.storage.name, others)]
+        )
+    values = {state.symbol: told[i] for i, state in enumerate(states)}
+    parts = [x for node in balances for x in variables.dag.operands(node)]
+    left = variables.at_start([*balances, *parts])
+    if left is not None:
+        size = max(map(abs, left[len(balances) :]), default=0.0)
+        if any(abs(x) > NEGLIGIBLE * max(1.0, size) for x in left[: len(balances)]):
+            given = [c for c in conditions if c.initial is not None]
+            raise contradiction(given[-1], given[:-1])
+    return values
+
+
+def _energy(variables: Variables, stored: Stored, place: Mapping[Node, int]) -> _Quadratic | None:
+    """The energy as a quadratic form; None where a law is not linear."""
+    dag = variables.dag
+    energy = _Quadratic([{} for _ in place], [{} for _ in place], [dag.zero] * len(place))
+
+    def enter(symbols: Sequence[Node], response: Matrix | None, capacity: Matrix | None) -> bool:
+        if response is None or capacity is None:
+            return False
+        places = [place[symbol] for symbol in symbols]
+        for rows, matrix in ((energy.response, response), (energy.capacity, capacity)):
+            for i, line in zip(places, matrix, strict=True):
+                rows[i] = {j: x for j, x in zip(places, line, strict=True) if x != dag.zero}
+        return True
+
+    for element in stored.compliances:
+        symbols = [port.state for port in element.ports]
+        if not enter(symbols, element.law.response, element.law.capacity):
+            return None
+    for block in stored.momenta:
+        symbols = [state.symbol for state in block.states]
+        if block.flows is None:
+            law = block.elements[0].law
+            if not enter(symbols, law.response, law.capacity):
+                return None
+            continue
+        if any(element.law.capacity is None for element in block.elements):
+            return None
+        order = {k: i for i, k in enumerate(block.flows)}
+        mass, offset = reduced_mass(variables, block.elements, order)
+        units = identity(dag, len(order))
+        inverse = solve_definite(dag, variables.causal.fingerprints, mass, units)
+        whole = tuple(tuple(row.get(j, dag.zero) for j in range(len(order))) for row in mass)
+        enter(symbols, tuple(tuple(line) for line in inverse), whole)
+        for symbol, node in zip(symbols, offset, strict=True):
+            energy.offset[place[symbol]] = node
+    return energy
+
+
+def _least_energy(
+    variables: Variables,
+    energy: _Quadratic,
+    conditions: Sequence[Condition],
+    columns: Sequence[Sequence[Node]],
+    driven: Sequence[Node],
+) -> list[Node]:
+    """`x - d = B l + C G' w` with `B' K (x - d) = -driven` and `G x = g` (C the inverse of K)."""
+    dag = variables.dag
+    size = len(energy.offset)
+    tests = [_times(dag, energy.response, column) for column in columns]
+    right = [dag.neg(node) for node in driven]
+    balances = [
+        ({i: node for i, node in enumerate(test) if node != dag.zero}, value)
+        for test, value in zip(tests, right, strict=True)
+    ]
+    spans = list(columns)
+    shifted = [
+        replace(
+            c,
+            value=dag.sub(c.value, dag.sum(dag.mul(x, energy.offset[i]) for i, x in c.row.items())),
+        )
+        for c in conditions
+    ]
+    for condition in independent_conditions(variables, shifted, balances):
+        row = [condition.row.get(i, dag.zero) for i in range(size)]
+        spans.append(_times(dag, energy.capacity, row))
+        tests.append(row)
+        right.append(condition.value)
+    matrix = [{j: dag.dot(test, column) for j, column in enumerate(spans)} for test in tests]
+    weights = solve_conditions(variables, matrix, right)
+    return [
+        dag.add(energy.offset[i], dag.dot(weights, (column[i] for column in spans)))
+        for i in range(size)
+    ]
+
+
+def _times(dag: Dag, rows: Sequence[Row], vector: Sequence[Node]) -> list[Node]:
+    return [dag.sum(dag.mul(entry, vector[j]) for j, entry in row.items()) for row in rows]

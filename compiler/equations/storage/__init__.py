@@ -1,0 +1,1 @@
+"""Storage: which elements are integrated, their initial values and their energies."""

@@ -1,0 +1,164 @@
+"""Conditions that given initial values put on what is stored, each linear.
+
+They are inserted one at a time: one that already follows from those before must agree with them,
+or it is named as the culprit. Zeros that nobody chose give way instead.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import TypeAlias
+
+from bgc.algebra.solving import SingularSystemError, solve_general
+from bgc.diagnostics.catalogue import storage as storage_messages
+from bgc.diagnostics.diagnostic import BgError
+from bgc.equations.storage.kinds import StorageElement
+from bgc.equations.variables.variables import Variables
+from bgc.ir.graph import Initial, Node
+
+Row: TypeAlias = dict[int, Node]
+NEGLIGIBLE = 1e-9  # of a condition's coefficients, or of its value
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """`sum row * unknown = value`, from an initial value of an element."""
+
+    row: Row
+    value: Node
+    element: StorageElement
+    initial: Initial | None  # None of a value that nothing was said about
+
+    @property
+    def yields(self) -> bool:
+        """Whether it gives way to what was said."""
+        return self.initial is not None and self.initial.yields
+
+
+def independent_conditions(
+    variables: Variables,
+    conditions: Sequence[Condition],
+    balances: Sequence[tuple[Row, Node]] = (),
+) -> list[Condition]:
+    """Insert conditions one at a time; one that follows from others has to agree.
+
+    All are judged in numbers, at the start and the parameters' default values. The balances,
+    as rows and right-hand sides, hold in any case and come first. Those of an element that yield
+    come after what was said, and hold together or not at all: half of a standstill would ask for
+    odd motions. Elements whose conditions gave way are told to the variables.
+    """
+    if not conditions:
+        return []
+    equations = [*balances, *((c.row, c.value) for c in conditions)]
+    columns = sorted({j for row, _ in equations for j in row})
+    nodes = [
+        node
+        for row, value in equations
+        for node in (*(row.get(j, variables.dag.zero) for j in columns), value)
+    ]
+    values = variables.at_start(nodes)
+    if values is None or not all(map(math.isfinite, values)):
+        raise unusable(conditions[0])
+    width = len(columns) + 1
+    numbers = [values[k : k + width] for k in range(0, len(values), width)]
+    system = _System()
+    for row in numbers[: len(balances)]:
+        system.insert(row)
+    chosen: list[Condition] = []
+    given = zip(conditions, numbers[len(balances) :], strict=True)
+    for group in _in_groups(given):
+        found = system.copy()
+        answers = [(condition, found.insert(row)) for condition, row in group]
+        condition = next((c for c, answer in answers if answer is Answer.CONTRADICTS), None)
+        if condition is None:
+            system = found
+            chosen += [c for c, answer in answers if answer is Answer.ADDS]
+        elif condition.yields:
+            variables.yielded.append(condition.element.storage.name)
+        else:
+            raise contradiction(condition, chosen)
+    return chosen
+
+
+def _in_groups(
+    given: Iterable[tuple[Condition, list[float]]],
+) -> list[list[tuple[Condition, list[float]]]]:
+    """Conditions with their numbers in the order in which they hold, together in each group."""
+    firm: list[list[tuple[Condition, list[float]]]] = []
+    yielding: dict[str, list[tuple[Condition, list[float]]]] = {}  # of each element
+    unsaid: list[list[tuple[Condition, list[float]]]] = []
+    for condition, row in given:
+        if condition.initial is None:
+            unsaid.append([(condition, row)])
+        elif condition.yields:
+            yielding.setdefault(condition.element.storage.name, []).append((condition, row))
+        else:
+            firm.append([(condition, row)])
+    return [*firm, *yielding.values(), *unsaid]
+
+
+class Answer(Enum):
+    """What a condition is beside those before it."""
+
+    ADDS = "says something new"
+    FOLLOWS = "follows from the others"
+    CONTRADICTS = "contradicts the others"
+
+
+class _System:
+    """Linear equations in numbers, each reduced by those before it."""
+
+    def __init__(self) -> None:
+        self._reduced: list[tuple[int, list[float]]] = []  # pivot, row with its value
+
+    def copy(self) -> _System:
+        """A system with the same equations that grows on its own."""
+        other = _System()
+        other._reduced = self._reduced[:]
+        return other
+
+    def insert(self, row: list[float]) -> Answer:
+        """Enter coefficients, the value after them, if they say something new."""
+        size, value = max(map(abs, row[:-1]), default=0.0), row[-1]
+        for pivot, other in self._reduced:
+            factor = row[pivot] / other[pivot]
+            row = [x - factor * y for x, y in zip(row, other, strict=True)]
+        pivot = max(range(len(row) - 1), key=lambda j: abs(row[j]), default=-1)
+        if pivot >= 0 and abs(row[pivot]) > NEGLIGIBLE * size:
+            self._reduced.append((pivot, row))
+            return Answer.ADDS
+        if abs(row[-1]) > NEGLIGIBLE * max(1.0, abs(value)):
+            return Answer.CONTRADICTS
+        return Answer.FOLLOWS
+
+
+def contradiction(condition: Condition, others: Sequence[Condition]) -> BgError:
+    """The error for a value that does not agree with others."""
+    names = list(dict.fromkeys(other.element.storage.name for other in others))
+    assert condition.initial is not None, "what nothing was said about contradicts nothing"
+    variable, span = f"{condition.initial.variable}0", condition.initial.span
+    name = condition.element.storage.name
+    return BgError([storage_messages.initial_conflict(span, name, variable, names)])
+
+
+def solve_conditions(
+    variables: Variables, matrix: Sequence[Row], right: Sequence[Node]
+) -> list[Node]:
+    """The unknowns of as many conditions, which are independent."""
+    dag = variables.dag
+    try:
+        return solve_general(
+            dag, variables.causal.fingerprints, matrix, right, lambda node: dag.level[node]
+        )
+    except SingularSystemError:
+        raise AssertionError("conditions that were inserted one by one are dependent") from None
+
+
+def unusable(condition: Condition) -> BgError:
+    """The error for a value that the state cannot be found from."""
+    initial, name = condition.initial, condition.element.storage.name
+    assert initial is not None, "values that are given come first"
+    return BgError([storage_messages.initial_unusable(initial.span, name, f"{initial.variable}0")])

@@ -1,0 +1,1 @@
+"""Every variable of a causal graph, defined in terms of others."""

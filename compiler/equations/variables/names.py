@@ -1,0 +1,163 @@
+"""What to call a raw symbol in messages and tables, and the errors that name symbols."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from bgc.algebra.dag import Kind, Symbol
+from bgc.causality.paths import connections, gyrators_around
+from bgc.diagnostics.catalogue import causality as catalogue
+from bgc.diagnostics.catalogue import storage as storage_messages
+from bgc.diagnostics.diagnostic import BgError, Label
+from bgc.diagnostics.source import Span
+from bgc.ir.causal import CausalGraph, Role
+from bgc.ir.graph import Gyrator, Node, Storage
+
+
+class Places:
+    """Names, units and places of raw symbols."""
+
+    def __init__(self, causal: CausalGraph) -> None:
+        self._causal = causal
+        self._elements: dict[Node, int] = {}  # symbols that are not of bonds -> element
+        self._called: dict[Node, Node] = {}  # parts of variables -> the variable
+
+    def note(self, symbol: Node, element: int) -> None:
+        """Say which element a symbol that is not a bond's belongs to."""
+        self._elements[symbol] = element
+
+    def call(self, symbol: Node, variable: Node) -> None:
+        """Say that a symbol is to be called as a variable of which it is a part."""
+        self._called[symbol] = variable
+
+    def name_of(self, symbol: Node) -> str:
+        """The name of a variable that becomes an algebraic state: `diode.e`."""
+        leaf = self._leaf(symbol)
+        letter = {Kind.EFFORT: "e", Kind.FLOW: "f", Kind.DISPLACEMENT: "q"}.get(leaf.kind, "p")
+        if leaf.kind not in {Kind.EFFORT, Kind.FLOW}:
+            return f"{self._place(symbol)[0]}.{letter}"
+        bonds: tuple[int, ...] = (leaf.index,)
+        if (leaf.kind is Kind.EFFORT) == self._causal.dual[leaf.index]:
+            bonds = self._causal.classes[self._causal.class_of[leaf.index]].bonds
+        for port in self._causal.ports:
+            if port.bond in bonds and port.role is Role.RESISTANCE:
+                suffix = f"[{port.position + 1}]" if port.position else ""
+                return f"{self._causal.graph.elements[port.element].name}.{letter}{suffix}"
+        return f"({self._place(symbol)[0]}).{letter}"
+
+    def unit_of(self, symbol: Node) -> str:
+        """The unit of an effort or flow that becomes an algebraic state."""
+        leaf = self._leaf(symbol)
+        if leaf.kind not in {Kind.EFFORT, Kind.FLOW}:
+            return ""
+        bond = self._causal.graph.bonds[leaf.index]
+        return bond.effort_unit if leaf.kind is Kind.EFFORT else bond.flow_unit
+
+    def span_of(self, symbol: Node) -> Span:
+        """Where a symbol's bond or element stands in the source."""
+        return self._place(symbol)[1]
+
+    def bonds_of(self, symbols: Iterable[Node], ports: Iterable[int]) -> tuple[str, ...]:
+        """The bonds of effort and flow symbols and of ports, in the order of the graph."""
+        leaves = (self._leaf(symbol) for symbol in symbols)
+        found = {leaf.index for leaf in leaves if leaf.kind in {Kind.EFFORT, Kind.FLOW}}
+        found |= {self._causal.ports[k].bond for k in ports}
+        return tuple(self._causal.graph.bonds[bond].name for bond in sorted(found))
+
+    def elements_of(self, ports: Iterable[int]) -> tuple[str, ...]:
+        """The elements of ports, in the order of the graph."""
+        found = sorted({self._causal.ports[k].element for k in ports})
+        return tuple(self._causal.graph.elements[k].name for k in found)
+
+    def _leaf(self, symbol: Node) -> Symbol:
+        leaf = self._causal.graph.dag.symbol_of(self._called.get(symbol, symbol))
+        assert leaf is not None
+        return leaf
+
+    def _place(self, symbol: Node) -> tuple[str, Span]:
+        graph = self._causal.graph
+        leaf = self._leaf(symbol)
+        if leaf.kind in {Kind.EFFORT, Kind.FLOW}:
+            return graph.bonds[leaf.index].name, graph.bonds[leaf.index].span
+        element = graph.elements[self._elements[symbol]]
+        return element.name, element.span
+
+    def _around(self, names: Sequence[str]) -> list[tuple[str, Span]]:
+        """Bonds by their names, with their places, in the order of the graph."""
+        wanted = set(names)
+        bonds = (bond for bond in self._causal.graph.bonds if bond.name in wanted)
+        return [(bond.name, bond.span) for bond in bonds]
+
+    # --- errors -----------------------------------------------------------------------------
+
+    def unsolvable(
+        self,
+        symbols: Sequence[Node],
+        solutions: str = "unclear",
+        bonds: Sequence[str] = (),
+        elements: Sequence[str] = (),
+    ) -> BgError:
+        """Equations have no single solution for these unknowns.
+
+        `solutions` is `none`, `many` or `unclear`; `bonds` and `elements` are those of the loop
+        where it is known.
+        """
+        places = [self._place(symbol) for symbol in symbols]
+        names = list(dict.fromkeys(name for name, _ in places))
+        graph = self._causal.graph
+        ports = {port.element for port in self._causal.ports}
+        gyrators = [
+            k
+            for k in sorted(ports)
+            if isinstance(graph.elements[k], Gyrator)
+            and (not elements or graph.elements[k].name in elements)
+        ]
+        if gyrators:
+            return self.odd_loop(gyrators, names)
+        named = bonds or names
+        marked = [Label(span, f"`{name}` is in the loop") for name, span in self._around(named)]
+        marked += [
+            Label(element.span, f"its law takes part: `{element.name}`")
+            for element in graph.elements
+            if element.name in elements
+        ]
+        span = places[0][1]
+        return BgError([catalogue.singular_loop(span, named, elements, solutions, marked)])
+
+    def odd_loop(self, gyrators: Iterable[int], bonds: Sequence[str]) -> BgError:
+        """The odd loops that some gyrators close leave bonds undetermined."""
+        graph = self._causal.graph
+        around = connections(graph, gyrators_around(graph, gyrators))
+        return BgError([catalogue.gyrator_loop(around, bonds)])
+
+    def not_invertible(self, symbol: Node, elements: Sequence[str], why: str) -> BgError:
+        """A law gives no single value of the variable that is asked for."""
+        name, span = self.name_of(symbol), self.span_of(symbol)
+        return BgError([catalogue.not_invertible(span, name, elements, why)])
+
+    def rate_in_loop(self, symbols: Sequence[Node]) -> BgError:
+        """A loop runs through the rate of a merged variable."""
+        places = [self._place(symbol) for symbol in symbols]
+        names = list(dict.fromkeys(name for name, _ in places))
+        return BgError([catalogue.derivative_loop(places[0][1], names)])
+
+    def no_rate(self, symbol: Node) -> BgError:
+        """A rate would need the rate of an input or of a loop's unknown."""
+        name, span = self._place(symbol)
+        return BgError([catalogue.rate_unknown(span, name)])
+
+    def no_momentum(self, index: int) -> BgError:
+        """A port of an IC is asked for a momentum that its energy does not hold."""
+        storage = next(
+            e
+            for e in self._causal.graph.elements
+            if isinstance(e, Storage) and 0 <= index - e.first_state < len(e.ports)
+        )
+        name = f"{storage.name}.p[{index - storage.first_state + 1}]"
+        return BgError([storage_messages.no_momentum(storage.span, name)])
+
+    def undetermined(self, bond: int, *, through: bool) -> BgError:
+        """Nothing determines a bond's through or across variable."""
+        what = "flow" if through != self._causal.dual[bond] else "effort"
+        facts = self._causal.graph.bonds[bond]
+        return BgError([catalogue.nothing_determines(facts.span, facts.name, what)])

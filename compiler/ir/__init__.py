@@ -1,0 +1,1 @@
+"""Intermediate representations: the immutable results that the passes hand on."""

@@ -1,0 +1,30 @@
+"""The values that parameters have when nobody sets them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from bgc.algebra.dag import Dag, Kind, Symbol
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.ir.graph import Parameter
+
+
+def default_values(dag: Dag, parameters: Iterable[Parameter]) -> dict[Symbol, float]:
+    """The default of each parameter as a number; a default may hold other parameters."""
+    values: dict[Symbol, float] = {}
+    waiting = {Symbol(Kind.PARAM, p.index): p.value for p in parameters}
+    needs = {
+        symbol: {s for s in map(dag.symbol_of, dag.reachable([node])) if s is not None}
+        for symbol, node in waiting.items()
+    }
+    stack = list(waiting)
+    while stack:
+        symbol = stack[-1]
+        missing = [s for s in needs[symbol] if s not in values and s in waiting]
+        if symbol in values or not missing:
+            stack.pop()
+            if symbol not in values:
+                values[symbol] = evaluate_nodes(dag, [waiting[symbol]], values)[0]
+        else:
+            stack.extend(missing)
+    return values

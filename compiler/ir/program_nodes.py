@@ -1,0 +1,63 @@
+"""Every node that a program holds, and the same program on other nodes.
+
+One place knows where a `Program` keeps nodes, so that a pass over the graph is a function from
+nodes to nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from bgc.algebra.dag import Dag
+from bgc.ir.graph import Node
+from bgc.ir.program import Program
+
+
+def program_roots(program: Program) -> list[Node]:
+    """All nodes of a program, in one fixed order; some may be there twice."""
+    roots: list[Node] = []
+
+    def note(node: Node) -> Node:
+        roots.append(node)
+        return node
+
+    map_program(program, program.dag, note)
+    return roots
+
+
+def map_program(program: Program, dag: Dag, new: Callable[[Node], Node]) -> Program:
+    """The program with every node `n` replaced by `new(n)`, a node of `dag`."""
+
+    def optional(node: Node | None) -> Node | None:
+        return None if node is None else new(node)
+
+    mass = program.mass
+    energy = program.energy
+    return replace(
+        program,
+        dag=dag,
+        states=tuple(
+            replace(
+                state,
+                derivative=new(state.derivative),
+                initial=new(state.initial),
+                projection=optional(state.projection),
+                scale=new(state.scale),
+            )
+            for state in program.states
+        ),
+        mass=None if mass is None else tuple(replace(m, value=new(m.value)) for m in mass),
+        observations=tuple(replace(o, node=new(o.node)) for o in program.observations),
+        requirements=tuple(replace(r, node=new(r.node)) for r in program.requirements),
+        devices=tuple(replace(d, values=tuple(new(v) for v in d.values)) for d in program.devices),
+        guards=tuple(replace(g, condition=new(g.condition)) for g in program.guards),
+        energy=replace(
+            energy,
+            stored=new(energy.stored),
+            supplied=new(energy.supplied),
+            dissipated=new(energy.dissipated),
+        ),
+        positive=tuple(replace(p, node=new(p.node)) for p in program.positive),
+        parameters=tuple(replace(p, value=new(p.value)) for p in program.parameters),
+    )

@@ -1,0 +1,68 @@
+"""The derivatives of an opened program by its states and inputs, exactly, as nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from bgc.algebra.dag import Dag, Kind, Symbol
+from bgc.emission.differentiate import forward_rows
+from bgc.ir.graph import Node
+from bgc.linearising.opening import Opened
+
+Entries = tuple[tuple[int, int, Node], ...]  # row, column, value
+
+
+@dataclass(frozen=True, slots=True)
+class LinearForm:
+    """`M x' = f(t, x, u)`, `y = g(t, x, u)` with all derivatives, nodes of `dag`.
+
+    `by_state` has the entries of df/dx, dg/dx below them; `by_input` those of df/du, dg/du.
+    """
+
+    dag: Dag
+    rates: tuple[Node, ...]  # f
+    outputs: tuple[Node, ...]  # g
+    by_state: Entries
+    by_input: Entries
+
+
+def linear_form(opened: Opened) -> LinearForm:
+    """Differentiates what the states and the outputs are computed from.
+
+    The program is left as it is; columns are in the order of its states, and of the inputs.
+    """
+    program = opened.program
+    dag = program.dag.copy()
+    size = len(program.states)
+    places = {varied.index: size + k for k, varied in enumerate(opened.inputs)}
+
+    def column(symbol: Symbol) -> int | None:
+        match symbol.kind:
+            case Kind.STATE:
+                return symbol.index
+            case Kind.INPUT:
+                return places.get(symbol.index)
+            case _:
+                return None
+
+    rates = tuple(state.derivative for state in program.states)
+    outputs = tuple(o.node for o in program.observations)
+    rows = forward_rows(dag, (*rates, *outputs), column)
+    return LinearForm(
+        dag,
+        rates,
+        outputs,
+        _entries(rows, 0, size),
+        _entries(rows, size, size + len(places)),
+    )
+
+
+def _entries(rows: Sequence[dict[int, Node]], first: int, last: int) -> Entries:
+    """The entries in columns `first` up to `last`, columns counted from `first`."""
+    return tuple(
+        (row, column - first, node)
+        for row, derivatives in enumerate(rows)
+        for column, node in sorted(derivatives.items())
+        if first <= column < last
+    )

@@ -1,0 +1,236 @@
+"""Open a scene for analysis: a program with inputs that can be varied, and chosen outputs.
+
+Each chosen input becomes an INPUT symbol that is added to what it varies, so that zero is the
+scene as it stands: the effort or flow of a source, the value of a parameter (and of those whose
+defaults follow from it), or the channel of a device. The initial state does not depend on it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from bgc.algebra.dag import Kind
+from bgc.causality.assign import assign_causality
+from bgc.causality.regions import ports_of
+from bgc.diagnostics.catalogue import analysis as catalogue
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.elaboration.elaborate import elaborate
+from bgc.elaboration.scenes.devices import channel_unit
+from bgc.emission.optimise import optimise
+from bgc.equations.derive import derive_equations
+from bgc.ir.graph import Element, FlatGraph, Node, Parameter, Source
+from bgc.ir.program import Program
+from bgc.ir.program_nodes import map_program, program_roots
+from bgc.options import Options
+from bgc.resolution.modules import Package
+from bgc.slicing.slice import without_unread
+
+_COMPONENT = re.compile(r"\[[\d,]+\]$")
+
+
+@dataclass(frozen=True, slots=True)
+class Varied:
+    """An input of the opened program: `index` is that of its INPUT symbol."""
+
+    name: str
+    unit: str
+    index: int
+
+
+@dataclass(frozen=True, slots=True)
+class Opened:
+    """A program on what its outputs need, and the inputs by which it is differentiated."""
+
+    program: Program
+    inputs: tuple[Varied, ...]
+    warnings: tuple[Diagnostic, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Candidate:
+    """What may be an input: a source (index of the element), a parameter, or a device channel."""
+
+    kind: str  # "source", "parameter" or "channel"
+    index: int
+    unit: str
+
+
+def open_scene(
+    package: Package,
+    options: Options,
+    inputs: Sequence[str] = (),
+    outputs: Sequence[str] = (),
+    values: Mapping[str, float] | None = None,
+) -> Opened:
+    """The program of a scene with inputs and outputs of one's choice.
+
+    Without `inputs` these are the channels of the scene's devices, without `outputs` what the
+    scene observes; its energy accounts are left out. A vector's name stands for its components.
+    `values` are other defaults of parameters by name, SI.
+
+    Raises
+    ------
+    BgError
+        The model is at fault, or an input or output cannot be used; BG522 where an output
+        needs the rate of an input.
+    """
+    graph = elaborate(package, options.scene, options.overrides, outputs, options.uses)
+    if outputs and graph.scene.accounts:
+        (account, *_) = graph.scene.accounts
+        raise BgError([catalogue.account_as_output(f"energy.{account}")])
+    observed = tuple(o for o in graph.observations if o.name in graph.scene.columns)
+    facts = replace(graph.scene, accounts=(), columns=tuple(o.name for o in observed))
+    parameters_now = _with_values(graph, values or {})
+    graph = replace(graph, scene=facts, observations=observed, parameters=parameters_now)
+    candidates = _candidates(graph)
+    chosen = _choose(candidates, inputs)
+    first = sum(len(device.inputs) for device in graph.devices)
+    varied: list[Varied] = []
+    sources: dict[int, Node] = {}
+    parameters: dict[int, Node] = {}
+    for name in chosen:
+        candidate = candidates[name]
+        index = candidate.index
+        if candidate.kind != "channel":
+            index = first + len(sources) + len(parameters)
+            symbol = graph.dag.symbol(Kind.INPUT, index)
+            (sources if candidate.kind == "source" else parameters)[candidate.index] = symbol
+        varied.append(Varied(name, candidate.unit, index))
+    causal = assign_causality(_with_sources(graph, sources))
+    program = derive_equations(causal)
+    program = replace(program, inputs=first + len(sources) + len(parameters))
+    program = _with_parameters(program, parameters)
+    warnings = (*package.warnings, *graph.warnings, *causal.warnings)
+    return Opened(optimise(without_unread(program)), tuple(varied), warnings)
+
+
+def _with_values(graph: FlatGraph, values: Mapping[str, float]) -> tuple[Parameter, ...]:
+    return tuple(
+        replace(p, value=graph.dag.const(values[p.name])) if p.name in values else p
+        for p in graph.parameters
+    )
+
+
+# --- what may be chosen -----------------------------------------------------------------------
+
+
+def _candidates(graph: FlatGraph) -> dict[str, _Candidate]:
+    """All inputs by name: channels of devices first, then sources, then parameters."""
+    found: dict[str, _Candidate] = {}
+    for device in graph.devices:
+        wide = {channel for channel, component in device.inputs if component > 1}
+        for k, (channel, component) in enumerate(device.inputs, device.first_input):
+            suffix = f"[{component}]" if channel in wide else ""
+            name = f"{device.name}.{channel}{suffix}"
+            found[name] = _Candidate("channel", k, channel_unit(channel))
+    for index, element in enumerate(graph.elements):
+        if isinstance(element, Source):
+            name, unit = _source_name(graph, element)
+            found.setdefault(name, _Candidate("source", index, unit))
+    for parameter in graph.parameters:
+        candidate = _Candidate("parameter", parameter.index, parameter.unit)
+        found.setdefault(parameter.name, candidate)
+    return found
+
+
+def _source_name(graph: FlatGraph, source: Source) -> tuple[str, str]:
+    """`supply.e` of an Se, `push.e[2]` of component 2 of a wide one; and its unit."""
+    (port,) = ports_of(source)
+    bond = graph.bonds[port.bond]
+    letter = "e" if source.kind == "Se" else "f"
+    unit = bond.effort_unit if letter == "e" else bond.flow_unit
+    suffix = f"[{bond.component}]"
+    if bond.width > 1 and source.name.endswith(suffix):
+        return f"{source.name.removesuffix(suffix)}.{letter}{suffix}", unit
+    return f"{source.name}.{letter}", unit
+
+
+def _choose(candidates: Mapping[str, _Candidate], texts: Sequence[str]) -> list[str]:
+    """The names of the inputs asked for, each once.
+
+    A vector's name gives its components, a source's name what it sets.
+    """
+    if not texts:
+        return [name for name, candidate in candidates.items() if candidate.kind == "channel"]
+    vectors: dict[str, list[str]] = {}
+    for name, candidate in candidates.items():
+        whole = _COMPONENT.sub("", name)
+        vectors.setdefault(whole, []).append(name)
+        if candidate.kind == "source":
+            vectors.setdefault(whole.rpartition(".")[0], []).append(name)
+    chosen: dict[str, None] = {}
+    errors = []
+    for text in texts:
+        names = [text] if text in candidates else vectors.get(text)
+        if names is None:
+            errors.append(catalogue.unknown_input(text, candidates))
+        chosen.update(dict.fromkeys(names or ()))
+    if errors:
+        raise BgError(errors)
+    return list(chosen)
+
+
+# --- what is varied ---------------------------------------------------------------------------
+
+
+def _with_sources(graph: FlatGraph, added: Mapping[int, Node]) -> FlatGraph:
+    """The graph with a symbol added to what some of its sources set."""
+    elements: list[Element] = []
+    for index, element in enumerate(graph.elements):
+        if isinstance(element, Source) and index in added:
+            value = graph.dag.add(element.value, added[index])
+            element = replace(element, value=value)
+        elements.append(element)
+    return replace(graph, elements=tuple(elements), varied=len(added))
+
+
+def _with_parameters(program: Program, added: Mapping[int, Node]) -> Program:
+    """The program with a symbol added to some parameters wherever the equations hold them."""
+    if not added:
+        return program
+    dag = program.dag
+    moved = {dag.symbol(Kind.PARAM, index): symbol for index, symbol in added.items()}
+    replaced = {node: dag.add(node, symbol) for node, symbol in moved.items()}
+    for parameter in _by_need(program):
+        node = dag.symbol(Kind.PARAM, parameter)
+        value = program.parameters[parameter].value
+        if node in replaced or replaced.keys().isdisjoint(dag.reachable([value])):
+            continue
+        (new,) = dag.substitute([value], replaced)
+        replaced[node] = dag.add(node, dag.sub(new, value))
+    if not replaced.keys().isdisjoint(dag.reachable([m.value for m in program.mass or ()])):
+        name = program.parameters[next(iter(added))].name
+        raise BgError([catalogue.input_in_mass(name)])
+    roots = program_roots(program)
+    new_of = dict(zip(roots, dag.substitute(roots, replaced), strict=True))
+    varied = map_program(program, dag, new_of.__getitem__)
+    return replace(
+        varied,
+        mass=program.mass,
+        parameters=program.parameters,
+        positive=program.positive,
+        states=tuple(
+            replace(state, initial=old.initial, scale=old.scale)
+            for state, old in zip(varied.states, program.states, strict=True)
+        ),
+    )
+
+
+def _by_need(program: Program) -> Iterable[int]:
+    """Indices of the parameters, each after those that its default is computed from."""
+    dag = program.dag
+    done: dict[int, None] = {}
+    for start in range(len(program.parameters)):
+        stack = [start]
+        while stack:
+            index = stack[-1]
+            symbols = map(dag.symbol_of, dag.reachable([program.parameters[index].value]))
+            needed = [s.index for s in symbols if s is not None and s.index not in done]
+            if index in done or not needed:
+                done[index] = None
+                stack.pop()
+            else:
+                stack.extend(needed)
+    return done

@@ -1,0 +1,218 @@
+"""Every intermediate result as text, for `bgc show --after PASS` and the golden files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from bgc.algebra.dag import Kind, Symbol
+from bgc.algebra.infix import infix_lines, number
+from bgc.causality.regions import ports_of
+from bgc.diagnostics.source import Source, Span
+from bgc.driver import Compilation
+from bgc.grammar.syntax import File
+from bgc.ir.graph import Element, FlatGraph
+from bgc.ir.program import Program
+from bgc.options import Options
+from bgc.printing.causality import causality_tables, element_ends, ranges
+from bgc.printing.tables import as_text
+from bgc.slicing.fold import Folding
+from bgc.slicing.report import dropped_lines, folded_lines
+
+PASSES = ("parse", "elaborate", "fold", "causality", "equations", "slice", "optimise", "emit")
+
+_WIDTH = 100
+
+
+def show_pass(name: str, path: Path, options: Options) -> str:
+    """What the pass `name` made of a file; only the passes up to it are run."""
+    compilation = Compilation(path, options)
+    match name:
+        case "parse":
+            return show_syntax(compilation.package.root.file)
+        case "elaborate":
+            return show_graph(compilation.graph)
+        case "fold":
+            return show_folding(compilation.folding)
+        case "causality":
+            return as_text(causality_tables(compilation))
+        case "equations":
+            return show_equations(compilation.equations)
+        case "slice":
+            return show_equations(compilation.sliced)
+        case "optimise":
+            return show_equations(compilation.optimised)
+        case "emit":
+            return "\n".join(unit.text for unit in compilation.emitted.units)
+        case _:
+            raise ValueError(f"there is no pass {name}")
+
+
+def show_syntax(file: File) -> str:
+    """The syntax tree, a node a line where it fits, indented where it does not; no spans."""
+    nodes = (*file.imports, *file.declarations)
+    return "".join(f"{_tree(node, 0)}\n" for node in nodes)
+
+
+def _tree(node: Any, indent: int) -> str:
+    flat = _flat(node)
+    if len(flat) + indent <= _WIDTH:
+        return flat
+    pad = " " * (indent + 2)
+    if isinstance(node, tuple):
+        inner = [_tree(item, indent + 2) for item in node]
+        return "(\n" + "".join(f"{pad}{item}\n" for item in inner) + " " * indent + ")"
+    named = [f"{name} = {_tree(value, indent + 2)}" for name, value in _fields(node)]
+    body = "".join(f"{pad}{item}\n" for item in named)
+    return f"{type(node).__name__}(\n{body}{' ' * indent})"
+
+
+def _flat(node: Any) -> str:
+    match node:
+        case tuple():
+            return f"({', '.join(_flat(item) for item in node)})"
+        case Fraction():
+            return number(node)
+        case Enum():
+            return str(node.value)
+        case _ if is_dataclass(node):
+            inner = ", ".join(f"{name} = {_flat(value)}" for name, value in _fields(node))
+            return f"{type(node).__name__}({inner})"
+        case _:
+            return repr(node)
+
+
+def _fields(node: Any) -> list[tuple[str, Any]]:
+    """What tells two nodes apart: no spans, and nothing that is absent or empty."""
+    found = ((f.name, getattr(node, f.name)) for f in fields(node))
+    return [
+        (name, value)
+        for name, value in found
+        if not isinstance(value, Span | Source) and value not in (None, (), "", False)
+    ]
+
+
+def show_graph(graph: FlatGraph) -> str:
+    """The flat bond graph: its elements with their bonds, then the bonds."""
+    return _sections(_of_graph(graph))
+
+
+def _of_graph(graph: FlatGraph) -> tuple[tuple[str, list[str]], ...]:
+    return (
+        ("elements", [_element(graph, element) for element in graph.elements]),
+        ("bonds", _bonds(graph)),
+        ("parameters", _parameters(graph)),
+        ("states", [f"{s.name} ({s.unit})" for s in graph.states]),
+    )
+
+
+def show_folding(folding: Folding) -> str:
+    """The parameters that were put in as numbers, and the flat graph that is left."""
+    folded = ("folded", list(folded_lines(folding.parameters)))
+    return _sections((folded, *_of_graph(folding.graph)))
+
+
+def show_equations(program: Program) -> str:
+    """The state equations `M y' = f`, what they start from, and what the scene observes."""
+    names = symbol_names(program)
+
+    def lines(equations: list[tuple[str, int]]) -> list[str]:
+        return infix_lines(program.dag, equations, names)
+
+    left = _left_sides(program)
+    return _sections(
+        (
+            ("start", lines([(s.name, s.initial) for s in program.states])),
+            (
+                "equations",
+                lines([(rate, s.derivative) for rate, s in zip(left, program.states, strict=True)]),
+            ),
+            ("observed", lines([(o.name, o.node) for o in program.observations])),
+            ("energy", lines(_accounts(program))),
+            ("dropped", _dropped(program)),
+        )
+    )
+
+
+def _dropped(program: Program) -> list[str]:
+    return list(dropped_lines(program.dropped, [state.name for state in program.states]))
+
+
+def _accounts(program: Program) -> list[tuple[str, int]]:
+    """The energy's nodes, of which those are derived that the scene needs."""
+    energy = program.energy
+    rates = [
+        ("stored", energy.stored),
+        ("supplied'", energy.supplied),
+        ("dissipated'", energy.dissipated),
+    ]
+    return [pair for pair in rates if pair[0].rstrip("'") in program.scene.needed_accounts]
+
+
+def _sections(sections: Iterable[tuple[str, list[str]]]) -> str:
+    blocks = (
+        f"{title}\n" + "".join(f"  {line}\n" for line in lines)
+        for title, lines in sections
+        if lines
+    )
+    return "\n".join(blocks)
+
+
+def _left_sides(program: Program) -> list[str]:
+    if program.mass is None:
+        return [f"{state.name}'" for state in program.states]
+    rows: list[list[str]] = [[] for _ in program.states]
+    names = symbol_names(program)
+    for entry in program.mass:
+        (line,) = infix_lines(program.dag, [("", entry.value)], names)
+        factor = line.removeprefix(" = ")
+        rate = f"{program.states[entry.column].name}'"
+        rows[entry.row].append(rate if factor == "1" else f"({factor}) * {rate}")
+    return [" + ".join(row) or "0" for row in rows]
+
+
+def symbol_names(program: Program) -> Callable[[Symbol], str]:
+    """What the symbols of a program are called."""
+    inputs = [
+        f"{device.name}.{channel}[{component}]"
+        for device in program.devices
+        for channel, component in device.inputs
+    ]
+    tables = {
+        Kind.PARAM: [p.name for p in program.parameters],
+        Kind.STATE: [s.name for s in program.states],
+        Kind.INPUT: inputs,
+    }
+
+    def name(symbol: Symbol) -> str:
+        return "time" if symbol.kind is Kind.TIME else tables[symbol.kind][symbol.index]
+
+    return name
+
+
+def _element(graph: FlatGraph, element: Element) -> str:
+    """One line; neighbouring components of a wide bond together."""
+    on: dict[str, list[int]] = {}
+    for port in ports_of(element):
+        bond = graph.bonds[port.bond]
+        on.setdefault(bond.wide, []).extend([bond.component] if bond.width > 1 else [])
+    bonds = ", ".join(wide + ranges(found) for wide, found in on.items())
+    return f"{element.name} : {element.kind} on {bonds}"
+
+
+def _bonds(graph: FlatGraph) -> list[str]:
+    lines = []
+    for bond, (tail, head) in zip(graph.bonds, element_ends(graph), strict=True):
+        units = (bond.effort_unit, bond.flow_unit)
+        lines.append(f"{tail} -> {head}" + (f" ({', '.join(units)})" if all(units) else ""))
+    return lines
+
+
+def _parameters(graph: FlatGraph) -> list[str]:
+    names = [p.name for p in graph.parameters]
+    equations = [(p.name, p.value) for p in graph.parameters]
+    return infix_lines(graph.dag, equations, lambda symbol: names[symbol.index])

@@ -1,0 +1,119 @@
+"""Files and the names they see: what reading a package makes, and elaboration works on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Generic, TypeVar
+
+from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.source import Source
+from bgc.grammar import syntax
+
+ELEMENTS = frozenset(
+    "Se Sf C I R IC TF GY J0 J1 MSe MSf MTF MGY MR Mux Demux".split()
+)  # fmt: skip
+
+D = TypeVar("D", bound=syntax.Declaration)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Declared(Generic[D]):
+    """A declaration, and the file whose names it was written with."""
+
+    syntax: D
+    module: Module
+
+
+@dataclass(slots=True, eq=False)
+class Module:
+    """One file and the names it sees: its own and those of all it imports.
+
+    Types (models, interfaces, domains) and values (constants, functions) are two namespaces.
+    """
+
+    file: syntax.File
+    models: dict[str, Declared[syntax.Model]] = field(default_factory=dict)
+    domains: dict[str, Declared[syntax.Domain]] = field(default_factory=dict)
+    constants: dict[str, Declared[syntax.Value]] = field(default_factory=dict)
+    functions: dict[str, Declared[syntax.Function]] = field(default_factory=dict)
+
+    def tables(self) -> tuple[dict[str, Declared[syntax.Declaration]], ...]:
+        """The tables of names, in an order that is the same for every module."""
+        return (self.models, self.domains, self.constants, self.functions)  # type: ignore[return-value]
+
+    @property
+    def scenes(self) -> tuple[syntax.Scene, ...]:
+        """The file's own scenes; those of imported files are not seen."""
+        return tuple(d for d in self.file.declarations if isinstance(d, syntax.Scene))
+
+    @property
+    def own_models(self) -> tuple[Declared[syntax.Model], ...]:
+        """The models declared in this very file, interfaces left out."""
+        return tuple(
+            self.models[d.name]
+            for d in self.file.declarations
+            if isinstance(d, syntax.Model) and not d.interface
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedFile:
+    """A file that was read: its place, None for a text given as such, and what it held."""
+
+    path: Path | None
+    source: Source
+
+
+@dataclass(frozen=True, slots=True)
+class Package:
+    """A file with all it imports. `files` lists every file read, the root last."""
+
+    root: Module
+    modules: tuple[Module, ...]
+    files: tuple[LoadedFile, ...]
+    warnings: tuple[Diagnostic, ...]
+
+    @property
+    def scene_names(self) -> tuple[str, ...]:
+        """The names of the root file's scenes, in order."""
+        return tuple(scene.name for scene in self.root.scenes)
+
+    @property
+    def sources(self) -> tuple[Source, ...]:
+        """The texts of all files, the root's last."""
+        return tuple(file.source for file in self.files)
+
+
+def flatten(items: tuple[syntax.Item, ...]) -> Iterator[syntax.Item]:
+    """All items, those within `for` and both branches of `if` too."""
+    for item in items:
+        yield item
+        match item:
+            case syntax.For():
+                yield from flatten(item.items)
+            case syntax.If():
+                yield from flatten(item.yes)
+                yield from flatten(item.no)
+            case _:
+                pass
+
+
+def ancestors(declared: Declared[syntax.Model]) -> Iterator[Declared[syntax.Model]]:
+    """The model, what it `is`, what that is, and so on."""
+    yield declared
+    while (base := declared.syntax.base) is not None:
+        declared = declared.module.models[base.name]
+        yield declared
+
+
+def fitting_models(
+    interface: syntax.Model, seen: Mapping[str, Declared[syntax.Model]]
+) -> list[str]:
+    """The names of the visible models that are the interface, sorted."""
+    return sorted(
+        name
+        for name, declared in seen.items()
+        if not declared.syntax.interface and any(a.syntax is interface for a in ancestors(declared))
+    )

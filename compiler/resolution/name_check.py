@@ -1,0 +1,152 @@
+"""Whether every plain name in the models of a file is declared, used or not.
+
+What a path leads to behind its first name depends on what fills the slots, and is only known
+when a scene is elaborated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from bgc.diagnostics.catalogue import names, values
+from bgc.diagnostics.report import Report
+from bgc.grammar import syntax
+from bgc.resolution.modules import ELEMENTS, Declared, Module, ancestors, flatten
+from bgc.values.functions import BUILTINS
+
+_ALWAYS = {"time", "pi"}
+_LAW_VARIABLES = {"e", "f", "p", "q", "e1", "f1", "e2", "f2", "H"}
+_SPECIAL_FUNCTIONS = {"block", "der"}
+
+
+def check_names(declared: Declared[syntax.Model], report: Report) -> None:
+    """Report each name and each function that the model uses and nothing declares."""
+    members = set(_ALWAYS)
+    for ancestor in ancestors(declared):
+        members.update(formal.name for formal in ancestor.syntax.formals)
+        if not ancestor.syntax.interface or ancestor is declared:
+            members.update(_declared_names(ancestor.syntax.items))
+    checker = _Checker(declared.module, report)
+    if declared.syntax.base is not None:
+        checker.type_use(declared.syntax.base, members)
+    checker.items(declared.syntax.items, members)
+
+
+def _declared_names(items: tuple[syntax.Item, ...]) -> Iterator[str]:
+    for item in flatten(items):
+        match item:
+            case syntax.Value() | syntax.Port() | syntax.Part():
+                yield item.name
+            case _:
+                pass
+
+
+class _Checker:
+    """Walks the statements of one model; `seen` are the names visible at each."""
+
+    def __init__(self, module: Module, report: Report) -> None:
+        self._module = module
+        self._report = report
+
+    def items(self, items: tuple[syntax.Item, ...], seen: set[str]) -> None:
+        for item in items:
+            match item:
+                case syntax.Value():
+                    ends = item.range or ()
+                    self.all((*item.dims, *ends, *((item.value,) if item.value else ())), seen)
+                case syntax.Port():
+                    self.all(item.dims, seen)
+                case syntax.Part():
+                    self._part(item, seen)
+                case syntax.Chain():
+                    self.all((end for stop in item.stops for end in stop), seen)
+                case syntax.Assign(
+                    target=syntax.Name() as target, value=syntax.Call() as value
+                ) if target.name not in seen and self._is_type(value.function):
+                    self._report.add(names.part_by_equals(item.span, target.name, value.function))
+                case syntax.Assign() | syntax.Derivative() | syntax.Project():
+                    self.all((item.target, item.value), seen)
+                case syntax.Equation():
+                    self.all((item.left, item.right), seen)
+                case syntax.Assert():
+                    self.expression(item.condition, seen)
+                case syntax.For():
+                    self.all((item.first, item.last), seen)
+                    self.items(item.items, {*seen, item.variable})
+                case syntax.If():
+                    self.expression(item.condition, seen)
+                    self.items(item.yes, seen)
+                    self.items(item.no, seen)
+
+    def _part(self, part: syntax.Part, seen: set[str]) -> None:
+        self.all(part.index, seen)
+        for use in (part.type, part.default):
+            if use is not None:
+                self.type_use(use, seen)
+        for equation in part.law or ():
+            self.all((equation.left, equation.right), {*seen, *_LAW_VARIABLES})
+
+    def type_use(self, use: syntax.TypeUse, seen: set[str]) -> None:
+        self.all(use.dims, seen)
+        for argument in use.arguments:
+            self._argument(argument.value, seen)
+
+    def _argument(self, value: syntax.Expr, seen: set[str]) -> None:
+        """An argument may be a type that fills a slot: `Rigid`, `Rigid[5]`, `Rigid(k = 3)`."""
+        match value:
+            case syntax.TypeUse():
+                self.type_use(value, seen)
+            case (
+                syntax.Name(name=name)
+                | syntax.Index(base=syntax.Name(name=name))
+                | syntax.Call(function=name)
+            ) if self._is_type(name):
+                pass
+            case _:
+                self.expression(value, seen)
+
+    def _is_type(self, name: str) -> bool:
+        return name in self._module.models or name in ELEMENTS
+
+    def all(self, expressions: Iterable[syntax.Expr | syntax.Range], seen: set[str]) -> None:
+        for expression in expressions:
+            self.expression(expression, seen)
+
+    def expression(self, expr: syntax.Expr | syntax.Range, seen: set[str]) -> None:
+        if self._report.is_full:
+            return  # to look for names that are near takes time
+        match expr:
+            case syntax.Name():
+                if expr.name not in seen and expr.name not in self._module.constants:
+                    candidates = [*seen, *self._module.constants]
+                    self._report.add(names.unknown_name(expr.span, expr.name, sorted(candidates)))
+            case syntax.Call():
+                known = expr.function in BUILTINS or expr.function in _SPECIAL_FUNCTIONS
+                if not known and expr.function not in self._module.functions:
+                    self._unknown_function(expr, seen)
+                self.all(expr.arguments, seen)
+            case syntax.Member():
+                self.expression(expr.base, seen)
+            case syntax.Index():
+                self.all((expr.base, *expr.indices), seen)
+            case syntax.Range():
+                self.all((expr.first, expr.last), seen)
+            case syntax.Unary():
+                self.expression(expr.operand, seen)
+            case syntax.Binary():
+                self.all((expr.left, expr.right), seen)
+            case syntax.Conditional():
+                self.all((expr.condition, expr.yes, expr.no), seen)
+            case syntax.Vector():
+                self.all(expr.elements, seen)
+            case syntax.TypeUse():
+                self.type_use(expr, seen)
+            case syntax.Number() | syntax.Text():
+                pass
+
+    def _unknown_function(self, expr: syntax.Call, seen: set[str]) -> None:
+        if expr.function in seen or expr.function in self._module.constants:
+            self._report.add(values.called_value(expr.span, expr.function))
+            return
+        known = (*BUILTINS, *_SPECIAL_FUNCTIONS, *self._module.functions)
+        self._report.add(values.unknown_function(expr.span, expr.function, known))

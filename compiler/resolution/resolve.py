@@ -1,0 +1,280 @@
+"""From the path of a `.bg` file to all files it needs and the names that each of them sees."""
+
+from __future__ import annotations
+
+import re
+from importlib import resources
+from pathlib import Path
+
+from bgc.diagnostics.catalogue import imports, names
+from bgc.diagnostics.report import Report
+from bgc.diagnostics.source import Source, Span
+from bgc.grammar import syntax
+from bgc.grammar.parse import parse, read_source
+from bgc.resolution.conformance import check_conformance
+from bgc.resolution.modules import ELEMENTS, Declared, LoadedFile, Module, Package, flatten
+from bgc.resolution.name_check import check_names
+
+__all__ = ["Package", "library_folder", "library_modules", "load", "load_text"]
+
+
+def load(path: Path) -> Package:
+    """Read a file and all it imports; BgError lists every mistake in all of them."""
+    return _load_root(read_source(path), path)
+
+
+def load_text(text: str, name: str = "<text>") -> Package:
+    """The same for a text; files that it imports are taken from the working folder."""
+    return _load_root(Source(name, text), None)
+
+
+def library_folder() -> Path:
+    """Where the `.bg` files of the installed library are."""
+    return Path(str(resources.files("bgc.library")))
+
+
+def library_modules() -> tuple[str, ...]:
+    """The dotted names of the library's modules, sorted."""
+    folder = library_folder()
+    return tuple(
+        sorted(".".join(p.relative_to(folder).with_suffix("").parts) for p in folder.rglob("*.bg"))
+    )
+
+
+# --- reading ----------------------------------------------------------------------------
+
+
+def _load_root(source: Source, path: Path | None) -> Package:
+    loader = _Loader()
+    root = loader.read(source, path, path.resolve() if path else None)
+    modules = tuple(loader.modules.values()) if path else (*loader.modules.values(), root)
+    for module in modules:
+        _check_types(module, loader.report)
+    loader.report.raise_errors()
+    for module in modules:
+        for declared in module.own_models:
+            check_conformance(declared, loader.report)
+            check_names(declared, loader.report)
+    loader.report.raise_errors()
+    return Package(root, modules, tuple(loader.files), loader.report.warnings)
+
+
+class _Loader:
+    """Reads each file once, imports first."""
+
+    def __init__(self) -> None:
+        self.report = Report()
+        self.modules: dict[Path, Module] = {}
+        self.files: list[LoadedFile] = []
+        self._open: list[tuple[Path | None, str]] = []
+
+    def read(self, source: Source, path: Path | None, key: Path | None) -> Module:
+        file, diagnostics = parse(source)
+        self.report.add(*diagnostics)
+        module = Module(file)
+        self._open.append((key, source.name))
+        for item in file.imports:
+            with self.report.collecting():
+                imported = self._follow(item, source, path)
+                if imported is not None:
+                    self._share(imported, module, item.span)
+        self._open.pop()
+        self._declare(module)
+        self.files.append(LoadedFile(path, source))
+        if key is not None:
+            self.modules[key] = module
+        return module
+
+    def _follow(self, item: syntax.Import, source: Source, path: Path | None) -> Module | None:
+        target, name = self._locate(item, source, path)
+        if target is None:
+            return None
+        key = target.resolve()
+        if key in self.modules:
+            return self.modules[key]
+        opened = [k for k, _ in self._open]
+        if key in opened:
+            circle = [n for _, n in self._open[opened.index(key) :]]
+            self.report.add(imports.import_cycle(item.span, [*circle, circle[0]]))
+            return None
+        read = read_source(target)
+        return self.read(Source(name, read.text), target, key)
+
+    def _locate(
+        self, item: syntax.Import, source: Source, path: Path | None
+    ) -> tuple[Path | None, str]:
+        """The imported file and its name for messages; None, reported, if it is not there."""
+        match item:
+            case syntax.ImportFile():
+                folder = path.parent if path else Path()
+                target = folder / item.path
+                if not _is_file(target):
+                    self.report.add(imports.imported_file_missing(item.span, item.path))
+                    return None, ""
+                shown = source.name.rpartition("/")[0]
+                return target, f"{shown}/{item.path}" if shown else item.path
+            case syntax.ImportModule():
+                dotted = ".".join(item.path)
+                target = library_folder().joinpath(*item.path).with_suffix(".bg")
+                if not _is_file(target):
+                    found = library_modules()
+                    self.report.add(imports.library_module_missing(item.span, dotted, found))
+                    return None, ""
+                return target, f"library/{'/'.join(item.path)}.bg"
+
+    # --- names ----------------------------------------------------------------------
+
+    def _share(self, imported: Module, module: Module, span: Span) -> None:
+        """Make all that the imported file sees visible in the importing one."""
+        for theirs, ours in zip(imported.tables(), module.tables(), strict=True):
+            for name, declared in theirs.items():
+                present = ours.setdefault(name, declared)
+                if present.syntax is not declared.syntax:
+                    places = [_name_span(present.syntax), _name_span(declared.syntax)]
+                    self.report.add(imports.name_imported_twice(span, name, places))
+
+    def _declare(self, module: Module) -> None:
+        """Enter the file's own declarations; models and domains share one namespace."""
+        seen: dict[tuple[bool, str], Span] = {}
+        for is_type, table in zip((True, True, False, False), module.tables(), strict=True):
+            for name, declared in table.items():
+                seen[is_type, name] = _name_span(declared.syntax)
+        for declaration in module.file.declarations:
+            if isinstance(declaration, syntax.Scene):
+                continue
+            is_type = isinstance(declaration, syntax.Model | syntax.Domain)
+            if is_type and declaration.name in ELEMENTS:
+                self.report.add(names.name_of_element(declaration.name_span, declaration.name))
+                continue
+            first = seen.setdefault((is_type, declaration.name), declaration.name_span)
+            if first is not declaration.name_span:
+                self.report.add(
+                    names.duplicate_name(declaration.name_span, declaration.name, first)
+                )
+                continue
+            match declaration:
+                case syntax.Model():
+                    module.models[declaration.name] = Declared(declaration, module)
+                case syntax.Domain():
+                    module.domains[declaration.name] = Declared(declaration, module)
+                case syntax.Value():
+                    module.constants[declaration.name] = Declared(declaration, module)
+                case syntax.Function():
+                    module.functions[declaration.name] = Declared(declaration, module)
+        scenes: dict[str, syntax.Scene] = {}
+        for scene in module.scenes:
+            if scenes.setdefault(scene.name, scene) is not scene:
+                first = scenes[scene.name].name_span
+                self.report.add(names.duplicate_name(scene.name_span, scene.name, first))
+
+
+def _is_file(path: Path) -> bool:
+    """Whether there is such a file; a path that the system refuses names none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def _name_span(declaration: syntax.Declaration) -> Span:
+    return declaration.name_span
+
+
+# --- types ------------------------------------------------------------------------------
+
+
+def _check_types(module: Module, report: Report) -> None:
+    """Report every type name of the file's own declarations that names nothing."""
+    for declaration in module.file.declarations:
+        match declaration:
+            case syntax.Model():
+                _check_model(declaration, module, report)
+            case syntax.Scene():
+                _check_root(declaration.model, module, report)
+            case _:
+                pass
+
+
+def _check_model(model: syntax.Model, module: Module, report: Report) -> None:
+    declared = module.models.get(model.name)
+    if declared is None or declared.syntax is not model:
+        return  # a duplicate, reported as such
+    if model.base is not None:
+        base = model.base
+        if base.name not in module.models:
+            if base.name in ELEMENTS or base.name in module.domains:
+                what = "an element" if base.name in ELEMENTS else "a domain"
+                report.add(names.not_a_model(base.name_span, base.name, what))
+            else:
+                home = _home_in_library(base.name)
+                report.add(names.unknown_type(base.name_span, base.name, module.models, home))
+        else:
+            _check_ancestry(declared, report)
+    for item in flatten(model.items):
+        match item:
+            case syntax.Part():
+                for use in (item.type, item.default):
+                    if use is not None:
+                        check_type(use, module, report)
+            case syntax.Port() if item.domain is not None and item.domain not in module.domains:
+                report.add(names.unknown_domain(item.span, item.domain, module.domains))
+            case _:
+                pass
+
+
+def _check_ancestry(declared: Declared[syntax.Model], report: Report) -> None:
+    """Report a model that reaches itself by `is`."""
+    line = [declared]
+    while (base := line[-1].syntax.base) is not None:
+        parent = line[-1].module.models.get(base.name)
+        if parent is None:
+            return
+        if parent.syntax is declared.syntax:
+            places = [d.syntax.name_span for d in line if d.module is declared.module]
+            if declared.syntax.name_span.start > min(place.start for place in places):
+                return  # reported where the circle is first written
+            cycle = [*(d.syntax.name for d in line), declared.syntax.name]
+            assert declared.syntax.base is not None
+            report.add(names.inheritance_cycle(declared.syntax.base.name_span, cycle))
+            return
+        if any(parent.syntax is d.syntax for d in line):
+            return  # a circle further up, reported there
+        line.append(parent)
+
+
+def _check_root(use: syntax.TypeUse, module: Module, report: Report) -> None:
+    model = module.models.get(use.name)
+    if model is not None and not model.syntax.interface:
+        return
+    if model is not None:
+        report.add(names.not_a_model(use.name_span, use.name, "an interface"))
+    elif use.name in ELEMENTS:
+        report.add(names.not_a_model(use.name_span, use.name, "an element"))
+    elif use.name in module.domains:
+        report.add(names.not_a_model(use.name_span, use.name, "a domain"))
+    else:
+        home = _home_in_library(use.name)
+        report.add(names.unknown_type(use.name_span, use.name, module.models, home))
+
+
+def check_type(use: syntax.TypeUse, module: Module, report: Report) -> bool:
+    """Whether the type of a part is declared; reported if not."""
+    if use.name in module.models or use.name in ELEMENTS:
+        return True
+    if use.name in module.domains:
+        report.add(names.not_a_model(use.name_span, use.name, "a domain"))
+    else:
+        candidates = [*module.models, *ELEMENTS]
+        home = _home_in_library(use.name)
+        report.add(names.unknown_type(use.name_span, use.name, candidates, home))
+    return False
+
+
+def _home_in_library(name: str) -> str | None:
+    """The module of the library that declares a model or interface, for the way out."""
+    declaration = re.compile(rf"^(?:model|interface) {re.escape(name)}\b", re.MULTILINE)
+    for module in library_modules():
+        path = library_folder().joinpath(*module.split(".")).with_suffix(".bg")
+        if declaration.search(path.read_text("utf-8")):
+            return module
+    return None

@@ -1,0 +1,129 @@
+"""Frequency response of one output to one input: where to compute it, what it is, files."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from bgc.diagnostics.catalogue.analysis import no_range, no_response
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.linear.state_space import Complex, Linearisation, Mode, Real
+from bgc.runtime.results.files import written_whole
+
+_POINTS_A_DECADE = 60
+_NEAR_A_MODE = 15  # points on either side of a resonance
+_MOST_DECADES = 12.0
+_ALMOST_ZERO = 1e-9  # of the largest eigenvalue
+_FAINT = 1e-9  # of the largest response: its last digits are rounding
+_LIGHTLY = 0.7  # damping ratio below which a mode has a resonance
+
+HEADER = ("omega", "magnitude_db", "phase_deg", "real", "imag")
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """`value[k] = G(i omega[k])`, omega in rad/s; `unit` is that of output per input."""
+
+    input: str
+    output: str
+    unit: str
+    omega: Real
+    value: Complex
+
+    @property
+    def magnitude(self) -> Real:
+        """20 log10 |G|, dB; minus infinity where the response is zero."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(20 * np.log10(np.abs(self.value)), dtype=np.float64)
+
+    @property
+    def phase(self) -> Real:
+        """The phase in degrees, without jumps of 360 from point to point."""
+        return np.asarray(np.rad2deg(np.unwrap(np.angle(self.value))), dtype=np.float64)
+
+    def rows(self) -> Real:
+        """Columns as `HEADER` names them, (k, 5)."""
+        parts = (self.omega, self.magnitude, self.phase, self.value.real, self.value.imag)
+        return np.column_stack(parts)
+
+    def write_csv(self, file: TextIO) -> None:
+        """Write a line for each frequency, every digit that matters."""
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(HEADER)
+        writer.writerows(map(repr, row) for row in self.rows().tolist())
+
+    def to_csv(self, path: Path) -> None:
+        """Write as `write_csv` does, to a file."""
+        with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
+            self.write_csv(file)
+
+
+def frequency_response(
+    linear: Linearisation, low: float | None = None, high: float | None = None
+) -> Response:
+    """The response of a linear model of one input and one output.
+
+    Frequencies from `low` to `high` in rad/s, by default a decade beyond the slowest and the
+    fastest mode, or up to where the response has faded to 1e-9 of its largest value (-180 dB);
+    close together around resonances.
+
+    Raises
+    ------
+    BgError
+        BG085 where the range is none, BG086 where the response is zero throughout.
+    """
+    modes = linear.modes()
+    first, last = _range(modes)
+    start, end = first if low is None else low, last if high is None else high
+    if not (0 < start < end and math.isfinite(end)):
+        raise BgError([no_range(start, end)])
+    omega = _frequencies(modes, start, end)
+    above, below = (linear.units[name] for name in (linear.outputs[0], linear.inputs[0]))
+    value = linear.response(omega)[:, 0, 0]
+    if not value.any():
+        raise BgError([no_response(linear.inputs[0], linear.outputs[0])])
+    if high is None:  # beyond all modes it fades, in the end into rounding
+        loud = np.flatnonzero(np.abs(value) > _FAINT * np.nanmax(np.abs(value)))[-1] + 1
+        omega, value = omega[:loud], value[:loud]
+    return Response(linear.inputs[0], linear.outputs[0], _per(above, below), omega, value)
+
+
+def _range(modes: Sequence[Mode]) -> tuple[float, float]:
+    """A decade beyond the modes, to whole decades."""
+    sizes = [abs(mode.eigenvalue) for mode in modes]
+    largest = max(sizes, default=0.0)
+    sizes = [size for size in sizes if size > _ALMOST_ZERO * largest]
+    if not sizes:
+        return 1e-2, 1e2
+    last = math.ceil(math.log10(max(sizes))) + 1
+    first = math.floor(math.log10(min(sizes))) - 1
+    return 10.0 ** max(first, last - _MOST_DECADES), 10.0**last
+
+
+def _frequencies(modes: Sequence[Mode], low: float, high: float) -> Real:
+    decades = math.log10(high) - math.log10(low)
+    count = max(2, math.ceil(_POINTS_A_DECADE * decades) + 1)
+    grids = [np.geomspace(low, high, count)]
+    for mode in modes:
+        centre = mode.eigenvalue.imag
+        if centre > 0 and abs(mode.damping) < _LIGHTLY:
+            width = max(abs(mode.eigenvalue.real), 1e-6 * centre)
+            ends = max(1.0, math.log10(centre / width))
+            beside = width * np.logspace(-1, ends - 0.5, _NEAR_A_MODE)
+            grids += [centre - beside, centre + beside]
+    every = np.unique(np.concatenate(grids))
+    return np.asarray(every[(every >= low) & (every <= high)], dtype=np.float64)
+
+
+def _per(above: str, below: str) -> str:
+    """The unit of a quotient as people read it."""
+    if above == below or below in ("", "1"):
+        return above if above != below and above != "1" else ""
+    compound = any(sign in below for sign in "*/")
+    return f"{above or '1'}/({below})" if compound else f"{above or '1'}/{below}"

@@ -1,0 +1,1 @@
+"""A scene linearised about an operating point."""

@@ -1,0 +1,248 @@
+"""Linearise a scene about an operating point: at the start, at some time, in equilibrium."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bgc.algebra.dag import Kind, Symbol
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.diagnostics.catalogue.analysis import no_equilibrium
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.ir.defaults import default_values
+from bgc.ir.graph import Node
+from bgc.linearising.linear_form import LinearForm, linear_form
+from bgc.linearising.opening import Opened, open_scene
+from bgc.options import Options
+from bgc.resolution.resolve import load
+from bgc.runtime.linear.state_space import Linearisation, Real, without_algebraic
+from bgc.runtime.linearising.equilibrium import find_rest, find_zero
+
+Mask: TypeAlias = NDArray[np.bool_]
+
+_STILL = 1e-8  # of a state's scale per second, or of the largest rate at the start
+
+
+@dataclass(frozen=True, slots=True)
+class OperatingPoint:
+    """Time, s, states and INPUT symbols, SI, of the opened program."""
+
+    time: float
+    state: Real
+    inputs: Real
+
+
+class OpenedModel:
+    """An opened scene with numbers for its parameters: evaluates it and its derivatives.
+
+    Parameters have the values of the file and of `options`, or those of `values`, SI.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        options: Options,
+        inputs: Sequence[str] = (),
+        outputs: Sequence[str] = (),
+        values: Mapping[str, float] | None = None,
+    ) -> None:
+        self._folder = path.absolute().parent
+        self._package = load(path)
+        self.opened: Opened = open_scene(self._package, options, inputs, outputs, values)
+        self._form: LinearForm = linear_form(self.opened)
+        program = self.opened.program
+        self._parameters = default_values(program.dag, program.parameters)
+        scale = self._numbers([s.scale for s in program.states], self._parameters)
+        self.scale = np.where(scale > 0, scale, 1.0)
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """What the compiler had to say."""
+        return self.opened.warnings
+
+    # --- operating points ---------------------------------------------------------------------
+
+    def operating_point(self, at: float | Literal["steady"] | None) -> OperatingPoint:
+        """The state at a time in s, or in equilibrium; by default the initial one."""
+        if at is None:
+            return self.at_start()
+        return self.steady() if at == "steady" else self.at_time(at)
+
+    def at_start(self) -> OperatingPoint:
+        """The initial state, device inputs zero; what algebraic equations determine is solved."""
+        program = self.opened.program
+        inputs = np.zeros(program.inputs)
+        nothing = OperatingPoint(0.0, np.zeros(len(program.states)), inputs)
+        state = self._numbers([s.initial for s in program.states], self._values(nothing))
+        point = OperatingPoint(0.0, state, inputs)
+        in_mass = self.mass() != 0
+        rows = np.logical_not(np.logical_or.reduce(in_mass, axis=1))
+        columns = np.logical_not(np.logical_or.reduce(in_mass, axis=0))
+        if not rows.any():
+            return point
+        block = _Block(self, point, rows, columns)
+        return block.solved(*find_zero(block.rates, block.slope, block.start))
+
+    def at_time(self, time: float) -> OperatingPoint:
+        """The state after a simulation up to a time in s, and what devices give then."""
+        from bgc.building.build import build_shared_object
+        from bgc.building.built import Built, run_facts
+        from bgc.building.cache import digest_of, open_cache
+        from bgc.building.toolchain import find_toolchain
+        from bgc.emission.emit import emit_model
+        from bgc.runtime.model import Model
+
+        program = self.opened.program
+        digest = digest_of([source.text for source in self._package.sources])
+        units = emit_model(program, digest).units
+        library = build_shared_object(units, find_toolchain(), open_cache())
+        built = Built(library, run_facts(program.scene))
+        state, inputs = Model(built, self._folder).state_at(time)
+        return OperatingPoint(time, state, inputs)
+
+    def steady(self) -> OperatingPoint:
+        """The equilibrium that the initial state leads to; BG082 where none is found."""
+        point = self.at_start()
+        every = np.ones(len(point.state), dtype=bool)
+        block = _Block(self, point, every, every)
+        found = find_rest(block.rates, block.slope, block.mass, block.start, block.projected)
+        return block.solved(*found)
+
+    def at_state(self, state: Mapping[str, float], time: float) -> OperatingPoint:
+        """The state with some values given by name, the others as at the start."""
+        start = self.at_start()
+        states = self.opened.program.states
+        values = [state.get(s.name, x) for s, x in zip(states, start.state, strict=True)]
+        return OperatingPoint(time, np.array(values), start.inputs)
+
+    # --- values at a point --------------------------------------------------------------------
+
+    def linearise(self, point: OperatingPoint) -> Linearisation:
+        """The derivatives at a point, algebraic equations solved where they can be."""
+        program, opened = self.opened.program, self.opened
+        n, p, m = len(program.states), len(program.observations), len(opened.inputs)
+        by_state = self._matrix(self._form.by_state, (n + p, n), point)
+        by_input = self._matrix(self._form.by_input, (n + p, m), point)
+        A, B, C, D, E, left = without_algebraic(
+            by_state[:n], by_input[:n], by_state[n:], by_input[n:], self.mass()
+        )
+        states = [program.states[k] for k in left]
+        named = (*states, *opened.inputs, *program.observations)
+        return Linearisation(
+            A, B, C, D, E,
+            states=tuple(s.name for s in states),
+            inputs=tuple(v.name for v in opened.inputs),
+            outputs=tuple(o.name for o in program.observations),
+            units={x.name: x.unit for x in named},
+            point=point.state[left],
+            time=point.time,
+        )  # fmt: skip
+
+    def _values(self, point: OperatingPoint) -> dict[Symbol, float]:
+        values = dict(self._parameters)
+        values[Symbol(Kind.TIME, 0)] = point.time
+        values.update((Symbol(Kind.STATE, k), x) for k, x in enumerate(point.state.tolist()))
+        values.update((Symbol(Kind.INPUT, k), x) for k, x in enumerate(point.inputs.tolist()))
+        return values
+
+    def _numbers(self, nodes: Sequence[Node], values: Mapping[Symbol, float]) -> Real:
+        return np.array(evaluate_nodes(self._form.dag, nodes, values), dtype=float)
+
+    def rates(self, point: OperatingPoint) -> Real:
+        """The right-hand sides f of M x' = f."""
+        return self._numbers(self._form.rates, self._values(point))
+
+    def by_state(self, point: OperatingPoint) -> Real:
+        """df/dx, dense."""
+        n = len(self.opened.program.states)
+        entries = tuple(entry for entry in self._form.by_state if entry[0] < n)
+        return self._matrix(entries, (n, n), point)
+
+    def _matrix(
+        self,
+        entries: Sequence[tuple[int, int, Node]],
+        shape: tuple[int, int],
+        point: OperatingPoint,
+    ) -> Real:
+        dense = np.zeros(shape)
+        numbers = self._numbers([node for _, _, node in entries], self._values(point))
+        for (row, column, _), value in zip(entries, numbers, strict=True):
+            dense[row, column] = value + 0.0  # no negative zeros
+        return dense
+
+    def mass(self) -> Real:
+        """M, dense."""
+        program = self.opened.program
+        if program.mass is None:
+            return np.eye(len(program.states))
+        dense = np.zeros((len(program.states),) * 2)
+        numbers = self._numbers([entry.value for entry in program.mass], self._parameters)
+        for entry, value in zip(program.mass, numbers, strict=True):
+            dense[entry.row, entry.column] = value
+        return dense
+
+    def projected(self, point: OperatingPoint) -> OperatingPoint:
+        """The point with those states set that are after each step of a run."""
+        projections = [
+            (k, s.projection)
+            for k, s in enumerate(self.opened.program.states)
+            if s.projection is not None
+        ]
+        if not projections:
+            return point
+        state = point.state.copy()
+        state[[k for k, _ in projections]] = self._numbers(
+            [node for _, node in projections], self._values(point)
+        )
+        return OperatingPoint(point.time, state, point.inputs)
+
+
+class _Block:
+    """Some right-hand sides as functions of some of the states, in the states' scales."""
+
+    def __init__(
+        self, model: OpenedModel, point: OperatingPoint, rows: Mask, columns: Mask
+    ) -> None:
+        self._model, self._point = model, point
+        self._rows, self._columns = rows, columns
+        self._within = np.ix_(rows, columns)
+        self._by_scale = model.scale / model.scale[:, None]
+        self.start: Real = (point.state / model.scale)[columns]
+        self.mass: Real = (model.mass() * self._by_scale)[self._within]
+        self._allowed = _STILL * max(1.0, float(np.abs(self.rates(self.start)).max(initial=0.0)))
+
+    def _moved(self, y: Real) -> OperatingPoint:
+        state = self._point.state.copy()
+        state[self._columns] = y * self._model.scale[self._columns]
+        return OperatingPoint(self._point.time, state, self._point.inputs)
+
+    def rates(self, y: Real) -> Real:
+        """The right-hand sides."""
+        found: Real = (self._model.rates(self._moved(y)) / self._model.scale)[self._rows]
+        return found
+
+    def slope(self, y: Real) -> Real:
+        """Their derivatives."""
+        found: Real = (self._model.by_state(self._moved(y)) * self._by_scale)[self._within]
+        return found
+
+    def projected(self, y: Real) -> Real:
+        """The states after what a run sets after each step."""
+        found: Real = (self._model.projected(self._moved(y)).state / self._model.scale)[
+            self._columns
+        ]
+        return found
+
+    def solved(self, y: Real, left: Real) -> OperatingPoint:
+        """The point found; BG082 where right-hand sides are left."""
+        if not np.abs(left).max(initial=0.0) <= self._allowed:
+            worst = int(np.flatnonzero(self._rows)[np.argmax(np.abs(left))])
+            state = self._model.opened.program.states[worst]
+            rate = float(np.abs(left).max() * self._model.scale[worst])
+            raise BgError([no_equilibrium(state.name, rate, state.unit)])
+        return self._moved(y)

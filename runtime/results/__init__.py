@@ -1,0 +1,1 @@
+"""Results: rows as named columns, their plots and their files."""

@@ -1,0 +1,175 @@
+"""Many runs of a model as one labelled array, and the ways to take them elsewhere."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from zipfile import ZIP_DEFLATED, ZipFile
+
+import numpy as np
+
+from bgc.diagnostics.catalogue.arguments import unknown_column
+from bgc.diagnostics.catalogue.machine import package_missing
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.results.files import written_whole
+from bgc.runtime.results.result import UnknownColumn
+from bgc.runtime.running.binding import Array
+
+DONE, FAILED, INTERRUPTED = "done", "failed", "interrupted"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Ensemble:
+    """Rows of many runs, SI values: an array over instances, times and outputs.
+
+    `ensemble["tip.z"]` is one output of all instances, (n, rows); `ensemble["tip"]` the outputs
+    `tip[1]`, `tip[2]`, .. side by side, (n, rows, 3). `len(ensemble)` is n.
+
+    Attributes
+    ----------
+    scene, solver
+        What was run, and by which method.
+    time
+        Times of the rows, s, (rows,).
+    values
+        (n, rows, outputs); NaN in the rows that a run did not reach.
+    names, units
+        Outputs in the scene's order, and their SI units.
+    parameters
+        The varied ones by name, SI, (n,) each.
+    status
+        Of each instance: `done`, `failed` or `interrupted`.
+    failures
+        Why, by the number of the instance (from 0).
+    together
+        How many were computed in the lanes of vector registers, not alone.
+    alone
+        Why all were run one by one; empty where vector registers were used.
+    warnings
+        What there was to say of how they were run.
+    """
+
+    scene: str
+    solver: str
+    time: Array
+    values: Array
+    names: tuple[str, ...]
+    units: Mapping[str, str]
+    parameters: Mapping[str, Array]
+    status: tuple[str, ...]
+    failures: Mapping[int, Diagnostic] = field(default_factory=dict)
+    together: int = 0
+    alone: str = ""
+    warnings: tuple[Diagnostic, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and bool(self._places(name))
+
+    def __getitem__(self, name: str) -> Array:
+        places = self._places(name)
+        if not places:
+            raise UnknownColumn([unknown_column(name, self.names)])
+        if places == [self._place_of(name)]:
+            return self.values[:, :, places[0]]
+        return self.values[:, :, places]
+
+    def __repr__(self) -> str:
+        bad = len(self.status) - self.status.count(DONE)
+        ended = f", {bad} not completed" if bad else ""
+        end = f"{self.time[-1]:g} s" if len(self.time) else "its start"
+        return (
+            f"<bgc ensemble of {self.scene}: {len(self)} instances, "
+            f"{len(self.time)} rows to {end}{ended}>"
+        )
+
+    @property
+    def done(self) -> Array:
+        """Which instances have all their rows, (n,) of bool: an index for `values`."""
+        return np.array([status == DONE for status in self.status])
+
+    def _place_of(self, name: str) -> int:
+        return self.names.index(name) if name in self.names else -1
+
+    def _places(self, name: str) -> list[int]:
+        """Columns of an output, or of a vector's components in order."""
+        if name in self.names:
+            return [self.names.index(name)]
+        count = 0
+        while f"{name}[{count + 1}]" in self.names:
+            count += 1
+        return [self.names.index(f"{name}[{k + 1}]") for k in range(count)]
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write a line for each row of each instance: `instance,<parameter>,..,time,<name>,..`."""
+        given = [self.parameters[name].tolist() for name in self.parameters]
+        with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
+            header = ("instance", *self.parameters, "time", *self.names)
+            csv.writer(file, lineterminator="\n").writerow(header)
+            for k, rows in enumerate(self.values):
+                start = ",".join((str(k), *(repr(values[k]) for values in given)))
+                for time, row in zip(self.time.tolist(), rows.tolist(), strict=True):
+                    file.write(f"{start},{time!r},{','.join(map(repr, row))}\n")
+
+    def to_npz(self, path: str | Path) -> None:
+        """Write NumPy's compressed archive: `values`, `time`, `names`, `status` and `about`.
+
+        Each varied parameter is an array `parameter:<name>`. `about` is a JSON text with the
+        units, the scene, the solver and what went wrong.
+        """
+        about = {
+            "scene": self.scene,
+            "solver": self.solver,
+            "units": {"time": "s", **self.units},
+            "failures": {str(k): why.message for k, why in self.failures.items()},
+        }
+        arrays = {
+            "values": self.values,
+            "time": self.time,
+            "names": np.array(self.names),
+            "status": np.array(self.status),
+            "about": np.array(json.dumps(about)),
+            **{f"parameter:{name}": values for name, values in self.parameters.items()},
+        }
+        with written_whole(path) as aside, ZipFile(aside, "w", ZIP_DEFLATED) as archive:
+            for name, array in arrays.items():
+                with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                    np.lib.format.write_array(file, np.asanyarray(array), allow_pickle=False)
+
+    def to_xarray(self) -> Any:
+        """An xarray DataArray over `instance`, `time` and `output`.
+
+        The varied parameters and the status are coordinates along `instance`.
+        """
+        try:
+            import xarray as xr
+        except ImportError as problem:
+            raise BgError([package_missing("xarray", "`to_xarray`", "xarray")]) from problem
+        along: dict[str, Any] = {name: ("instance", v) for name, v in self.parameters.items()}
+        return xr.DataArray(
+            self.values,
+            dims=("instance", "time", "output"),
+            coords={
+                **along,
+                "status": ("instance", list(self.status)),
+                "time": self.time,
+                "output": list(self.names),
+                "unit": ("output", [self.units[name] for name in self.names]),
+            },
+            name=self.scene,
+        )
+
+
+class EnsembleInterrupted(KeyboardInterrupt):
+    """Ctrl-C while an ensemble ran; `result` holds what was computed up to there."""
+
+    def __init__(self, result: Ensemble) -> None:
+        done = result.status.count(DONE)
+        super().__init__(f"interrupted when {done} of {len(result)} instances were done")
+        self.result = result

@@ -1,0 +1,47 @@
+"""Write a file whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from bgc.diagnostics.catalogue.machine import cannot_write
+from bgc.diagnostics.diagnostic import BgError
+
+
+@contextmanager
+def written_whole(path: str | Path) -> Iterator[Path]:
+    """Give a path to write to, and move what was written to `path` when all went well.
+
+    An earlier file of that name stays untouched until then. What is no ordinary file
+    (`/dev/stdout`, a named pipe) is written directly. Raises BgError BG055 where the operating
+    system refuses.
+    """
+    goal = Path(path)
+    try:
+        if goal.exists() and not goal.is_file():
+            yield goal
+            return
+        goal = goal.resolve()  # through a link, which stays
+        handle, name = tempfile.mkstemp(
+            prefix=f".{goal.stem}-", suffix=goal.suffix, dir=goal.parent
+        )
+        aside = Path(name)
+        os.close(handle)
+        try:
+            yield aside
+            aside.chmod(goal.stat().st_mode if goal.exists() else 0o666 & ~_umask())
+            aside.replace(goal)
+        finally:
+            aside.unlink(missing_ok=True)
+    except OSError as problem:
+        raise BgError([cannot_write(str(path), problem.strerror or str(problem))]) from problem
+
+
+def _umask() -> int:
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,172 @@
+"""Plots of a result: time plots stacked by unit, or panels of the user's choice."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from itertools import cycle
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+
+from bgc.building.built import Panel
+from bgc.diagnostics.catalogue.arguments import bad_panel
+from bgc.diagnostics.catalogue.machine import nothing_to_draw, unknown_file_kind
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.results.files import written_whole
+
+if TYPE_CHECKING:
+    from bgc.runtime.results.result import Result
+
+KINDS = (".png", ".svg", ".pdf")
+
+_WIDTH, _PANEL_HEIGHT, _SQUARE_HEIGHT, _MARGIN = 8.0, 2.4, 4.2, 0.7  # inches
+_MOST_IN_LEGEND = 10
+_UNLIKE_RANGES = 10.0
+# Okabe and Ito's colours, which colour-blind readers can tell apart.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+STYLE: dict[Any, Any] = {
+    "agg.path.chunksize": 20_000,  # long runs overflow the renderer otherwise
+    "axes.grid": True,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "font.size": 9.5,
+    "grid.alpha": 0.35,
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "lines.linewidth": 1.3,
+    "svg.hashsalt": "bgc",  # the same bytes for the same result
+}
+
+
+def read_panel(text: str) -> Panel:
+    """Read `tip.z, handle.z` or `force against elevation`; BG069 where it is neither."""
+    first, against, second = text.partition(" against ")
+    columns = tuple(name.strip() for name in re.split(r",(?![^\[]*\])", first))
+    across = second.strip() if against else "time"
+    if not all(columns) or not across or any(name.endswith(" against") for name in columns):
+        raise BgError([bad_panel(text)])
+    return Panel(columns, across)
+
+
+def plot_result(
+    result: Result,
+    path: str | Path | None,
+    columns: Sequence[str] | None,
+    panels: Sequence[str] | None,
+) -> Figure:
+    """Draw a result, and write the figure where a path is given; see `Result.plot`."""
+    if path is not None and Path(path).suffix.lower() not in KINDS:
+        raise BgError([unknown_file_kind(str(path), KINDS)])
+    if len(result.time) < 2:
+        raise BgError([nothing_to_draw("the run ended at its start")])
+    if panels:
+        chosen = [read_panel(text) for text in panels]
+    elif columns is None and result.panels:
+        chosen = list(result.panels)
+    else:
+        chosen = _panels_by_unit(result, result.expand(list(columns or result)))
+    if not chosen:
+        raise BgError([nothing_to_draw("the scene observes nothing")])
+    chosen = [Panel(tuple(result.expand(p.columns)), p.across) for p in chosen]
+    with matplotlib.rc_context(STYLE):
+        figure = _draw(result, chosen)
+        if path is not None:
+            write_figure(figure, path)
+    return figure
+
+
+def write_figure(figure: Figure, path: str | Path) -> None:
+    """Write a figure as the name's ending says, the same bytes for the same figure."""
+    kind = Path(path).suffix.lower()[1:]
+    undated = {"Date": None} if kind == "svg" else None
+    with written_whole(path) as aside:
+        figure.savefig(aside, format=kind, dpi=150, metadata=undated)
+
+
+def _panels_by_unit(result: Result, columns: Sequence[str]) -> list[Panel]:
+    by_unit: dict[str, list[str]] = {}
+    for column in columns:
+        by_unit.setdefault(result.units.get(column, ""), []).append(column)
+    return [Panel(tuple(names)) for names in by_unit.values()]
+
+
+def _draw(result: Result, panels: Sequence[Panel]) -> Figure:
+    heights = [_PANEL_HEIGHT if p.across == "time" else _SQUARE_HEIGHT for p in panels]
+    figure = Figure(figsize=(_WIDTH, sum(heights) + _MARGIN), layout="constrained")
+    grid = figure.add_gridspec(len(panels), 1, height_ratios=heights)
+    timed: Any = None
+    for k, panel in enumerate(panels):
+        axes = figure.add_subplot(grid[k], sharex=timed if panel.across == "time" else None)
+        if panel.across == "time":
+            timed = axes
+        _draw_panel(result, panel, axes)
+        last = all(p.across != "time" for p in panels[k + 1 :])
+        if panel.across != "time" or last:
+            axes.set_xlabel(_label(panel.across, result))
+        else:
+            axes.tick_params(labelbottom=False)
+    figure.suptitle(
+        result.scene if result.status == "done" else f"{result.scene} ({result.status})"
+    )
+    return figure
+
+
+def _draw_panel(result: Result, panel: Panel, axes: Any) -> None:
+    """Draw one panel; what does not fit the left scale gets the one at the right."""
+    across = result[panel.across]
+    left, right = _sides(result, panel)
+    other: Any = axes.twinx() if right else None
+    lines = []
+    for column, colour in zip(panel.columns, cycle(COLOURS), strict=False):
+        side = other if column in right else axes
+        lines += side.plot(across, result[column], label=column, color=colour)
+    axes.set_ylabel(_axis_label(left, result))
+    if other is not None:
+        other.grid(False)
+        other.spines["right"].set_visible(True)
+        other.set_ylabel(_axis_label(right, result))
+    if panel.across == "time":
+        axes.margins(x=0)
+    if len(panel.columns) > 1:
+        axes.legend(
+            handles=lines[:_MOST_IN_LEGEND],
+            loc="lower left",
+            bbox_to_anchor=(0, 1),
+            borderaxespad=0.1,
+            ncols=5,
+            fontsize="small",
+        )
+
+
+def _sides(result: Result, panel: Panel) -> tuple[list[str], list[str]]:
+    """Share a panel's columns between the scales at its left and at its right.
+
+    At the right are columns of a second unit; of a pair in one unit, the second where it spans
+    a far smaller or larger range than the first.
+    """
+    units = list(dict.fromkeys(result.units[column] for column in panel.columns))
+    if len(units) == 2:
+        left = [column for column in panel.columns if result.units[column] == units[0]]
+        return left, [column for column in panel.columns if column not in left]
+    if len(panel.columns) == 2:
+        first, second = (float(np.ptp(result[column])) for column in panel.columns)
+        if min(first, second) * _UNLIKE_RANGES < max(first, second) and min(first, second) > 0:
+            return [panel.columns[0]], [panel.columns[1]]
+    return list(panel.columns), []
+
+
+def _axis_label(columns: Sequence[str], result: Result) -> str:
+    return _label(columns[0], result) if len(columns) == 1 else _bracketed(result.units[columns[0]])
+
+
+def _label(name: str, result: Result) -> str:
+    unit = "s" if name == "time" else result.units[name]
+    return f"{name} {_bracketed(unit)}".strip()
+
+
+def _bracketed(unit: str) -> str:
+    return f"[{unit}]" if unit else ""

@@ -1,0 +1,224 @@
+"""What a run computed: named columns over time, and the ways to take them elsewhere."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+import numpy as np
+
+from bgc.building.built import Panel
+from bgc.diagnostics.catalogue.arguments import unknown_column
+from bgc.diagnostics.catalogue.machine import package_missing
+from bgc.diagnostics.catalogue.run import out_of_balance, value_not_finite
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.results.files import written_whole
+from bgc.runtime.running.binding import Array
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_COMPONENT = re.compile(r"(.*)\[(\d+)\]")
+_ROWS_AT_ONCE = 4096
+_UNBALANCED = 0.005  # of the energy exchanged: a residual that is no rounding and no tolerance
+
+
+def unbalanced(residual: float, exchanged: float) -> bool:
+    """Whether an energy residual is too large beside the energy exchanged, both in J.
+
+    A bond graph conserves energy, whatever its laws: the residual is the method's alone.
+    """
+    return residual > _UNBALANCED * exchanged > 0
+
+
+class UnknownColumn(BgError, KeyError):
+    """A result was asked for a column that it does not have."""
+
+    __str__ = BgError.__str__
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Result(Mapping[str, Array]):
+    """Rows of a run, as columns by name; SI values.
+
+    `result["tip.z"]` is a column, (n,); `result["tip"]` the columns `tip[1]`, `tip[2]`, ..
+    side by side, (n, 3); `result["time"]` is `result.time`.
+
+    Attributes
+    ----------
+    scene, solver
+        What was run, and by which method.
+    time
+        Times of the rows, s, (n,).
+    columns, units
+        Observed columns by name, in the scene's order, and their SI units.
+    counts
+        What the run cost: steps, evaluations, seconds.
+    status, message
+        `done`; or `failed` or `interrupted` with the reason, and the rows up to there.
+    panels
+        What the scene wants plotted.
+    accounts
+        Columns of the energy accounts: `{"residual": "energy.residual"}`.
+    notices
+        What there was to say of how it was run.
+    warnings
+        These, and what is odd about the rows: a value that is not finite, energies that do not
+        balance.
+    """
+
+    scene: str
+    time: Array
+    columns: Mapping[str, Array]
+    units: Mapping[str, str]
+    solver: str
+    counts: Mapping[str, float]
+    status: str = "done"
+    message: str = ""
+    panels: Sequence[Panel] = ()
+    accounts: Mapping[str, str] = field(default_factory=dict)
+    notices: tuple[Diagnostic, ...] = ()
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """The notices, and what is odd about the rows: BG712, BG716."""
+        return (*self.notices, *self._not_finite(), *self._unbalanced())
+
+    def _unbalanced(self) -> Iterator[Diagnostic]:
+        if "residual" in self.accounts and len(self.time):
+            residual = np.abs(self.columns[self.accounts["residual"]])
+            if unbalanced(float(residual.max()), exchanged := self.counts.get("exchanged", 0.0)):
+                first = int(np.argmax(residual > _UNBALANCED * exchanged))
+                share = float(residual.max()) / exchanged
+                yield out_of_balance(float(self.time[first]), share)
+
+    def _not_finite(self) -> Iterator[Diagnostic]:
+        worst: tuple[int, str, bool] | None = None
+        for name, column in self.columns.items():
+            finite = np.isfinite(column)
+            row = int(np.argmin(finite)) if len(finite) else 0  # the first that is not
+            if not finite.all() and (worst is None or row < worst[0]):
+                worst = row, name, not finite[row:].any()
+        if worst is not None:
+            row, name, to_the_end = worst
+            yield value_not_finite(name, float(self.time[row]), to_the_end)
+
+    def ended(self, status: str, message: str) -> Result:
+        """The same rows, of a run that ended early."""
+        return replace(self, status=status, message=message)
+
+    def __getitem__(self, name: str) -> Array:
+        if name in self.columns:
+            return self.columns[name]
+        if name == "time":
+            return self.time
+        if parts := self._components(name):
+            return np.column_stack([self.columns[part] for part in parts])
+        raise UnknownColumn([unknown_column(name, (*self.columns, *self._vectors()))])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
+
+    def __len__(self) -> int:
+        return len(self.columns)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.columns or name == "time" or bool(self._components(name))
+
+    def __repr__(self) -> str:
+        end = f"{self.time[-1]:g} s" if len(self.time) else "its start"
+        ended = "" if self.status == "done" else f", {self.status}: {self.message}"
+        return f"<bgc result of {self.scene}: {len(self.time)} rows to {end}{ended}>"
+
+    def _components(self, name: object) -> list[str]:
+        """Columns of a vector, in order; empty where `name` is none."""
+        matches = [(column, _COMPONENT.fullmatch(column)) for column in self.columns]
+        found = [(int(m[2]), column) for column, m in matches if m is not None and m[1] == name]
+        return [column for _, column in sorted(found)]
+
+    def _vectors(self) -> list[str]:
+        matches = (_COMPONENT.fullmatch(column) for column in self.columns)
+        return list(dict.fromkeys(m[1] for m in matches if m is not None))
+
+    def expand(self, names: Sequence[str]) -> list[str]:
+        """Replace the names of vectors by those of their columns; BG065 for what is unknown."""
+        columns: list[str] = []
+        for name in names:
+            if name in self.columns or name == "time":
+                columns.append(name)
+            elif parts := self._components(name):
+                columns.extend(parts)
+            else:
+                raise UnknownColumn([unknown_column(name, (*self.columns, *self._vectors()))])
+        return columns
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write `time,<name>,..` and a line for each row; SI, every digit that matters."""
+        with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
+            self.write_csv(file)
+
+    def write_csv(self, file: TextIO) -> None:
+        """Write as `to_csv` does, to an open file."""
+        csv.writer(file, lineterminator="\n").writerow(("time", *self.columns))
+        table = np.column_stack((self.time, *self.columns.values()))
+        for start in range(0, len(table), _ROWS_AT_ONCE):
+            rows = table[start : start + _ROWS_AT_ONCE].tolist()
+            file.writelines(",".join(map(repr, row)) + "\n" for row in rows)
+
+    def to_npz(self, path: str | Path) -> None:
+        """Write NumPy's compressed archive: an array for each column, `time`, and `about`.
+
+        `about` is a JSON text with the units, the scene, the solver and the status.
+        """
+        from zipfile import ZIP_DEFLATED, ZipFile
+
+        about = {
+            "scene": self.scene,
+            "solver": self.solver,
+            "status": self.status,
+            "message": self.message,
+            "units": {"time": "s", **self.units},
+        }
+        arrays = {**self.columns, "time": self.time, "about": np.array(json.dumps(about))}
+        # Not np.savez, whose own argument `file` a column might be called.
+        with written_whole(path) as aside, ZipFile(aside, "w", ZIP_DEFLATED) as archive:
+            for name, array in arrays.items():
+                with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                    np.lib.format.write_array(file, np.asanyarray(array), allow_pickle=False)
+
+    def to_pandas(self) -> Any:
+        """A pandas DataFrame with a column for each name and `time` as its index."""
+        try:
+            import pandas as pd
+        except ImportError as problem:
+            raise BgError([package_missing("pandas", "`to_pandas`", "pandas")]) from problem
+        frame = pd.DataFrame(dict(self.columns), index=pd.Index(self.time, name="time"))
+        frame.attrs["units"] = {"time": "s", **self.units}
+        return frame
+
+    def plot(
+        self,
+        path: str | Path | None = None,
+        columns: Sequence[str] | None = None,
+        panels: Sequence[str] | None = None,
+    ) -> Figure:
+        """Plot what the scene says, else all columns stacked by unit; returns the figure.
+
+        Parameters
+        ----------
+        path
+            Where to write it (`.png`, `.svg`, `.pdf`); not written by default.
+        columns
+            Columns or vectors to show against time, stacked by unit.
+        panels
+            What each panel shows, instead: `"tip.z, handle.z"` against time, or
+            `"force against elevation"`.
+        """
+        from bgc.runtime.results.plot import plot_result
+
+        return plot_result(self, path, columns, panels)

@@ -1,0 +1,50 @@
+"""What a run came to, in a few lines."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bgc.runtime.results.result import Result
+
+
+def summarise(result: Result) -> str:
+    """Tell how far a run went, what it cost, and how well it kept its energy."""
+    counts = result.counts
+    reached = float(result.time[-1]) if len(result.time) else 0.0
+    spent = counts["run_seconds"]
+    factor = f", {reached / spent:.3g} x real time" if spent > 0 and reached > 0 else ""
+    ended = "" if result.status == "done" else f" ({result.status})"
+    rejected = f" ({counts['rejected']:.0f} rejected)" if counts["rejected"] else ""
+    events = f", {_count(counts['events'], 'event')}" if counts["events"] else ""
+    lines = [
+        f"{result.scene}: {_seconds(reached)} simulated in {_seconds(spent)}{factor}{ended}",
+        f"  {result.solver}: {_count(counts['steps'], 'step')}{rejected}{events}, "
+        f"{_count(len(result.time), 'row')}, worst step {_seconds(counts['worst_step_seconds'])}",
+    ]
+    if counts["fallbacks"]:
+        lines.append(f"  {counts['fallbacks']:,.0f} factorisations needed full pivoting")
+    if residual := _residual(result):
+        lines.append(f"  {residual}")
+    return "\n".join(lines)
+
+
+def _count(number: float, word: str) -> str:
+    return f"{number:,.0f} {word}" if number == 1 else f"{number:,.0f} {word}s"
+
+
+def _residual(result: Result) -> str:
+    """The energy residual, and its share of the largest account that is observed."""
+    columns = {account: result[column] for account, column in result.accounts.items()}
+    if "residual" not in columns or not len(result.time):
+        return ""
+    worst = float(np.max(np.abs(columns.pop("residual"))))
+    exchanged = max((float(np.max(np.abs(column))) for column in columns.values()), default=0.0)
+    share = f", {worst / exchanged:.1e} of the {exchanged:.3g} J exchanged" if exchanged else ""
+    return f"energy residual {worst:.2g} J{share}"
+
+
+def _seconds(value: float) -> str:
+    for size, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "us")):
+        if value >= size:
+            return f"{value / size:.4g} {unit}"
+    return "0 s" if value == 0 else f"{value * 1e9:.3g} ns"

@@ -1,0 +1,436 @@
+"""The C interface of a compiled model, as `bgc.h` declares it, through ctypes.
+
+The only module that knows the layout of C structures. A `Library` is a loaded model, an
+`Instance` one running copy of it; neither knows of scenes, results or messages.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_long, c_size_t, c_uint32, c_void_p
+from enum import IntEnum
+from pathlib import Path
+from typing import Any, ClassVar, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bgc.diagnostics.catalogue.machine import cannot_load
+from bgc.diagnostics.catalogue.run import no_memory
+from bgc.diagnostics.diagnostic import BgError
+
+ABI = 5
+
+Array: TypeAlias = NDArray[np.float64]
+_Fields: TypeAlias = list[tuple[str, Any]]
+
+
+class Status(IntEnum):
+    """`bgc_status`."""
+
+    OK = 0
+    STEP_TOO_SMALL = 1
+    TOO_MANY_STEPS = 2
+    NOT_FINITE = 3
+    SINGULAR = 4
+    ASSERTION = 5
+    DEVICE = 6
+    BAD_PARAMETER = 7
+    BAD_ARGUMENT = 8
+    INTERRUPTED = 9
+    NO_MEMORY = 10
+    NOT_EXPLICIT = 11
+    INCONSISTENT = 12
+    NOT_CONVERGED = 13
+    CHATTERING = 14
+
+
+class ParamInfo(ctypes.Structure):
+    """`bgc_param_info`."""
+
+    _fields_: ClassVar[_Fields] = [
+        ("name", c_char_p),
+        ("unit", c_char_p),
+        ("value", c_double),
+        ("low", c_double),
+        ("high", c_double),
+    ]
+
+
+class VarInfo(ctypes.Structure):
+    """`bgc_var_info`."""
+
+    _fields_: ClassVar[_Fields] = [("name", c_char_p), ("unit", c_char_p)]
+
+
+class ChannelUse(ctypes.Structure):
+    """`bgc_channel_use`."""
+
+    _fields_: ClassVar[_Fields] = [("device", c_int), ("channel", c_int), ("component", c_int)]
+
+
+class DeviceInfo(ctypes.Structure):
+    """`bgc_device_info`."""
+
+    _fields_: ClassVar[_Fields] = [("name", c_char_p), ("driver", c_char_p), ("options", c_char_p)]
+
+
+class SwitchInfo(ctypes.Structure):
+    """`bgc_switch_info`."""
+
+    _fields_: ClassVar[_Fields] = [("operation", c_int), ("timed", c_int), ("jumps", c_int)]
+
+
+_FACTOR_TABLES = (
+    "pivot_row",
+    "pivot_col",
+    "lu_row",
+    "lu_pivot",
+    "lu_col",
+    "lu_jac",
+    "lu_mass",
+)
+
+
+_FUNCTIONS = (
+    "prepare",
+    "positive",
+    "defaults",
+    "initial",
+    "scale",
+    "mass",
+    "rhs",
+    "jacobian",
+    "factor",
+)
+
+
+class ModelStruct(ctypes.Structure):
+    """`bgc_model`, up to the function `factor`; only the runtime calls them."""
+
+    _fields_: ClassVar[_Fields] = [
+        ("abi", c_uint32),
+        ("name", c_char_p),
+        ("hash", c_char_p),
+        ("n_param", c_int),
+        ("n_hoist", c_int),
+        ("n_state", c_int),
+        ("n_input", c_int),
+        ("n_output", c_int),
+        ("n_command", c_int),
+        ("n_assert", c_int),
+        ("n_device", c_int),
+        ("n_jac", c_int),
+        ("n_mass", c_int),
+        ("n_lu", c_int),
+        ("n_work", c_int),
+        ("param", POINTER(ParamInfo)),
+        ("state", POINTER(VarInfo)),
+        ("output", POINTER(VarInfo)),
+        ("input", POINTER(ChannelUse)),
+        ("command", POINTER(ChannelUse)),
+        ("device", POINTER(DeviceInfo)),
+        ("assertion", POINTER(c_char_p)),
+        ("param_check", POINTER(c_char_p)),
+        ("n_check", c_int),
+        ("jac_row", POINTER(c_int)),
+        ("jac_col", POINTER(c_int)),
+        ("mass_row", POINTER(c_int)),
+        ("mass_col", POINTER(c_int)),
+        *((name, POINTER(c_int)) for name in _FACTOR_TABLES),
+        ("switch_info", POINTER(SwitchInfo)),
+        ("n_switch", c_int),
+        ("n_timed", c_int),
+        ("step", c_double),
+        ("duration", c_double),
+        ("every", c_double),
+        *((name, c_void_p) for name in _FUNCTIONS),
+    ]
+
+
+class OptionsStruct(ctypes.Structure):
+    """`bgc_options`."""
+
+    _fields_: ClassVar[_Fields] = [
+        ("name", c_char_p),
+        ("rtol", c_double),
+        ("atol", c_double),
+        ("step", c_double),
+        ("max_step", c_double),
+        ("max_steps", c_long),
+        ("keep", c_int),
+        ("accounts", c_int),
+    ]
+
+
+class CountsStruct(ctypes.Structure):
+    """`bgc_counts`."""
+
+    _fields_: ClassVar[_Fields] = [
+        *((name, c_long) for name in ("steps", "rejected", "rhs", "jacobians", "factorisations")),
+        *((name, c_long) for name in ("solves", "refinements", "fallbacks", "samples", "events")),
+        *((name, c_double) for name in ("last_step", "worst_step_seconds", "run_seconds")),
+        *((name, c_double) for name in ("worst_sample_seconds", "exchanged")),
+        *((name, c_double) for name in ("coarsest", "coarsest_at")),
+        ("coarsest_state", c_long),
+        ("liveliest", c_double),
+    ]
+
+
+_Doubles = POINTER(c_double)
+_Model = POINTER(ModelStruct)
+# name: result, arguments after `const bgc_model *m` and `bgc_data *d`
+_ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
+    "bgc_free": (None, ()),
+    "bgc_set_param": (c_int, (c_int, c_double)),
+    "bgc_get_param": (c_double, (c_int,)),
+    "bgc_reset": (c_int, (c_double,)),
+    "bgc_restart": (c_int, ()),
+    "bgc_rhs": (c_int, (_Doubles,)),
+    "bgc_jacobian": (c_int, (_Doubles, _Doubles)),
+    "bgc_mass": (c_int, (_Doubles,)),
+    "bgc_outputs": (c_int, (_Doubles,)),
+    "bgc_energy": (c_int, (_Doubles,)),
+    "bgc_set_options": (c_int, (POINTER(OptionsStruct),)),
+    "bgc_run": (c_int, (_Doubles, c_size_t, _Doubles, POINTER(c_size_t))),
+    "bgc_open_device": (c_int, (c_int, c_void_p, c_char_p, c_char_p, c_size_t)),
+    "bgc_close_devices": (None, ()),
+}
+# name: result, all arguments
+_OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
+    "bgc_get_model": (_Model, ()),
+    "bgc_new": (c_void_p, (_Model,)),
+    "bgc_failed_parameter": (c_int, (c_void_p,)),
+    "bgc_failed_assertion": (c_int, (c_void_p,)),
+    "bgc_failed_state": (c_int, (c_void_p,)),
+    "bgc_failed_switch": (c_int, (c_void_p,)),
+    "bgc_time": (c_double, (c_void_p,)),
+    "bgc_state": (_Doubles, (c_void_p,)),
+    "bgc_scale": (_Doubles, (c_void_p,)),
+    "bgc_input": (_Doubles, (c_void_p,)),
+    "bgc_method_is_fixed": (c_int, (c_char_p,)),
+    "bgc_method_name": (c_char_p, (c_int,)),
+    "bgc_stop": (None, (c_void_p,)),
+    "bgc_get_counts": (POINTER(CountsStruct), (c_void_p,)),
+    "bgc_find_driver": (c_void_p, (c_char_p,)),
+}
+
+
+class Library:
+    """A loaded shared object: the model's constant data and the runtime's functions."""
+
+    def __init__(self, path: Path) -> None:
+        try:
+            self.functions = ctypes.CDLL(str(path))
+            for name, (result, arguments) in _ON_INSTANCE.items():
+                self._declare(name, result, (_Model, c_void_p, *arguments))
+            for name, (result, arguments) in _OTHERS.items():
+                self._declare(name, result, arguments)
+        except (OSError, AttributeError) as problem:
+            raise BgError([cannot_load(str(path), str(problem))]) from problem
+        self.pointer = self.functions.bgc_get_model()
+        self.model: ModelStruct = self.pointer.contents
+        if self.model.abi != ABI:
+            reason = f"it speaks version {self.model.abi} of the interface, this bgc {ABI}"
+            raise BgError([cannot_load(str(path), reason)])
+
+    def _declare(self, name: str, result: Any, arguments: tuple[Any, ...]) -> None:
+        function = getattr(self.functions, name)
+        function.restype = result
+        function.argtypes = arguments
+
+    def methods(self) -> tuple[str, ...]:
+        """Names of the integration methods."""
+        names: list[str] = []
+        while (name := self.functions.bgc_method_name(len(names))) is not None:
+            names.append(name.decode())
+        return tuple(names)
+
+    def is_fixed(self, method: str) -> bool:
+        """Whether a method takes steps of a given length."""
+        return bool(self.functions.bgc_method_is_fixed(method.encode()) == 1)
+
+
+def backend_run(path: Path, solver: str) -> Any:
+    """The function of a backend's shared object that does what `bgc_run` does."""
+    result, arguments = _ON_INSTANCE["bgc_run"]
+    try:
+        function = getattr(ctypes.CDLL(str(path)), f"bgc_{solver}_run")
+    except (OSError, AttributeError) as problem:
+        raise BgError([cannot_load(str(path), str(problem))]) from problem
+    function.restype = result
+    function.argtypes = (_Model, c_void_p, *arguments)
+    return function
+
+
+def text(value: bytes | None) -> str:
+    """Decode a C string; none is the empty one."""
+    return "" if value is None else value.decode("utf-8", "replace")
+
+
+class Instance:
+    """One running copy of a model. Statuses are returned, never raised."""
+
+    def __init__(self, library: Library) -> None:
+        self.library = library
+        self.backend: Any = None  # what takes the place of `bgc_run`, see `backend_run`
+        self._data = library.functions.bgc_new(library.pointer)
+        if not self._data:
+            raise BgError([no_memory()])
+
+    def __del__(self) -> None:
+        if getattr(self, "_data", None):
+            self._call("bgc_free")
+            self._data = None
+
+    def _call(self, name: str, *arguments: Any) -> Any:
+        function = getattr(self.library.functions, name)
+        return function(self.library.pointer, self._data, *arguments)
+
+    def _ask(self, name: str) -> Any:
+        return getattr(self.library.functions, name)(self._data)
+
+    @property
+    def address(self) -> int:
+        """Where the instance's `bgc_data` is; valid as long as the instance is kept."""
+        return int(self._data)
+
+    def set_parameter(self, index: int, value: float) -> None:
+        """Set a parameter; takes effect at `reset`."""
+        self._call("bgc_set_param", index, value)
+
+    def parameter(self, index: int) -> float:
+        """The present value of a parameter."""
+        return float(self._call("bgc_get_param", index))
+
+    def reset(self, time: float = 0.0) -> Status:
+        """Compute what depends on parameters and take the initial state."""
+        return Status(self._call("bgc_reset", time))
+
+    def restart(self) -> Status:
+        """Start anew from the state that has been written."""
+        return Status(self._call("bgc_restart"))
+
+    @property
+    def time(self) -> float:
+        """The instance's time; may be read while another thread runs it."""
+        return float(self._ask("bgc_time"))
+
+    @property
+    def state(self) -> Array:
+        """The state, a view: writing to it sets it."""
+        return self._view("bgc_state", self.library.model.n_state)
+
+    @property
+    def scale(self) -> Array:
+        """What absolute tolerances of the states are parts of, after a reset; a view."""
+        return self._view("bgc_scale", self.library.model.n_state)
+
+    @property
+    def input(self) -> Array:
+        """The device inputs, a view: writing to it sets them."""
+        return self._view("bgc_input", self.library.model.n_input)
+
+    def _view(self, name: str, size: int) -> Array:
+        if size == 0:
+            return np.empty(0)
+        view: Array = np.ctypeslib.as_array(self._ask(name), shape=(size,))
+        return view
+
+    @property
+    def failed_parameter(self) -> int:
+        """Index of the parameter at fault, or n_param plus that of a check."""
+        return int(self._ask("bgc_failed_parameter"))
+
+    @property
+    def failed_assertion(self) -> int:
+        """Index of the assertion that failed."""
+        return int(self._ask("bgc_failed_assertion"))
+
+    @property
+    def failed_state(self) -> int:
+        """Index of the state at fault, -1 if none is known."""
+        return int(self._ask("bgc_failed_state"))
+
+    @property
+    def failed_switch(self) -> int:
+        """Index of the switch that chatters, -1 if none does."""
+        return int(self._ask("bgc_failed_switch"))
+
+    @property
+    def counts(self) -> dict[str, float]:
+        """What the run cost so far: steps, evaluations, seconds."""
+        counts = self._ask("bgc_get_counts").contents
+        return {name: getattr(counts, name) for name, _ in CountsStruct._fields_}
+
+    def rhs(self) -> tuple[Status, Array]:
+        """f of M y' = f at the present time and state."""
+        f = np.full(self.library.model.n_state, np.nan)
+        return Status(self._call("bgc_rhs", _doubles(f))), f
+
+    def jacobian(self) -> tuple[Status, Array, Array]:
+        """df/dx, dense, and df/dt at the present time and state."""
+        model = self.library.model
+        entries = np.full(model.n_jac, np.nan)
+        by_time = np.full(model.n_state, np.nan)
+        status = Status(self._call("bgc_jacobian", _doubles(entries), _doubles(by_time)))
+        dense = np.zeros((model.n_state, model.n_state))
+        dense[model.jac_row[: model.n_jac], model.jac_col[: model.n_jac]] = entries
+        return status, dense, by_time
+
+    def mass(self) -> tuple[Status, Array]:
+        """M of M y' = f, dense; the parameters alone determine it."""
+        model = self.library.model
+        if model.n_mass == 0:
+            return Status.OK, np.eye(model.n_state)
+        entries = np.full(model.n_mass, np.nan)
+        status = Status(self._call("bgc_mass", _doubles(entries)))
+        dense = np.zeros((model.n_state, model.n_state))
+        dense[model.mass_row[: model.n_mass], model.mass_col[: model.n_mass]] = entries
+        return status, dense
+
+    def outputs(self) -> tuple[Status, Array]:
+        """The observed values at the present time and state."""
+        y = np.full(self.library.model.n_output, np.nan)
+        return Status(self._call("bgc_outputs", _doubles(y))), y
+
+    def set_options(self, options: OptionsStruct) -> Status:
+        """Choose the method and its options."""
+        return Status(self._call("bgc_set_options", byref(options)))
+
+    def run(self, times: Array, rows: Array) -> tuple[Status, int]:
+        """Integrate to all times, fill their rows; returns how many rows are finished.
+
+        Lets other threads run meanwhile; one of them may call `stop`.
+        """
+        assert rows.flags.c_contiguous and len(rows) == len(times)
+        done = c_size_t(0)
+        run = self.backend or self.library.functions.bgc_run
+        where = (_doubles(times), len(times), _doubles(rows), byref(done))
+        return Status(run(self.library.pointer, self._data, *where)), done.value
+
+    def stop(self) -> None:
+        """Make a `run` in another thread return soon."""
+        self._ask("bgc_stop")
+
+    def find_driver(self, name: bytes) -> int | None:
+        """Address of a device driver, None when there is none of that name."""
+        address: int | None = self.library.functions.bgc_find_driver(name)
+        return address
+
+    def open_device(self, index: int, driver: int, options: str) -> tuple[Status, str]:
+        """Open a device with `key=value` lines as options; returns the driver's message too."""
+        message = ctypes.create_string_buffer(512)
+        size = len(message)
+        lines = os.fsencode(options)
+        status = self._call("bgc_open_device", index, driver, lines, message, size)
+        return Status(status), message.value.decode("utf-8", "backslashreplace")
+
+    def close_devices(self) -> None:
+        """Close all devices, their forces zero first."""
+        self._call("bgc_close_devices")
+
+
+def _doubles(array: Array) -> Any:
+    return array.ctypes.data_as(_Doubles)

@@ -1,0 +1,103 @@
+"""What a status of the C runtime means to the user."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, assert_never
+
+from bgc.building.built import Place, Places
+from bgc.diagnostics.catalogue import run
+from bgc.diagnostics.catalogue.arguments import parameter_out_of_range
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.running.binding import Instance, Status, text
+
+if TYPE_CHECKING:
+    from bgc.runtime.results.result import Result
+
+
+_NOWHERE = Places()
+
+
+class SimulationError(BgError):
+    """A run that ended early; `result` holds the rows up to there."""
+
+    def __init__(self, diagnostic: Diagnostic, result: Result) -> None:
+        super().__init__([diagnostic])
+        self.result = result
+
+
+class RunInterrupted(KeyboardInterrupt):
+    """Ctrl-C during a run; `result` holds the rows up to there.
+
+    It is a KeyboardInterrupt, so that a script with many runs ends as its user expects.
+    """
+
+    def __init__(self, diagnostic: Diagnostic, result: Result) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
+        self.result = result
+
+
+def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Diagnostic:
+    """Say what went wrong with an instance, in the names of its model and at its places."""
+    model = instance.library.model
+    time = instance.time
+    match status:
+        case Status.STEP_TOO_SMALL:
+            return run.step_too_small(time, _state_at_fault(instance))
+        case Status.TOO_MANY_STEPS:
+            return run.too_many_steps(time, _state_at_fault(instance))
+        case Status.NOT_FINITE:
+            return run.not_finite(time, _state_at_fault(instance))
+        case Status.SINGULAR:
+            return run.singular(time, _state_at_fault(instance))
+        case Status.ASSERTION:
+            place = _at(places.assertions, instance.failed_assertion)
+            message = text(model.assertion[instance.failed_assertion])
+            return run.assertion_failed(time, message, place.span)
+        case Status.DEVICE:
+            return run.device_failed(time)
+        case Status.BAD_PARAMETER:
+            return _bad_parameter(instance)
+        case Status.INTERRUPTED:
+            return run.interrupted(time)
+        case Status.NO_MEMORY:
+            return run.no_memory()
+        case Status.NOT_EXPLICIT:
+            return run.not_explicit()
+        case Status.INCONSISTENT:
+            return run.inconsistent(time, _state_at_fault(instance))
+        case Status.NOT_CONVERGED:
+            return run.not_converged(time)
+        case Status.CHATTERING:
+            place = _at(places.switches, instance.failed_switch)
+            return run.chattering(time, place.states, place.span)
+        case Status.OK | Status.BAD_ARGUMENT:
+            raise AssertionError(f"the runtime returned {status.name}")
+        case _:
+            assert_never(status)
+
+
+def require(instance: Instance, status: Status, places: Places = _NOWHERE) -> None:
+    """Raise a BgError unless the status is good."""
+    if status is not Status.OK:
+        raise BgError([explain(instance, status, places)])
+
+
+def _at(places: Sequence[Place], index: int) -> Place:
+    return places[index] if 0 <= index < len(places) else Place(None)
+
+
+def _state_at_fault(instance: Instance) -> str | None:
+    index = instance.failed_state
+    return text(instance.library.model.state[index].name) if index >= 0 else None
+
+
+def _bad_parameter(instance: Instance) -> Diagnostic:
+    model = instance.library.model
+    index = instance.failed_parameter
+    if index >= model.n_param:
+        return run.parameters_refused(text(model.param_check[index - model.n_param]))
+    info = model.param[index]
+    value = instance.parameter(index)
+    return parameter_out_of_range(text(info.name), value, text(info.unit), info.low, info.high)

@@ -1,0 +1,49 @@
+"""The functions of a shared object that run several instances at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from ctypes import POINTER, byref, c_double, c_int, c_size_t, c_uint, c_void_p
+from pathlib import Path
+
+from bgc.runtime.running.binding import Array, Instance, Library, Status
+
+_Doubles = POINTER(c_double)
+
+
+class LaneLibrary(Library):
+    """A loaded shared object that was compiled with lanes.
+
+    `width` is how many instances go in one batch: the doubles of a vector register.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        arrays = (_Doubles, c_size_t, POINTER(_Doubles), POINTER(c_uint))
+        instances = (type(self.pointer), POINTER(c_void_p), c_int)
+        self._declare("bgc_lane_width", c_int, ())
+        self._declare("bgc_run_lanes", c_int, (*instances, *arrays))
+        self.width = int(self.functions.bgc_lane_width())
+
+    def run(
+        self, batch: Sequence[Instance], times: Array, rows: Sequence[Array]
+    ) -> tuple[Status, list[bool]]:
+        """Run instances in lockstep to all times; returns which of them have all their rows.
+
+        They have been reset and have the same options; `rows` has an array for each. One that
+        could not keep up has to be reset and run alone. Lets other threads run meanwhile; one of
+        them may call `stop` of the first instance.
+        """
+        assert 0 < len(batch) == len(rows) <= self.width
+        assert all(each.flags.c_contiguous and len(each) == len(times) for each in rows)
+        finished = c_uint(0)
+        status = self.functions.bgc_run_lanes(
+            self.pointer,
+            (c_void_p * len(batch))(*(instance.address for instance in batch)),
+            len(batch),
+            times.ctypes.data_as(_Doubles),
+            len(times),
+            (_Doubles * len(rows))(*(each.ctypes.data_as(_Doubles) for each in rows)),
+            byref(finished),
+        )
+        return Status(status), [bool(finished.value >> k & 1) for k in range(len(batch))]

@@ -1,0 +1,293 @@
+"""Many parameter sets at once: in the lanes of vector registers, on all processors.
+
+Instances of a model go in batches of as many as a vector register holds. A batch takes one step
+for all its instances (`runtime/c/lanes`). Each has devices of its own, sampled at the same times;
+where a law of one may switch in a step, that instance takes the step by itself. One that cannot
+keep up (a law is undefined, an assertion does not hold, static pivots lose digits) leaves the batch
+and is run alone, as `simulate` does, which also tells what is wrong with it.
+
+So are all instances, one on each processor, where batches do not serve: algebraic equations,
+methods that are no Rosenbrock or explicit ones (`radau5`, `midpoint`, `gauss4`, `cvode`), and
+models so large that their iteration matrices are factorised in loops. `Ensemble.alone` tells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, TypeAlias, TypeGuard
+
+import numpy as np
+
+from bgc.building.backends import BACKENDS
+from bgc.building.built import ENERGY_ACCOUNTS
+from bgc.building.recall import processors
+from bgc.diagnostics.catalogue.ensembles import no_instances, source_changed, uneven_values
+from bgc.diagnostics.catalogue.run import no_memory
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.results.ensemble import DONE, FAILED, INTERRUPTED, Ensemble, EnsembleInterrupted
+from bgc.runtime.running.binding import Array, Instance, Library, Status, text
+from bgc.runtime.running.failures import require
+from bgc.runtime.running.lanes import LaneLibrary
+from bgc.runtime.running.parameters import Parameters, Quantity
+from bgc.runtime.running.progress import ProgressBar
+from bgc.runtime.running.run import Method, open_devices, set_method, start
+
+if TYPE_CHECKING:
+    from bgc.runtime.model import Model
+
+Sets: TypeAlias = Mapping[str, Quantity] | Sequence[Mapping[str, Quantity]]
+"""Values by parameter, one for each instance; or a set of parameters for each instance."""
+
+_FEWEST = 4  # instances that are worth compiling for
+_EXPLICIT = frozenset(("dopri5", "rk4", "heun"))
+_OTHERS = frozenset(("radau5", "midpoint", "gauss4", *BACKENDS))
+_WATCH_SECONDS = 0.05
+
+
+def parameter_sets(given: Sets) -> list[Mapping[str, Quantity]]:
+    """One mapping for each instance; a number or a text in a mapping of lists is for all.
+
+    Raises BgError: BG740 where lists differ in length, BG741 where there is no instance.
+    """
+    if not isinstance(given, Mapping):
+        sets = list(given)
+    else:
+        lists = {name: list(value) for name, value in given.items() if _is_list(value)}
+        shared = {name: value for name, value in given.items() if name not in lists}
+        first = next(iter(lists), "")
+        count = len(lists[first]) if lists else 1
+        for name, values in lists.items():
+            if len(values) != count:
+                raise BgError([uneven_values(name, len(values), first, count)])
+        sets = [
+            {**shared, **{name: values[k] for name, values in lists.items()}} for k in range(count)
+        ]
+    if not sets:
+        raise BgError([no_instances()])
+    return sets
+
+
+def _is_list(value: Quantity) -> TypeGuard[Sequence[Quantity]]:
+    return not isinstance(value, str) and np.ndim(np.asarray(value, dtype=object)) > 0
+
+
+@dataclass(slots=True)
+class _Work:
+    """What the threads share. Each writes only what belongs to its own instances."""
+
+    model: Model
+    library: Library
+    parameters: Parameters
+    method: Method
+    sets: Sequence[Mapping[str, float]]
+    varied: Sequence[str]
+    times: Array
+    rows: Array  # (instances, rows, outputs and accounts)
+    values: Array  # (instances, varied parameters)
+    failures: dict[int, Diagnostic] = field(default_factory=dict)
+    completed: set[int] = field(default_factory=set)
+    together: set[int] = field(default_factory=set)
+    running: dict[int, list[Instance]] = field(default_factory=dict)  # by the first's number
+    stopping: bool = False
+
+    @property
+    def width(self) -> int:
+        """Instances in a batch."""
+        return self.library.width if isinstance(self.library, LaneLibrary) else 1
+
+    def run_batch(self, start: int) -> None:
+        """Run the instances from one on, together and, where that fails, alone."""
+        if self.stopping:
+            return
+        numbers = range(start, min(start + self.width, len(self.sets)))
+        batch = {k: self._instance(k) for k in numbers}
+        self.running[start] = list(batch.values())
+        try:
+            if isinstance(self.library, LaneLibrary):
+                self._run_together(self.library, batch)
+            for k in numbers:
+                if not (self.stopping or k in self.completed):
+                    self._run_alone(k, batch[k])
+        finally:
+            del self.running[start]
+
+    def _instance(self, number: int) -> Instance:
+        instance = self.parameters.instance(self.sets[number])
+        index = {name: k for k, name in enumerate(self.parameters)}
+        self.values[number] = [instance.parameter(index[name]) for name in self.varied]
+        accounts = self.rows.shape[2] > self.library.model.n_output
+        require(instance, set_method(instance, self.method, accounts))
+        return instance
+
+    def _run_together(self, library: LaneLibrary, batch: Mapping[int, Instance]) -> None:
+        """Run a batch in lockstep. Those without an initial state are left to run alone."""
+        with ExitStack() as devices:
+            for instance in batch.values():
+                devices.enter_context(open_devices(instance, self.model.folder))
+            ready = [k for k, instance in batch.items() if self._start(instance) is None]
+            if not ready:
+                return
+            rows = [self.rows[k] for k in ready]
+            status, finished = library.run([batch[k] for k in ready], self.times, rows)
+        if status is Status.NO_MEMORY:
+            raise BgError([no_memory()])
+        done = {k for k, good in zip(ready, finished, strict=True) if good}
+        if status is Status.OK:
+            self.completed |= done
+            self.together |= done
+
+    def _run_alone(self, number: int, instance: Instance) -> None:
+        rows = self.rows[number]
+        rows[:] = np.nan  # what a batch wrote that it left
+        with open_devices(instance, self.model.folder):
+            if problem := self._start(instance):
+                self.failures[number] = problem
+                return
+            status, _ = instance.run(self.times, rows)
+        if status is Status.OK:
+            self.completed.add(number)
+        elif status is not Status.INTERRUPTED:
+            self.failures[number] = self.model.explain(instance, status)
+
+    def _start(self, instance: Instance) -> Diagnostic | None:
+        """Put an instance at its initial state; why there is none."""
+        try:
+            status = start(instance, self.method)
+        except BgError as problem:  # its fast modes do not come to rest
+            return problem.diagnostics[0]
+        return None if status is Status.OK else self.model.explain(instance, status)
+
+    def status_of(self, number: int) -> str:
+        """What became of an instance."""
+        if number in self.completed:
+            return DONE
+        return FAILED if number in self.failures else INTERRUPTED
+
+    def reached(self) -> float:
+        """How many instances are done, with the parts of those that run."""
+        end = float(self.times[-1])
+        parts = (
+            len(batch) * min(1.0, batch[0].time / end) for batch in list(self.running.values())
+        )
+        return min(float(len(self.sets)), len(self.completed) + len(self.failures) + sum(parts))
+
+    def stop(self) -> None:
+        """Make all threads return soon."""
+        self.stopping = True
+        for batch in list(self.running.values()):
+            for instance in batch:
+                instance.stop()
+
+
+def simulate_many(
+    model: Model,
+    method: Method,
+    sets: Sequence[Mapping[str, Quantity]],
+    times: Array,
+    progress: bool,
+    vectorised: bool,
+    notices: Sequence[Diagnostic] = (),
+) -> Ensemble:
+    """Run a model with all parameter sets, each to all times; see `Model.simulate_many`."""
+    accounts = bool(model.accounts)
+    numbers = [model.parameters.given(each) for each in sets]
+    alone = _why_alone(model, method, len(sets), vectorised)
+    library = model.library if alone else _lane_library(model)
+    preset = model.parameters.given({})
+    given = dict.fromkeys(name for each in numbers for name in each)
+    varied = [n for n in given if n not in preset or len({each[n] for each in numbers}) > 1]
+    width = len(model.measured) + (len(ENERGY_ACCOUNTS) if accounts else 0)
+    work = _Work(
+        model=model,
+        library=library,
+        parameters=Parameters(library, model.facts.folded),
+        method=method,
+        sets=numbers,
+        varied=varied,
+        times=times,
+        rows=np.full((len(sets), len(times), width), np.nan),
+        values=np.full((len(sets), len(varied)), np.nan),
+    )
+    _run_all(work, progress)
+    ensemble = _labelled(work, alone, notices)
+    if work.stopping:
+        raise EnsembleInterrupted(ensemble)
+    return ensemble
+
+
+def _run_all(work: _Work, progress: bool) -> None:
+    """Run all batches on all processors; Ctrl-C ends them soon."""
+    starts = range(0, len(work.sets), work.width)
+    with (
+        ProgressBar(float(len(work.sets)), progress, unit=" instances") as bar,
+        ThreadPoolExecutor(max_workers=processors()) as pool,
+    ):
+        futures = [pool.submit(work.run_batch, start) for start in starts]
+        pending = set(futures)
+        while pending:
+            try:
+                pending = wait(pending, timeout=_WATCH_SECONDS).not_done
+                bar.show(work.reached())
+            except KeyboardInterrupt:
+                work.stopping = True
+            if work.stopping:
+                work.stop()
+    for future in futures:
+        future.result()
+
+
+def _why_alone(model: Model, method: Method, count: int, vectorised: bool) -> str:
+    """Why batches do not serve a run of so many instances; nothing where they do."""
+    info = model.library.model
+    rates = set(info.mass_row[: info.n_mass]) if info.n_mass else set(range(info.n_state))
+    explicit = method.name in _EXPLICIT
+    reasons = {
+        "vector registers are not wanted": not vectorised,
+        f"{count} instances are too few to compile for": count < _FEWEST,
+        "the model's source is not at hand": model.origin is None,
+        "the model has no states": info.n_state == 0,
+        "the model has algebraic equations": len(rates) < info.n_state,
+        f"`{method.name}` is no Rosenbrock or explicit method": method.name in _OTHERS,
+        "the model is so large that its matrix is factorised in loops": not (
+            info.factor or explicit
+        ),
+    }
+    return next((reason for reason, holds in reasons.items() if holds), "")
+
+
+def _lane_library(model: Model) -> LaneLibrary:
+    """Compile a model for batches, or take it from the cache; BG742 where its source changed."""
+    from bgc.runtime.compiling import load_or_compile
+
+    assert model.origin is not None
+    path, options = model.origin
+    library = LaneLibrary(load_or_compile(path, replace(options, lanes=True)).library)
+    if text(library.model.hash) != text(model.library.model.hash):
+        raise BgError([source_changed(str(path))])
+    return library
+
+
+def _labelled(work: _Work, alone: str, notices: Sequence[Diagnostic]) -> Ensemble:
+    """Name what was computed, the outputs in the scene's order."""
+    model = work.model
+    accounts = (model.accounts.get(account, "") for account in ENERGY_ACCOUNTS)
+    place = {n: k for k, n in enumerate((*(v.name for v in model.measured), *accounts))}
+    order = [place[variable.name] for variable in model.outputs]
+    as_it_is = order == list(range(work.rows.shape[2]))
+    return Ensemble(
+        scene=model.facts.scene,
+        solver=work.method.name,
+        time=work.times,
+        values=work.rows if as_it_is else work.rows[:, :, order],
+        names=tuple(variable.name for variable in model.outputs),
+        units={variable.name: variable.unit for variable in model.outputs},
+        parameters={name: work.values[:, k] for k, name in enumerate(work.varied)},
+        status=tuple(work.status_of(k) for k in range(len(work.sets))),
+        failures=dict(sorted(work.failures.items())),
+        together=len(work.together),
+        alone=alone,
+        warnings=tuple(notices),
+    )

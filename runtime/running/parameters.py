@@ -1,0 +1,158 @@
+"""The run-time parameters of a model: read, and set without compiling again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bgc.diagnostics.catalogue.arguments import (
+    parameter_folded,
+    parameter_out_of_range,
+    unknown_parameter,
+    wrong_shape,
+)
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.running.binding import Instance, Library, text
+from bgc.runtime.running.quantity import read_quantity
+
+Quantity: TypeAlias = float | str | Sequence[Any] | NDArray[Any]
+"""An SI number, a text with a unit (`"7 t"`), or a vector or matrix of these."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One parameter: its present value in `unit` (SI), its default and its range."""
+
+    name: str
+    unit: str
+    value: float
+    default: float
+    low: float
+    high: float
+
+
+class Parameters(Mapping[str, Parameter]):
+    """A model's parameters by name.
+
+    `parameters["boom.mass"] = 7e3` or `= "7 t"` sets one for all later runs, and what follows
+    from it follows; `del parameters["boom.mass"]` puts it back to its default. A vector is its
+    components `axis[1]`, `axis[2]`, ..; `parameters["axis"] = [0, 0, 1]` sets them all. Those
+    that were compiled in, and cannot be set any more, are in `folded` with their values.
+    """
+
+    def __init__(self, library: Library, folded: Iterable[tuple[str, float]] = ()) -> None:
+        """Read the parameters of a library; `folded` are those that were compiled in."""
+        self._library = library
+        self.folded = dict(folded)
+        model = library.model
+        self._index = {text(model.param[k].name): k for k in range(model.n_param)}
+        self._given: dict[str, float] = {}
+
+    def __getitem__(self, name: str) -> Parameter:
+        return self._describe(self._find(name), self.instance({}))
+
+    def __setitem__(self, name: str, value: Quantity) -> None:
+        self._given.update(self._checked(name, value))
+
+    def __delitem__(self, name: str) -> None:
+        for component in self._components(name) or (name,):
+            self._find(component)
+            self._given.pop(component, None)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._index)
+
+    def __len__(self) -> int:
+        return len(self._index)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._index
+
+    def __repr__(self) -> str:
+        instance = self.instance({})
+        found = (self._describe(index, instance) for index in self._index.values())
+        lines = (f"  {p.name} = {p.value:g} {p.unit}".rstrip() for p in found)
+        compiled_in = [f"compiled in, see `folded`: {len(self.folded)}"] if self.folded else []
+        return "\n".join(("parameters:", *lines, *compiled_in))
+
+    def can_set(self, name: str, value: Quantity) -> bool:
+        """Whether there is a parameter of that name, or a vector for a vector's values."""
+        if name in self._index:
+            return True
+        return (
+            bool(self._components(name))
+            and not self._folded_components(name)
+            and not isinstance(value, str)
+        )
+
+    def instance(self, changes: Mapping[str, Quantity]) -> Instance:
+        """Make an instance with these parameters, and `changes` to them, not yet reset."""
+        instance = Instance(self._library)
+        for name, number in self.given(changes).items():
+            instance.set_parameter(self._index[name], number)
+        return instance
+
+    def turned_negative(self, instance: Instance, name: str) -> float | None:
+        """The value of a parameter that is below zero by what was set; None of any other."""
+        index = self._index.get(name)
+        if index is None or (value := instance.parameter(index)) >= 0:
+            return None
+        return value if self._library.model.param[index].value >= 0 else None
+
+    def given(self, changes: Mapping[str, Quantity]) -> dict[str, float]:
+        """The values that were set, and some more, SI, by the names of scalar parameters."""
+        values = dict(self._given)
+        for name, value in changes.items():
+            values.update(self._checked(name, value))
+        return values
+
+    def _find(self, name: str) -> int:
+        if (index := self._index.get(name)) is not None:
+            return index
+        for known, value in self.folded.items():
+            if known == name or known.startswith(f"{name}["):
+                raise BgError([parameter_folded(known, value)])
+        raise BgError([unknown_parameter(name, self._index)])
+
+    def _components(self, name: str) -> list[str]:
+        """Names of a vector's or matrix's components, in order; none of a scalar."""
+        return [known for known in self._index if known.startswith(f"{name}[")]
+
+    def _folded_components(self, name: str) -> list[str]:
+        return [known for known in self.folded if known.startswith(f"{name}[")]
+
+    def _describe(self, index: int, instance: Instance) -> Parameter:
+        info = self._library.model.param[index]
+        value = instance.parameter(index)
+        return Parameter(text(info.name), text(info.unit), value, info.value, info.low, info.high)
+
+    def _checked(self, name: str, value: Quantity) -> dict[str, float]:
+        """SI values by the names of parameters, components one by one."""
+        if isinstance(value, (int, float, str)) or np.ndim(value) == 0:
+            return {name: self._number(name, value)}
+        known = {*self._components(name), *self._folded_components(name)}
+        if not known:
+            self._find(name)
+        array = np.asarray(value, dtype=object)
+        keys = [",".join(str(k + 1) for k in place) for place in np.ndindex(array.shape)]
+        components = [f"{name}[{key}]" for key in keys]
+        if known != set(components):
+            raise BgError([wrong_shape(name, array.shape, len(known))])
+        pairs = zip(components, array.flat, strict=True)
+        return {
+            component: self._number(component, item)
+            for component, item in pairs
+            if component not in self.folded or item != self.folded[component]
+        }
+
+    def _number(self, name: str, value: Any) -> float:
+        info = self._library.model.param[self._find(name)]
+        unit = text(info.unit)
+        number = read_quantity(value, name, unit) if isinstance(value, str) else float(value)
+        if not info.low <= number <= info.high:
+            raise BgError([parameter_out_of_range(name, number, unit, info.low, info.high)])
+        return number

@@ -1,0 +1,48 @@
+"""Numbers with units, as a user gives and gets them at run time: `7`, `7 t`, `45 deg`."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from bgc.diagnostics.catalogue.arguments import not_a_value, wrong_unit
+from bgc.diagnostics.diagnostic import BgError
+
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+
+
+def read_quantity(text: str, name: str, unit: str) -> float:
+    """Read a number, or a number, a blank and a unit, as an SI value of the given unit.
+
+    `name` is what the value is for, in messages. Raises BgError BG062 where the text is no
+    such thing, BG063 where its unit measures something else.
+    """
+    match = _NUMBER.match(text.strip())
+    if match is None:
+        raise BgError([not_a_value(text, name)])
+    number = float(match.group())
+    rest = text.strip()[match.end() :]
+    if not math.isfinite(number) or (rest and not rest[0].isspace()):
+        raise BgError([not_a_value(text, name)])
+    return number * _factor(rest.strip(), name, unit) if rest else number
+
+
+def spelled_time(seconds: float) -> str:
+    """A time with the unit that suits it, in digits that lose nothing."""
+    for size, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "us")):
+        if seconds >= 0.999999 * size:
+            return f"{seconds / size:.12g} {unit}"
+    return f"{seconds * 1e9:.12g} ns"
+
+
+def _factor(given: str, name: str, unit: str) -> float:
+    """How many SI units of `unit`'s kind one `given` is."""
+    from bgc.values.units import DIMENSIONLESS, parse_unit
+
+    parsed = parse_unit(given)
+    if parsed is None:
+        raise BgError([not_a_value(given, name)])
+    wanted = parse_unit(unit) if unit else None
+    if parsed.dimension != (wanted.dimension if wanted else DIMENSIONLESS):
+        raise BgError([wrong_unit(name, given, unit)])
+    return float(parsed.factor)

@@ -1,0 +1,46 @@
+"""When a run writes its rows."""
+
+from __future__ import annotations
+
+import math
+import os
+
+import numpy as np
+
+from bgc.diagnostics.catalogue.arguments import bad_option, too_many_rows
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.running.binding import Array
+
+DEFAULT_ROWS = 1000
+
+
+def row_times(duration: float, every: float | None, step: float | None, columns: int) -> Array:
+    """Times of all rows of a run from 0 to `duration`, both included, in s.
+
+    Rows come at multiples of `every`; without it at multiples of `step`, where the method's
+    step is fixed, else at 1,000 equal intervals. The last row is at the end time exactly, even
+    if the interval before it is shorter. `columns` serves to refuse what memory cannot hold.
+    """
+    for name, value in (("duration (--time)", duration), ("every", every), ("step", step)):
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise BgError([bad_option(name, value, "a positive time in seconds")])
+    if step is not None and step > duration:
+        raise BgError([bad_option("step", step, f"a time within the {duration:g} s of the run")])
+    interval = every or step or duration / DEFAULT_ROWS
+    ratio = duration / interval
+    if (ratio + 2) * (columns + 1) * 8 > _memory() / 2:
+        raise BgError([too_many_rows(round(min(ratio, 1e18)), columns + 1)])
+    whole = round(ratio)
+    if whole < 1 or abs(ratio - whole) > 1e-9 * ratio:
+        whole = math.floor(ratio) + 1
+    times = np.arange(whole + 1, dtype=np.float64) * interval
+    times[-1] = duration
+    return times
+
+
+def _memory() -> float:
+    """Bytes of the machine's memory; 8 GiB where it does not say."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):
+        return 8.0 * 2**30

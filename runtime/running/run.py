@@ -1,0 +1,259 @@
+"""One run of a model: its method, its devices, and a watch over it while it goes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from threading import Event, Thread
+from typing import TypeVar
+
+from bgc.building.backends import BACKENDS, build_backend
+from bgc.building.built import RunFacts
+from bgc.building.cache import open_cache
+from bgc.diagnostics.catalogue.arguments import (
+    bad_option,
+    device_not_opened,
+    step_needed,
+    unknown_driver,
+    unknown_solver,
+)
+from bgc.diagnostics.catalogue.backends import solver_does_not_serve
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.running.binding import (
+    Array,
+    Instance,
+    Library,
+    OptionsStruct,
+    Status,
+    backend_run,
+    text,
+)
+from bgc.runtime.running.progress import ProgressBar
+
+ADAPTIVE_DEFAULT = "rodas5p"
+FIXED_DEFAULT = "ros34prw"
+AUTO = "auto"
+
+_TIGHTEST, _LOOSEST = 1e-15, 0.5  # relative tolerances: from rounding to no accuracy at all
+_ROWS_IN_A_STEP = 5
+_MESSAGE_LENGTH = 300  # characters of what a driver says
+_WATCH_SECONDS = 0.05  # how often a run is looked at: bounds the wait after Ctrl-C
+
+_Outcome = TypeVar("_Outcome")
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """An integration method with its options, SI; 0 where the runtime is to choose.
+
+    `measured` says that what `bgc trade` found is wanted, and this only where there is nothing.
+    """
+
+    name: str
+    fixed: bool
+    rtol: float = 0.0
+    atol: float = 0.0
+    step: float = 0.0
+    max_step: float = 0.0
+    max_steps: int = 0
+    keep: int = 0
+    settle: float = 0.0
+    measured: bool = False
+
+    def seeing(self, times: Array, timed: bool) -> Method:
+        """The same for a `timed` model: no step of an adaptive method beyond a few of the rows.
+
+        Error control knows nothing of a source that stirs between two stages of a long step; who
+        asks for rows is to see what happens between them.
+        """
+        if not timed or self.fixed or self.max_step or len(times) < 2:
+            return self
+        interval = float(times[-1] - times[0]) / (len(times) - 1)
+        return replace(self, max_step=_ROWS_IN_A_STEP * interval)
+
+    def struct(self, accounts: bool) -> OptionsStruct:
+        """The options as C takes them."""
+        return OptionsStruct(
+            name=self.name.encode(),
+            rtol=self.rtol,
+            atol=self.atol,
+            step=self.step,
+            max_step=self.max_step,
+            max_steps=self.max_steps,
+            keep=self.keep,
+            accounts=int(accounts),
+        )
+
+
+def choose_method(
+    library: Library,
+    facts: RunFacts,
+    solver: str | None,
+    rtol: float | None,
+    atol: float | None,
+    step: float | None,
+    settle: float | None = None,
+    backends: Iterable[str] = (),
+) -> Method:
+    """Settle the method of a run: what the caller asks for, else what the scene says.
+
+    Without a solver, and for `auto` until it is settled, it is `rodas5p`, or `ros34prw` where a
+    step is given. `backends` are solvers of others that may be chosen too.
+    """
+    options = dict(facts.solver_options)
+    asked = {"rtol": rtol, "atol": atol, "step": step, "settle": settle}
+    options.update({name: value for name, value in asked.items() if value is not None})
+    for name, value in options.items():
+        if not (math.isfinite(value) and value > 0):
+            raise BgError([bad_option(name, value, "a positive number")])
+    if not _TIGHTEST <= options.get("rtol", _TIGHTEST) <= _LOOSEST:
+        wanted = f"a part of a value, between {_TIGHTEST:g} and {_LOOSEST:g}"
+        raise BgError([bad_option("rtol", options["rtol"], wanted)])
+    name = solver or facts.solver or ""
+    # What a caller asks for goes before what was measured without it.
+    measured = name == AUTO and all(value is None for value in asked.values())
+    if name in ("", AUTO):
+        name = FIXED_DEFAULT if options.get("step") or facts.step else ADAPTIVE_DEFAULT
+    known = (*library.methods(), *backends)
+    if name not in known:
+        raise BgError([unknown_solver(name, known)])
+    fixed = library.is_fixed(name)
+    if fixed and "step" not in options:
+        if facts.step is None:
+            raise BgError([step_needed(name)])
+        options["step"] = facts.step
+    return Method(
+        name,
+        fixed,
+        rtol=options.get("rtol", 0.0),
+        atol=options.get("atol", 0.0),
+        step=options.get("step", 0.0),
+        max_step=options.get("max_step", 0.0),
+        max_steps=int(options.get("max_steps", 0)),
+        keep=int(options.get("keep", 0)),
+        settle=options.get("settle", 0.0),
+        measured=measured,
+    )
+
+
+def start(instance: Instance, method: Method) -> Status:
+    """Put an instance at its initial state, fast modes at rest where the method asks for that."""
+    status = instance.reset()
+    if status is Status.OK and method.settle > 0:
+        from bgc.runtime.running.settle import settle
+
+        return settle(instance, method.settle)
+    return status
+
+
+def set_method(instance: Instance, method: Method, accounts: bool) -> Status:
+    """Give an instance its method; a solver of others is compiled first, if need be.
+
+    Raises BgError: BG046 where that is not installed, BG047 where it does not serve the model.
+    """
+    if method.name not in BACKENDS:
+        return instance.set_options(method.struct(accounts))
+    model = instance.library.model
+    unfit = (
+        (model.n_device > 0, "it reads a device"),
+        (model.n_input > 0, "its inputs are written while it runs"),
+        (model.n_mass > 0, "its rates are coupled, or it has algebraic equations"),
+        (model.n_state == 0, "it has no states"),
+    )
+    for applies, reason in unfit:
+        if applies:
+            raise BgError([solver_does_not_serve(method.name, reason)])
+    from bgc.building.toolchain import find_toolchain
+
+    path = build_backend(BACKENDS[method.name], find_toolchain(), open_cache())
+    instance.backend = backend_run(path, method.name)
+    return instance.set_options(replace(method, name=ADAPTIVE_DEFAULT).struct(accounts))
+
+
+@contextmanager
+def open_devices(instance: Instance, folder: Path) -> Iterator[None]:
+    """Open the scene's devices, and close them, their forces zero, whatever happens.
+
+    `folder` is that of the scene's file, from which the files of devices are named.
+    """
+    model = instance.library.model
+    try:
+        for index in range(model.n_device):
+            info = model.device[index]
+            name, driver_name = text(info.name), text(info.driver)
+            driver = instance.find_driver(info.driver)
+            if driver is None:
+                raise BgError([unknown_driver(name, driver_name)])
+            status, message = instance.open_device(
+                index, driver, _located(text(info.options), folder)
+            )
+            if status is not Status.OK:
+                raise BgError([device_not_opened(name, driver_name, _quotable(message))])
+        yield
+    finally:
+        instance.close_devices()
+
+
+def _quotable(message: str) -> str:
+    """A driver's words, and what of its file it quotes, fit for a terminal."""
+    shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message)
+    return shown if len(shown) <= _MESSAGE_LENGTH else f"{shown[:_MESSAGE_LENGTH]}..."
+
+
+def _located(options: str, folder: Path) -> str:
+    """Name the file of a device's options from where the scene's file is."""
+    lines = (line.partition("=") for line in options.splitlines())
+    return "".join(
+        f"{key}={folder / value if key == 'file' else value}\n" for key, _, value in lines
+    )
+
+
+def run_watched(
+    instance: Instance, times: Array, rows: Array, progress: bool
+) -> tuple[Status, int, bool]:
+    """Run to all times, with a progress bar if asked; Ctrl-C stops it within 0.2 s.
+
+    Returns the status, the number of finished rows, and whether Ctrl-C was seen.
+    """
+    with ProgressBar(float(times[-1]), progress) as bar:
+        (status, done), interrupted = watched(
+            instance, lambda: instance.run(times, rows), lambda: bar.show(instance.time)
+        )
+    return status, done, interrupted
+
+
+def watched(
+    instance: Instance, run: Callable[[], _Outcome], watch: Callable[[], None]
+) -> tuple[_Outcome, bool]:
+    """Run an instance in a thread of its own, calling `watch` now and then; Ctrl-C stops it.
+
+    The C code runs in one piece, so that neither the watching nor the length of its intervals can
+    change a bit of the result.
+
+    Returns what `run` does, and whether Ctrl-C was seen.
+    """
+    outcome: list[_Outcome] = []
+    finished = Event()
+
+    def work() -> None:
+        try:
+            outcome.append(run())
+        finally:
+            finished.set()
+
+    interrupted = False
+    Thread(target=work, daemon=True).start()
+    while not finished.is_set():
+        # An event, since Ctrl-C in Thread.join makes Python take the thread for ended.
+        try:
+            finished.wait(_WATCH_SECONDS)
+            watch()
+        except KeyboardInterrupt:
+            interrupted = True
+        if interrupted:
+            instance.stop()
+    (found,) = outcome
+    return found, interrupted
