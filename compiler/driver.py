@@ -1,17 +1,17 @@
-"""The compiler from source to shared object: each pass once, its result under its own name."""
+"""The pipeline from source to shared object, for every command."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import ParamSpec, TypeVar
+from types import MappingProxyType
+from typing import Any, Literal, TypeAlias
 
-from bgc.building.build import Unit, build_shared_object, lane_runtime_units
-from bgc.building.built import Built, run_facts
-from bgc.building.cache import digest_of, open_cache
+from bgc.building.build import build_shared_object, lane_runtime_units
+from bgc.building.built import Built, RunFacts, run_facts
+from bgc.building.cache import Cache, digest_of, open_cache
 from bgc.building.preview import previewed
 from bgc.building.recall import remember
 from bgc.building.toolchain import find_toolchain
@@ -20,152 +20,200 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic, as_error
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.scenes.observed import with_accounts
 from bgc.elaboration.scenes.scene import stands_alone
-from bgc.emission.emit import EmittedModel, content_of, emit_model
+from bgc.emission.emit import EmittedModel, content_of, emit_lowered
 from bgc.emission.lanes import lane_units
+from bgc.emission.lower import lower
 from bgc.emission.optimise import optimise
 from bgc.emission.switches import places_of
 from bgc.equations.derive import derive_equations
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import FlatGraph
+from bgc.ir.lowered import Lowered
 from bgc.ir.program import Program
 from bgc.ir.time_dependence import depends_on_time
 from bgc.options import Options
 from bgc.passivity.checks import check_physics
 from bgc.passivity.coefficients import passive_coefficients
-from bgc.resolution.resolve import Package, load
+from bgc.resolution.modules import Package
+from bgc.resolution.resolve import load
 from bgc.slicing.fold import Folding, fold_parameters
 from bgc.slicing.slice import slice_program
 
-_Result = TypeVar("_Result")
-_Arguments = ParamSpec("_Arguments")
+Stage: TypeAlias = Literal[
+    "parse", "elaborate", "physics", "fold", "causality",
+    "equations", "slice", "optimise", "lower", "emit", "C compiler",
+]  # fmt: skip
+Prepare: TypeAlias = Callable[[FlatGraph], FlatGraph]
 
 
-@dataclass
-class Compilation:
-    """One compilation: the result of each pass, made when it is first asked for.
+@dataclass(frozen=True, init=False)
+class Stages:
+    """The results of one compilation, up to the last stage that was asked for.
 
-    `seconds` fills with what each pass took, in the order they ran. Any result raises BgError
-    when the model is at fault, with everything its pass found.
+    Attributes
+    ----------
+    package
+        The file and all it imports, parsed and with its names.
+    graph
+        Instances, widths and laws, down to scalar bonds.
+    oddities
+        Warnings about laws that no passive part has.
+    folding
+        The graph with the zeros and ones that the scene fixes put in.
+    causal
+        Strokes and independent flows.
+    equations, sliced, optimised
+        The assigned state equations, those that the scene needs, and their simplified form.
+    lowered, emitted
+        The contents of each C function, and its text.
+    built
+        The shared object.
+    warnings
+        The warnings of all stages that were run, in their order.
+    seconds
+        The time that each stage took, in the order of the stages.
     """
 
-    path: Path
-    options: Options
-    seconds: dict[str, float] = field(default_factory=dict)
+    package: Package
+    graph: FlatGraph
+    oddities: tuple[Diagnostic, ...]
+    folding: Folding
+    causal: CausalGraph
+    equations: Program
+    sliced: Program
+    optimised: Program
+    lowered: Lowered
+    emitted: EmittedModel
+    built: Built
+    warnings: tuple[Diagnostic, ...]
+    seconds: Mapping[str, float]
 
-    @cached_property
-    def package(self) -> Package:
-        """The file and all it imports, parsed and with its names."""
-        return self._timed("parse", load, self.path)
+    def __init__(self, results: Mapping[str, Any]) -> None:
+        vars(self).update(results)
 
-    @cached_property
-    def graph(self) -> FlatGraph:
-        """Instances, widths and laws, down to scalar bonds."""
-        options = self.options
-        graph = self._timed(
-            "elaborate",
-            elaborate,
-            self.package,
-            options.scene,
-            options.overrides,
-            uses=options.uses,
-        )
-        return with_accounts(graph) if options.audited else graph
-
-    @cached_property
-    def oddities(self) -> tuple[Diagnostic, ...]:
-        """Warnings of laws that no passive part has."""
-        return self._timed("physics", check_physics, self.graph)
-
-    @cached_property
-    def folding(self) -> Folding:
-        """The graph with the zeros and ones that the scene fixes put in."""
-        if self.options.whole:
-            return Folding(self.graph, ())
-        return self._timed("fold", fold_parameters, self.graph)
-
-    @cached_property
-    def causal(self) -> CausalGraph:
-        """Strokes, and the independent flows."""
-        return self._timed("causality", assign_causality, self.folding.graph)
-
-    @cached_property
-    def equations(self) -> Program:
-        """The assigned state equations."""
-        return self._timed("equations", derive_equations, self.causal)
-
-    @cached_property
-    def sliced(self) -> Program:
-        """What the scene needs of them."""
-        if self.options.whole:
-            return self.equations
-        return self._timed("slice", slice_program, self.equations)
-
-    @cached_property
-    def optimised(self) -> Program:
-        """The same, simplified."""
-        return self._timed("optimise", optimise, self.sliced)
-
-    @cached_property
-    def emitted(self) -> EmittedModel:
-        """Its C. Under `strict`, BgError with all warnings there are."""
-        if self.options.strict and self.warnings:
-            raise BgError([as_error(warning) for warning in self.warnings])
-        digest = digest_of([source.text for source in self.package.sources])
-        return self._timed("emit", emit_model, self.optimised, digest)
-
-    @cached_property
-    def lanes(self) -> tuple[Unit, ...]:
-        """The C that runs many instances at once."""
-        return (*lane_runtime_units(), *self._timed("lanes", lane_units, self.emitted.lowered))
-
-    @cached_property
-    def built(self) -> Built:
-        """The shared object in the cache, noted there for a warm start."""
-        cache = open_cache()
-        units = self.emitted.units
-        if self.options.preview:
-            units = previewed(units)
-        if self.options.lanes:
-            units += self.lanes
-        library = self._timed("C compiler", build_shared_object, units, find_toolchain(), cache)
-        facts = run_facts(
-            self.graph.scene,
-            self.folding.parameters,
-            self.graph.requirements,
-            content_of(self.emitted),
-            depends_on_time(self.sliced),
-            passive_coefficients(self.graph),
-        )
-        places = places_of(self.emitted.lowered)
-        built = Built(library, facts, (*self.warnings, *cache.warnings), places=places)
-        remember(cache, self.path, self.options, self.package.sources, built)
-        return built
-
-    @property
-    def warnings(self) -> tuple[Diagnostic, ...]:
-        """What the passes warn of."""
-        return (*self.graph.warnings, *self.oddities, *self.causal.warnings)
-
-    def _timed(
-        self,
-        name: str,
-        make: Callable[_Arguments, _Result],
-        *arguments: _Arguments.args,
-        **named: _Arguments.kwargs,
-    ) -> _Result:
-        start = perf_counter()
-        result = make(*arguments, **named)
-        self.seconds[name] = perf_counter() - start
-        return result
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(f"the compilation ended before the stage that makes `{name}`")
 
 
-def compile_source(path: Path, options: Options) -> Built:
-    """The shared object of a scene."""
-    return Compilation(path, options).built
+def compile_scene(
+    path: Path,
+    options: Options,
+    *,
+    prepare: Prepare | None = None,
+    package: Package | None = None,
+    until: Stage = "C compiler",
+) -> Stages:
+    """Compile a scene of a file, up to a stage.
+
+    Parameters
+    ----------
+    path, options
+        The file, and the scene with what the user changes about it.
+    prepare
+        A change of the flat graph, applied after elaboration: other observations or sources.
+    package
+        The file, if it has been parsed already.
+    until
+        The last stage to run.
+
+    Raises
+    ------
+    BgError
+        The model is at fault; with every independent mistake that the failing stage found.
+    """
+    results: dict[str, Any] = {}
+    warnings: list[Diagnostic] = []
+    seconds: dict[str, float] = {}
+    stages = _stages(path, options, prepare, package, warnings)
+    begin = perf_counter()
+    for stage, name, result in stages:
+        results[name] = result
+        end = perf_counter()
+        seconds[stage] = end - begin
+        if stage == until:
+            break
+        begin = end
+    return Stages({**results, "warnings": tuple(warnings), "seconds": MappingProxyType(seconds)})
+
+
+def _stages(
+    path: Path,
+    options: Options,
+    prepare: Prepare | None,
+    given: Package | None,
+    warnings: list[Diagnostic],
+) -> Iterator[tuple[Stage, str, Any]]:
+    """Run one stage after the other; yield each with the name of its result in `Stages`."""
+    package = given or load(path)
+    yield "parse", "package", package
+
+    graph = elaborate(package, options.scene, options.overrides, options.observe, options.uses)
+    graph = with_accounts(graph) if options.audited else graph
+    graph = prepare(graph) if prepare else graph
+    warnings += graph.warnings
+    yield "elaborate", "graph", graph
+
+    oddities = check_physics(graph)
+    warnings += oddities
+    yield "physics", "oddities", oddities
+
+    folding = Folding(graph, ()) if options.whole else fold_parameters(graph)
+    yield "fold", "folding", folding
+
+    causal = assign_causality(folding.graph)
+    warnings += causal.warnings
+    yield "causality", "causal", causal
+
+    equations = derive_equations(causal)
+    yield "equations", "equations", equations
+
+    sliced = equations if options.whole else slice_program(equations)
+    yield "slice", "sliced", sliced
+
+    optimised = optimise(sliced)
+    yield "optimise", "optimised", optimised
+
+    if options.strict and warnings:
+        raise BgError([as_error(warning) for warning in warnings])
+    lowered = lower(optimised)
+    yield "lower", "lowered", lowered
+
+    emitted = emit_lowered(lowered, digest_of([source.text for source in package.sources]))
+    yield "emit", "emitted", emitted
+
+    facts = run_facts(
+        graph.scene,
+        folding.parameters,
+        graph.requirements,
+        content_of(emitted),
+        depends_on_time(sliced),
+        passive_coefficients(graph),
+    )
+    cache = open_cache()
+    built = build_model(emitted, facts, options, warnings, cache)
+    if prepare is None and given is None:
+        remember(cache, path, options, package.sources, built)
+    yield "C compiler", "built", built
+
+
+def build_model(
+    emitted: EmittedModel,
+    facts: RunFacts,
+    options: Options,
+    warnings: Sequence[Diagnostic],
+    cache: Cache,
+) -> Built:
+    """Compile emitted C to a shared object in the cache."""
+    units = previewed(emitted.units) if options.preview else emitted.units
+    if options.lanes:
+        units += (*lane_runtime_units(), *lane_units(emitted.lowered))
+    library = build_shared_object(units, find_toolchain(), cache)
+    places = places_of(emitted.lowered)
+    return Built(library, facts, (*warnings, *cache.warnings), places=places)
 
 
 def check_source(path: Path, scene: str | None = None) -> list[Diagnostic]:
-    """All that is wrong with a file's scenes (or one of them), up to their equations.
+    """All that is wrong with a file's scenes, or with one of them, up to their equations.
 
     Of a file of parts, which has no scene and no model that runs alone, only the syntax, names
     and interfaces are checked.
@@ -174,18 +222,14 @@ def check_source(path: Path, scene: str | None = None) -> list[Diagnostic]:
         package = load(path)
     except BgError as err:
         return list(err.diagnostics)
-    found = list(package.warnings)
-    names: Sequence[str | None] = package.scene_names
-    if scene is not None:
-        names = [scene]
-    elif not names and stands_alone(package):
+    names: Sequence[str | None] = package.scene_names if scene is None else [scene]
+    if not names and stands_alone(package):
         names = [None]
+    found = list(package.warnings)
     for name in names:
         try:
-            graph = elaborate(package, name)
-            causal = assign_causality(fold_parameters(graph).graph)
-            derive_equations(causal)
-            found += (*graph.warnings, *check_physics(graph), *causal.warnings)
+            stages = compile_scene(path, Options(name), package=package, until="equations")
+            found += stages.warnings
         except BgError as err:
             found += err.diagnostics
     return found

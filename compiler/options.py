@@ -11,10 +11,12 @@ class Options:
 
     `scene` is the scene's name, None for the file's first. `overrides` are the
     `--set name=value` texts that decide structure; the others are set at run time. `strict`
-    makes every warning about the model an error. `whole` compiles all that is written: nothing
-    is folded or sliced. `uses` are slots to fill otherwise than the scene does. `preview` asks for
-    C that is compiled fast and runs slowly, `lanes` for the functions that run many instances at
-    once, next to those of one. `audited` observes all energy accounts, whatever the scene does.
+    makes every warning about the model an error. `whole` compiles the whole model: nothing is
+    folded or sliced. `uses` are pairs of a slot and the type that fills it, `("crane.elbow.lock",
+    "Rigid[5]")`; they override the scene's own choices. `observe` replaces the scene's
+    observations by these names of its columns or expressions. `preview` asks for C that compiles
+    fast and runs slowly, `lanes` for the functions that run many instances at once, next to those
+    of one. `audited` observes all energy accounts, whatever the scene does.
     """
 
     scene: str | None = None
@@ -22,6 +24,7 @@ class Options:
     strict: bool = False
     whole: bool = False
     uses: tuple[tuple[str, str], ...] = ()
+    observe: tuple[str, ...] = ()
     preview: bool = False
     lanes: bool = False
     audited: bool = False

@@ -84,9 +84,9 @@ def load_or_compile(path: Path, options: Options) -> Built:
 
     if (found := recall(path, options)) is not None:
         return found
-    from bgc.driver import compile_source
+    from bgc.driver import compile_scene
 
-    return compile_source(path, options)
+    return compile_scene(path, options).built
 
 
 def _as_source(value: Quantity) -> str:

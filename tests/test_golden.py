@@ -18,7 +18,7 @@ from scipy.linalg import expm
 import bgc
 from bgc.building.build import runtime_directory
 from bgc.building.toolchain import find_toolchain
-from bgc.driver import Compilation
+from bgc.driver import compile_scene
 from bgc.emission.emit import amalgamate
 from bgc.options import Options
 from bgc.printing.stages import show_pass
@@ -73,8 +73,9 @@ ANSWERS: dict[str, Answer] = {
 @pytest.mark.parametrize("model", ANSWERS)
 def test_passes_and_c_are_as_blessed(model, bless):
     path = MODELS / f"{model}.bg"
-    made = {name: show_pass(after, path, Options()) for name, after in FILES.items()}
-    made["model.c"] = "\n".join(u.text for u in Compilation(path, Options()).emitted.units)
+    stages = compile_scene(path, Options(), until="emit")
+    made = {name: show_pass(after, stages) for name, after in FILES.items()}
+    made["model.c"] = show_pass("emit", stages)
     folder = GOLDEN / model
     if bless:
         folder.mkdir(parents=True, exist_ok=True)
@@ -97,7 +98,7 @@ def test_model_of_the_golden_files_is_right(model):
 
 @pytest.mark.parametrize("model", ANSWERS)
 def test_self_contained_c_compiles_with_warnings_as_errors(model, tmp_path):
-    emitted = Compilation(MODELS / f"{model}.bg", Options()).emitted
+    emitted = compile_scene(MODELS / f"{model}.bg", Options(), until="emit").emitted
     (tmp_path / "model.c").write_text(amalgamate(emitted, runtime_directory()))
     command = [*find_toolchain().command, *STRICT, "-O0", "-c", "model.c"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)

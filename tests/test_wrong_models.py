@@ -11,12 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from bgc.causality.assign import assign_causality
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity
 from bgc.diagnostics.render import render
-from bgc.elaboration.elaborate import elaborate
-from bgc.equations.derive import derive_equations
-from bgc.passivity.checks import check_physics
+from bgc.driver import compile_scene
+from bgc.options import Options
 from bgc.resolution.resolve import load, load_text
 
 WRONG = sorted((Path(__file__).parent / "wrong").glob("*.bg"))
@@ -27,12 +25,12 @@ EXPECTED = re.compile(r"// (error|warning): (BG\d+)")
 
 def diagnostics_of(compile_all, *arguments) -> list[Diagnostic]:
     try:
-        graph = elaborate(compile_all(*arguments))
-        causal = assign_causality(graph)
-        derive_equations(causal)
+        package = compile_all(*arguments)
+        path = Path(package.sources[0].name)
+        stages = compile_scene(path, Options(), package=package, until="equations")
     except BgError as err:
         return [d for d in err.diagnostics if d.severity is Severity.ERROR]
-    return [*graph.warnings, *check_physics(graph), *causal.warnings]
+    return list(stages.warnings)
 
 
 def place_of(diagnostic: Diagnostic) -> tuple[int, str, str]:

@@ -6,8 +6,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Level, Op
-from bgc.driver import Compilation
-from bgc.emission.lower import lower
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Lowered
 
@@ -37,11 +35,6 @@ class Cost:
             + factorisations * self.factorisation
             + solutions * 2 * self.entries
         )
-
-
-def lowered_program(compilation: Compilation) -> Lowered:
-    """What the C functions of a compilation compute."""
-    return lower(compilation.optimised)
 
 
 def cost_of(lowered: Lowered) -> Cost:

@@ -9,22 +9,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 from bgc.algebra.dag import Kind
-from bgc.causality.assign import assign_causality
 from bgc.causality.regions import ports_of
 from bgc.diagnostics.catalogue import analysis as catalogue
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.elaboration.elaborate import elaborate
+from bgc.driver import compile_scene
 from bgc.elaboration.scenes.devices import channel_unit
 from bgc.emission.optimise import optimise
-from bgc.equations.derive import derive_equations
 from bgc.ir.graph import Element, FlatGraph, Node, Parameter, Source
 from bgc.ir.program import Program
 from bgc.ir.program_nodes import map_program, program_roots
 from bgc.options import Options
-from bgc.resolution.modules import Package
 from bgc.slicing.slice import without_unread
 
 _COMPONENT = re.compile(r"\[[\d,]+\]$")
@@ -41,16 +39,17 @@ class Varied:
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """A program on what its outputs need, and the inputs by which it is differentiated."""
+    """A program reduced to what its outputs need, its inputs, and the texts it was read from."""
 
     program: Program
     inputs: tuple[Varied, ...]
     warnings: tuple[Diagnostic, ...]
+    sources: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class _Candidate:
-    """What may be an input: a source (index of the element), a parameter, or a device channel."""
+    """A possible input: a source (index of the element), a parameter, or a device channel."""
 
     kind: str  # "source", "parameter" or "channel"
     index: int
@@ -58,17 +57,26 @@ class _Candidate:
 
 
 def open_scene(
-    package: Package,
+    path: Path,
     options: Options,
     inputs: Sequence[str] = (),
     outputs: Sequence[str] = (),
     values: Mapping[str, float] | None = None,
 ) -> Opened:
-    """The program of a scene with inputs and outputs of one's choice.
+    """Compile a scene to a program with inputs and outputs of one's choice.
 
-    Without `inputs` these are the channels of the scene's devices, without `outputs` what the
-    scene observes; its energy accounts are left out. A vector's name stands for its components.
-    `values` are other defaults of parameters by name, SI.
+    Parameters
+    ----------
+    path, options
+        The file and its scene. The whole model is compiled, so that every parameter can be varied.
+    inputs
+        Efforts or flows of sources, parameters, channels of devices; by default all channels of
+        the scene's devices. A vector's name stands for its components.
+    outputs
+        Names that the scene observes, or expressions; by default all that it observes. The energy
+        accounts are left out.
+    values
+        Other defaults of parameters by name, SI.
 
     Raises
     ------
@@ -76,34 +84,54 @@ def open_scene(
         The model is at fault, or an input or output cannot be used; BG522 where an output
         needs the rate of an input.
     """
-    graph = elaborate(package, options.scene, options.overrides, outputs, options.uses)
-    if outputs and graph.scene.accounts:
-        (account, *_) = graph.scene.accounts
-        raise BgError([catalogue.account_as_output(f"energy.{account}")])
-    observed = tuple(o for o in graph.observations if o.name in graph.scene.columns)
-    facts = replace(graph.scene, accounts=(), columns=tuple(o.name for o in observed))
-    parameters_now = _with_values(graph, values or {})
-    graph = replace(graph, scene=facts, observations=observed, parameters=parameters_now)
-    candidates = _candidates(graph)
-    chosen = _choose(candidates, inputs)
-    first = sum(len(device.inputs) for device in graph.devices)
-    varied: list[Varied] = []
-    sources: dict[int, Node] = {}
-    parameters: dict[int, Node] = {}
-    for name in chosen:
-        candidate = candidates[name]
-        index = candidate.index
-        if candidate.kind != "channel":
-            index = first + len(sources) + len(parameters)
-            symbol = graph.dag.symbol(Kind.INPUT, index)
-            (sources if candidate.kind == "source" else parameters)[candidate.index] = symbol
-        varied.append(Varied(name, candidate.unit, index))
-    causal = assign_causality(_with_sources(graph, sources))
-    program = derive_equations(causal)
-    program = replace(program, inputs=first + len(sources) + len(parameters))
-    program = _with_parameters(program, parameters)
-    warnings = (*package.warnings, *graph.warnings, *causal.warnings)
-    return Opened(optimise(without_unread(program)), tuple(varied), warnings)
+    selection = _Selection(tuple(inputs), bool(outputs), dict(values or {}))
+    options = replace(options, whole=True, observe=tuple(outputs))
+    stages = compile_scene(path, options, prepare=selection.applied_to, until="equations")
+    program = replace(stages.equations, inputs=selection.count)
+    program = _with_parameters(program, selection.parameters)
+    sources = tuple(source.text for source in stages.package.sources)
+    return Opened(
+        optimise(without_unread(program)), tuple(selection.varied), stages.warnings, sources
+    )
+
+
+@dataclass(slots=True)
+class _Selection:
+    """The chosen inputs of a scene, found in its flat graph.
+
+    `varied` are the inputs in order, `parameters` the INPUT symbols that are added to parameters,
+    `count` the number of INPUT symbols, those of devices first.
+    """
+
+    inputs: tuple[str, ...]
+    other_outputs: bool
+    values: dict[str, float]
+    varied: list[Varied] = field(default_factory=list)
+    parameters: dict[int, Node] = field(default_factory=dict)
+    count: int = 0
+
+    def applied_to(self, graph: FlatGraph) -> FlatGraph:
+        """The graph with the sources varied, without energy accounts, with other defaults."""
+        if self.other_outputs and graph.scene.accounts:
+            (account, *_) = graph.scene.accounts
+            raise BgError([catalogue.account_as_output(f"energy.{account}")])
+        observed = tuple(o for o in graph.observations if o.name in graph.scene.columns)
+        facts = replace(graph.scene, accounts=(), columns=tuple(o.name for o in observed))
+        defaults = _with_values(graph, self.values)
+        graph = replace(graph, scene=facts, observations=observed, parameters=defaults)
+        candidates = _candidates(graph)
+        self.count = sum(len(device.inputs) for device in graph.devices)
+        sources: dict[int, Node] = {}
+        for name in _choose(candidates, self.inputs):
+            candidate = candidates[name]
+            index = candidate.index
+            if candidate.kind != "channel":
+                index, self.count = self.count, self.count + 1
+                symbol = graph.dag.symbol(Kind.INPUT, index)
+                added = sources if candidate.kind == "source" else self.parameters
+                added[candidate.index] = symbol
+            self.varied.append(Varied(name, candidate.unit, index))
+        return _with_sources(graph, sources)
 
 
 def _with_values(graph: FlatGraph, values: Mapping[str, float]) -> tuple[Parameter, ...]:

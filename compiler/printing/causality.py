@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 
 from bgc.causality.regions import ports_of
-from bgc.driver import Compilation
+from bgc.driver import Stages
 from bgc.ir.causal import CausalGraph, Role, Rule
 from bgc.ir.graph import Bond, FlatGraph, Storage
 from bgc.ir.program import Loop, Program, ProgramState
@@ -97,11 +97,13 @@ def loop_table(loops: Iterable[Loop]) -> Table:
     )
 
 
-def causality_tables(compilation: Compilation) -> Iterator[Table]:
-    """Strokes, then storage and loops, for which the equations are derived."""
-    yield stroke_table(compilation.causal)
-    yield storage_table(compilation.causal, compilation.equations)
-    yield loop_table(compilation.equations.loops)
+def causality_tables(stages: Stages) -> tuple[Table, ...]:
+    """Strokes, storage and algebraic loops of a compilation up to its equations."""
+    return (
+        stroke_table(stages.causal),
+        storage_table(stages.causal, stages.equations),
+        loop_table(stages.equations.loops),
+    )
 
 
 def element_ends(graph: FlatGraph) -> list[tuple[str, str]]:

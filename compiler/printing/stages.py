@@ -6,50 +6,61 @@ from collections.abc import Callable, Iterable
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from fractions import Fraction
-from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeAlias, assert_never, get_args
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.infix import infix_lines, number
 from bgc.causality.regions import ports_of
 from bgc.diagnostics.source import Source, Span
-from bgc.driver import Compilation
+from bgc.driver import Stage, Stages
 from bgc.grammar.syntax import File
 from bgc.ir.graph import Element, FlatGraph
 from bgc.ir.program import Program
-from bgc.options import Options
 from bgc.printing.causality import causality_tables, element_ends, ranges
 from bgc.printing.tables import as_text
 from bgc.slicing.fold import Folding
 from bgc.slicing.report import dropped_lines, folded_lines
 
-PASSES = ("parse", "elaborate", "fold", "causality", "equations", "slice", "optimise", "emit")
+Pass: TypeAlias = Literal[
+    "parse", "elaborate", "fold", "causality", "equations", "slice", "optimise", "emit"
+]
+PASSES: tuple[Pass, ...] = get_args(Pass)
 
 _WIDTH = 100
 
 
-def show_pass(name: str, path: Path, options: Options) -> str:
-    """What the pass `name` made of a file; only the passes up to it are run."""
-    compilation = Compilation(path, options)
+def show_pass(name: Pass, stages: Stages) -> str:
+    """The result of a pass as text; `stages` have to go that far."""
     match name:
         case "parse":
-            return show_syntax(compilation.package.root.file)
+            return show_syntax(stages.package.root.file)
         case "elaborate":
-            return show_graph(compilation.graph)
+            return show_graph(stages.graph)
         case "fold":
-            return show_folding(compilation.folding)
+            return show_folding(stages.folding)
         case "causality":
-            return as_text(causality_tables(compilation))
+            return as_text(causality_tables(stages))
         case "equations":
-            return show_equations(compilation.equations)
+            return show_equations(stages.equations)
         case "slice":
-            return show_equations(compilation.sliced)
+            return show_equations(stages.sliced)
         case "optimise":
-            return show_equations(compilation.optimised)
+            return show_equations(stages.optimised)
         case "emit":
-            return "\n".join(unit.text for unit in compilation.emitted.units)
+            return "\n".join(unit.text for unit in stages.emitted.units)
         case _:
-            raise ValueError(f"there is no pass {name}")
+            assert_never(name)
+
+
+def needed_for(name: Pass) -> Stage:
+    """The last stage to run before a pass can be shown, with the warnings about its result."""
+    match name:
+        case "elaborate":
+            return "physics"
+        case "causality":
+            return "equations"  # its tables name storage and algebraic loops
+        case _:
+            return name
 
 
 def show_syntax(file: File) -> str:

@@ -11,9 +11,9 @@ from pathlib import Path
 from bgc.diagnostics.catalogue.arguments import bad_option, no_duration
 from bgc.diagnostics.catalogue.stress import nominal_run_failed, nothing_to_judge
 from bgc.diagnostics.diagnostic import BgError
-from bgc.driver import Compilation
+from bgc.driver import compile_scene
 from bgc.elaboration.scenes.variants import Change, with_changes
-from bgc.emission.cost import Cost, cost_of, lowered_program
+from bgc.emission.cost import Cost, cost_of
 from bgc.options import Options
 from bgc.runtime.activity.changes import Candidate, possible_changes
 from bgc.runtime.activity.powers import Activity, activities, metered_model
@@ -135,8 +135,8 @@ def activity_report(
         raise BgError([nothing_to_judge(model.facts.scene)])
     assert model.origin is not None
     method = choose_method(model.library, model.facts, None, None, None, None)
-    base = Compilation(*model.origin)
-    cost = cost_of(lowered_program(base))
+    base = compile_scene(*model.origin, until="lower")
+    cost = cost_of(base.lowered)
     times = row_times(end, end / _ROWS, None, len(model.measured))
     session = _Session(*model.origin, method, times, within, cost)
     session.begin(model)
@@ -224,8 +224,7 @@ class _Session:
         activity = sum(candidate.activity for candidate in candidates)
         options = with_changes(self.options, changes)
         try:
-            compilation = Compilation(self.path, options)
-            cost = cost_of(lowered_program(compilation))
+            cost = cost_of(compile_scene(self.path, options, until="lower").lowered)
             model = load_model(self.path, options)
         except BgError as problem:
             first = problem.diagnostics[0]

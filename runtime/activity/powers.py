@@ -15,11 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bgc.algebra.dag import Kind
-from bgc.building.build import build_shared_object
-from bgc.building.built import Built, run_facts
-from bgc.building.cache import open_cache
-from bgc.building.toolchain import find_toolchain
-from bgc.driver import Compilation
+from bgc.driver import compile_scene
 from bgc.ir.graph import FlatGraph, Observation, Resistor, Storage
 from bgc.runtime.model import Model
 from bgc.runtime.running.binding import Array
@@ -48,12 +44,8 @@ def metered_model(model: Model) -> tuple[Model, FlatGraph]:
     """
     assert model.origin is not None
     path, options = model.origin
-    compilation = Compilation(path, options)
-    compilation.graph = metered = _metered(compilation.graph)
-    library = build_shared_object(compilation.emitted.units, find_toolchain(), open_cache())
-    facts = run_facts(metered.scene, compilation.folding.parameters, metered.requirements)
-    built = Built(library, facts)
-    return Model(built, model.folder), metered
+    stages = compile_scene(path, options, prepare=_metered)
+    return Model(stages.built, model.folder), stages.graph
 
 
 def _metered(graph: FlatGraph) -> FlatGraph:

@@ -75,11 +75,7 @@ def build(
         whole=whole,
         uses=read_uses(uses),
     )
-    seconds: dict[str, float] = {}
-    if target == "c":
-        content = _c_file(file, options, seconds)
-    else:
-        content = _shared_object(file, options, seconds)
+    content, seconds = (_c_file if target == "c" else _shared_object)(file, options)
     if timings:
         click.echo(_table(seconds), err=True)
     if out == "-":
@@ -93,30 +89,30 @@ def build(
     click.echo(os.fsencode(goal))
 
 
-def _c_file(file: Path, options: Options, seconds: dict[str, float]) -> bytes:
+def _c_file(file: Path, options: Options) -> tuple[bytes, Mapping[str, float]]:
     from bgc.building.build import runtime_directory
-    from bgc.driver import Compilation
+    from bgc.driver import compile_scene
     from bgc.emission.emit import amalgamate
 
-    compilation = Compilation(file, options, seconds)
-    text = amalgamate(compilation.emitted, runtime_directory())
-    print_diagnostics(compilation.warnings)
-    return text.encode()
+    stages = compile_scene(file, options, until="emit")
+    text = amalgamate(stages.emitted, runtime_directory())
+    print_diagnostics(stages.warnings)
+    return text.encode(), stages.seconds
 
 
-def _shared_object(file: Path, options: Options, seconds: dict[str, float]) -> bytes:
+def _shared_object(file: Path, options: Options) -> tuple[bytes, Mapping[str, float]]:
     from bgc.building.recall import recall
 
     start = time.perf_counter()
     built = recall(file, options)
-    if built is not None:
-        seconds["from the cache"] = time.perf_counter() - start
-    else:
-        from bgc.driver import Compilation
+    seconds: Mapping[str, float] = {"from the cache": time.perf_counter() - start}
+    if built is None:
+        from bgc.driver import compile_scene
 
-        built = Compilation(file, options, seconds).built
+        stages = compile_scene(file, options)
+        built, seconds = stages.built, stages.seconds
     print_diagnostics(built.warnings)
-    return built.library.read_bytes()
+    return built.library.read_bytes(), seconds
 
 
 def _make(folder: Path) -> None:

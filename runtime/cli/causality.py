@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import (
     model_file,
@@ -29,13 +30,17 @@ def causality(
 
     A stroke, |-> or ->|, stands at the end of the bond that is given the effort.
     """
-    from bgc.driver import Compilation
+    from bgc.driver import compile_scene
     from bgc.options import Options
-    from bgc.printing.causality import causality_tables
+    from bgc.printing.causality import causality_tables, stroke_table
     from bgc.runtime.cli.printing import print_tables
 
-    compilation = Compilation(
-        file, Options(scene, read_assignments(assignments), uses=read_uses(uses))
-    )
-    print_tables(causality_tables(compilation))
-    print_diagnostics(compilation.warnings)
+    options = Options(scene, read_assignments(assignments), uses=read_uses(uses))
+    try:
+        stages = compile_scene(file, options, until="equations")
+    except BgError:
+        # Where the strokes are known, they help to understand why there are no equations.
+        print_tables([stroke_table(compile_scene(file, options, until="causality").causal)])
+        raise
+    print_diagnostics(stages.warnings)
+    print_tables(causality_tables(stages))

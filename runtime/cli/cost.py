@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import (
     model_file,
     read_assignments,
@@ -58,6 +59,7 @@ def cost(
 
     options = Options(scene, read_assignments(assignments), uses=read_uses(uses))
     report = cost_report(file, options, most, progress=not quiet)
+    print_diagnostics(report.warnings)
     if as_json:
         click.echo(json.dumps(_as_json(report), indent=2))
     else:

@@ -24,7 +24,7 @@ from bgc.runtime.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from bgc.driver import Compilation
+    from bgc.ir.program import Program
     from bgc.options import Options
 
 _LINES = 300  # of equations that are printed without --full
@@ -68,7 +68,7 @@ def equations(
     Inputs are a source's effort or flow (supply.e), a parameter (mass) or a device's channel;
     by default those of the devices. Outputs are what the scene observes, or any expressions.
     """
-    from bgc.driver import Compilation
+    from bgc.driver import compile_scene
     from bgc.options import Options
 
     if latex and linear:
@@ -79,25 +79,24 @@ def equations(
     if linear:
         _print_linear(file, options, at, steady, inputs, outputs, full, out)
         return
-    compilation = Compilation(file, options)
+    stages = compile_scene(file, options, until="optimise")
+    print_diagnostics(stages.warnings)
     if latex:
         from bgc.printing.latex import latex_equations
         from bgc.printing.stages import symbol_names
 
-        program = compilation.optimised
+        program = stages.optimised
         click.echo(latex_equations(program, symbol_names(program)), nl=False)
     else:
-        _print_equations(compilation, full)
-    print_diagnostics(compilation.warnings)
+        _print_equations(stages.optimised, full)
 
 
-def _print_equations(compilation: Compilation, full: bool) -> None:
-    """The equations as text; of very long ones what they are about."""
+def _print_equations(program: Program, full: bool) -> None:
+    """Print the equations as text, or a summary of very long ones."""
     from bgc.printing.stages import show_equations
     from bgc.printing.tables import Table
     from bgc.runtime.cli.printing import print_tables
 
-    program = compilation.optimised
     text = show_equations(program) or "no states, and nothing is observed\n"
     length = text.count("\n")
     if full or length <= _LINES:

@@ -22,7 +22,7 @@ _KINDS = (".svg", ".dot", ".pdf", ".png")
 @click.option("-o", "--out", metavar="FILE", help="Where: .svg, .pdf, .png or .dot; FILE.svg.")
 def graph(file: Path, scene: str | None, assignments: tuple[str, ...], out: str | None) -> None:
     """Draw the bond graph of a scene: half arrows, causal strokes, names."""
-    from bgc.driver import Compilation
+    from bgc.driver import compile_scene
     from bgc.options import Options
     from bgc.printing.draw import lay_out, to_dot
     from bgc.runtime.results.files import written_whole
@@ -31,9 +31,10 @@ def graph(file: Path, scene: str | None, assignments: tuple[str, ...], out: str 
     kind = target.suffix.lower()
     if kind not in _KINDS:
         raise BgError([unknown_file_kind(str(target), _KINDS)])
-    compilation = Compilation(file, Options(scene, read_assignments(assignments)))
-    text = to_dot(compilation.causal)
-    print_diagnostics(compilation.warnings)
+    options = Options(scene, read_assignments(assignments))
+    stages = compile_scene(file, options, until="causality")
+    text = to_dot(stages.causal)
+    print_diagnostics(stages.warnings)
     picture = text.encode() if kind == ".dot" else lay_out(text, kind[1:])
     with written_whole(target) as aside:
         aside.write_bytes(picture)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import (
     model_file,
     read_assignments,
@@ -32,11 +33,15 @@ def show(
     whole: bool,
     name: str,
 ) -> None:
-    """Print what a pass of the compiler made of a scene of FILE."""
+    """Print the result of one pass of the compiler."""
+    from bgc.driver import compile_scene
     from bgc.options import Options
-    from bgc.printing.stages import PASSES, show_pass
+    from bgc.printing.stages import PASSES, needed_for, show_pass
 
-    if name not in PASSES:
+    chosen = next((known for known in PASSES if known == name), None)
+    if chosen is None:
         raise click.UsageError(f"there is no pass {name}; there are {', '.join(PASSES)}")
     options = Options(scene, read_assignments(assignments), whole=whole, uses=read_uses(uses))
-    click.echo(show_pass(name, file, options), nl=False)
+    stages = compile_scene(file, options, until=needed_for(chosen))
+    print_diagnostics(stages.warnings)
+    click.echo(show_pass(chosen, stages), nl=False)

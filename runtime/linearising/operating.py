@@ -19,7 +19,6 @@ from bgc.ir.graph import Node
 from bgc.linearising.linear_form import LinearForm, linear_form
 from bgc.linearising.opening import Opened, open_scene
 from bgc.options import Options
-from bgc.resolution.resolve import load
 from bgc.runtime.linear.state_space import Linearisation, Real, without_algebraic
 from bgc.runtime.linearising.equilibrium import find_rest, find_zero
 
@@ -52,8 +51,7 @@ class OpenedModel:
         values: Mapping[str, float] | None = None,
     ) -> None:
         self._folder = path.absolute().parent
-        self._package = load(path)
-        self.opened: Opened = open_scene(self._package, options, inputs, outputs, values)
+        self.opened: Opened = open_scene(path, options, inputs, outputs, values)
         self._form: LinearForm = linear_form(self.opened)
         program = self.opened.program
         self._parameters = default_values(program.dag, program.parameters)
@@ -90,18 +88,15 @@ class OpenedModel:
 
     def at_time(self, time: float) -> OperatingPoint:
         """The state after a simulation up to a time in s, and what devices give then."""
-        from bgc.building.build import build_shared_object
-        from bgc.building.built import Built, run_facts
+        from bgc.building.built import run_facts
         from bgc.building.cache import digest_of, open_cache
-        from bgc.building.toolchain import find_toolchain
+        from bgc.driver import build_model
         from bgc.emission.emit import emit_model
         from bgc.runtime.model import Model
 
         program = self.opened.program
-        digest = digest_of([source.text for source in self._package.sources])
-        units = emit_model(program, digest).units
-        library = build_shared_object(units, find_toolchain(), open_cache())
-        built = Built(library, run_facts(program.scene))
+        emitted = emit_model(program, digest_of(self.opened.sources))
+        built = build_model(emitted, run_facts(program.scene), Options(), (), open_cache())
         state, inputs = Model(built, self._folder).state_at(time)
         return OperatingPoint(time, state, inputs)
 

@@ -11,14 +11,15 @@ import numpy as np
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.diagnostics.diagnostic import BgError
-from bgc.driver import Compilation
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.driver import compile_scene
 from bgc.elaboration.scenes.variants import Change, variants_of, with_changes
-from bgc.emission.cost import Cost, cost_of, lowered_program
+from bgc.emission.cost import Cost, cost_of
 from bgc.ir.defaults import default_values
 from bgc.ir.lowered import Lowered
 from bgc.ir.program import Dropped
 from bgc.options import Options
+from bgc.resolution.modules import Package
 from bgc.resolution.resolve import load
 from bgc.runtime.compiling import load_model
 from bgc.runtime.linear.state_space import pencil_eigenvalues
@@ -82,6 +83,7 @@ class CostReport:
     unmeasured: str
     variants: tuple[VariantCost, ...]
     skipped: int
+    warnings: tuple[Diagnostic, ...]
 
     def estimate(self, cost: Cost) -> float | None:
         """Seconds that a step would take, by its operations against the measured ones."""
@@ -104,24 +106,23 @@ def cost_report(
         The scene itself is at fault. A variant that is goes into the report.
     """
     package = load(path)
-    ours = Compilation(path, options)
-    ours.package = package
-    lowered = lowered_program(ours)
-    everything = Compilation(path, replace(options, whole=True))
-    everything.package = package
+    ours = compile_scene(path, options, package=package, until="lower")
+    lowered = ours.lowered
+    whole = replace(options, whole=True)
+    everything = compile_scene(path, whole, package=package, until="lower")
     found = variants_of(package, ours.graph)
     chosen = found[:most_variants]
     rows: list[VariantCost] = []
     with ProgressBar(len(chosen), progress, "compiling variants", "") as bar:
         for count, variant in enumerate(chosen):
             bar.show(count)
-            rows.append(_variant_cost(ours, variant))
+            rows.append(_variant_cost(path, options, package, variant))
     measured, unmeasured = _measured(path, options)
     facts = ours.graph.scene
     return CostReport(
         scene=facts.name,
         model=facts.model,
-        whole=cost_of(lowered_program(everything)),
+        whole=cost_of(everything.lowered),
         cost=cost_of(lowered),
         stiffness=spectral_radius(lowered),
         states=tuple(state.name for state in lowered.program.states),
@@ -131,14 +132,14 @@ def cost_report(
         unmeasured=unmeasured,
         variants=tuple(rows),
         skipped=len(found) - len(chosen),
+        warnings=ours.warnings,
     )
 
 
-def _variant_cost(base: Compilation, variant: Change) -> VariantCost:
-    compilation = Compilation(base.path, with_changes(base.options, (variant,)))
-    compilation.package = base.package
+def _variant_cost(path: Path, base: Options, package: Package, variant: Change) -> VariantCost:
+    options = with_changes(base, (variant,))
     try:
-        lowered = lowered_program(compilation)
+        lowered = compile_scene(path, options, package=package, until="lower").lowered
     except BgError as problem:
         return VariantCost(variant, None, None, problem.diagnostics[0].message)
     return VariantCost(variant, cost_of(lowered), spectral_radius(lowered))

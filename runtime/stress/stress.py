@@ -13,7 +13,7 @@ import numpy as np
 from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.catalogue.stress import nominal_run_failed, nothing_to_judge
 from bgc.diagnostics.diagnostic import BgError
-from bgc.driver import Compilation
+from bgc.driver import compile_scene
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.measuring.timed import timed_run
 from bgc.runtime.model import Model
@@ -264,7 +264,7 @@ class _Session:
         found = tuple(read_drive(text, units) for text in texts)
         if not found:
             assert self.model.origin is not None
-            graph = Compilation(*self.model.origin).graph
+            graph = compile_scene(*self.model.origin, until="elaborate").graph
             found = all_drives(graph, known, self.duration)
         self._driven = {drive.name: drive for drive in found}
         return found

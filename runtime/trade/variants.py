@@ -11,7 +11,7 @@ from typing import TypeAlias
 from bgc.diagnostics.catalogue.arguments import bad_assignment
 from bgc.diagnostics.catalogue.trade import no_such_slot
 from bgc.diagnostics.diagnostic import BgError
-from bgc.driver import Compilation
+from bgc.driver import compile_scene
 from bgc.elaboration.scenes.variants import Change, variants_of, with_changes
 from bgc.options import Options
 from bgc.runtime.activity.activity import activity_report
@@ -51,7 +51,9 @@ def chosen_variants(session: Session, patterns: Sequence[str]) -> tuple[Variant,
     for pattern in patterns:
         if "=" in pattern:
             lines = _lines(pattern)
-            _ = Compilation(path, with_changes(options, lines)).graph  # a slip is told at once
+            compile_scene(
+                path, with_changes(options, lines), until="elaborate"
+            )  # report a slip now
             found.append(lines)
         elif pattern == ALL and by_slot:
             found += [(Change(slot, type_),) for slot, types in by_slot.items() for type_ in types]
@@ -63,9 +65,9 @@ def chosen_variants(session: Session, patterns: Sequence[str]) -> tuple[Variant,
 
 
 def _types_by_slot(path: Path, options: Options) -> dict[str, list[str]]:
-    compilation = Compilation(path, options)
+    stages = compile_scene(path, options, until="elaborate")
     by_slot: dict[str, list[str]] = {}
-    for change in variants_of(compilation.package, compilation.graph):
+    for change in variants_of(stages.package, stages.graph):
         by_slot.setdefault(change.name, []).append(change.value)
     return by_slot
 

@@ -39,7 +39,7 @@ def rows() -> list[Row]:
 
 def _translated(casadi: Any, scene: str) -> tuple[Any, Any]:
     """f, and J with df/dt, as CasADi functions of (t, x, h)."""
-    program = crane(scene).compilation.optimised
+    program = crane(scene).stages.optimised
     dag = program.dag
     sx = casadi.SX
     t, x = sx.sym("t"), sx.sym("x", len(program.states))

@@ -23,7 +23,7 @@ import numpy as np
 
 from bgc.building.build import runtime_directory
 from bgc.building.toolchain import find_toolchain
-from bgc.driver import Compilation
+from bgc.driver import Stages, compile_scene
 from bgc.options import Options
 from bgc.runtime.running.binding import Array, Instance, Library, OptionsStruct, Status
 
@@ -38,15 +38,14 @@ class Crane:
 
     path: Path
     operations: dict[str, int]
-    compilation: Compilation
+    stages: Stages
 
 
 @cache
 def crane(scene: str, file: str = "crane.bg") -> Crane:
     """A scene of the benchmarks' models."""
-    compilation = Compilation(HERE / file, Options(scene=scene))
-    built = compilation.built
-    return Crane(built.library, dict(compilation.emitted.operations), compilation)
+    stages = compile_scene(HERE / file, Options(scene=scene))
+    return Crane(stages.built.library, dict(stages.emitted.operations), stages)
 
 
 @contextmanager

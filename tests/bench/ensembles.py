@@ -16,7 +16,7 @@ from crane import COPIES, HERE, copies, instance, parameters, shared_object
 from kernels import kernel_times
 from table import Row
 
-from bgc.driver import compile_source
+from bgc.driver import compile_scene
 from bgc.options import Options
 from bgc.runtime.running.binding import Instance, OptionsStruct, Status
 from bgc.runtime.running.lanes import LaneLibrary
@@ -80,7 +80,7 @@ def rows() -> list[Row]:
     """Per instance, with a full register."""
     found = []
     for scene in ("near_rigid", "reduced"):
-        path = compile_source(HERE / "crane.bg", Options(scene=scene, lanes=True)).library
+        path = compile_scene(HERE / "crane.bg", Options(scene=scene, lanes=True)).built.library
         with copies(path) as plain:
             libraries = [LaneLibrary(Path(each.functions._name)) for each in plain]
             pairs = [(kernel_times(lib), lane_times(lib)) for lib in libraries]

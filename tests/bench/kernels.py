@@ -138,22 +138,24 @@ def _run_from(made: Instance, settled: Array | None, method: str, rtol: float) -
 _COLD = """
 import os, sys
 from pathlib import Path
-from bgc.driver import Compilation
+from bgc.building.built import run_facts
+from bgc.building.cache import digest_of, open_cache
+from bgc.driver import build_model, compile_scene
+from bgc.emission.emit import emit_model
+from bgc.emission.optimise import optimise
 from bgc.options import Options
 
 def spent():
     t = os.times()
     return t.user + t.system, t.children_user + t.children_system
 
-first = Compilation(Path(sys.argv[1]), Options(scene="fall"))
-first.built
+compile_scene(Path(sys.argv[1]), Options(scene="fall"))
 marks = [spent()]
-crane = Compilation(Path(sys.argv[2]), Options(scene="near_rigid"))
-crane.sliced
+crane = compile_scene(Path(sys.argv[2]), Options(scene="near_rigid"), until="slice")
 marks.append(spent())
-crane.emitted
+emitted = emit_model(optimise(crane.sliced), digest_of(s.text for s in crane.package.sources))
 marks.append(spent())
-crane.built
+build_model(emitted, run_facts(crane.graph.scene), Options(), (), open_cache())
 marks.append(spent())
 print(marks[1][0] - marks[0][0], marks[2][0] - marks[1][0], marks[3][1] - marks[2][1])
 """

@@ -12,11 +12,9 @@ import numpy.typing as npt
 
 from bgc.algebra.dag import Kind
 from bgc.algebra.derivatives import directional_derivative
-from bgc.building.build import build_shared_object
-from bgc.building.built import Built, run_facts
+from bgc.building.built import run_facts
 from bgc.building.cache import open_cache
-from bgc.building.toolchain import find_toolchain
-from bgc.driver import Compilation
+from bgc.driver import build_model, compile_scene
 from bgc.emission.emit import emit_model
 from bgc.emission.optimise import optimise
 from bgc.ir.program import Program
@@ -63,13 +61,12 @@ class Probe:
     """
 
     def __init__(self, file: Path, scene: str, velocities: Sequence[str]) -> None:
-        compilation = Compilation(file, Options(scene, whole=True))
-        program = with_rates(compilation.optimised)
-        units = emit_model(program, f"rates of {scene}").units
-        library = build_shared_object(units, find_toolchain(), open_cache())
+        stages = compile_scene(file, Options(scene, whole=True), until="optimise")
+        program = with_rates(stages.optimised)
+        emitted = emit_model(program, f"rates of {scene}")
         columns = tuple(o.name for o in program.observations)
         facts = replace(run_facts(replace(program.scene, columns=columns)), accounts=())
-        self.model = Model(Built(library, facts))
+        self.model = Model(build_model(emitted, facts, Options(), (), open_cache()))
         self.velocities = tuple(velocities)
         self.states = tuple(state.name for state in program.states)
         self._momenta = [k for k, s in enumerate(program.states) if s.kind == "momentum"]

@@ -21,7 +21,7 @@ import bgc
 import bgc.library
 from bgc.algebra.dag import Dag, Kind, Op, Symbol
 from bgc.algebra.evaluate import apply, to_double
-from bgc.driver import Compilation
+from bgc.driver import compile_scene
 from bgc.ir.defaults import default_values
 from bgc.ir.program import Program
 from bgc.options import Options
@@ -97,7 +97,7 @@ def rates(program: Program, values: Mapping[Symbol, complex]) -> list[complex]:
 
 @cache
 def compiled(path: Path, scene: str) -> tuple[Model, Program]:
-    program = Compilation(path, Options(scene)).optimised
+    program = compile_scene(path, Options(scene), until="optimise").optimised
     return bgc.compile(path, scene=scene), program
 
 

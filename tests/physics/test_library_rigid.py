@@ -9,7 +9,7 @@ import pytest
 
 import bgc
 from bgc import library
-from bgc.driver import Compilation, check_source
+from bgc.driver import check_source, compile_scene
 from bgc.ir.graph import Storage
 from bgc.options import Options
 
@@ -20,7 +20,7 @@ NAMES = re.compile(r"^scene (\w+)", re.MULTILINE)
 
 def compliant_locks(file: Path, scene: str) -> dict[str, int]:
     """The locks of a scene's joints that are springs, and how many directions each holds."""
-    graph = Compilation(file, Options(scene, whole=True)).graph
+    graph = compile_scene(file, Options(scene, whole=True), until="elaborate").graph
     springs = (e for e in graph.elements if isinstance(e, Storage) and e.kind == "C")
     return {
         e.name.removesuffix(".spring"): len(e.ports)

@@ -99,7 +99,7 @@ def test_run_takes_another_scene(rc):
 
 def test_set_changes_a_parameter_without_compiling(rc, monkeypatch):
     bgc("run", rc)
-    monkeypatch.setattr("bgc.driver.compile_source", None)  # whoever calls it fails
+    monkeypatch.setattr("bgc.driver.compile_scene", None)  # whoever calls it fails
     result = bgc("run", rc, "--out", "-", "--set", "R=1 kohm", "--rtol", "1e-10")
     assert result.exit_code == 0, result.stderr
     assert voltages(result)[-1] == pytest.approx(5 * (1 - np.exp(-6 / 3000)), rel=1e-7)

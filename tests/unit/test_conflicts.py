@@ -4,7 +4,7 @@ import pytest
 
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.render import render
-from bgc.driver import Compilation
+from bgc.driver import compile_scene
 from bgc.options import Options
 
 
@@ -12,7 +12,7 @@ def refused(tmp_path, text: str) -> Diagnostic:
     path = tmp_path / "m.bg"
     path.write_text(text)
     with pytest.raises(BgError) as caught:
-        _ = Compilation(path, Options()).equations
+        compile_scene(path, Options(), until="equations")
     (diagnostic,) = caught.value.diagnostics
     return diagnostic
 

@@ -13,10 +13,10 @@ from click.testing import CliRunner
 import bgc
 import bgc.library
 from bgc.diagnostics.diagnostic import BgError
-from bgc.driver import Compilation
+from bgc.driver import compile_scene
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.scenes.variants import Change, variants_of
-from bgc.emission.cost import cost_of, lowered_program
+from bgc.emission.cost import cost_of
 from bgc.ir.program import Dropped, Reason
 from bgc.options import Options
 from bgc.resolution.resolve import load_text
@@ -110,8 +110,7 @@ def test_the_estimate_goes_with_the_operations(file: Path) -> None:
 
 def test_the_spectral_radius_is_that_of_the_emitted_jacobian() -> None:
     file = Path(bgc.library.__path__[0]) / "scenes" / "planar_crane.bg"
-    compilation = Compilation(file, Options("planar"))
-    lowered = lowered_program(compilation)
+    lowered = compile_scene(file, Options("planar"), until="lower").lowered
     largest = np.abs(bgc.compile(file, "planar").eigenvalues()).max()
     assert spectral_radius(lowered) == pytest.approx(largest, rel=1e-9)
     assert cost_of(lowered).states == 37
@@ -126,7 +125,7 @@ def test_the_stiffness_of_equations_that_couple_rates(tmp_path: Path) -> None:
         "scene s of Coils { observe i; run 1; }"
     )
     rates = np.linalg.eigvals(-np.linalg.solve([[2, 1], [1, 3]], np.diag([5, 1])))
-    found = spectral_radius(lowered_program(Compilation(source, Options())))
+    found = spectral_radius(compile_scene(source, Options(), until="lower").lowered)
     assert found == pytest.approx(np.abs(rates).max())
 
 
@@ -136,7 +135,9 @@ def test_a_law_that_switches_is_taken_as_it_is_at_the_start(tmp_path: Path) -> N
         "model Lag { state x = 1; der(x) = -(if x > 0.5 then 7 else 2)*x; }"
         "scene s of Lag { observe x; run 1; }"
     )
-    assert spectral_radius(lowered_program(Compilation(source, Options()))) == pytest.approx(7)
+    assert spectral_radius(
+        compile_scene(source, Options(), until="lower").lowered
+    ) == pytest.approx(7)
 
 
 def test_the_command_prints_tables_and_json(file: Path) -> None:

@@ -1,10 +1,13 @@
 """The driver: passes in order, and what is checked of files that do not run alone."""
 
+from dataclasses import FrozenInstanceError, replace
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
-from bgc.driver import Compilation, check_source
+import bgc
+from bgc.driver import Stage, check_source, compile_scene
 from bgc.options import Options
 from bgc.resolution.resolve import library_folder
 
@@ -16,18 +19,34 @@ def codes(path: Path) -> list[str]:
     return [diagnostic.code for diagnostic in check_source(path)]
 
 
-def test_each_pass_runs_once_and_in_order():
-    compilation = Compilation(RLC, Options())
-    first, again = compilation.emitted, compilation.emitted
-    assert first is again
-    passes = ["parse", "elaborate", "fold", "causality", "equations", "slice", "optimise", "emit"]
-    assert list(compilation.seconds) == passes
+def test_stages_run_in_order_up_to_the_one_asked_for():
+    order = list(get_args(Stage))
+    for stage in order:
+        stages = compile_scene(RLC, Options(), until=stage)
+        assert list(stages.seconds) == order[: order.index(stage) + 1]
+    assert stages.built.library.exists()
 
 
-def test_nothing_beyond_the_pass_that_is_asked_for_runs():
-    compilation = Compilation(RLC, Options())
-    assert compilation.causal.strokes
-    assert list(compilation.seconds) == ["parse", "elaborate", "fold", "causality"]
+def test_the_result_of_a_stage_that_did_not_run_is_an_error():
+    stages = compile_scene(RLC, Options(), until="causality")
+    assert stages.causal.strokes
+    with pytest.raises(AttributeError, match="before the stage that makes `equations`"):
+        _ = stages.equations
+
+
+def test_stages_are_frozen():
+    stages = compile_scene(RLC, Options(), until="parse")
+    with pytest.raises(FrozenInstanceError):
+        stages.package = stages.package
+
+
+def test_a_prepared_graph_is_compiled_and_not_remembered():
+    def observing_nothing(graph):
+        return replace(graph, observations=(), scene=replace(graph.scene, columns=()))
+
+    prepared = compile_scene(RLC, Options(), prepare=observing_nothing)
+    assert not prepared.optimised.observations
+    assert bgc.compile(RLC).outputs
 
 
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)

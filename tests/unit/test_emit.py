@@ -295,9 +295,9 @@ def test_initial_values_cannot_read_states() -> None:
 
 def test_the_text_does_not_depend_on_the_order_of_hashes() -> None:
     program = (
-        "import sys; from pathlib import Path; from bgc.driver import Compilation;"
+        "import sys; from pathlib import Path; from bgc.driver import compile_scene;"
         "from bgc.options import Options;"
-        "units = Compilation(Path(sys.argv[1]), Options()).emitted.units;"
+        "units = compile_scene(Path(sys.argv[1]), Options(), until='emit').emitted.units;"
         "print(*(unit.text for unit in units))"
     )
     scene = Path(__file__).parents[2] / "library" / "scenes" / "planar_crane.bg"

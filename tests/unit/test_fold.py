@@ -11,7 +11,7 @@ import bgc
 from bgc.algebra.dag import Op
 from bgc.causality.assign import assign_causality
 from bgc.diagnostics.diagnostic import BgError
-from bgc.driver import Compilation, check_source
+from bgc.driver import check_source, compile_scene
 from bgc.elaboration.elaborate import elaborate
 from bgc.emission.lower import lower
 from bgc.emission.optimise import optimise
@@ -170,5 +170,5 @@ def test_a_vector_may_be_set_where_its_folded_components_stay(tmp_path: Path) ->
 
 
 def test_the_whole_model_has_all_parameters(file: Path) -> None:
-    assert not Compilation(file, Options(whole=True)).folding.parameters
+    assert not compile_scene(file, Options(whole=True), until="fold").folding.parameters
     assert "rotor.friction" in bgc.compile(file, whole=True).parameters

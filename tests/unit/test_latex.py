@@ -11,7 +11,7 @@ from programs import at, make_program
 
 from bgc.algebra.dag import Dag, Kind, Op
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.driver import Compilation
+from bgc.driver import compile_scene
 from bgc.options import Options
 from bgc.printing.latex import latex_equations
 from bgc.printing.latex_names import dotted, latex_name, latex_names
@@ -156,7 +156,7 @@ def test_what_is_printed_has_the_value_of_the_nodes(seed):
     [("dc_motor", None), ("duffing", None), ("vessel_at_rest", "rolling"), ("lock_damping", None)],
 )
 def test_mathtext_takes_every_equation(name, scene):
-    program = Compilation(MODELS / f"{name}.bg", Options(scene)).optimised
+    program = compile_scene(MODELS / f"{name}.bg", Options(scene), until="optimise").optimised
     text = latex_equations(program, symbol_names(program))
     parser = MathTextParser("path")
     found = equations_of(text)
@@ -168,7 +168,9 @@ def test_mathtext_takes_every_equation(name, scene):
 
 
 def test_auxiliary_quantities_are_defined_before_they_are_used():
-    program = Compilation(MODELS / "vessel_at_rest.bg", Options("rolling")).optimised
+    program = compile_scene(
+        MODELS / "vessel_at_rest.bg", Options("rolling"), until="optimise"
+    ).optimised
     defined: set[str] = set()
     for left, right in equations_of(latex_equations(program, symbol_names(program))):
         assert set(re.findall(r"\\eta_\{\d+\}", right)) <= defined

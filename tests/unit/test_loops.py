@@ -11,7 +11,7 @@ import pytest
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
-from bgc.driver import Compilation
+from bgc.driver import Stages, compile_scene
 from bgc.equations.audit import power_defect
 from bgc.ir.program import Loop, LoopKind, LoopSolution
 from bgc.options import Options
@@ -20,17 +20,25 @@ MODELS = Path(__file__).parents[1] / "models" / "loops.bg"
 
 
 @pytest.fixture
-def compilation(tmp_path):
-    def of(text: str) -> Compilation:
+def written(tmp_path):
+    def of(text: str) -> Path:
         path = tmp_path / "loop.bg"
         path.write_text(text)
-        return Compilation(path, Options())
+        return path
+
+    return of
+
+
+@pytest.fixture
+def compilation(written):
+    def of(text: str) -> Stages:
+        return compile_scene(written(text), Options(), until="equations")
 
     return of
 
 
 def loops_of(scene: str) -> tuple[Loop, ...]:
-    return Compilation(MODELS, Options(scene=scene)).equations.loops
+    return compile_scene(MODELS, Options(scene=scene), until="equations").equations.loops
 
 
 # --- what is reported ---------------------------------------------------------------------------
@@ -67,7 +75,7 @@ def test_a_loop_in_one_unknown_is_closed_for_good_where_its_law_allows(compilati
 
 @pytest.mark.parametrize(("scene", "turned"), [("tank", False), ("turned_tank", True)])
 def test_a_law_is_turned_round_only_where_it_has_to_be(scene, turned):
-    program = Compilation(MODELS, Options(scene=scene)).equations
+    program = compile_scene(MODELS, Options(scene=scene), until="equations").equations
     assert program.loops == ()
     (state,) = program.states
     numbers = {program.dag.value(n) for n in program.dag.reachable([state.derivative])}
@@ -78,7 +86,8 @@ def test_a_law_is_turned_round_only_where_it_has_to_be(scene, turned):
 
 
 def test_the_factors_of_a_constant_matrix_are_made_once(compilation):
-    text = "".join(unit.text for unit in Compilation(MODELS, Options(scene="ladder")).emitted.units)
+    emitted = compile_scene(MODELS, Options(scene="ladder"), until="emit").emitted
+    text = "".join(unit.text for unit in emitted.units)
     (rhs,) = re.findall(r"void \w*rhs\([^)]*\)\s*\{(.*?)\n\}", text, re.S)
     (prepare,) = re.findall(r"void \w*prepare\([^)]*\)\s*\{(.*?)\n\}", text, re.S)
     assert "/" in prepare
@@ -96,12 +105,12 @@ def test_divisors_that_change_their_sign_are_left_to_newton(compilation):
     assert (loop.kind, loop.solution) == (LoopKind.VARYING, LoopSolution.NEWTON)
 
 
-def test_divisors_that_change_their_sign_do_no_harm(compilation):
-    path = compilation(
+def test_divisors_that_change_their_sign_do_no_harm(written):
+    path = written(
         "model M { state x = -1; der(x) = 1; pair : MR[2] { e = [x*f[1] + cos(x)*f[2],"
         " cos(x)*f[1] - x*f[2]]; } s : MSe[2](e = [1, 2]); j : J1[2]; s -> j -> pair; }"
         "scene s1 of M { observe pair.f, x; run 2 s every 0.25 s; }"
-    ).path
+    )
     result = bgc.compile(path).simulate()
     for x, f in zip(result["x"], result["pair.f"], strict=True):
         exact = np.linalg.solve([[x, np.cos(x)], [np.cos(x), -x]], [1, 2])
@@ -124,13 +133,13 @@ def test_a_singular_loop_has_no_solution_or_any(compilation, rest, which):
 
 
 @pytest.mark.parametrize("k", [0.3, 0.1 + 0.2])  # the same but for rounding
-def test_parameters_that_make_a_loop_singular_are_refused_at_run_time(compilation, k):
+def test_parameters_that_make_a_loop_singular_are_refused_at_run_time(written, k):
     model = bgc.compile(
-        compilation(
+        written(
             "model M { param k = 1; s : Se(e = 1); boost : MSe(e = k*loop.f); loop : J1;"
             "load : R(0.3); s -> loop; boost -> loop -> load; }"
             "scene s1 of M { observe loop.f; run 1 s; }"
-        ).path
+        )
     )
     assert model.simulate()["loop.f"][0] == pytest.approx(1 / (0.3 - 1))
     with pytest.raises(BgError) as error:
@@ -145,13 +154,13 @@ def test_parameters_that_make_a_loop_singular_are_refused_at_run_time(compilatio
 @pytest.mark.parametrize(
     "law", ["2*log(f) + f^2", "sqrt(f - 3) + f^2/8", "f^3 + f^5 + 1/f", "f*abs(f)*cosh(f)"]
 )
-def test_a_loop_that_is_undefined_or_flat_at_zero_is_started_elsewhere(compilation, law):
+def test_a_loop_that_is_undefined_or_flat_at_zero_is_started_elsewhere(written, law):
     model = bgc.compile(
-        compilation(
+        written(
             "model M { s : Se(e = 7); j : J1; "
             f"a : R {{ e = {law}; }} b : R(1); s -> j -> a, b; }}"
             "scene s1 of M { observe j.f, a.e; run 1 s; }"
-        ).path
+        )
     )
     result = model.simulate(0.1)
     f = result["j.f"][0]
@@ -183,16 +192,16 @@ HIDDEN = (
 
 
 @pytest.mark.parametrize("method", ["", "step 10 ms; solver ros34prw;", "solver radau5;"])
-def test_what_equations_say_without_rates_is_found(compilation, method):
+def test_what_equations_say_without_rates_is_found(written, method):
     # Less twice the first, the second says y = x; x + y = 6 is what the rates leave.
-    result = bgc.compile(compilation(HIDDEN.format(method)).path).simulate(every=0.1)
+    result = bgc.compile(written(HIDDEN.format(method))).simulate(every=0.1)
     exact = 3 * np.exp(-result.time / 2)
     np.testing.assert_allclose(result["x"], exact, rtol=1e-5)
     np.testing.assert_allclose(result["y"], exact, rtol=1e-5)
 
 
-def test_equations_whose_rates_vanish_with_a_parameter_are_refused(compilation):
-    model = bgc.compile(compilation(HIDDEN.format("")).path)
+def test_equations_whose_rates_vanish_with_a_parameter_are_refused(written):
+    model = bgc.compile(written(HIDDEN.format("")))
     with pytest.raises(BgError) as error:
         model.simulate(parameters={"k": 0})
     assert [d.code for d in error.value.diagnostics] == ["BG707"]

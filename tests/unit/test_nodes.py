@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from bgc.algebra.dag import Dag
-from bgc.driver import Compilation
+from bgc.driver import compile_scene
 from bgc.ir.graph_nodes import map_graph
 from bgc.ir.program_nodes import map_program
 from bgc.options import Options
@@ -59,8 +59,9 @@ def everything(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize(("name", "scene"), [("", None), *SCENES])
 def test_all_nodes_are_moved(name: str, scene: str | None, everything: Path) -> None:
-    compilation = Compilation(MODELS / f"{name}.bg" if name else everything, Options(scene))
-    for holder, move in ((compilation.graph, map_graph), (compilation.sliced, map_program)):
+    path = MODELS / f"{name}.bg" if name else everything
+    stages = compile_scene(path, Options(scene), until="slice")
+    for holder, move in ((stages.graph, map_graph), (stages.sliced, map_program)):
         before = list(nodes_in(holder, ""))
         after = list(nodes_in(move(holder, Dag(), lambda n: n + MOVED), ""))  # type: ignore[operator]
         assert before and after == [n + MOVED for n in before]

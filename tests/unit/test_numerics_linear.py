@@ -13,7 +13,7 @@ import pytest
 from conftest import Floats, run_compiler
 
 from bgc.building.build import runtime_directory
-from bgc.driver import Compilation
+from bgc.driver import compile_scene
 from bgc.emission.emit import amalgamate
 from bgc.options import Options
 from bgc.runtime.running.binding import Instance, Library, OptionsStruct, Status
@@ -110,7 +110,7 @@ def emitted(guarded: bool, folder: Path) -> Library:
             assert guard in source
             source = source.replace(guard, none)
         (runtime / "linear.c").write_text(source)
-    units = Compilation(CORPUS / "pivots.bg", Options()).emitted
+    units = compile_scene(CORPUS / "pivots.bg", Options(), until="emit").emitted
     text, target = folder / f"model_{guarded}.c", folder / f"model_{guarded}.so"
     text.write_text(amalgamate(units, runtime))
     run_compiler("-shared", text, "-o", target, "-lm")

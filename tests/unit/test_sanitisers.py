@@ -12,7 +12,7 @@ import pytest
 
 from bgc.building.build import runtime_directory
 from bgc.building.toolchain import find_toolchain
-from bgc.driver import Compilation
+from bgc.driver import compile_scene
 from bgc.emission.emit import amalgamate
 from bgc.options import Options
 
@@ -26,7 +26,7 @@ SANITISERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 @cache
 def self_contained(model: str) -> str:
     """One C file with the model, the runtime and a main that runs it with every method."""
-    emitted = Compilation(TESTS / "models" / f"{model}.bg", Options()).emitted
+    emitted = compile_scene(TESTS / "models" / f"{model}.bg", Options(), until="emit").emitted
     main = (Path(__file__).parent / "sanitised_main.c").read_text()
     return amalgamate(emitted, runtime_directory()) + main
 

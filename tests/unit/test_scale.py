@@ -12,7 +12,7 @@ import pytest
 from bgc.algebra.dag import Kind, Level, Op, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.quadratic import minimise, minimise_in_order
-from bgc.driver import Compilation
+from bgc.driver import Stages, compile_scene
 from bgc.equations.inertias import flows as merged_flows
 from bgc.ir.defaults import default_values
 from bgc.ir.program import Program
@@ -74,10 +74,10 @@ def ladder(count: int) -> str:
     return f"model M {{\n{''.join(parts)}{ends}}}"
 
 
-def compiled(tmp_path: Path, text: str) -> Compilation:
-    path = tmp_path / f"model{len(text)}.bg"  # compiled when asked, so each has its own
+def compiled(tmp_path: Path, text: str) -> Stages:
+    path = tmp_path / f"model{len(text)}.bg"
     path.write_text(text)
-    return Compilation(path, Options())
+    return compile_scene(path, Options(), until="optimise")
 
 
 def operations(program: Program) -> int:

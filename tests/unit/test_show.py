@@ -4,8 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from bgc.driver import compile_scene
 from bgc.options import Options
-from bgc.printing.stages import PASSES, show_pass
+from bgc.printing.stages import PASSES, Pass, needed_for
+from bgc.printing.stages import show_pass as shown
 
 MODELS = Path(__file__).parents[1] / "models"
 
@@ -23,6 +25,10 @@ scene s of Wide {
   run 1 s;
 }
 """
+
+
+def show_pass(name: Pass, path: Path, options: Options) -> str:
+    return shown(name, compile_scene(path, options, until=needed_for(name)))
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from bgc.diagnostics.diagnostic import BgError
-from bgc.driver import Compilation
+from bgc.driver import compile_scene
 from bgc.runtime.cli.app import application
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.measuring.timed import timed_run
@@ -154,7 +154,7 @@ def test_parameters_that_are_alike_go_together():
     assert {*verdicts(found).values()} == {Verdict.HOLDS}
     assert found.drives[0].members == ("left.k", "right.k")
     known = [model.parameters[name] for name in model.parameters]
-    every = all_drives(Compilation(*model.origin).graph, known, duration=2.0)
+    every = all_drives(compile_scene(*model.origin, until="elaborate").graph, known, duration=2.0)
     assert [drive.name for drive in every if drive.role == "stiffness"] == ["*.k"]
     with pytest.raises(BgError):
         read_drive("*.stiffness=1..2", {"left.k": "N/m"})
