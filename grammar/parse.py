@@ -8,6 +8,7 @@ from itertools import pairwise
 from bgc.diagnostics.catalogue import files
 from bgc.diagnostics.catalogue import syntax as wrong
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.report import MAX_ERRORS
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.files import read_source
@@ -22,9 +23,8 @@ from bgc.grammar.lalr import (
 from bgc.grammar.tables import tables
 from bgc.grammar.transform import transform, transform_setting
 
-__all__ = ["MAX_ERRORS", "parse", "parse_setting", "parse_with_tokens", "read_source"]
+__all__ = ["parse", "parse_setting", "parse_with_tokens", "read_source"]
 
-MAX_ERRORS = 50
 _MAX_LINE = 100_000
 _MAX_STACK = 200  # of the parser; bounds the depth of the parse tree too
 

@@ -9,8 +9,8 @@ from dataclasses import replace
 
 from bgc.diagnostics.catalogue.syntax import too_many_errors
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity
-from bgc.grammar.parse import MAX_ERRORS
 
+MAX_ERRORS = 50  # reported of one text, and of one pass
 _PATH = re.compile(r"(?:[A-Za-z_]\w*(?:\[\.\.\])?\.)+(?=[A-Za-z_])")
 _INDEX = re.compile(r"\[[-\d, ]+\]")
 

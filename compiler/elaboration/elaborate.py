@@ -72,19 +72,19 @@ def elaborate(
 def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, str]]) -> FlatGraph:
     report = Report()
     world = World(package, Dag(), report, Edits())
-    world.builder = Builder(world)
-    world.quantities = Quantities(world)
+    builder, quantities = Builder(world), Quantities(world)
     domains, carried = Domains(world), Carried(world)
-    world.bonds = BondValues(world, domains, carried)
+    bonds = BondValues(world, domains, carried)
+    world.connect(builder, quantities, bonds)
 
     for declared in package.root.domains.values():
         with report.collecting():
             domains.facts(declared)
     collect_edits(world, scene, overrides)
     report.raise_errors()
-    root = _root(world, scene)
+    root = _root(world, builder, scene)
     wiring = wire(world, root)
-    with _provisional(world):
+    with _provisional(world, quantities):
         check_edits(world, scene)
         check_overrides(world, scene, overrides)
     bonds_are_sound = not report.errors
@@ -96,20 +96,20 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
     nets = join_nets(world, wiring, domains)
     note_assignments(world, wiring, domains, carried)
     report.raise_new_errors()
-    with _provisional(world):
+    with _provisional(world, quantities):
         settle_widths(nets)
         scalars = scalarise(world, wiring)
         _number_storage(wiring, scalars)
         units = infer_units(world, wiring, domains, scalars)
     report.raise_new_errors()
-    world.bonds.scalars, world.bonds.units = scalars, units
+    bonds.scalars, bonds.units = scalars, units
 
     force_values(world, wiring, carried)
-    elements = read_elements(world, wiring, world.bonds, scalars)
+    elements = read_elements(world, wiring, bonds, scalars)
     statements = read_statements(world, wiring)
     observed = read_observed(world, scene, root)
     if scene.implicit:
-        observed = _observe_all(world, wiring, root)
+        observed = _observe_all(world, bonds, wiring, root)
     devices = read_devices(world, scene)
     requirements = read_requirements(world, scene, observed)
     kept = read_kept(world, scene)
@@ -134,16 +134,16 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
         devices=devices,
         kept=kept,
         warnings=(*package.warnings, *report.warnings),
-        slots=tuple(world.builder.slots),
+        slots=tuple(builder.slots),
     )
 
 
-def _root(world: World, scene: Scene) -> Instance:
+def _root(world: World, builder: Builder, scene: Scene) -> Instance:
     """The tree of the scene's model; its parts are built as they are needed."""
     model = scene.model
-    dims = world.builder.dimensions(model.syntax, scene.use, scene.env)
-    arguments = world.builder.by_name(scene.use, scene.env, model.syntax.name)
-    root = world.builder.instantiate(
+    dims = builder.dimensions(model.syntax, scene.use, scene.env)
+    arguments = builder.by_name(scene.use, scene.env, model.syntax.name)
+    root = builder.instantiate(
         model, dims, arguments, "", None, model.syntax.name_span, home=scene.env
     )
     for name, device in scene.devices.items():
@@ -184,13 +184,13 @@ def _spelled(dimension: Dimension | None) -> str:
     return si_symbol(dimension) if dimension is not None else ""
 
 
-def _observe_all(world: World, wiring: Wiring, root: Instance) -> Observed:
+def _observe_all(world: World, bonds: BondValues, wiring: Wiring, root: Instance) -> Observed:
     """Without a scene: the states of all storage elements, all declared states, all outputs."""
     found: list[Observation] = []
     for element in wiring.elements:
         for name in {"C": "q", "I": "p", "IC": "qp"}.get(element.basic, ""):
             with world.report.collecting():
-                value = world.bonds.storage(element, name)
+                value = bonds.storage(element, name)
                 for k, index in enumerate(indices(value.shape)):
                     label = component_name(f"{element.path}.{name}", index)
                     unit = _spelled(value.units[k])
@@ -219,14 +219,14 @@ def _with_required(
 
 
 @contextmanager
-def _provisional(world: World) -> Iterator[None]:
+def _provisional(world: World, quantities: Quantities) -> Iterator[None]:
     """Within it, values that depend on bonds show their shapes only, and are then forgotten."""
     world.provisional = True
     try:
         yield
     finally:
         world.provisional = False
-        world.quantities.forget_provisional()
+        quantities.forget_provisional()
 
 
 @contextmanager

@@ -5,9 +5,9 @@ import re
 import pytest
 
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.report import MAX_ERRORS
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.instances import instantiate
-from bgc.grammar.parse import MAX_ERRORS
 from bgc.resolution.resolve import load, load_text
 
 PARTS = "s : Se(e = a); r : R(1); s -> r;"

@@ -12,9 +12,10 @@ import pytest
 
 import bgc.grammar
 from bgc.diagnostics.render import render
+from bgc.diagnostics.report import MAX_ERRORS
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
-from bgc.grammar.parse import MAX_ERRORS, parse, parse_with_tokens, read_source
+from bgc.grammar.parse import parse, parse_with_tokens, read_source
 from bgc.grammar.syntax import Binary, Call, Index, Member, Name, Number, Range, TypeUse, Unary
 from bgc.grammar.tables import make_parser
 from bgc.grammar.words import RESERVED

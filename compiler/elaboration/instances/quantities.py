@@ -16,6 +16,7 @@ from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import already_reported
 from bgc.diagnostics.source import Span
+from bgc.elaboration.instances.checks import check, check_units, level_of, require_level, shaped
 from bgc.elaboration.instances.instantiate import MAX_WIDTH, note
 from bgc.elaboration.instances.scopes import find_member
 from bgc.elaboration.instances.tree import Environment, Given, Quantity, Status
@@ -23,19 +24,8 @@ from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.ir.graph import Parameter
 from bgc.resolution.modules import Declared
-from bgc.values.units import Dimension, describe_dimension, parse_unit, si_symbol, suggest_unit
+from bgc.values.units import Dimension, parse_unit, si_symbol, suggest_unit
 from bgc.values.value import Shape, Value, describe_shape
-
-_ALLOWED = {
-    Level.CONST: "known at compile time",
-    Level.PARAM: "made of constants and parameters",
-    Level.TIME: "made of constants, parameters and the time",
-}
-_FOUND = {
-    Level.PARAM: "depends on a parameter",
-    Level.TIME: "depends on the time or a device",
-    Level.STATE: "depends on a state",
-}
 
 
 class Quantities:
@@ -97,7 +87,7 @@ class Quantities:
         finally:
             self._open.pop()
         fixed = quantity.kind in {"param", "state", "unknown"}
-        if self.world.provisional and not fixed and level_of(self.world, value) is Level.STATE:
+        if self.world.provisional and not fixed and level_of(self.world.dag, value) is Level.STATE:
             quantity.status = Status.NEW
             self._provisional[quantity] = value
         else:
@@ -114,7 +104,9 @@ class Quantities:
                 return self._parameter(quantity)
             case "const":
                 value = self._given(quantity)
-                self.require_level(value, Level.CONST, declaration.name_span, "a `const`")
+                require_level(
+                    self.world.dag, value, Level.CONST, declaration.name_span, "a `const`"
+                )
                 return value
             case "state":
                 return self._symbols(quantity, Kind.STATE)
@@ -178,7 +170,7 @@ class Quantities:
                 shape = describe_shape(value.shape)
                 raise BgError([names.no_such_index(given.span, quantity.path, index, shape)])
             component = self.world.evaluate(given.value, given.env)
-            self.check(component, (), units[position], given.value.span, f"`{quantity.path}`")
+            check(component, (), units[position], given.value.span, f"`{quantity.path}`")
             nodes[position] = component.nodes[0]
         return Value(value.shape, tuple(nodes), tuple(units))
 
@@ -206,7 +198,7 @@ class Quantities:
                 raise BgError([names.given_twice(statement.span, declaration.name, statement.span)])
             value = self.world.evaluate(statement.value, env)
             unit = self.declared_unit(quantity)
-            self.check(value, (), unit, statement.value.span, f"`{declaration.name}`")
+            check(value, (), unit, statement.value.span, f"`{declaration.name}`")
             found[index] = value
         missing = [i for i in indices(shape) if i not in found]
         if missing:
@@ -239,7 +231,7 @@ class Quantities:
         default = self._given(quantity)
         declaration = quantity.declaration
         span = quantity.given.span if quantity.given else declaration.name_span
-        self.require_level(default, Level.PARAM, span, f"parameter `{declaration.name}`")
+        require_level(self.world.dag, default, Level.PARAM, span, f"parameter `{declaration.name}`")
         low, high = self._range(quantity, default)
         unit = parse_unit(declaration.unit) if declaration.unit else None
         first = len(self.parameters)
@@ -282,8 +274,8 @@ class Quantities:
         unit = default.unit
         for end in ends:
             value = self.world.evaluate(end, quantity.env)
-            self.check(value, (), unit, end.span, "an end of the range")
-            self.require_level(value, Level.CONST, end.span, "an end of the range")
+            check(value, (), unit, end.span, "an end of the range")
+            require_level(self.world.dag, value, Level.CONST, end.span, "an end of the range")
             found.append(evaluate_nodes(self.world.dag, value.nodes, {})[0])
         low, high = found
         if not low <= high:
@@ -322,7 +314,7 @@ class Quantities:
             return Value.uniform(shape, zeros, self.declared_unit(quantity))
         value = self.world.evaluate(declaration.value, quantity.env)
         span = declaration.value.span
-        self.require_level(value, Level.TIME, span, f"the start of `{declaration.name}`")
+        require_level(self.world.dag, value, Level.TIME, span, f"the start of `{declaration.name}`")
         return self.fit(quantity, value, span)
 
     # --- shapes and units -----------------------------------------------------------
@@ -347,44 +339,9 @@ class Quantities:
         shape = self.declared_shape(quantity)
         unit = self.declared_unit(quantity)
         what = f"`{quantity.declaration.name}`"
-        value = self.shaped(value, shape, span, what)
-        self.check_units(value, unit, span, what)
+        value = shaped(self.world.dag, value, shape, span, what)
+        check_units(value, unit, span, what)
         return value.with_unit(unit) if unit is not None else value
-
-    def shaped(self, value: Value, shape: Shape | None, span: Span, what: str) -> Value:
-        """The value in a shape: one component fits any shape of one, a number any vector."""
-        if shape is None or value.shape == shape:
-            return value
-        count = len(indices(shape))
-        if len(value.nodes) == count == 1:
-            return Value(shape, value.nodes, value.units)
-        zero = value.nodes == (self.world.dag.zero,)
-        if value.is_scalar and (len(shape) == 1 or zero):
-            return Value(shape, value.nodes * count, value.units * count)
-        expected, found = describe_shape(shape), describe_shape(value.shape)
-        raise BgError([shape_messages.wrong_shape(span, what, expected, found)])
-
-    def check(
-        self, value: Value, shape: Shape, unit: Dimension | None, span: Span, what: str
-    ) -> None:
-        """BgError unless the value has the shape, and the unit where both are known."""
-        if value.shape != shape and not (len(value.nodes) == 1 and not shape):
-            expected, found = describe_shape(shape), describe_shape(value.shape)
-            raise BgError([shape_messages.wrong_shape(span, what, expected, found)])
-        self.check_units(value, unit, span, what)
-
-    def check_units(self, value: Value, unit: Dimension | None, span: Span, what: str) -> None:
-        """BgError where a component is known to be of another kind."""
-        for found in value.units:
-            if unit is not None and found is not None and found != unit:
-                expected = describe_dimension(unit)
-                raise BgError([values.wrong_unit(span, what, expected, describe_dimension(found))])
-
-    def require_level(self, value: Value, most: Level, span: Span, what: str) -> None:
-        """BgError when the value changes more often than allowed."""
-        level = level_of(self.world, value)
-        if level > most:
-            raise BgError([values.varies(span, what, _ALLOWED[most], _FOUND[level])])
 
 
 def dimension_of(text: str, span: Span) -> Dimension:
@@ -393,11 +350,6 @@ def dimension_of(text: str, span: Span) -> Dimension:
     if unit is None:
         raise BgError([values.unknown_unit(span, text, suggest_unit(text))])
     return unit.dimension
-
-
-def level_of(world: World, value: Value) -> Level:
-    """How often the value changes."""
-    return Level(max((world.dag.level[n] for n in value.nodes), default=Level.CONST))
 
 
 def indices(shape: Shape) -> list[tuple[int, ...]]:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections import ChainMap
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 from bgc.diagnostics.catalogue import laws, names
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
+from bgc.elaboration.instances.protocols import Surroundings
 from bgc.elaboration.instances.tree import (
     Element,
     Environment,
@@ -25,15 +26,12 @@ from bgc.resolution.modules import Declared, Module
 from bgc.values.scope import FunctionUse, Namespace
 from bgc.values.value import Value
 
-if TYPE_CHECKING:
-    from bgc.elaboration.instances.world import World
-
 
 @dataclass(frozen=True, slots=True)
 class Names:
     """The scope of an expression: `extra` names (a law's variables), then its environment."""
 
-    world: World
+    world: Surroundings
     env: Environment
     extra: Mapping[str, Value | Namespace]
     rates: bool
@@ -85,7 +83,7 @@ class Names:
         return self.env.module.functions
 
 
-def file_scope(world: World, module: Module) -> Names:
+def file_scope(world: Surroundings, module: Module) -> Names:
     """The scope of what stands outside any model."""
     return Names(world, Environment(None, module, {}), {}, False)
 
@@ -99,7 +97,7 @@ def find_member(env: Environment, name: str) -> object | None:
     return env.module.constants.get(name)
 
 
-def member_view(world: World, member: Member, span: Span) -> Value | Namespace:
+def member_view(world: Surroundings, member: Member, span: Span) -> Value | Namespace:
     """A member as an expression sees it."""
     match member:
         case Quantity():
@@ -112,7 +110,7 @@ def member_view(world: World, member: Member, span: Span) -> Value | Namespace:
             return part_view(world, world.builder.build(member))
 
 
-def part_view(world: World, part: Instance | Element) -> Namespace:
+def part_view(world: Surroundings, part: Instance | Element) -> Namespace:
     """A part as an expression sees it."""
     return InstanceView(world, part) if isinstance(part, Instance) else ElementView(world, part)
 
@@ -121,7 +119,7 @@ def part_view(world: World, part: Instance | Element) -> Namespace:
 class InstanceView:
     """A model's instance: all of its members can be read."""
 
-    world: World
+    world: Surroundings
     instance: Instance
 
     @property
@@ -148,7 +146,7 @@ class InstanceView:
 class ElementView:
     """A basic element: its efforts, flows, charges and power."""
 
-    world: World
+    world: Surroundings
     element: Element
 
     @property
@@ -169,7 +167,7 @@ class ElementView:
 class PortView:
     """A port of a model: what passes through it, and the signals of its domain."""
 
-    world: World
+    world: Surroundings
     port: PortEntry
 
     @property
@@ -190,7 +188,7 @@ class PortView:
 class ArrayView:
     """An array of parts: only its elements have members."""
 
-    world: World
+    world: Surroundings
     array: PartArray
 
     @property

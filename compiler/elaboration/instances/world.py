@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from bgc.algebra.dag import Dag
 from bgc.diagnostics.report import Report
+from bgc.elaboration.instances.protocols import Builds, Evaluates, ReadsBonds
 from bgc.elaboration.instances.scopes import Names
 from bgc.elaboration.instances.tree import Environment, Given
 from bgc.grammar import syntax
@@ -15,11 +15,6 @@ from bgc.resolution.modules import Package
 from bgc.values.expressions import evaluate, evaluate_condition, evaluate_whole
 from bgc.values.scope import Namespace
 from bgc.values.value import Value
-
-if TYPE_CHECKING:
-    from bgc.elaboration.bonds.values import BondValues
-    from bgc.elaboration.instances.instantiate import Builder
-    from bgc.elaboration.instances.quantities import Quantities
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,9 +57,13 @@ class World:
     report: Report
     edits: Edits
     provisional: bool = False  # widths are still being inferred: values show shapes only
-    builder: Builder = field(init=False)
-    quantities: Quantities = field(init=False)
-    bonds: BondValues = field(init=False)
+    builder: Builds = field(init=False)
+    quantities: Evaluates = field(init=False)
+    bonds: ReadsBonds = field(init=False)
+
+    def connect(self, builder: Builds, quantities: Evaluates, bonds: ReadsBonds) -> None:
+        """Give the world its services; each of them knows the world, so this comes last."""
+        self.builder, self.quantities, self.bonds = builder, quantities, bonds
 
     def evaluate(
         self,

@@ -12,6 +12,7 @@ from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.scalarise import Scalars
 from bgc.elaboration.bonds.shape_probe import names_in
 from bgc.elaboration.bonds.values import BondValues
+from bgc.elaboration.instances.checks import check, check_units
 from bgc.elaboration.instances.faces import Face
 from bgc.elaboration.instances.scopes import find_member
 from bgc.elaboration.instances.tree import Element, Quantity
@@ -105,7 +106,7 @@ class Laws:
             if unit is not None and effect is not None and cause is not None:
                 scalar = Value.scalar(value.nodes[k], unit)
                 wanted = divide(effect, cause)
-                self.world.quantities.check_units(scalar, wanted, span, f"{label}{what}")
+                check_units(scalar, wanted, span, f"{label}{what}")
 
     # --- law blocks -----------------------------------------------------------------
 
@@ -149,9 +150,7 @@ class Laws:
                             )
                         ]
                     )
-                self.world.quantities.check_units(
-                    component, own.units[at], equation.right.span, f"`{left}`"
-                )
+                check_units(component, own.units[at], equation.right.span, f"`{left}`")
                 found[at] = component.node
         for at in range(width):
             if at not in found:
@@ -184,7 +183,7 @@ class Laws:
                 [law_messages.law_not_of_this(at, element.kind, text, [f"{left}[1] = .."])]
             )
         place = self.world.whole(index, element.env, "an index", 1, width)
-        self.world.quantities.check(value, (), None, span, f"`{left}`")
+        check(value, (), None, span, f"`{left}`")
         return [(place - 1, value)]
 
     def right_side(

@@ -10,6 +10,7 @@ from bgc.diagnostics.catalogue import laws as law_messages
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.bonds.domains import JOULE
+from bgc.elaboration.instances.checks import check_units, require_level
 from bgc.elaboration.instances.quantities import component_name
 from bgc.elaboration.instances.tree import Element
 from bgc.elaboration.laws.blocks import (
@@ -70,9 +71,7 @@ def read_sources(laws: Laws, element: Element) -> list[Source]:
     own = laws.variable(element, variable).units
     units = value.units * (len(ports) if value.is_scalar else 1)
     for node, unit, expected in zip(nodes, units, own, strict=True):
-        laws.world.quantities.check_units(
-            Value.scalar(node, unit), expected, element.use.span, what
-        )
+        check_units(Value.scalar(node, unit), expected, element.use.span, what)
     return [
         Source(
             component_name(element.path, (k + 1,) if len(ports) > 1 else ()),
@@ -124,14 +123,13 @@ def _read_initial(
     """The initial values that `q0`, `p0`, `e0` or `f0` gives, port by port."""
     value = laws.world.evaluate(argument.value, element.env)
     span, what = argument.span, f"`{name}` of `{element.path}`"
-    quantities = laws.world.quantities
-    quantities.require_level(value, Level.TIME, span, what)
+    require_level(laws.world.dag, value, Level.TIME, span, what)
     own = laws.variable(element, name[0])
     nodes = laws.vector(value, len(own.nodes), span, what, spread=True)
     units = value.units if len(value.units) == len(nodes) else value.units * len(nodes)
     for node, unit, expected in zip(nodes, units, own.units, strict=True):
-        quantities.check_units(Value.scalar(node, unit), expected, span, what)
-    yields = quantities.is_left_at_zero(argument.value, element.env)
+        check_units(Value.scalar(node, unit), expected, span, what)
+    yields = laws.world.quantities.is_left_at_zero(argument.value, element.env)
     return [Initial(k, name[0], node, span, yields) for k, node in enumerate(nodes)]
 
 
@@ -186,7 +184,7 @@ def _read_energy(laws: Laws, element: Element, law: Sequence[syntax.LawEquation]
         raise BgError([law_messages.wrong_matrix(law[0].right.span, "`H`", "a scalar", found)])
     if all(laws.values.is_power(port.bond) for port in laws.ports(element, "all")):
         at = law[0].right.span
-        laws.world.quantities.check_units(value, JOULE, at, f"`H` of `{element.path}`")
+        check_units(value, JOULE, at, f"`H` of `{element.path}`")
     return EnergyLaw(value.node)
 
 

@@ -13,6 +13,7 @@ from bgc.elaboration.bonds.carried import Carried
 from bgc.elaboration.bonds.domains import Domains
 from bgc.elaboration.bonds.units import SECOND
 from bgc.elaboration.bonds.wiring import Wiring
+from bgc.elaboration.instances.checks import check, shaped
 from bgc.elaboration.instances.instantiate import note
 from bgc.elaboration.instances.quantities import component_names, ordinal
 from bgc.elaboration.instances.scopes import find_member, path_of
@@ -123,7 +124,7 @@ def read_statements(world: World, wiring: Wiring) -> Statements:
             with world.report.collecting(note(env)):
                 condition = world.evaluate(statement.condition, env)
                 span = statement.condition.span
-                world.quantities.check(condition, (), None, span, "the condition")
+                check(condition, (), None, span, "the condition")
                 guards.append(Guard(condition.nodes[0], statement.message, statement.span))
     states = tuple(_states(world, derivatives, projections))
     unknowns = tuple(_unknowns(world))
@@ -153,10 +154,10 @@ def _read_target(
     if isinstance(target, syntax.Index):
         index = world.quantities.component_index(target, env, symbols.shape, state.path)
         places = [ordinal(index, symbols.shape)]
-        value = world.quantities.shaped(value, (), span, f"`{what}`")
+        value = shaped(world.dag, value, (), span, f"`{what}`")
     else:
         places = list(range(len(symbols.nodes)))
-        value = world.quantities.shaped(value, symbols.shape, span, f"`{what}`")
+        value = shaped(world.dag, value, symbols.shape, span, f"`{what}`")
     for place, node, unit in zip(places, value.nodes, value.units, strict=True):
         declared = symbols.units[place]
         expected = divide(declared, SECOND) if rate and declared is not None else declared
@@ -178,7 +179,7 @@ def _read_equation(world: World, equation: syntax.Equation, env: Environment) ->
     left = world.evaluate(equation.left, env, rates=True)
     right = world.evaluate(equation.right, env, rates=True)
     if left.shape != right.shape:
-        right = world.quantities.shaped(right, left.shape, equation.right.span, "the right side")
+        right = shaped(world.dag, right, left.shape, equation.right.span, "the right side")
     for one, two in zip(left.units, right.units, strict=True):
         _check_unit(two, one, equation.right.span, "the right side")
     dag = world.dag

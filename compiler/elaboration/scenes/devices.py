@@ -9,6 +9,7 @@ from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue import names, scenes
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
+from bgc.elaboration.instances.checks import check_units, shaped
 from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.scenes.scene import Device, Scene, constant_of
@@ -151,8 +152,8 @@ def _read_command(world: World, scene: Scene, item: syntax.Drive, device: Device
     if isinstance(target, syntax.Index):
         index = world.quantities.component_index(target, scene.env, shape, path_of(base))
         places, shape = [index[0] - 1], ()
-    value = world.quantities.shaped(value, shape, item.value.span, what)
-    world.quantities.check_units(value, unit, item.value.span, what)
+    value = shaped(world.dag, value, shape, item.value.span, what)
+    check_units(value, unit, item.value.span, what)
     for place, node in zip(places, value.nodes, strict=True):
         key = (base.name, place + 1)
         if key in device.commands:

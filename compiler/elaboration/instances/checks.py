@@ -1,0 +1,65 @@
+"""Checks of a value against the shape, the unit and the variability that its place asks for."""
+
+from __future__ import annotations
+
+from bgc.algebra.dag import Dag, Level
+from bgc.diagnostics.catalogue import shapes, values
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.source import Span
+from bgc.values.units import Dimension, describe_dimension
+from bgc.values.value import Shape, Value, describe_shape
+
+_ALLOWED = {
+    Level.CONST: "known at compile time",
+    Level.PARAM: "made of constants and parameters",
+    Level.TIME: "made of constants, parameters and the time",
+}
+_FOUND = {
+    Level.PARAM: "depends on a parameter",
+    Level.TIME: "depends on the time or a device",
+    Level.STATE: "depends on a state",
+}
+
+
+def shaped(dag: Dag, value: Value, shape: Shape | None, span: Span, what: str) -> Value:
+    """Fit a value to a shape: one component fits any shape of one, a number any vector."""
+    if shape is None or value.shape == shape:
+        return value
+    count = 1
+    for size in shape:
+        count *= size
+    if len(value.nodes) == count == 1:
+        return Value(shape, value.nodes, value.units)
+    zero = value.nodes == (dag.zero,)
+    if value.is_scalar and (len(shape) == 1 or zero):
+        return Value(shape, value.nodes * count, value.units * count)
+    expected, found = describe_shape(shape), describe_shape(value.shape)
+    raise BgError([shapes.wrong_shape(span, what, expected, found)])
+
+
+def check(value: Value, shape: Shape, unit: Dimension | None, span: Span, what: str) -> None:
+    """Raise BgError unless a value has the shape, and the unit where both are known."""
+    if value.shape != shape and not (len(value.nodes) == 1 and not shape):
+        expected, found = describe_shape(shape), describe_shape(value.shape)
+        raise BgError([shapes.wrong_shape(span, what, expected, found)])
+    check_units(value, unit, span, what)
+
+
+def check_units(value: Value, unit: Dimension | None, span: Span, what: str) -> None:
+    """Raise BgError where a component is known to have another dimension."""
+    for found in value.units:
+        if unit is not None and found is not None and found != unit:
+            expected = describe_dimension(unit)
+            raise BgError([values.wrong_unit(span, what, expected, describe_dimension(found))])
+
+
+def require_level(dag: Dag, value: Value, most: Level, span: Span, what: str) -> None:
+    """Raise BgError when a value varies more often than its place allows."""
+    level = level_of(dag, value)
+    if level > most:
+        raise BgError([values.varies(span, what, _ALLOWED[most], _FOUND[level])])
+
+
+def level_of(dag: Dag, value: Value) -> Level:
+    """How often a value changes: never, with parameters, with time, or with states."""
+    return Level(max((dag.level[n] for n in value.nodes), default=Level.CONST))

@@ -1,0 +1,87 @@
+"""The services that the parts of elaboration offer each other, as protocols.
+
+Reading a name may build a part, evaluate a quantity or read a bond, and each of these reads names.
+The protocols let each module depend on these few methods instead of on the others' classes.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from bgc.diagnostics.source import Span
+from bgc.elaboration.instances.tree import (
+    Element,
+    Environment,
+    Instance,
+    Pending,
+    PortEntry,
+    Quantity,
+)
+from bgc.grammar import syntax
+from bgc.ir.graph import Parameter
+from bgc.resolution.modules import Declared
+from bgc.values.scope import Namespace
+from bgc.values.value import Shape, Value
+
+
+class Builds(Protocol):
+    """Builds parts when they are first needed."""
+
+    def build(self, pending: Pending) -> Instance | Element:
+        """Build a part, or return it if it has been built."""
+
+
+class Evaluates(Protocol):
+    """Evaluates quantities when they are first needed.
+
+    `definitions` are the assignments to outputs and signals; `parameters`, `states` and
+    `unknowns` are those found so far, in the order of their symbols.
+    """
+
+    parameters: list[Parameter]
+    states: list[Quantity]
+    unknowns: list[Quantity]
+    definitions: dict[Quantity, list[tuple[syntax.Assign, Environment]]]
+
+    def constant(self, declared: Declared[syntax.Value], span: Span) -> Value:
+        """The value of a constant of a file."""
+
+    def value(self, quantity: Quantity, span: Span) -> Value:
+        """The value of a quantity; BgError when it has none."""
+
+    def start(self, quantity: Quantity) -> Value:
+        """The initial value of a state, or the start of an unknown."""
+
+    def component_index(
+        self, target: syntax.Expr, env: Environment, shape: Shape, name: str
+    ) -> tuple[int, ...]:
+        """The component that an indexed target such as `x[2]` names."""
+
+    def is_left_at_zero(self, expr: syntax.Expr, env: Environment) -> bool:
+        """Whether an expression names a parameter or input of a part that is zero by default."""
+
+
+class ReadsBonds(Protocol):
+    """Reads efforts, flows, displacements, momenta and powers."""
+
+    def of_element(self, element: Element, name: str, span: Span) -> Value | Namespace:
+        """A variable of an element by name."""
+
+    def of_port(self, port: PortEntry, name: str, span: Span) -> Value | Namespace:
+        """A variable or signal of a port by name."""
+
+
+class Surroundings(Protocol):
+    """Everything that reading a name may need."""
+
+    @property
+    def builder(self) -> Builds:
+        """Builds parts."""
+
+    @property
+    def quantities(self) -> Evaluates:
+        """Evaluates quantities."""
+
+    @property
+    def bonds(self) -> ReadsBonds:
+        """Reads bonds."""
