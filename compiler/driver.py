@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +27,7 @@ from bgc.emission.lower import lower
 from bgc.emission.optimise import optimise
 from bgc.emission.switches import places_of
 from bgc.equations.derive import derive_equations
+from bgc.ir import verify as invariants
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import FlatGraph
 from bgc.ir.lowered import Lowered
@@ -128,11 +130,12 @@ def compile_scene(
     begin = perf_counter()
     for stage, name, result in stages:
         results[name] = result
-        end = perf_counter()
-        seconds[stage] = end - begin
+        seconds[stage] = perf_counter() - begin
+        if options.verify or "BGC_VERIFY" in os.environ:
+            invariants.verify(result)
         if stage == until:
             break
-        begin = end
+        begin = perf_counter()
     return Stages({**results, "warnings": tuple(warnings), "seconds": MappingProxyType(seconds)})
 
 
@@ -212,11 +215,11 @@ def build_model(
     return Built(library, facts, (*warnings, *cache.warnings), places=places)
 
 
-def check_source(path: Path, scene: str | None = None) -> list[Diagnostic]:
+def check_source(path: Path, scene: str | None = None, verify: bool = False) -> list[Diagnostic]:
     """All that is wrong with a file's scenes, or with one of them, up to their equations.
 
     Of a file of parts, which has no scene and no model that runs alone, only the syntax, names
-    and interfaces are checked.
+    and interfaces are checked. `verify` checks the invariants of every intermediate result too.
     """
     try:
         package = load(path)
@@ -228,7 +231,9 @@ def check_source(path: Path, scene: str | None = None) -> list[Diagnostic]:
     found = list(package.warnings)
     for name in names:
         try:
-            stages = compile_scene(path, Options(name), package=package, until="equations")
+            stages = compile_scene(
+                path, Options(name, verify=verify), package=package, until="equations"
+            )
             found += stages.warnings
         except BgError as err:
             found += err.diagnostics

@@ -16,7 +16,8 @@ class Options:
     "Rigid[5]")`; they override the scene's own choices. `observe` replaces the scene's
     observations by these names of its columns or expressions. `preview` asks for C that compiles
     fast and runs slowly, `lanes` for the functions that run many instances at once, next to those
-    of one. `audited` observes all energy accounts, whatever the scene does.
+    of one. `audited` observes all energy accounts, whatever the scene does. `verify` checks the
+    invariants of every intermediate result, as the environment variable BGC_VERIFY does.
     """
 
     scene: str | None = None
@@ -28,3 +29,4 @@ class Options:
     preview: bool = False
     lanes: bool = False
     audited: bool = False
+    verify: bool = False

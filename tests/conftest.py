@@ -1,6 +1,10 @@
-"""Options of the whole test suite."""
+"""Options of the whole test suite, and the check of every intermediate result in it."""
+
+import os
 
 import pytest
+
+os.environ["BGC_VERIFY"] = "1"  # commands in processes of their own inherit it
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -6,9 +6,8 @@ from collections import deque
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TypeAlias
 
-from bgc.causality.regions import ports_of
 from bgc.diagnostics.catalogue.causality import Connection
-from bgc.ir.graph import Element, FlatGraph, Gyrator, Junction, Source, Transformer
+from bgc.ir.graph import Element, FlatGraph, Gyrator, Junction, Source, Transformer, ports_of
 
 
 def rigid_path(graph: FlatGraph, start: int, end: int, bonds: Collection[int]) -> list[int]:

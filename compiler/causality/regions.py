@@ -29,6 +29,7 @@ from bgc.ir.graph import (
     Source,
     Storage,
     Transformer,
+    ports_of,
 )
 
 
@@ -85,17 +86,6 @@ class Forest:
             return False
         self._parent[max(a, b)] = min(a, b)
         return True
-
-
-def ports_of(element: Element) -> tuple[Port, ...]:
-    """All ports of an element; of a two-port, ports 2 after ports 1."""
-    match element:
-        case Source():
-            return (element.port,)
-        case Transformer() | Gyrator():
-            return element.ports1 + element.ports2
-        case _:
-            return element.ports
 
 
 def junction_structure(graph: FlatGraph) -> Structure:

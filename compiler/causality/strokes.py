@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.algebra.matching import match
-from bgc.causality.regions import ports_of, sums_through
+from bgc.causality.regions import sums_through
 from bgc.ir.causal import (
     Basis,
     BasisKind,
@@ -23,7 +23,16 @@ from bgc.ir.causal import (
     Step,
     Stroke,
 )
-from bgc.ir.graph import FlatGraph, Gyristor, Junction, Resistor, Source, Storage, Transformer
+from bgc.ir.graph import (
+    FlatGraph,
+    Gyristor,
+    Junction,
+    Resistor,
+    Source,
+    Storage,
+    Transformer,
+    ports_of,
+)
 
 _Ends = dict[int, dict[int, tuple[int, int]]]
 

@@ -229,6 +229,17 @@ class Gyristor:
 Element: TypeAlias = Junction | Source | Storage | Resistor | Transformer | Gyrator | Gyristor
 
 
+def ports_of(element: Element) -> tuple[Port, ...]:
+    """All ports of an element; of a two-port, ports 2 after ports 1."""
+    match element:
+        case Source():
+            return (element.port,)
+        case Transformer() | Gyrator():
+            return element.ports1 + element.ports2
+        case _:
+            return element.ports
+
+
 @dataclass(frozen=True, slots=True)
 class Parameter:
     """A run-time parameter, SI value. `index` is that of its PARAM symbol.

@@ -13,13 +13,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from bgc.algebra.dag import Kind
-from bgc.causality.regions import ports_of
 from bgc.diagnostics.catalogue import analysis as catalogue
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.driver import compile_scene
 from bgc.elaboration.scenes.devices import channel_unit
 from bgc.emission.optimise import optimise
-from bgc.ir.graph import Element, FlatGraph, Node, Parameter, Source
+from bgc.ir.graph import Element, FlatGraph, Node, Parameter, Source, ports_of
 from bgc.ir.program import Program
 from bgc.ir.program_nodes import map_program, program_roots
 from bgc.options import Options

@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-from bgc.causality.regions import ports_of
 from bgc.driver import Stages
 from bgc.ir.causal import CausalGraph, Role, Rule
-from bgc.ir.graph import Bond, FlatGraph, Storage
+from bgc.ir.graph import Bond, FlatGraph, Storage, ports_of
 from bgc.ir.program import Loop, Program, ProgramState
 from bgc.printing.tables import Table
 

@@ -14,12 +14,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 
-from bgc.causality.regions import ports_of
 from bgc.diagnostics.catalogue.machine import dot_failed, dot_missing
 from bgc.diagnostics.diagnostic import BgError
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import (
     FlatGraph,
+    ports_of,
 )
 
 _COMPONENT = re.compile(r"\[\d+\]$")

@@ -10,11 +10,10 @@ from typing import Any, Literal, TypeAlias, assert_never, get_args
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.infix import infix_lines, number
-from bgc.causality.regions import ports_of
 from bgc.diagnostics.source import Source, Span
 from bgc.driver import Stage, Stages
 from bgc.grammar.syntax import File
-from bgc.ir.graph import Element, FlatGraph
+from bgc.ir.graph import Element, FlatGraph, ports_of
 from bgc.ir.program import Program
 from bgc.printing.causality import causality_tables, element_ends, ranges
 from bgc.printing.tables import as_text

@@ -21,6 +21,7 @@ from bgc.runtime.cli.options import (
     set_option,
     strict_option,
     use_option,
+    verify_option,
     whole_option,
 )
 
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 @use_option
 @whole_option
 @strict_option
+@verify_option
 @click.option(
     "--target",
     type=click.Choice(["so", "c"]),
@@ -58,6 +60,7 @@ def build(
     uses: tuple[str, ...],
     whole: bool,
     strict: bool,
+    verify: bool,
     target: str,
     out: str,
     timings: bool,
@@ -72,6 +75,7 @@ def build(
         scene,
         read_assignments(assignments),
         strict=strict,
+        verify=verify,
         whole=whole,
         uses=read_uses(uses),
     )

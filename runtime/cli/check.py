@@ -8,22 +8,25 @@ import click
 
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, as_error
 from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
-from bgc.runtime.cli.options import MODEL_FILE, scene_option, strict_option
+from bgc.runtime.cli.options import MODEL_FILE, scene_option, strict_option, verify_option
 
 
 @click.command()
 @click.argument("files", type=MODEL_FILE, nargs=-1, required=True)
 @scene_option
 @strict_option
+@verify_option
 @click.pass_context
-def check(context: click.Context, files: tuple[Path, ...], scene: str | None, strict: bool) -> None:
+def check(
+    context: click.Context, files: tuple[Path, ...], scene: str | None, strict: bool, verify: bool
+) -> None:
     """Say what is wrong with FILES, up to their equations, in all scenes or one."""
     from bgc.driver import check_source
 
     found: list[Diagnostic] = []
     for file in files:
         try:
-            found.extend(check_source(file, scene))
+            found.extend(check_source(file, scene, verify))
         except BgError as problem:
             found.extend(problem.diagnostics)
     found = _each_once([as_error(d) for d in found] if strict else found)

@@ -60,6 +60,12 @@ def strict_option(command: _Command) -> _Command:
     return click.option("--strict", is_flag=True, help=text)(command)
 
 
+def verify_option(command: _Command) -> _Command:
+    """Add `--verify`."""
+    text = "Check the invariants of every intermediate result; for work on bgc itself."
+    return click.option("--verify", is_flag=True, help=text)(command)
+
+
 def input_option(*, multiple: bool) -> Callable[[_Command], _Command]:
     """Add `--input`, once or any number of times."""
     text = "What is varied: supply.e, a parameter, or hand.position[3]."

@@ -16,7 +16,6 @@ from graphs import GraphBuilder
 
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.causality.regions import ports_of
 from bgc.ir.defaults import default_values
 from bgc.ir.graph import (
     EnergyLaw,
@@ -31,6 +30,7 @@ from bgc.ir.graph import (
     Source,
     Storage,
     Transformer,
+    ports_of,
 )
 from bgc.ir.program import Program
 

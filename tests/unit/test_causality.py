@@ -12,10 +12,9 @@ from random_graphs import random_graph
 
 from bgc.algebra.dag import Op
 from bgc.causality.assign import assign_causality
-from bgc.causality.regions import ports_of
 from bgc.diagnostics.diagnostic import BgError
 from bgc.ir.causal import BasisKind, Rule
-from bgc.ir.graph import Junction, Node, Source, Transformer
+from bgc.ir.graph import Junction, Node, Source, Transformer, ports_of
 
 
 def codes(g: GraphBuilder) -> list[str]:

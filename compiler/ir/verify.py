@@ -1,0 +1,228 @@
+"""The invariants of every intermediate representation.
+
+A pass relies on what the pass before it guarantees. Each function here states the guarantees of
+one representation and raises `BrokenInvariant` where one does not hold: that is a bug in bgc, never
+a fault of the user's model. Numerical identities (`N` against the raw rows, the power balance) are
+checked by the passes themselves, on every compile.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+
+from bgc.algebra.dag import Dag, Kind, Level
+from bgc.ir.causal import BasisKind, CausalGraph
+from bgc.ir.graph import (
+    FlatGraph,
+    Gyrator,
+    Gyristor,
+    LinearLaw,
+    Matrix,
+    Node,
+    Parameter,
+    Resistor,
+    Storage,
+    Transformer,
+    ports_of,
+)
+from bgc.ir.graph_nodes import graph_roots
+from bgc.ir.lowered import Kernel, Lowered
+from bgc.ir.program import Program
+from bgc.ir.program_nodes import program_roots
+
+
+class BrokenInvariant(AssertionError):
+    """A pass made a result that the next pass must not rely on."""
+
+
+def verify(result: object) -> None:
+    """Check the invariants of a pass's result; results without any pass."""
+    match result:
+        case FlatGraph():
+            _verify_graph(result)
+        case CausalGraph():
+            _verify_causal(result)
+        case Program():
+            _verify_program(result)
+        case Lowered():
+            _verify_lowered(result)
+        case _:
+            pass
+
+
+def _require(holds: bool, message: str) -> None:
+    if not holds:
+        raise BrokenInvariant(message)
+
+
+def _verify_graph(graph: FlatGraph) -> None:
+    """Bonds join two ends, symbols are those of the graph, laws fit their ports."""
+    _require_numbered("bond", (bond.index for bond in graph.bonds))
+    _require_numbered("parameter", (parameter.index for parameter in graph.parameters))
+    _require_numbered("state", (state.index for state in graph.states))
+    _require_numbered("unknown", (unknown.index for unknown in graph.unknowns))
+    ends = Counter((p.bond, p.sign) for element in graph.elements for p in ports_of(element))
+    expected = {(bond.index, sign): 1 for bond in graph.bonds for sign in (-1, 1)}
+    _require(ends == expected, "a bond has other ends than one tail and one head")
+    storage = [element for element in graph.elements if isinstance(element, Storage)]
+    places = sorted(e.first_state + k for e in storage for k in range(len(e.ports)))
+    _require(places == list(range(len(places))), "storage ports are not numbered one by one")
+    for element in graph.elements:
+        match element:
+            case Storage(law=LinearLaw(matrix=matrix)) | Resistor(law=LinearLaw(matrix=matrix)):
+                size = len(element.ports)
+                _require_shape(element.name, matrix, size, size)
+            case Transformer():
+                sizes = (len(element.ports2), len(element.ports1))
+                _require_shape(
+                    element.name,
+                    element.matrix,
+                    *(sizes if element.given in {"f2", "e1"} else sizes[::-1]),
+                )
+            case Gyrator():
+                _require_shape(
+                    element.name, element.matrix, len(element.ports2), len(element.ports1)
+                )
+            case Gyristor():
+                size = len(element.ports)
+                _require_shape(element.name, element.matrix, size, size)
+            case _:
+                pass
+    inputs = sum(len(device.inputs) for device in graph.devices) + graph.varied
+    counts = {
+        Kind.PARAM: len(graph.parameters),
+        Kind.TIME: 1,
+        Kind.INPUT: inputs,
+        Kind.STATE: len(graph.states),
+        Kind.RATE: len(graph.states),
+        Kind.UNKNOWN: len(graph.unknowns),
+        Kind.EFFORT: len(graph.bonds),
+        Kind.FLOW: len(graph.bonds),
+        Kind.DISPLACEMENT: len(places),
+        Kind.MOMENTUM: len(places),
+    }
+    _require_symbols(graph.dag, graph_roots(graph), counts)
+    _require_parameters(graph.dag, graph.parameters)
+    observed = {observation.name for observation in graph.observations}
+    others = [column for column in graph.scene.columns if column not in observed]
+    _require(len(others) == len(graph.scene.accounts), "a column is not observed")
+
+
+def _verify_causal(causal: CausalGraph) -> None:
+    """Every bond is in one class and has a stroke; every class is dependent or in the basis."""
+    bonds = len(causal.graph.bonds)
+    for name, table in (
+        ("dual", causal.dual),
+        ("class_of", causal.class_of),
+        ("strokes", causal.strokes),
+    ):
+        _require(len(table) == bonds, f"`{name}` has {len(table)} entries for {bonds} bonds")
+    members = {bond: k for k, found in enumerate(causal.classes) for bond in found.bonds}
+    _require(
+        members == dict(enumerate(causal.class_of)),
+        "`classes` does not fit `class_of`",
+    )
+    _require(len(causal.flows) == len(causal.classes), "a class has no row of N")
+    dependent = [step.dependent for step in causal.steps]
+    independent = [basis.bond_class for basis in causal.basis]
+    _require(
+        sorted(dependent + independent) == list(range(len(causal.classes))),
+        "a class is not either eliminated or in the basis",
+    )
+    for place, basis in enumerate(causal.basis):
+        own = causal.flows[basis.bond_class]
+        unit = own == ((place, causal.graph.dag.one),)
+        _require(unit, "an independent flow is not its own row of N")
+    columns = {place for row in causal.flows for place, _ in row}
+    _require(columns <= set(range(len(causal.basis))), "N has a column that the basis lacks")
+    rows = len(causal.rows)
+    _require(all(step.row < rows for step in causal.steps), "a step eliminates an absent row")
+    _require(causal.redundant <= set(range(rows)), "a redundant row is absent")
+    kinds = {basis.kind for basis in causal.basis}
+    _require(kinds <= set(BasisKind), "a basis flow has no kind")
+    for port in causal.ports:
+        _require(port.bond < bonds, "a port is on a bond that is absent")
+
+
+def _verify_program(program: Program, modes: int = 0) -> None:
+    """Equations hold only states, time, inputs and parameters; M fits; names are unique."""
+    dag = program.dag
+    names = Counter(state.name for state in program.states)
+    twice = [name for name, count in names.items() if count > 1]
+    _require(not twice, f"two states are called `{', '.join(twice)}`")
+    counts = {
+        Kind.PARAM: len(program.parameters),
+        Kind.TIME: 1,
+        Kind.INPUT: program.inputs + modes,
+        Kind.STATE: len(program.states),
+    }
+    _require_symbols(dag, program_roots(program), counts)
+    _require_parameters(dag, program.parameters)
+    for state in program.states:
+        _require(dag.level[state.initial] < Level.STATE, f"`{state.name}` starts at a state")
+        _require(dag.level[state.scale] <= Level.PARAM, f"the scale of `{state.name}` varies")
+    for entry in program.mass or ():
+        inside = max(entry.row, entry.column) < len(program.states)
+        _require(inside and dag.level[entry.value] <= Level.PARAM, "M does not fit the states")
+        kind = program.states[entry.row].kind
+        zero = entry.value == dag.zero
+        _require(kind != "algebraic" or zero, "an algebraic row has an entry in M")
+    for positive in program.positive:
+        _require(dag.level[positive.node] <= Level.PARAM, "a guarded divisor varies")
+
+
+def _verify_lowered(lowered: Lowered) -> None:
+    """Kernels fill each array once, the Jacobian is sorted, the plan is a permutation."""
+    program, jacobian, plan = lowered.program, lowered.jacobian, lowered.plan
+    _verify_program(program, len(lowered.switches))
+    size = len(program.states)
+    places = list(zip(jacobian.rows, jacobian.columns, strict=True))
+    _require(places == sorted(set(places)), "entries of J are not sorted, or repeat")
+    _require(all(max(place) < size for place in places), "an entry of J is outside")
+    _require(len(jacobian.entries) == len(places), "J has another number of values than places")
+    _require(len(jacobian.by_time) == size, "df/dt has another number of rows than f")
+    for order in (plan.rows, plan.columns):
+        _require(sorted(order) == list(range(size)), "pivots are no permutation")
+    for k, (left, right) in enumerate(zip(plan.lower, plan.upper, strict=True)):
+        below = all(entry < k for entry in left) and all(entry > k for entry in right)
+        _require(below, "an entry of the factors is on the wrong side of its pivot")
+    for node in lowered.hoisted:
+        _require(program.dag.level[node] <= Level.PARAM, "a varying node is hoisted")
+    for kernel in lowered.kernels:
+        _verify_kernel(kernel)
+
+
+def _verify_kernel(kernel: Kernel) -> None:
+    """Every element of every array that a kernel makes is stored once."""
+    arrays: dict[str, list[int]] = {}
+    for store in kernel.stores:
+        arrays.setdefault(store.array, []).append(store.index)
+    _require(set(arrays) <= set(kernel.results), f"`{kernel.name}` stores to another array")
+    for array, indices in arrays.items():
+        once = len(set(indices)) == len(indices)
+        _require(once, f"`{kernel.name}` stores an element of `{array}` twice")
+
+
+def _require_numbered(what: str, indices: Iterable[int]) -> None:
+    for place, index in enumerate(indices):
+        _require(index == place, f"{what} {place} has the index {index}")
+
+
+def _require_shape(name: str, matrix: Matrix, rows: int, columns: int) -> None:
+    fits = len(matrix) == rows and all(len(row) == columns for row in matrix)
+    _require(fits, f"the matrix of `{name}` is not {rows} x {columns}")
+
+
+def _require_symbols(dag: Dag, roots: Iterable[Node], counts: Mapping[Kind, int]) -> None:
+    for node in dag.reachable(roots):
+        symbol = dag.symbol_of(node)
+        if symbol is not None:
+            inside = 0 <= symbol.index < counts.get(symbol.kind, 0)
+            _require(inside, f"{symbol.kind.name} {symbol.index} is not a symbol of this result")
+
+
+def _require_parameters(dag: Dag, parameters: Iterable[Parameter]) -> None:
+    for parameter in parameters:
+        level = dag.level[parameter.value]
+        _require(level <= Level.PARAM, f"the default of `{parameter.name}` varies")
