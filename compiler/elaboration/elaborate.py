@@ -33,10 +33,9 @@ from bgc.elaboration.laws.units import infer_units
 from bgc.elaboration.scenes.devices import read_devices
 from bgc.elaboration.scenes.edits import check_edits, check_overrides, collect_edits
 from bgc.elaboration.scenes.observed import Observed, read_observed
-from bgc.elaboration.scenes.requested import observing
+from bgc.elaboration.scenes.overrides import with_observations, with_uses
 from bgc.elaboration.scenes.run_facts import read_facts, read_kept, read_requirements
 from bgc.elaboration.scenes.scene import Scene, choose_scene
-from bgc.elaboration.scenes.uses import using
 from bgc.ir.graph import Bond, FlatGraph, Observation, Requirement
 from bgc.resolution.modules import Package
 from bgc.values.units import Dimension, si_symbol
@@ -65,7 +64,7 @@ def elaborate(
         With every independent mistake that was found.
     """
     with _deep_recursion():
-        chosen = observing(using(choose_scene(package, scene), uses), observe)
+        chosen = with_observations(with_uses(choose_scene(package, scene), uses), observe)
         return _elaborate(package, chosen, overrides)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from bgc.diagnostics.catalogue import names, shapes
 from bgc.diagnostics.catalogue import widths as width_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.elaboration.instances.instantiate import MAX_WIDTH
+from bgc.elaboration.instances.limits import MAX_WIDTH
 from bgc.elaboration.instances.quantities import dimension_of
 from bgc.elaboration.instances.tree import Environment
 from bgc.elaboration.instances.world import World

@@ -14,6 +14,7 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import already_reported
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.faces import Face
+from bgc.elaboration.instances.limits import MAX_DEPTH, MAX_PARTS, MAX_TURNS, MAX_WIDTH
 from bgc.elaboration.instances.tree import (
     Element,
     Environment,
@@ -31,11 +32,7 @@ from bgc.ir.graph import Slot
 from bgc.resolution.modules import ELEMENTS, Declared, ancestors, fitting_models
 from bgc.values.value import Value
 
-MAX_DEPTH = 60
 _LEVELS_SHOWN = 6  # of the path to a part that never ends
-MAX_PARTS = 200_000
-MAX_TURNS = 100_000
-MAX_WIDTH = 10_000
 
 _TWO_PORTS = {"TF", "MTF", "GY", "MGY", "Mux", "Demux"}
 _LOCAL_KINDS = {"const", "let", "signal"}

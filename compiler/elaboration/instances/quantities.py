@@ -17,7 +17,8 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import already_reported
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.checks import check, check_units, level_of, require_level, shaped
-from bgc.elaboration.instances.instantiate import MAX_WIDTH, note
+from bgc.elaboration.instances.instantiate import note
+from bgc.elaboration.instances.limits import MAX_WIDTH
 from bgc.elaboration.instances.scopes import find_member
 from bgc.elaboration.instances.tree import Environment, Given, Quantity, Status
 from bgc.elaboration.instances.world import World

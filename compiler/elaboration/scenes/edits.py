@@ -9,7 +9,7 @@ from bgc.diagnostics.catalogue import names, scenes
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source, Span
 from bgc.elaboration.bonds.shape_probe import WidthUnknown
-from bgc.elaboration.instances.instantiate import MAX_WIDTH
+from bgc.elaboration.instances.limits import MAX_WIDTH
 from bgc.elaboration.instances.scopes import Names, path_of
 from bgc.elaboration.instances.tree import Environment, Given
 from bgc.elaboration.instances.world import Edits, World

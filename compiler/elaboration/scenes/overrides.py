@@ -1,0 +1,70 @@
+"""Statements from outside a scene that take the place of its own: uses and observations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from bgc.diagnostics.source import Source
+from bgc.elaboration.instances.instantiate import as_type_use
+from bgc.elaboration.instances.scopes import path_of
+from bgc.elaboration.instances.tree import Given
+from bgc.elaboration.scenes.observed import is_path
+from bgc.elaboration.scenes.scene import Scene
+from bgc.grammar import syntax
+from bgc.grammar.parse import parse_setting
+
+
+def with_uses(scene: Scene, uses: Sequence[tuple[str, str]]) -> Scene:
+    """Fill slots: `("crane.elbow.lock", "Rigid[5]")` acts as a `use` statement of the scene.
+
+    `uses` override the scene's own choices; without any, the scene is returned unchanged. Raises
+    BgError where a text is not a slot or not a type.
+    """
+    if not uses:
+        return scene
+    added = [_use(scene, use) for use in uses]
+    filled = {path_of(item.slot) for item in added}
+    kept = (
+        item
+        for item in scene.items
+        if not (isinstance(item, syntax.Use) and path_of(item.slot) in filled)
+    )
+    return replace(scene, items=(*kept, *added))
+
+
+def _use(scene: Scene, use: tuple[str, str]) -> syntax.Use:
+    setting = parse_setting(Source("--use", "=".join(use)))
+    given = Given(setting.value, scene.env, setting.value.span)
+    type_use = as_type_use(given, path_of(setting.target))
+    return syntax.Use(setting.target, type_use, setting.value.span)
+
+
+def with_observations(scene: Scene, texts: Sequence[str]) -> Scene:
+    """Observe these instead: names of the scene's own columns, or any expressions.
+
+    Without any, the scene is returned unchanged. Raises BgError where a text is not an expression.
+    """
+    if not texts:
+        return scene
+    own = {_column(item): item for item in scene.every(syntax.Observe)}
+    replaced = syntax.Observe | syntax.Plot | syntax.Require
+    kept = (item for item in scene.items if not isinstance(item, replaced))
+    added = (own[text] if text in own else _observation(text, own) for text in texts)
+    return replace(scene, items=(*kept, *added), implicit=False)
+
+
+def _column(item: syntax.Observe) -> str:
+    """The column's name of an observation; empty where it needs an alias."""
+    return item.alias or (path_of(item.value) if is_path(item.value) else "")
+
+
+def _observation(text: str, own: Mapping[str, syntax.Observe]) -> syntax.Observe:
+    """An expression to observe; `name[2]` is a component of the scene's own column `name`."""
+    value = parse_setting(Source("--output", f"y = {text}")).value
+    match value:
+        case syntax.Index(base=syntax.Name(name=name)) if name in own:
+            value = replace(value, base=own[name].value)
+        case _:
+            pass
+    return syntax.Observe(value, text, value.span)
