@@ -86,8 +86,7 @@ def open_scene(
     selection = _Selection(tuple(inputs), bool(outputs), dict(values or {}))
     options = replace(options, whole=True, observe=tuple(outputs))
     stages = compile_scene(path, options, prepare=selection.applied_to, until="equations")
-    program = replace(stages.equations, inputs=selection.count)
-    program = _with_parameters(program, selection.parameters)
+    program = _with_parameters(stages.equations, selection.parameters)
     sources = tuple(source.text for source in stages.package.sources)
     return Opened(
         optimise(without_unread(program)), tuple(selection.varied), stages.warnings, sources
@@ -98,8 +97,7 @@ def open_scene(
 class _Selection:
     """The chosen inputs of a scene, found in its flat graph.
 
-    `varied` are the inputs in order, `parameters` the INPUT symbols that are added to parameters,
-    `count` the number of INPUT symbols, those of devices first.
+    `varied` are the inputs in order, `parameters` the INPUT symbols that are added to parameters.
     """
 
     inputs: tuple[str, ...]
@@ -107,7 +105,6 @@ class _Selection:
     values: dict[str, float]
     varied: list[Varied] = field(default_factory=list)
     parameters: dict[int, Node] = field(default_factory=dict)
-    count: int = 0
 
     def applied_to(self, graph: FlatGraph) -> FlatGraph:
         """The graph with the sources varied, without energy accounts, with other defaults."""
@@ -119,18 +116,19 @@ class _Selection:
         defaults = _with_values(graph, self.values)
         graph = replace(graph, scene=facts, observations=observed, parameters=defaults)
         candidates = _candidates(graph)
-        self.count = sum(len(device.inputs) for device in graph.devices)
+        first = sum(len(device.inputs) for device in graph.devices)
         sources: dict[int, Node] = {}
         for name in _choose(candidates, self.inputs):
             candidate = candidates[name]
             index = candidate.index
             if candidate.kind != "channel":
-                index, self.count = self.count, self.count + 1
+                index = first + len(sources) + len(self.parameters)
                 symbol = graph.dag.symbol(Kind.INPUT, index)
                 added = sources if candidate.kind == "source" else self.parameters
                 added[candidate.index] = symbol
             self.varied.append(Varied(name, candidate.unit, index))
-        return _with_sources(graph, sources)
+        graph = _with_sources(graph, sources)
+        return replace(graph, varied=len(sources) + len(self.parameters))
 
 
 def _with_values(graph: FlatGraph, values: Mapping[str, float]) -> tuple[Parameter, ...]:
@@ -210,7 +208,7 @@ def _with_sources(graph: FlatGraph, added: Mapping[int, Node]) -> FlatGraph:
             value = graph.dag.add(element.value, added[index])
             element = replace(element, value=value)
         elements.append(element)
-    return replace(graph, elements=tuple(elements), varied=len(added))
+    return replace(graph, elements=tuple(elements))
 
 
 def _with_parameters(program: Program, added: Mapping[int, Node]) -> Program:
