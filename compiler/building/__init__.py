@@ -1,1 +1,1 @@
-"""From C to a shared object, and the cache that saves doing it twice."""
+"""Compile C to a shared object, and cache the results."""

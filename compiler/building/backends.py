@@ -1,6 +1,6 @@
-"""Solvers of others, compiled against where they are installed, when a run asks for one.
+"""Integrators of other projects (SUNDIALS), compiled on demand against the installed library.
 
-A backend is one C file in `runtime/c/backends` and a shared object of its own in the cache: it is
+A backend is one C file in `runtime/c/backends` and has its own shared object in the cache. It is
 handed models that are compiled already.
 """
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # a warm start knows the names of backends, and compiles noth
 
 @dataclass(frozen=True, slots=True)
 class Backend:
-    """A solver of others: what it is part of, and how to compile against it.
+    """An external solver: the library that it belongs to, and how to compile against it.
 
     `variants` are flags and libraries, the best first; the first that can be built is taken.
     """

@@ -1,8 +1,8 @@
-"""C text to a shared object: every unit compiled once, in parallel, and linked.
+"""Compile C text to a shared object: each unit once, in parallel, then linked.
 
-A unit's object is cached under the hash of all that makes it (compiler, flags, headers, text),
-so the runtime in `runtime/c` is compiled on the first use only, and a model's units only when
-their text changed. The shared object is cached likewise.
+A unit's object is cached under the hash of everything that determines it (compiler, flags,
+headers, text), so the runtime in `runtime/c` is compiled on first use only, and a model's units
+only when their text changes. The shared object is cached in the same way.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ _DISK_FULL = {
     errno.EDQUOT: "Disk quota exceeded",
 }
 _LOOPS = frozenset(("dense", "explicit", "rosenbrock", "sparse", "vectors", "watch"))
-# Parts of the runtime that not every model needs, and their files; what takes the place of a part
-# is in `runtime/c/absent`.
+# Optional parts of the runtime and their files; `runtime/c/absent` holds the stubs that replace
+# them in a model that does not need them.
 _OPTIONAL = {
     "consistent": ("consistent",),
     "devices": ("devices", "trace"),
@@ -55,8 +55,8 @@ _NO_HEADERS: Mapping[str, str] = MappingProxyType({})
 class Unit:
     """One C file to compile: its name without `.c`, its text and the compiler's flags.
 
-    `compiler` is one of its own; None: that of the build, which links everything. `parts` names the
-    optional parts of the runtime that it needs.
+    `compiler` overrides the compiler of the build, which links everything. `parts` names the
+    optional parts of the runtime that the unit needs.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Unit:
 
 
 def runtime_directory() -> Path:
-    """Where the runtime's C sources and `bgc.h` are."""
+    """The directory of the runtime's C sources and of `bgc.h`."""
     spec = find_spec("bgc.runtime")
     assert spec is not None and spec.submodule_search_locations
     return Path(next(iter(spec.submodule_search_locations))) / "c"
@@ -97,7 +97,7 @@ def _sources() -> list[Path]:
 
 
 def _joined(sources: Mapping[str, str]) -> str:
-    """Several C files as one; what the compiler says of a line names the file it is from."""
+    """Join several C files; `#line` directives keep the compiler's messages on the right file."""
     return "".join(f'#line 1 "{name}.c"\n{text}' for name, text in sources.items())
 
 

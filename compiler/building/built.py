@@ -1,4 +1,4 @@
-"""What a compilation leaves behind: a shared object, and the scene's facts about running it."""
+"""The result of a compilation: a shared object, and the facts of the scene that a run needs."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ class Panel:
 
 @dataclass(frozen=True, slots=True)
 class RunFacts:
-    """What a scene says of its run, in plain values; None where it says nothing.
+    """The run settings of a scene, in plain values; None where the scene gives none.
 
-    `columns` are the observed names in the scene's order; those that are no outputs of the
-    model are its energy accounts, `stored`, `supplied`, `dissipated` or `residual`, which
+    `columns` are the observed names in the scene's order. Columns that are not outputs of the
+    model are energy accounts (`stored`, `supplied`, `dissipated` or `residual`), which
     `accounts` lists in the same order. Times are in seconds, `solver_options` are SI numbers.
-    `folded` are the parameters that were compiled in, zeros and ones. `requirements` are the
-    accuracies asked for, by output, of which some may be no column. `content` tells apart models
-    that differ in more than their text: it is a hash of what was compiled. `timed` says whether
-    rates or observed powers depend on the time itself. `passive` are the parameters that a run
-    should not make negative, each with what it is and of which element.
+    `folded` are the parameters compiled in as zeros and ones. `requirements` are the required
+    accuracies by output; an output may be required without being a column. `content` is a hash
+    of the emitted C without comments. `timed` is true where rates or observed powers depend
+    explicitly on time. `passive` lists the parameters that a run should not make negative, each
+    with its meaning and its element.
     """
 
     scene: str
@@ -58,7 +58,7 @@ class RunFacts:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """What a run may have to point at: in the source, and the states that decide on it."""
+    """A place in the source that a run may report, with the states that it depends on."""
 
     span: Span | None
     states: tuple[str, ...] = ()
@@ -74,7 +74,7 @@ class Places:
 
 @dataclass(frozen=True, slots=True)
 class Built:
-    """A model that is ready to load. `warm` tells that nothing was compiled for it."""
+    """A model that is ready to load. `warm` is true where it came from the cache."""
 
     library: Path
     facts: RunFacts
@@ -91,7 +91,7 @@ def run_facts(
     timed: bool = True,
     passive: tuple[tuple[str, str, str], ...] = (),
 ) -> RunFacts:
-    """Take from a scene what its run needs, and note what was folded and what is required."""
+    """Collect the run settings of a scene, with the folded parameters and the requirements."""
     solver = scene.solver
     return RunFacts(
         scene=scene.name,

@@ -1,13 +1,13 @@
 """The user's cache: compiled objects by content, and finished builds by what was read.
 
-Two levels. A *blob* (`objects/KEY.o`, `models/KEY.so`) is named by the hash of everything that
-made it, so that it never has to be invalidated. A *note* (`notes/KEY.json`) answers "this entry
-file, this scene, these overrides" with the files that were read then, their hashes and the
-build that came out: when none of them has changed, a warm start loads the build without
-parsing anything.
+The cache has two levels. A *blob* (`objects/KEY.o`, `models/KEY.so`) is named by the hash of
+everything that determines it, so it never has to be invalidated. A *note* (`notes/KEY.json`) maps
+a request (entry file, scene, overrides) to the files that were read, their hashes and the
+resulting build. When none of these files has changed, a warm start loads the build without
+parsing.
 
-Every file is written aside and moved into place, so two runs at once are safe; blobs carry a
-checksum, and what is damaged counts as absent.
+Every file is written to a temporary name and then moved into place, so two runs at once are safe.
+Blobs carry a checksum; a damaged blob counts as absent.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _KEEP_MAKING_SECONDS = 24 * 3600.0  # a killed run's half-made files
 
 @dataclass(slots=True)
 class Cache:
-    """An opened cache directory, and what there is to say about it."""
+    """An opened cache directory, with the warnings about it."""
 
     root: Path
     warnings: tuple[Diagnostic, ...] = ()
@@ -51,7 +51,7 @@ class Cache:
         return path
 
     def publish(self, kind: str, name: str, made: Path) -> Path:
-        """Move a finished file (of the same file system) into the cache, at once or not at all."""
+        """Move a finished file, on the same file system, into the cache atomically."""
         path = self.root / kind / name
         path.parent.mkdir(parents=True, exist_ok=True)
         digest = file_digest(made)
@@ -60,17 +60,17 @@ class Cache:
         return path
 
     def move_away(self, reason: str) -> None:
-        """Go on in a temporary directory, with a warning that says why."""
+        """Continue in a temporary directory, with a warning that gives the reason."""
         wanted = str(self.root)
         self.root = _temporary_directory()
         self.warnings = (*self.warnings, cache_not_writable(wanted, reason))
 
     def workplace(self) -> tempfile.TemporaryDirectory[str]:
-        """A private directory on the cache's file system, removed when left."""
+        """A private directory on the cache's file system, removed on exit from its context."""
         return tempfile.TemporaryDirectory(prefix="making-", dir=self.root)
 
     def prune(self) -> None:
-        """Remove what was not used for two months, and what a killed run left half made."""
+        """Remove files unused for two months, and unfinished files of killed runs."""
         oldest = time.time() - _KEEP_SECONDS
         for kind in ("objects", "models", "notes"):
             for path in (self.root / kind).glob("*"):
@@ -91,7 +91,7 @@ class Cache:
 
 
 def open_cache() -> Cache:
-    """Open the user's cache for writing, or a temporary one, with a warning, where it cannot be."""
+    """Open the user's cache for writing; where that fails, a temporary one with a warning."""
     try:
         root = cache_directory()
     except RuntimeError as problem:  # no home directory
@@ -117,7 +117,7 @@ def _temporary_directory() -> Path:
 
 
 def digest_of(parts: Iterable[str]) -> str:
-    """Hash texts to 32 hexadecimal digits; their boundaries count."""
+    """Hash texts, with the boundaries between them, to 32 hexadecimal digits."""
     state = blake2b(digest_size=16)
     for part in parts:
         data = part.encode("utf-8", "surrogateescape")
@@ -152,7 +152,7 @@ def _checksum(path: Path) -> Path:
 
 
 def write_aside(path: Path, text: str) -> None:
-    """Write a file of the cache, at once or not at all."""
+    """Write a file of the cache atomically."""
     handle, name = tempfile.mkstemp(dir=path.parent)
     aside = Path(name)
     try:

@@ -1,8 +1,8 @@
-"""Builds that are ready at once and run slowly: for a first look at a model that changes.
+"""Preview builds: compiled quickly without optimisation, for a model that is being edited.
 
-The units of the model go through `tcc` where it is installed, which takes hundredths of a second,
-else through the usual compiler without optimisation. The runtime stays as it is: it is in the cache
-after the first build of any model.
+The model's units are compiled by `tcc` where it is installed (hundredths of a second), otherwise by
+the usual compiler at -O0. The optimised runtime is used as it is: it is in the cache after the
+first build of any model.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _FLAGS = ("-O0", "-std=c11", "-fPIC")
 
 
 def previewed(units: Sequence[Unit]) -> tuple[Unit, ...]:
-    """The same units, to be compiled fast."""
+    """The same units, with compilers and flags for a quick build."""
     quick = _quick_compiler()
     if quick is None:
         return tuple(replace(unit, flags=_FLAGS) for unit in units)
@@ -29,7 +29,7 @@ def previewed(units: Sequence[Unit]) -> tuple[Unit, ...]:
 
 
 def _quick_compiler() -> Toolchain | None:
-    """tcc, where it is installed and makes shared objects."""
+    """Find tcc; None where it is absent or cannot make a shared object."""
     if shutil.which("tcc") is None:
         return None
     toolchain = identify(("tcc",))
@@ -37,5 +37,5 @@ def _quick_compiler() -> Toolchain | None:
 
 
 def _without_negative_infinity(text: str) -> str:
-    """Tables as tcc 0.9.27 takes them: it does not see a constant in a negated infinity."""
+    """Rewrite tables for tcc 0.9.27, which does not accept a negated infinity as a constant."""
     return text.replace("-INFINITY", "-1.0 / 0.0")

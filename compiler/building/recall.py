@@ -1,10 +1,10 @@
 """Warm starts: find an earlier build of the same request without parsing anything.
 
-A request is an entry file, a scene and overrides, asked of this version of the compiler on this
-kind of machine. Remembered with it are the files that were read then, with their hashes, and
-the build that came of them; one changed byte in any of them and the request is compiled again.
+A request is an entry file, a scene and overrides, for this version of the compiler and this kind of
+machine. Its note lists the files that were read, with their hashes, and the resulting build. If
+one byte of any file has changed, the request is compiled again.
 
-Only what a warm start needs is imported here.
+This module imports only what a warm start needs.
 """
 
 from __future__ import annotations
@@ -62,14 +62,14 @@ def remember(
 
 
 def processors() -> int:
-    """How many processors this process may use."""
+    """The number of processors that this process may use."""
     with suppress(AttributeError):  # not on every system
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def machine_identity() -> str:
-    """Name what `-march=native` depends on, for caches on a disk shared between machines."""
+    """Identify the processor, which `-march=native` depends on; a cache may be on a shared disk."""
     flags = ""
     with suppress(OSError), Path("/proc/cpuinfo").open(encoding="ascii", errors="replace") as file:
         first = file.read(8192).split("\n\n", 1)[0]
@@ -86,7 +86,7 @@ def _request_key(entry: Path, options: Options) -> str:
 
 
 def _compiler_identity() -> str:
-    """Hash names, sizes and times of the compiler's own files, so that no version is mistaken."""
+    """Hash names, sizes and times of the compiler's own files, to identify its exact version."""
     state = blake2b(digest_size=16)
     for package in ("bgc", "bgc.grammar", "bgc.runtime"):
         spec = find_spec(package)
@@ -130,12 +130,12 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
 
 
 def _tuples(value: Any) -> Any:
-    """Lists, as JSON has them, to the tuples that they were."""
+    """Turn the lists of JSON back into tuples."""
     return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
 
 
 def _file_of(source: Source) -> Path | None:
-    """Find the file that a text came from; None for one that is from no file, or has changed.
+    """Find the file of a source text; None where it has none, or the file has changed.
 
     Files of the installed library are named `library/..`, wherever that is.
     """
@@ -152,7 +152,7 @@ def _file_of(source: Source) -> Path | None:
 
 
 def _read(path: Path) -> str:
-    """Read a file as the compiler does: line ends stay what they are."""
+    """Read a file as the compiler does, without translating line ends."""
     return path.read_bytes().decode("utf-8-sig")
 
 

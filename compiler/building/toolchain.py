@@ -17,16 +17,18 @@ from bgc.diagnostics.diagnostic import BgError
 
 CANDIDATES = ("cc", "gcc", "clang")
 
-# Instruction set of this machine, fused multiply-add above all (LU 1.5 x); no errno to keep, so
-# that sqrt is one instruction. -ffast-math was measured to gain nothing (numerics.md).
+# The instruction set of this machine, mainly for fused multiply-add (LU 1.5 x faster). Without
+# errno, sqrt is one instruction. -ffast-math was measured to gain nothing.
 COMMON_FLAGS = ("-std=c11", "-march=native", "-fno-math-errno", "-fPIC")
 RUNTIME_FLAGS = ("-O3", *COMMON_FLAGS, "-ffp-contract=fast")
-# The same in two thirds and in half the time; gcc before 12 vectorises at -O2 when asked.
+# As fast as -O3 in half to two thirds of its compile time; gcc before 12 does not vectorise at -O2
+# unless it is told to.
 LOOP_FLAGS = ("-O2", "-ftree-vectorize", *COMMON_FLAGS, "-ffp-contract=fast")
 LIGHT_FLAGS = ("-O1", *COMMON_FLAGS, "-ffp-contract=fast")
 
-# gcc's passes over straight-line code: one that pays, and those that cost a third of its time and
-# make no step slower, measured on x86-64. What `-fdisable` names may change from gcc to gcc.
+# Passes of gcc on straight-line code: one that pays off, and those that take a third of the compile
+# time without making a step faster, measured on x86-64. The names after `-fdisable` may change
+# between versions of gcc.
 GCC_PASSES = (
     "-fexpensive-optimizations",
     "-fno-tree-dse",
@@ -51,9 +53,9 @@ double bgc_probe(double x) { char t[8]; memset(t, 0, sizeof t); return sqrt(x) +
 
 @dataclass(frozen=True, slots=True)
 class Toolchain:
-    """A C compiler: the words that start it, its kind and its version's first line.
+    """A C compiler: its command, its kind and the first line of its version.
 
-    `kind` is `gcc`, `clang`, `zig`, `tcc` or `cc` (one that does not say).
+    `kind` is `gcc`, `clang`, `zig`, `tcc`, or `cc` where the version does not name it.
     """
 
     command: tuple[str, ...]
@@ -66,7 +68,7 @@ class Toolchain:
         return shlex.join(self.command)
 
     def run(self, arguments: tuple[str, ...], directory: Path) -> subprocess.CompletedProcess[str]:
-        """Run the compiler in a directory; output and errors come back as one text."""
+        """Run the compiler in a directory; return its output and errors as one text."""
         command = [*self.command, *arguments]
         try:
             return subprocess.run(
@@ -77,7 +79,7 @@ class Toolchain:
                 stderr=subprocess.STDOUT,
                 text=True,
                 errors="replace",
-                # The compiler's words in English whatever the user's language: reports quote them.
+                # Diagnostics quote the compiler, so it has to answer in English.
                 env={**os.environ, "LC_ALL": "C"},
                 check=False,
             )
@@ -88,7 +90,7 @@ class Toolchain:
 def find_toolchain() -> Toolchain:
     """Find a C compiler: `$CC`, `cc`, `gcc`, `clang`, else that of the `ziglang` wheel.
 
-    Raises BgError (BG050, BG051) when there is none. Whether it works is seen when it is used.
+    Raises BgError (BG050, BG051) when there is none. Whether it works shows when it is used.
     """
     if chosen := os.environ.get("CC", "").strip():
         command = tuple(shlex.split(chosen))
@@ -104,7 +106,7 @@ def find_toolchain() -> Toolchain:
 
 
 def try_compiler(toolchain: Toolchain, flags: tuple[str, ...] = RUNTIME_FLAGS) -> str:
-    """Make a trivial shared object; returns what the compiler complains about, or nothing."""
+    """Build a trivial shared object; return the compiler's complaint, empty if there is none."""
     with tempfile.TemporaryDirectory(prefix="bgc-") as place:
         (Path(place) / "probe.c").write_text(_PROBE, encoding="utf-8")
         arguments = (*flags, "-shared", "probe.c", "-o", "probe.so", "-lm")

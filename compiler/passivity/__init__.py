@@ -1,1 +1,1 @@
-"""What physics asks of the laws of elements: energies that exist, and nothing that makes power."""
+"""Checks that element laws are passive: stored energies exist, and resistors only dissipate."""

@@ -1,8 +1,8 @@
-"""Whether the laws of a flat graph are those of passive parts: symmetric, positive, no free power.
+"""Check that the laws of a flat graph are passive: symmetric, positive, without free power.
 
-Looked at are storage and resistors. Junctions, transformers and gyrators keep power by how they
-are read: one equation is given and its dual derived. A gyristor's matrix is checked to be skew
-where its law is read, as without that the element would not be what it says.
+The checks cover storage and resistors. Junctions, transformers and gyrators conserve power by
+construction: one equation is given and its dual derived. A gyristor's matrix is checked for skew
+symmetry where its law is read.
 
 Sources: Karnopp, Margolis and Rosenberg, System Dynamics, on multiport fields (Maxwell
 reciprocity, positive definite storage, passive resistors).
@@ -19,15 +19,15 @@ from bgc.passivity.storage import check_storage
 
 
 def check_physics(graph: FlatGraph) -> tuple[Diagnostic, ...]:
-    """Warn of what no passive part does, with the numbers, at most once for each element.
+    """Warn of laws that no passive part has, at most once for each element.
 
-    Constant and parameter matrices are looked at with the parameters at their values. Laws that
-    vary are looked at where the run starts; nonlinear laws of one's own variables also at other
-    values of these, as they must hold for all. Elements of pseudo domains are left out: their
-    effort times flow is no power.
+    Constant and parameter matrices are evaluated at the parameters' values, varying laws at the
+    start of the run. Nonlinear laws in the element's own variables are also evaluated at other
+    values of these, since they must be passive everywhere. Elements of pseudo domains are
+    skipped, because their effort times flow is not a power.
 
-    Of this only the signs of single parameters are looked at again when a run changes them
-    (`coefficients`): a range (`in 0 .. 10`) is what guards a parameter there.
+    When a run changes parameters, only the signs of single parameters are checked again
+    (`coefficients`); a declared range (`in 0 .. 10`) guards the others.
     """
     point, report = StartPoint(graph), Report()
     for element in graph.elements:

@@ -1,4 +1,4 @@
-"""Parameters that stand alone as what no passive part has below zero."""
+"""Parameters that alone are a resistance, stiffness or inertia, and must not be negative."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ _STORAGE = {
 
 
 def passive_coefficients(graph: FlatGraph) -> tuple[tuple[str, str, str], ...]:
-    """Parameter, what it is, and of which element: entries on the diagonal of linear laws.
+    """List such parameters: the name, its meaning and its element.
 
-    A run looks at the signs of those that it is given, which the compiler has not seen.
+    They are the diagonal entries of linear laws. A run checks the signs of values that are given
+    to it, which the compiler has not seen.
     """
     names = {parameter.index: parameter.name for parameter in graph.parameters}
     found = []

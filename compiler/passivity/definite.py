@@ -1,7 +1,7 @@
 """Symmetry and definiteness of small matrices of numbers.
 
-Matrices of mechanics mix units (N s/m beside N m s), so sizes are judged after the congruence
-that makes the diagonal one: it keeps the signs of the eigenvalues, and a tolerance has a meaning.
+Matrices of mechanics mix units (N s/m beside N m s), so they are first scaled by a congruence to a
+unit diagonal. It preserves the signs of the eigenvalues and makes one tolerance meaningful.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Pair:
 
 @dataclass(frozen=True, slots=True)
 class Indefinite:
-    """The least eigenvalue of a symmetric part that is below zero, or not above it.
+    """The smallest eigenvalue of a symmetric part that is negative, or not positive.
 
     `direction` is its eigenvector, the largest component 1. `count` is the number of eigenvalues
     at fault. `pair` is the entry that alone makes the matrix indefinite, where there is one.
@@ -68,11 +68,10 @@ def find_asymmetry(matrix: Numbers) -> Asymmetry | None:
 
 
 def find_indefinite(matrix: Numbers, *, strictly: bool = False) -> Indefinite | None:
-    """What keeps the symmetric part of a matrix from being positive semidefinite.
+    """Find the reason why the symmetric part of a matrix is not positive semidefinite, if any.
 
-    `strictly` asks for positive definite; a row of nothing but zeros is then let through, as
-    that is a port without storage and not a matter of signs. None also where entries are not
-    finite: there is nothing to say.
+    `strictly` requires a positive definite matrix, but allows rows of zeros: they belong to ports
+    without storage. The result is None where entries are not finite.
     """
     if not all(math.isfinite(entry) for row in matrix for entry in row):
         return None
@@ -89,7 +88,7 @@ def find_indefinite(matrix: Numbers, *, strictly: bool = False) -> Indefinite | 
 
 
 def _blocks(matrix: Numbers) -> list[list[int]]:
-    """Places that entries off the diagonal connect."""
+    """Index sets that off-diagonal entries connect."""
     block = list(range(len(matrix)))
     members = [[k] for k in block]
     for i, row in enumerate(matrix):
@@ -135,7 +134,7 @@ def _of_block(matrix: Numbers, places: Sequence[int], strictly: bool) -> Indefin
 
 
 def _is_above(matrix: Numbers, places: Sequence[int], limit: float) -> bool:
-    """Whether Cholesky's factors prove all eigenvalues of the scaled block above a limit."""
+    """Whether a Cholesky factorisation proves all eigenvalues of the scaled block above a limit."""
     scale = [math.sqrt(matrix[i][i]) if matrix[i][i] > 0 else 0.0 for i in places]
     if 0.0 in scale:
         return False

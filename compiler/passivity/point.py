@@ -1,4 +1,4 @@
-"""Where laws are looked at: parameters at their values, states at the start."""
+"""The point at which laws are checked: parameters at their values, states at the start."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class StartPoint:
     """Numbers of the symbols of a flat graph at the start of a run.
 
     Parameters have the values the model gives them, devices are at rest, the time is 0, a
-    storage element without a given `q0` or `p0` is empty. What only the equations tell (efforts,
-    flows, unknowns, charges given by an effort) has no number here.
+    storage element without a given `q0` or `p0` is empty. Variables that only the equations
+    determine (efforts, flows, unknowns, charges given by an effort) have no number here.
     """
 
     def __init__(self, graph: FlatGraph) -> None:
@@ -28,7 +28,7 @@ class StartPoint:
 
     @cached_property
     def dag(self) -> Dag:
-        """The graph's DAG, to be grown by derivatives: a copy, as later passes own the original."""
+        """A copy of the graph's DAG, for derivatives; later passes own the original."""
         return self._graph.dag.copy()
 
     @cached_property
@@ -81,7 +81,7 @@ class StartPoint:
         return [{}, *moved]
 
     def phrase(self, nodes: Iterable[Node]) -> str:
-        """What a number depends on: ` at the parameters' values`, ` at the start`, or nothing."""
+        """The point that a number depends on: ` at the parameters' values`, ` at the start`, or ``."""
         level = max(self.dag.level[node] for node in nodes)
         if level == Level.CONST:
             return ""

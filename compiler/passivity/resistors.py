@@ -1,4 +1,4 @@
-"""Resistors take power: linear fields by their eigenvalues, nonlinear laws by trial."""
+"""Check that resistors dissipate: linear fields by their eigenvalues, nonlinear laws by trial."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from bgc.passivity.definite import find_indefinite
 from bgc.passivity.point import StartPoint
 from bgc.passivity.wording import pair_of, spectrum_of
 
-# Powers of ten of the trial values, SI: from a creep to far beyond what machines do.
+# Powers of ten of the trial values, SI, over the whole range that machines reach.
 _DECADES = {"f": range(-4, 4), "e": range(-4, 7)}
 _DIRECTIONS = 4  # random ones of a field, beside its ports one by one
 _ROUNDING = 1e-12  # of the powers of the ports, which may cancel
 
 
 def check_resistor(graph: FlatGraph, point: StartPoint, element: Resistor) -> list[Diagnostic]:
-    """What is wrong with an R, at most one thing."""
+    """Check an R; at most one diagnostic."""
     match element.law:
         case LinearLaw():
             return _check_linear(point, element, element.law)
@@ -50,7 +50,7 @@ def _check_linear(point: StartPoint, element: Resistor, law: LinearLaw) -> list[
 def _check_explicit(
     graph: FlatGraph, point: StartPoint, element: Resistor, law: ExplicitLaw
 ) -> list[Diagnostic]:
-    """Look for a trial at which effort times flow is negative."""
+    """Search for trial values at which effort times flow is negative."""
     given, answered = ("f", "e") if law.form is Form.EFFORT else ("e", "f")
     kind = Kind.FLOW if given == "f" else Kind.EFFORT
     own = [Symbol(kind, port.bond) for port in element.ports]

@@ -1,4 +1,4 @@
-"""Storage elements: an energy exists, kinetic energy is convex, linear fields are not negative."""
+"""Check that storage has an energy, convex in the momenta, and not negative for linear fields."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _DIRECTION = {
 
 
 def check_storage(point: StartPoint, element: Storage) -> list[Diagnostic]:
-    """What is wrong with a C, I or IC, at most one thing."""
+    """Check a C, I or IC; at most one diagnostic."""
     match element.law:
         case LinearLaw():
             return _check_linear(point, element, element.law)
@@ -71,7 +71,7 @@ def _check_linear(point: StartPoint, element: Storage, law: LinearLaw) -> list[D
 
 
 def _check_explicit(point: StartPoint, element: Storage, law: ExplicitLaw) -> list[Diagnostic]:
-    """Slopes are symmetric, and of an I positive, wherever they are looked at."""
+    """Check that slopes are symmetric, and positive for an I, at every trial point."""
     momentum = element.kind == "I"
     own = _own(element, Kind.MOMENTUM if momentum else Kind.DISPLACEMENT)
     if len(own) == 1 and not momentum:
@@ -81,7 +81,7 @@ def _check_explicit(point: StartPoint, element: Storage, law: ExplicitLaw) -> li
 
 
 def _check_energy(point: StartPoint, element: Storage, law: EnergyLaw) -> list[Diagnostic]:
-    """The inverse inertia, second derivative by the momenta, is positive."""
+    """Check that the inverse inertia, the second derivative of H by the momenta, is positive."""
     if element.kind == "C":
         return []
     own = _own(element, Kind.MOMENTUM)

@@ -1,4 +1,4 @@
-"""Eigenvalues and their directions in the words of messages."""
+"""Eigenvalues and their directions as text for messages."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def spectrum_of(bad: Indefinite, variable: str) -> str:
 
 
 def pair_of(bad: Indefinite) -> str:
-    """The entry that alone is at fault, in words; empty where there is none."""
+    """The single entry at fault as text; empty where there is none."""
     pair = bad.pair
     if pair is None:
         return ""

@@ -1,1 +1,1 @@
-"""Only what the scene requires: folded parameters, cone of influence, invariant states."""
+"""Reduction to what the scene requires: folded parameters, cone of influence, invariant states."""

@@ -1,8 +1,8 @@
-"""Fixed parameters: zeros and ones that the scene fixes become part of the equations.
+"""Constant folding of parameters that the scene fixes at zero or one.
 
-A zero removes what it multiplies: the resistor of a zero friction has no part in f, in the
-Jacobian or in the pattern of its factors. Any other value gains nothing by being folded, and
-stays a run-time parameter.
+A zero removes every term that it multiplies: a resistor with zero friction does not appear in f, in
+the Jacobian or in the pattern of its factors. Folding any other value gains nothing, so it stays a
+run-time parameter.
 """
 
 from __future__ import annotations
@@ -19,20 +19,19 @@ from bgc.slicing.names import is_kept
 
 @dataclass(frozen=True, slots=True)
 class Folding:
-    """A graph without its fixed parameters, and those: names and values."""
+    """A graph without its fixed parameters, and the names and values of these."""
 
     graph: FlatGraph
     parameters: tuple[tuple[str, float], ...]
 
 
 def fold_parameters(graph: FlatGraph) -> Folding:
-    """The graph without the parameters that the scene fixes at zero or one.
+    """Fold the parameters that the scene fixes at zero or one.
 
-    Fixed are the zeros and ones that the scene (or the command line) sets, and the zeros that
-    parts have by default or are given: what is switched off. Parameters of the scene's own
-    model are its face to the outside, and are left unless they are set; so is everything that
-    `keep` names, and every parameter of a model without a scene. What follows from folded
-    parameters alone is folded with them.
+    These are the zeros and ones that the scene or the command line sets, and the zeros that parts
+    have by default or as arguments: effects that are switched off. A parameter of the scene's own
+    model is folded only if it is set. `keep` excludes parameters, and a model without a scene has
+    none folded. Parameters that depend on folded ones alone are folded with them.
     """
     if not graph.scene.name:
         return Folding(graph, ())
@@ -70,7 +69,7 @@ def _is_fixed(parameter: Parameter, value: Fraction | None, kept: tuple[str, ...
 def _rebuild(
     dag: Dag, other: Dag, roots: list[Node], given: Mapping[Node, Node], new: dict[Node, Node]
 ) -> None:
-    """Make the roots again in another graph, `given` nodes replaced; `new` knows old to new."""
+    """Rebuild the roots in another DAG with `given` nodes replaced; `new` maps old to new."""
     for node in dag.reachable(roots):
         if node in new:
             continue

@@ -1,16 +1,17 @@
-"""Invariant states: those that start at a value and provably stay there.
+"""Invariant states: states that provably keep their initial value.
 
 Assume that a set of states keeps its initial values; substitute them everywhere and fold. A
-state whose derivative is then not identically zero leaves the set, which makes others leave,
-until none does: the greatest set that confirms itself. Uniqueness of solutions makes it exact.
-In this way a crane that luffs in its own plane becomes planar: nothing pushes it out of it.
+state whose derivative is then not identically zero leaves the set, which may make others leave,
+until the set no longer changes. It is the greatest set consistent with its own assumption, and
+the uniqueness of solutions makes the reduction exact. A crane that luffs in its own plane becomes
+planar in this way, because nothing pushes it out of that plane.
 
-Zero is told by folding, and where that does not reach by fingerprints at two random points
-(`algebra.fingerprint`): identities as `sin^2 + cos^2 = 1` are seen, and a "zero" can be relied
-on. Device inputs, the time and run-time parameters count as arbitrary.
+A node is zero if it folds to zero, or else if its fingerprints at two random points are zero
+(`algebra.fingerprint`), which covers identities such as `sin^2 + cos^2 = 1`. Device inputs, time
+and run-time parameters count as arbitrary.
 
-A round looks again only at states that depend on one that left in the round before, so a chain
-that is pulled at one end costs time in proportion to its length.
+Each round examines only states that depend on a state that left in the round before, so a chain
+that is pulled at one end takes time in proportion to its length.
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ from bgc.slicing.signs import Signs
 
 
 def invariant_states(program: Program) -> dict[int, Node]:
-    """The states that never change, each with its value, a node of CONST or PARAM level.
+    """Find the states that never change, each with its value, a node of CONST or PARAM level.
 
-    States that `keep` names are left. Mass rows count: a state is only invariant if its row has
-    no rate of a state that moves, so what is left over stays regular where the whole was.
+    States that `keep` names are excluded. A state is invariant only if its row of the mass matrix
+    has no rate of a state that moves, so the reduced equations stay regular where the whole was.
     """
     search = _Search(program)
     suspects: Iterable[int] = tuple(search.values)
@@ -39,9 +40,9 @@ def invariant_states(program: Program) -> dict[int, Node]:
 
 
 class _Search:
-    """The rounds over one program; what they fold goes to a graph of their own.
+    """The rounds over one program, folding into a DAG of their own.
 
-    `values` are the states that are still assumed to stay, each with its initial value.
+    `values` are the states still assumed to be invariant, each with its initial value.
     """
 
     def __init__(self, program: Program) -> None:
@@ -69,7 +70,7 @@ class _Search:
                 self._readers[read].append(index)
 
     def release(self, moving: Iterable[int]) -> list[int]:
-        """Let states go; what is left that depends on one of them is to be looked at again."""
+        """Remove states from the set; return those that depend on them, to be examined again."""
         affected: set[int] = set()
         for index in moving:
             del self.values[index]
@@ -78,7 +79,7 @@ class _Search:
         return sorted(affected & self.values.keys())
 
     def moving(self, suspects: Iterable[int]) -> list[int]:
-        """Which of the suspects do not stay where they are if all states with values do."""
+        """The suspects whose derivative is not zero if all states with values are invariant."""
         states = [(index, self._program.states[index]) for index in suspects]
         roots = [state.derivative for _, state in states]
         roots += [state.projection for _, state in states if state.projection is not None]
@@ -96,7 +97,7 @@ class _Search:
         return [k for k, state in states if not stays(k, state.derivative, state.projection)]
 
     def _folded(self, roots: Iterable[Node]) -> dict[Node, Node]:
-        """New nodes of those that change when the values are put in for their states."""
+        """Substitute the values for their states; return the new nodes of those that change."""
         dag = self._dag
         new: dict[Node, Node] = {}
         for node in self._affected(roots):
@@ -122,9 +123,9 @@ class _Search:
 
 
 def put_in(program: Program, roots: Sequence[Node], values: Mapping[int, Node]) -> dict[Node, Node]:
-    """New nodes for the roots, in the program's own graph, with the values put in.
+    """Substitute the values into the roots, in the program's own DAG.
 
-    Clamps whose outcome is sure are folded too, values or not.
+    Clamps with a certain outcome are folded too.
     """
     dag = program.dag
     signs = Signs(dag, program.parameters)
@@ -138,7 +139,7 @@ def put_in(program: Program, roots: Sequence[Node], values: Mapping[int, Node]) 
 
 
 def _states_read(program: Program) -> dict[Node, int]:
-    """Of every node that derivatives and projections need: the states it depends on, as bits."""
+    """For each node of derivatives and projections, the states it depends on, as a bit mask."""
     dag = program.dag
     roots = [state.derivative for state in program.states]
     roots += [state.projection for state in program.states if state.projection is not None]

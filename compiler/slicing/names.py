@@ -1,4 +1,4 @@
-"""Names of states and parameters as `keep` and the list of what was dropped read them."""
+"""Matching of state and parameter names against `keep`."""
 
 from __future__ import annotations
 
@@ -6,5 +6,5 @@ from collections.abc import Iterable
 
 
 def is_kept(name: str, kept: Iterable[str]) -> bool:
-    """Whether `keep` names this: itself, a part it belongs to, or the whole of a component."""
+    """Whether `keep` names it, a part that it belongs to, or the vector of which it is an entry."""
     return any(name == k or name.startswith((f"{k}.", f"{k}[")) for k in kept)

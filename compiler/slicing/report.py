@@ -1,4 +1,4 @@
-"""What slicing left out, in words: whole parts where it took all of them."""
+"""The list of states and parameters that slicing and folding removed, by part where possible."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ _COMPONENT = re.compile(r"\[[^\[\]]*\]")
 
 
 def dropped_lines(dropped: Sequence[Dropped], left: Iterable[str]) -> tuple[str, ...]:
-    """One line for each part or value that is left out, with the reason.
+    """One line for each removed part or value, with the reason.
 
-    `left` are the names of the states that are still there: of a part that lost only some of
-    its states, these are named, components of one vector together.
+    `left` are the names of the remaining states. Where a part lost only some of its states, these
+    are listed by name, components of one vector together.
     """
     partly = {prefix for name in left for prefix in _prefixes(name)}
     reasons: dict[str, set[Reason]] = {}
@@ -32,7 +32,7 @@ def dropped_lines(dropped: Sequence[Dropped], left: Iterable[str]) -> tuple[str,
 
 
 def folded_lines(folded: Sequence[tuple[str, float]]) -> tuple[str, ...]:
-    """One line for each parameter that was compiled in, components of one value together."""
+    """One line for each folded parameter, components of one value together."""
     groups: dict[tuple[str, float], int] = {}
     for name, value in folded:
         groups[_vector(name), value] = groups.get((_vector(name), value), 0) + 1

@@ -1,4 +1,4 @@
-"""Signs that are sure: of an expression for all values that its parameters may take."""
+"""Signs of expressions that hold for all admissible values of the parameters."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ _NEVER_NEGATIVE = frozenset(
 
 
 class Signs:
-    """The sign of nodes, from the ranges that parameters are held to."""
+    """Signs of nodes, derived from the ranges of the parameters."""
 
     def __init__(self, dag: Dag, parameters: Sequence[Parameter]) -> None:
         self._dag = dag
         self._parameters = parameters
 
     def of(self, node: Node, depth: int = _DEPTH) -> int | None:
-        """+1 of a node that is never negative, -1 of one never positive; None if not proven."""
+        """+1 for a node that is never negative, -1 for one never positive, None if not proven."""
         dag = self._dag
         op = dag.op[node]
         value = dag.value(node)
@@ -47,7 +47,7 @@ class Signs:
                 return None
 
     def clamped(self, node: Node) -> Node:
-        """The operand that a minimum or maximum with zero always is; other nodes themselves."""
+        """The operand that a minimum or maximum with zero always equals; other nodes unchanged."""
         dag = self._dag
         if dag.op[node] not in {Op.MIN, Op.MAX} or dag.zero not in dag.operands(node):
             return node

@@ -1,4 +1,4 @@
-"""Model only what the scene requires: states that nothing reads, and states that never change."""
+"""Remove the states that the scene does not need: those that nothing reads or that never change."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from bgc.slicing.names import is_kept
 
 
 def slice_program(program: Program) -> Program:
-    """The program without the states that reach no output, and without those that never move.
+    """Remove the states that reach no output, and those that never change.
 
-    What is read: observations, requirements, commands to devices, guards, what `keep` names,
-    and the energy accounts if the scene observes one. A scene that reads nothing keeps
-    everything, and a model without a scene is not sliced. One in which nothing moves keeps what
-    reaches the outputs: it is compiled for its modes. What is left out is said in `dropped`;
-    outputs are the same functions of the time as before.
+    Outputs here are observations, requirements, commands to devices, guards, the names in `keep`,
+    and the energy accounts if the scene observes one. A scene without any keeps everything, and
+    a model without a scene is not sliced. A scene in which nothing moves keeps all states that
+    reach its outputs: it is compiled for its modes. `dropped` lists the removed states; the
+    outputs are the same functions of time as before.
     """
     if not program.scene.name or not _roots(program):
         return program
@@ -38,7 +38,7 @@ def slice_program(program: Program) -> Program:
 
 
 def without_unread(program: Program) -> Program:
-    """The program without the states that reach nothing that is read."""
+    """Remove the states that reach none of the outputs."""
     reached = _reached(program, _roots(program))
     unread = [k for k in range(len(program.states)) if k not in reached]
     return _without(program, dict.fromkeys(unread, Reason.UNREAD), {})
@@ -60,7 +60,7 @@ def _roots(program: Program) -> list[Node]:
 
 
 def _reached(program: Program, roots: Sequence[Node]) -> Collection[int]:
-    """The states that the roots depend on, by way of the equations."""
+    """The states that the roots depend on, directly or through the equations."""
     dag = program.dag
     columns: dict[int, list[int]] = {}
     for entry in program.mass or ():
@@ -88,7 +88,7 @@ def _reached(program: Program, roots: Sequence[Node]) -> Collection[int]:
 
 
 def _without_invariants(program: Program, values: Mapping[int, Node]) -> Program:
-    """The program with the values put in for the states that never change."""
+    """Substitute the values of the states that never change."""
     zero = program.dag.zero
     reasons = {k: Reason.ZERO if v == zero else Reason.CONSTANT for k, v in values.items()}
     smaller = _without(program, reasons, values)
@@ -96,17 +96,17 @@ def _without_invariants(program: Program, values: Mapping[int, Node]) -> Program
 
 
 def _holds(program: Program, guard: Guard) -> bool:
-    """Whether a condition has become one that always holds."""
+    """Whether a condition is now always true."""
     return bool(program.dag.value(guard.condition))
 
 
-# --- what both do -----------------------------------------------------------------------------
+# --- shared by both ---------------------------------------------------------------------------
 
 
 def _without(
     program: Program, reasons: Mapping[int, Reason], values: Mapping[int, Node]
 ) -> Program:
-    """The program on its other states only, numbered anew."""
+    """Remove states and renumber the others."""
     left = [k for k in range(len(program.states)) if k not in reasons]
     number = {old: new for new, old in enumerate(left)}
     dropped = (Dropped(program.states[k].name, reason) for k, reason in reasons.items())
@@ -135,7 +135,7 @@ def _mass(
 
 
 def _without_useless_checks(program: Program) -> Program:
-    """Without checks of parameters that nothing is divided by any more."""
+    """Remove checks of parameters that no longer appear as divisors."""
     bare = replace(program, positive=(), parameters=())
     used = set(program.dag.reachable(program_roots(bare)))
     return replace(program, positive=tuple(p for p in program.positive if p.node in used))
