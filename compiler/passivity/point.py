@@ -81,7 +81,7 @@ class StartPoint:
         return [{}, *moved]
 
     def phrase(self, nodes: Iterable[Node]) -> str:
-        """The point that a number depends on: ` at the parameters' values`, ` at the start`, or ``."""
+        """Name the point that a number depends on: the parameters' values, the start or none."""
         level = max(self.dag.level[node] for node in nodes)
         if level == Level.CONST:
             return ""
