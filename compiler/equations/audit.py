@@ -1,7 +1,7 @@
-"""What is asserted of every program: the power balance at a random state.
+"""The power balance of the derived equations, asserted for every program at a random state.
 
-The rate of the stored energy along the derived equations has to equal what sources supply less
-what resistors dissipate. A slip of a sign anywhere between the graph and the equations breaks it.
+The rate of the stored energy along the equations has to equal the power of the sources less the
+power of the resistors. Any wrong sign between the graph and the equations breaks the balance.
 """
 
 from __future__ import annotations
@@ -17,16 +17,15 @@ from bgc.equations.loops.start import algebraic_rows
 from bgc.ir.defaults import default_values
 from bgc.ir.program import Program
 
-_TOLERANCE = 1e-6  # of all powers; far above rounding, far below a slip
+_TOLERANCE = 1e-6  # of all powers; far above rounding, far below the effect of a wrong sign
 _REST = 1e-9  # of the stored energy in a second: less power than that is rounding
 
 
 def power_defect(program: Program) -> float | None:
-    """The defect of the power balance relative to the powers; None where it says nothing.
+    """The defect of the power balance, relative to the powers; None where it is not defined.
 
-    It says nothing unless the scene needs all accounts, where a function is not defined at the
-    random state or algebraic equations have no solution there, and where a mass matrix couples
-    rates.
+    It is defined only if the scene needs all accounts, every function has a value at the random
+    state, the algebraic equations have a solution there, and the mass matrix does not couple rates.
     """
     if len(program.scene.needed_accounts) < 3 or _couples_rates(program):
         return None
@@ -51,7 +50,7 @@ def power_defect(program: Program) -> float | None:
 
 
 def _couples_rates(program: Program) -> bool:
-    """Whether rates do not stand by themselves, or the energy is that of algebraic states too."""
+    """Whether the mass matrix couples rates, or the energy depends on algebraic states."""
     one = program.dag.one
     if any(m.row != m.column or m.value != one for m in program.mass or ()):
         return True
@@ -60,7 +59,7 @@ def _couples_rates(program: Program) -> bool:
 
 
 def _random_point(program: Program) -> dict[Symbol, float] | None:
-    """Values of all symbols: random, but on the algebraic equations; None where that fails."""
+    """Random values of all symbols that satisfy the algebraic equations; None where that fails."""
     rng = random.Random(1)
     values: dict[Symbol, float] = dict(default_values(program.dag, program.parameters))
     values[Symbol(Kind.TIME, 0)] = rng.uniform(0.1, 1)
@@ -78,6 +77,6 @@ def _random_point(program: Program) -> dict[Symbol, float] | None:
 
 
 def assert_power_balance(program: Program) -> None:
-    """Fail, as a bug of the compiler's, where the balance is broken."""
+    """Raise AssertionError, a bug in bgc, where the balance does not hold."""
     defect = power_defect(program)
     assert defect is None or defect < _TOLERANCE, f"power balance broken by {defect:.1e}"

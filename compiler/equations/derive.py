@@ -1,8 +1,8 @@
 """Derive the state equations: from the causal graph to a program.
 
-Variables are defined one by one (`variables`, `storage`, `merged_*`) and put together on demand
-(`resolving`, `loops`), so that only what the states, outputs and guards need is ever made.
-States come in the order storage (by element), declared, algebraic.
+Each variable is defined in terms of others (`variables`, `storage`, `inertias`, `motions`). The
+definitions are resolved on demand (`loops`), so that only those which states, outputs and guards
+need are ever built. The order of the states is: storage (by element), declared, algebraic.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ from bgc.ir.program import Energy, MassEntry, PositiveParameter, Program, Progra
 
 
 def derive_equations(causal: CausalGraph) -> Program:
-    """The program `M y' = f` of a causal graph.
+    """Derive the program `M y' = f` of a causal graph.
 
-    Guarantees that every node is in states, time, inputs and parameters only, that nothing was
-    divided by that is always zero, and that algebraic loops have a regular Jacobian. Does not
-    drop what the scene does not need (`slice`).
+    Guarantees that nodes hold states, time, inputs and parameters only, that no divisor is
+    identically zero, and that algebraic loops have a regular Jacobian. Does not remove what the
+    scene does not need (`slicing/slice.py` does).
 
     Raises
     ------
@@ -114,7 +114,7 @@ def _storage_states(
 
 
 def _state_numbers(graph: FlatGraph, stored: Sequence[IntegratedState]) -> dict[Node, int]:
-    """Raw symbols that are states -> their numbers in the program."""
+    """Map the raw symbols that are states to their indices in the program."""
     dag = graph.dag
     symbols = [state.symbol for state in stored]
     symbols += [dag.symbol(Kind.STATE, state.index) for state in graph.states]
@@ -123,7 +123,7 @@ def _state_numbers(graph: FlatGraph, stored: Sequence[IntegratedState]) -> dict[
 
 
 def _raw_rates(graph: FlatGraph, stored: Sequence[IntegratedState]) -> dict[int, Node]:
-    """State number -> its raw derivative, where it is an assignment."""
+    """Map state indices to raw derivatives, where these are assignments."""
     rates = {number: state.derivative for number, state in enumerate(stored)}
     for state in graph.states:
         if state.derivative is not None:
@@ -231,7 +231,7 @@ def _mass(
 def _positive(
     causal: CausalGraph, variables: Variables, elements: Sequence[StorageElement]
 ) -> tuple[PositiveParameter, ...]:
-    """All parameters that something was divided by, each with its strictest demand."""
+    """The divisors of parameter level, each with its strictest condition."""
     found = {p.node: p for p in (*causal.positive, *variables.watched)}
     for element in elements:
         for p in positive_values(causal.graph.dag, element.storage):
@@ -239,7 +239,7 @@ def _positive(
     return tuple(found.values())
 
 
-# --- what is read -----------------------------------------------------------------------------
+# --- outputs ----------------------------------------------------------------------------------
 
 
 def _with_outputs(graph: FlatGraph, resolver: Resolver) -> FlatGraph:

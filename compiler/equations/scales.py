@@ -1,15 +1,14 @@
-"""The unit in which each state's absolute tolerance counts.
+"""The scale of each state: the unit of its absolute tolerance.
 
-A momentum counts in what moves its own flow by one unit. Alone that is its inertia at unit flow; of
-several momenta that one matrix couples, M, it is 1/(M^-1)_ii, which does not grow with the lever
-from a body's frame to its centre of mass, as M_ii does. A charge counts in that which gives the
-compliance as much energy as the inertias beside it have at unit flow, `sqrt(m / k)`: an
-oscillation of a stiff spring is then resolved as finely as the momentum it belongs to, neither
-finer (which would cost small steps) nor coarser. A compliance without an inertia beside it
-counts in its charge at unit effort. A momentum merged of several counts in the largest of them that
-its flow moves in a fixed ratio. Everything else counts in its own unit. Where nothing comes near
-unit flow, in a circuit of microamperes, step control makes all scales finer by as much
-(`look_for_life` in `runtime/c/step.c`).
+The scale of a momentum is the one that changes its own flow by one unit. For a single inertia that
+is its momentum at unit flow. For momenta coupled by a matrix M it is 1/(M^-1)_ii, which, unlike
+M_ii, does not grow with the lever from a body's frame to its centre of mass. The scale of a charge
+gives the compliance as much energy as the inertias beside it have at unit flow, `sqrt(m / k)`: the
+oscillation of a stiff spring is then resolved as finely as the momentum that takes part in it.
+Without an inertia beside it, a compliance has its charge at unit effort as its scale. A merged
+momentum has the scale of the largest inertia that its flow moves in a fixed ratio. All other states
+have their own unit. Where no state comes near its scale, as in a circuit of microamperes, step
+control reduces all scales by the same factor (`runtime/c/step.c`).
 """
 
 from __future__ import annotations
@@ -32,14 +31,14 @@ class Scales:
 
 
 def state_scale(scales: Scales, state: IntegratedState, one: Node) -> Node:
-    """The scale of a state that stores, of PARAM level; `one` where nothing certain is known."""
+    """The scale of a storage state, of PARAM level; `one` where no certain scale is known."""
     if state.port is not None:
         return scales.of_port[state.port]
     return one if state.flow is None else scales.of_flow.get(state.flow, one)
 
 
 def storage_scales(causal: CausalGraph, elements: Sequence[StorageElement]) -> Scales:
-    """What the states of a graph are measured by."""
+    """Find the scales of all storage states of a graph."""
     dag = causal.graph.dag
     inertia: dict[int, Node] = {}  # independent flow -> the largest certain inertia on it
     scales: dict[int, Node] = {}
@@ -61,7 +60,7 @@ def storage_scales(causal: CausalGraph, elements: Sequence[StorageElement]) -> S
 
 
 def _note_flows(dag: Dag, merged: dict[int, Node], port: StoragePort, size: Node | None) -> None:
-    """What an inertia adds to that of the independent flows that move it in a fixed ratio."""
+    """Note an inertia at the independent flows that move it in a fixed ratio."""
     for k, ratio in port.flow.items():
         if size is not None and dag.level[ratio] <= Level.PARAM:
             added = dag.mul(dag.mul(ratio, ratio), size)
@@ -69,7 +68,7 @@ def _note_flows(dag: Dag, merged: dict[int, Node], port: StoragePort, size: Node
 
 
 def _inertia(dag: Dag, element: StorageElement, position: int) -> Node | None:
-    """What resists one flow while the others of the element are free; None if that varies."""
+    """The inertia against one flow while the element's others are free; None if it varies."""
     own = _diagonal(dag, element, position, capacity=True)
     free = _diagonal(dag, element, position, capacity=False)
     if own is None or free is None or _is_alone(dag, element, position):

@@ -1,9 +1,9 @@
-"""What is asserted of merged inertias on every compile, at a random point.
+"""Numerical checks of merged inertias at a random point, on every compile.
 
-The reduced mass `M_r = N' M N` is positive definite, and the flows written for its solution solve
-it; the forces of turning moduli do the work that the turning of `N` does, so that no energy comes
-from nowhere. The first may fail by the model, which is then refused; the others are the
-compiler's own doing.
+The reduced mass `M_r = N' M N` has to be positive definite; a model for which it is not is refused.
+The emitted flows have to solve `M_r u = pi`, and the forces of varying moduli have to do exactly
+the work that the change of `N` requires, so that no energy is created. These two are properties of
+the compiler, and a failure is a bug in bgc.
 """
 
 from __future__ import annotations
@@ -27,9 +27,11 @@ from bgc.ir.graph import Node
 
 _LEAST = 1e-9  # eigenvalue of the reduced mass scaled to a diagonal of ones
 _ROUNDING = 1e-13  # the same without masses
-_STILL = 1e-6  # of the fastest flow: what is slower stands still but for rounding
+_STILL = 1e-6  # of the fastest flow: slower ones are zero up to rounding
 _TAKING_PART = 1e-3  # of the fastest
-_TOLERANCE = 1e-6  # relative; far above rounding and differences, far below a slip
+_TOLERANCE = (
+    1e-6  # relative; far above rounding and difference errors, far below the effect of a wrong sign
+)
 _SHIFT = 1e-5  # of the point, for differences
 
 
@@ -43,7 +45,7 @@ class MergedGroup:
 
 
 class MergedAudit:
-    """The checks of all groups of a graph; says nothing where a function has no value."""
+    """The checks of all groups of a graph; skipped where a function has no value."""
 
     def __init__(self, variables: Variables) -> None:
         self._variables = variables
@@ -67,7 +69,7 @@ class MergedAudit:
             self._flows[k] = speed / mass[i][i] ** 0.5
 
     def require_held(self, group: Group) -> None:
-        """Refuse a group on whose flows a motion moves no inertia, whatever the laws.
+        """Refuse a group with a motion that moves no inertia, whatever the laws.
 
         Raises
         ------
@@ -77,7 +79,7 @@ class MergedAudit:
         self._moved_by_all(group, _ROUNDING)
 
     def _moved_by_all(self, group: Group, least: float) -> list[list[float]] | None:
-        """The reduced mass if every motion moves some of it; None where it cannot be told."""
+        """The reduced mass if every motion moves some of it; None where that is unknown."""
         mass = _reduced_mass(self._point, group)
         if not all(math.isfinite(entry) for row in mass for entry in row):
             return None
@@ -87,11 +89,11 @@ class MergedAudit:
         return mass
 
     def note(self, merged: MergedGroup) -> None:
-        """Have what was written for a group checked by `finish`."""
+        """Register the definitions of a group, to be checked by `finish`."""
         self._groups.append(merged)
 
     def finish(self, *, complete: bool) -> None:
-        """Assert what has to hold; `complete` tells that all laws were linear."""
+        """Assert the properties; `complete` is true where all laws were linear."""
         if any(k not in self._flows for merged in self._groups for k in merged.momenta):
             return
         for k, independent in enumerate(self._variables.causal.basis):
@@ -158,11 +160,11 @@ class _Point:
         return self._numbers.value(node)
 
     def set_known(self, values: Mapping[Node, float]) -> None:
-        """Say what flows and momenta are."""
+        """Set the values of flows and momenta."""
         self._known.update(values)
 
     def set_around(self, before: _Point, after: _Point) -> None:
-        """Give the points from which rates are differences."""
+        """Set the two points between which rates are differences."""
         self._around = before, after
 
     def row_of(self, port: StoragePort) -> dict[int, float]:
@@ -171,7 +173,7 @@ class _Point:
         return {k: port.port.turn_through * x for k, x in self._rows[number].items()}
 
     def flows(self, independent: Mapping[int, float]) -> dict[int, float]:
-        """The flows of all classes; what is not given stands still."""
+        """The flows of all classes; those not given are zero."""
         return {
             number: sum(entry * independent.get(k, 0.0) for k, entry in row.items())
             for number, row in self._rows.items()
@@ -207,7 +209,7 @@ class _Point:
 def _entries(
     point: _Point, element: StorageElement
 ) -> Iterator[tuple[StoragePort, StoragePort, float]]:
-    """The entries of an element's inertia that are not zero; those of one for another law."""
+    """The nonzero entries of an element's inertia matrix; the identity for a nonlinear law."""
     capacity = element.law.capacity
     if capacity is None:
         yield from ((port, port, 1.0) for port in inertias_of(element))
@@ -247,11 +249,11 @@ def _reduced_mass(point: _Point, group: Group) -> list[list[float]]:
 
 
 def motion_without_inertia(mass: Sequence[Sequence[float]], least: float) -> list[float] | None:
-    """A motion along which a mass matrix, scaled to a diagonal of ones, is `least` or less.
+    """A motion along which a mass matrix, scaled to a unit diagonal, has at most the value `least`.
 
-    None where all eigenvalues are above it: Cholesky's factors exist of the scaled matrix less
-    that number times the identity. Where they end, the last row and those before it give the
-    motion.
+    None where all eigenvalues are larger, which a Cholesky factorisation of the scaled matrix minus
+    `least` times the identity proves. Where the factorisation breaks down, the rows up to there
+    give the motion.
     """
     scale = [row[i] ** 0.5 if row[i] > 0 else 0.0 for i, row in enumerate(mass)]
     factors: list[list[float]] = []

@@ -1,8 +1,8 @@
-"""How the flows of merged inertias follow from each other, step by step.
+"""The flows of merged inertias in factored form, one elimination step at a time.
 
-The rows that the elimination left are used as they stand: `N` is never multiplied out. Flows go
-forward through them, momenta and efforts backward, and where a modulus turns, the momentum
-behind it acts on the flow before it.
+The rows of the elimination are used as they are: `N` is never multiplied out. Flows are propagated
+forward through them, momenta and efforts backward. Where a modulus varies, the momentum behind it
+exerts a force on the flow before it.
 """
 
 from __future__ import annotations
@@ -105,9 +105,9 @@ def _definitions_of(
 
 
 def flow_definitions(variables: Variables) -> dict[int, Definition]:
-    """What each dependent class follows from, in an order in which none is in a later row.
+    """The row of each dependent class, ordered so that no class appears in a later row.
 
-    Sources that stand still are left out.
+    Sources with zero value are omitted.
     """
     dag, causal = variables.dag, variables.causal
     still = {
@@ -130,9 +130,9 @@ def flow_definitions(variables: Variables) -> dict[int, Definition]:
 def turning_forces(variables: Variables, elements: Sequence[StorageElement]) -> dict[int, Node]:
     """`N' bias - (dN/dt)' p` of merged inertias, as forces on the classes where they arise.
 
-    Behind a modulus c that turns there is a momentum P, gathered from all inertias beyond; on
-    the class before it acts `-c' P`. The forces of the other classes follow as those of all
-    elements do, by way of the rows.
+    A varying modulus c has behind it the momentum P of all inertias beyond; it exerts the force
+    `-c' P` (c' the rate of c) on the class before it. The rows propagate these forces like those
+    of elements.
     """
     dag, causal = variables.dag, variables.causal
     momenta: dict[int, Node] = {}

@@ -36,7 +36,7 @@ def inertias_of(element: StorageElement) -> list[StoragePort]:
 
 
 def find_groups(variables: Variables, elements: Sequence[StorageElement]) -> list[Group]:
-    """Elements with inertias, connected by the independent flows these determine."""
+    """Find groups of elements whose inertias are connected by shared independent flows."""
     basis = variables.causal.basis
     chosen = [element for element in elements if inertias_of(element)]
     shared = [

@@ -1,7 +1,7 @@
-"""Initial momenta of merged inertias: what is given decides, the rest is least energy.
+"""Initial momenta of merged inertias: given values hold, the rest has the least energy.
 
-What the given values leave open is settled by the least stored energy, so that nothing given
-means nothing stored.
+Among all momenta that satisfy the given values, those with the least stored energy are chosen.
+Without given values all momenta are zero.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Dependent inertias merged: one momentum for each flow that rigid connections make one.
+"""Merge dependent inertias: one generalised momentum for each independent flow.
 
 Inertias on flows `N u` are merged into the generalised momentum `pi = N' p` (Karnopp's IC
 field): `u` follows from `pi` by the reduced mass `N' M N`, and
@@ -46,7 +46,7 @@ def merge_inertias(
 def _merge_inertia_group(
     variables: Variables, group: Group, audit: MergedAudit
 ) -> list[IntegratedState]:
-    """The states of a group, which is checked where its laws are linear."""
+    """The states of a group; a group of linear laws is checked."""
     dag, causal = variables.dag, variables.causal
     merged = {k: variables.new_state(Kind.MOMENTUM) for k in group.flows}
     for element in group.elements:
@@ -94,7 +94,7 @@ def _merge_inertia_group(
 
 
 def _refuse_without_energy(variables: Variables, group: Group) -> None:
-    """An inertia that is not symmetric has no kinetic energy, so none in common with others."""
+    """Refuse an inertia without a kinetic energy (not symmetric), which cannot be merged."""
     for element in group.elements:
         law = element.storage.law
         if isinstance(law, LinearLaw) and not is_symmetric(variables, law.matrix):

@@ -1,8 +1,8 @@
-"""Equations that are not assignments: those of unknowns, and those the user wrote.
+"""Implicit equations: those of the graph's unknowns, and those that the user wrote.
 
-The unknowns of the graph (`Variables.equations`) are paired with equations that hold them, so
-that each can be solved where it stands. The user's equations become rows of the mass matrix:
-linear in the rates with coefficients that no state changes, or else by a rate as an unknown.
+Each unknown of the graph (`Variables.equations`) is matched with an equation that contains it. The
+user's equations become rows of the mass matrix where they are linear in the rates with coefficients
+of at most parameter level; otherwise a rate becomes an unknown.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from bgc.ir.graph import Equation, Node
 
 
 def pair_equations(variables: Variables) -> dict[Node, Node]:
-    """Unknown -> the residual it is solved from, such that each residual holds its unknown.
+    """Match each unknown with a residual that contains it.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def _unknowns_in(
 
 
 def _parts(variables: Variables, node: Node) -> tuple[Node, ...]:
-    """What a raw node is made of; nothing of a state, a parameter, time or an unknown."""
+    """The operands or definition of a raw node; none for a state, parameter, time or unknown."""
     symbol = variables.dag.symbol_of(node)
     if symbol is None:
         return variables.dag.operands(node)
@@ -99,13 +99,13 @@ ImplicitRows: TypeAlias = dict[int, tuple[Node, dict[int, Node]]]
 def implicit_rows(variables: Variables, resolver: Resolver, first: int) -> ImplicitRows:
     """The rows for declared states without a derivative, and for unknowns.
 
-    `first` is the number of the first declared state. Equations whose rates are a combination of
-    other equations' are combined with these, so that what they say without rates stands alone.
+    `first` is the number of the first declared state. An equation whose rates are a linear
+    combination of the rates in others is reduced by these to an algebraic equation.
 
     Raises
     ------
     BgError
-        The equations do not hold what they have to determine.
+        The equations do not contain the variables that they have to determine.
     """
     graph, dag = variables.causal.graph, variables.dag
     open_states = [s for s in graph.states if s.derivative is None]
@@ -163,7 +163,7 @@ _Form: TypeAlias = tuple[Node, dict[int, Node]]
 
 @dataclass(frozen=True, slots=True)
 class _Reduced:
-    """A form less multiples of earlier ones, and the pivots that were divided by for that."""
+    """A form minus multiples of earlier ones, and the pivots that this divided by."""
 
     right: Node
     entries: dict[int, Node]
@@ -171,7 +171,7 @@ class _Reduced:
 
 
 def _with_algebraic_rows(variables: Variables, forms: Sequence[_Form]) -> list[_Form]:
-    """The forms, those that elimination leaves without rates as what it leaves of them."""
+    """Eliminate rates from dependent rows; a row left without rates is algebraic."""
     result = list(forms)
     earlier: list[tuple[int, _Reduced]] = []  # column of the pivot
     for k, (right, entries) in enumerate(forms):
@@ -191,7 +191,7 @@ def _with_algebraic_rows(variables: Variables, forms: Sequence[_Form]) -> list[_
 
 
 def _less(variables: Variables, row: _Reduced, column: int, pivot_row: _Reduced) -> _Reduced:
-    """A row less the multiple of a pivot row that removes a column."""
+    """Subtract the multiple of a pivot row that removes a column."""
     dag, fingerprints = variables.dag, variables.causal.fingerprints
     pivot = pivot_row.entries[column]
     factor = dag.div(row.entries[column], pivot)

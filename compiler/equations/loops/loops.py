@@ -1,9 +1,9 @@
 """Algebraic loops: variables that depend on each other at one instant.
 
-A loop is torn at the unknowns of equations, and at as many other variables as it takes to leave
-no circle. If the torn variables enter linearly, they are solved for once and for all, in the
-DAG; a single one also if its law can be turned round (`inversion`). Otherwise each becomes an
-algebraic state with a zero row in the mass matrix, which the integrators solve.
+A loop is torn at the unknowns of equations, and at further variables until no cycle is left. If the
+torn variables enter linearly, the system is solved symbolically in the DAG. A single nonlinear one
+is solved in closed form if its law can be inverted (`algebra/inversion.py`). Otherwise each becomes
+an algebraic state with a zero row in the mass matrix, which the integrators solve.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class AlgebraicState:
 
 @dataclass(frozen=True, slots=True)
 class Solved:
-    """Final nodes of all members of a loop, the states it left, and what to say of it."""
+    """A solved loop: final nodes of its members, its algebraic states, and its report."""
 
     final: dict[Node, Node]
     states: list[AlgebraicState]
@@ -50,12 +50,12 @@ def solve_loop(
 ) -> Solved:
     """Solve the nodes of one strongly connected set.
 
-    `outside` holds the final nodes of all that the loop needs from elsewhere.
+    `outside` holds the final nodes of everything the loop needs from outside.
 
     Raises
     ------
     BgError
-        The loop has no single solution, or needs the rate of what it decides on.
+        The loop has no unique solution, or needs the rate of one of its own variables.
     """
     loop = _Loop(variables, equation_of, members, outside)
     torn = loop.tear()
@@ -120,7 +120,7 @@ class _Loop:
         self._signs = Signs(self._dag, variables.defaults)
 
     def target(self, symbol: Node) -> Node:
-        """The raw node that a symbol is computed from, or that has to be zero."""
+        """The raw node that defines a symbol, or the residual of an unknown."""
         if symbol in self._equation_of:
             return self._equation_of[symbol]
         definition = self._variables.define(symbol)
@@ -128,7 +128,7 @@ class _Loop:
         return definition.node
 
     def _inside(self, node: Node) -> Iterator[Node]:
-        """What a member needs of the loop."""
+        """The members of the loop that a member depends on."""
         needs = (
             (self.target(node),) if self._dag.op[node] == Op.SYMBOL else self._dag.operands(node)
         )
@@ -137,7 +137,7 @@ class _Loop:
     # --- tearing ----------------------------------------------------------------------------
 
     def tear(self) -> list[Node]:
-        """The unknowns of equations, and a symbol of every circle that is left."""
+        """Choose the torn variables: unknowns of equations, and a symbol of each remaining cycle."""
         torn = {s for s in self._symbols if s in self._equation_of}
         done: set[Node] = set()
         for start in self._symbols:
@@ -163,7 +163,7 @@ class _Loop:
         return sorted(torn)
 
     def _last_symbol(self, path: Mapping[Node, None], start: Node) -> Node:
-        """The last symbol on the circle that runs from `start` to the end of the path."""
+        """The last symbol on the cycle from `start` to the end of the path."""
         for node in reversed(list(path)):
             if self._dag.op[node] == Op.SYMBOL:
                 return node
@@ -172,7 +172,7 @@ class _Loop:
         raise AssertionError("a circle without a symbol")
 
     def order_without(self, torn: Sequence[Node], roots: Sequence[Node]) -> list[Node]:
-        """All members but the torn ones, each after what it needs."""
+        """All members except the torn ones, in topological order."""
         done = set(torn)
         order: list[Node] = []
         for root in (*roots, *self._symbols):
@@ -242,7 +242,7 @@ class _Loop:
     def linear_system(
         self, torn: Sequence[Node], residuals: Sequence[Node], forms: Mapping[Node, _Form]
     ) -> _System:
-        """The equations of the torn variables, in them alone; refused where always singular."""
+        """The linear system of the torn variables; refused where it is always singular."""
         dag = self._dag
         column = {symbol: k for k, symbol in enumerate(torn)}
         matrix, right = [], []
@@ -261,10 +261,10 @@ class _Loop:
         return LoopKind.CONSTANT if highest <= Level.PARAM else LoopKind.VARYING
 
     def solve_linear(self, system: _System) -> dict[Node, Node] | None:
-        """The torn variables as final nodes; None where a divisor may vanish on the way.
+        """Solve for the torn variables as final nodes; None where a pivot may vanish.
 
-        A divisor that states or time change is safe where the system is singular without it,
-        or if it keeps its sign at random points. Those of parameters alone are watched.
+        A varying pivot is accepted where the system is singular without it, or if it keeps its sign
+        at random points. Pivots of parameters alone are checked at run time.
         """
         unsafe: list[Node] = []
         places = self._variables.places
@@ -287,7 +287,7 @@ class _Loop:
         return None if unsafe else dict(zip(system.torn, values, strict=True))
 
     def _preference(self, node: Node) -> int:
-        """Constants are the best pivots, then parameters, then what keeps its sign."""
+        """Rank pivots: constants first, then parameters, then nodes of constant sign."""
         level = self._dag.level[node]
         if level == Level.CONST:
             return 0
@@ -302,9 +302,9 @@ class _Loop:
         right: Sequence[Node],
         unknowns: Sequence[Node] = (),
     ) -> BgError:
-        """No single solution: none where what is left of the equations is a contradiction.
+        """The error for a loop without a unique solution: none, many, or unclear.
 
-        Where the rows change with the unknowns, these say nothing of what is left.
+        It is unclear where the rows depend on the unknowns.
         """
         residue = self._fingerprints.residue
         found = "unclear"
@@ -318,7 +318,7 @@ class _Loop:
         )
 
     def report(self, torn: Sequence[Node], kind: LoopKind, solution: LoopSolution) -> Loop:
-        """What the user is told of the loop."""
+        """Describe the loop for tables and messages."""
         places = self._variables.places
         ports = self._variables.ports_among(self._members)
         return Loop(
@@ -333,7 +333,7 @@ class _Loop:
     # --- any loops --------------------------------------------------------------------------
 
     def evaluate(self, order: Sequence[Node], solution: Mapping[Node, Node]) -> dict[Node, Node]:
-        """The final nodes of all members, the torn ones being known."""
+        """The final nodes of all members, given the torn ones."""
         dag = self._dag
         final = dict(solution)
 
@@ -350,7 +350,7 @@ class _Loop:
     def invert(
         self, symbol: Node, target: Node, final: Mapping[Node, Node], stand_in: Node
     ) -> Node | None:
-        """The only torn variable in closed form, if its law can be turned round."""
+        """Solve for a single torn variable in closed form, if its law can be inverted."""
         dag = self._dag
         value = final[target] if target in final else self._outside[target]
         residual = value if symbol in self._equation_of else dag.sub(value, stand_in)
@@ -369,7 +369,7 @@ class _Loop:
         return note
 
     def _refuse_flat(self, residual: Node, symbol: Node, stand_in: Node) -> None:
-        """Refuse a law that gives the same for a value and its opposite, or for a whole range."""
+        """Refuse a law that is even, or constant over a range: it has no unique inverse."""
         dag = self._dag
         (mirrored,) = dag.substitute([residual], {stand_in: dag.neg(stand_in)})
         why = None

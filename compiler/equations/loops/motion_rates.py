@@ -1,8 +1,8 @@
-"""The speeds of free motions put into the equations, last of all.
+"""Substitute the speeds of free motions, as the last step of the derivation.
 
-Until here a speed is a symbol that stands for itself. The rates of the states that merging left
-hold it in form only: their value is that at speed zero. These rates tell how fast each designated
-quantity has to change, and so the speed. Only speeds that something reads are made.
+Until here a speed is a symbol of its own. It cancels from the rates of the merged states, which
+therefore equal their values at speed zero. These rates determine how fast each designated quantity
+changes, and so the speed. Only speeds that something reads are computed.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from bgc.ir.program_nodes import map_program, program_roots
 def settle_motions(
     program: Program, variables: Variables, resolver: Resolver, numbers: Mapping[Node, int]
 ) -> Program:
-    """The program without speeds of free motions; `numbers` are those of the raw states.
+    """Remove the speeds of free motions; `numbers` maps raw states to their indices.
 
     Raises
     ------
@@ -54,14 +54,14 @@ class _Settling:
         self._rest = dict.fromkeys(variables.speeds, self._dag.zero)
 
     def at_rest(self, node: Node, symbol: Node) -> Node:
-        """A node that holds speeds in form only, at speed zero; a raw symbol for messages."""
+        """A node from which speeds cancel, at speed zero; the raw symbol is for messages."""
         (rested,) = self._dag.substitute([node], self._rest)
         if not self._fingerprints.equal(node, rested):
             raise self._variables.places.rate_in_loop([symbol])
         return rested
 
     def speeds_in(self, roots: Sequence[Node], states: Sequence[ProgramState]) -> dict[Node, Node]:
-        """The speeds that nodes hold, as nodes without speeds."""
+        """The speeds that appear in nodes, as nodes without speeds."""
         held = [node for node in self._dag.reachable(roots) if node in self._rest]
         return {symbol: self._speed(symbol, states) for symbol in held}
 
@@ -76,7 +76,7 @@ class _Settling:
     def _direction(
         self, node: Node, states: Sequence[ProgramState], symbol: Node
     ) -> dict[Node, Node]:
-        """How fast time and the states in a node change, those of algebraic rows too."""
+        """The rates of time and of the states in a node, algebraic ones included."""
         dag = self._dag
         direction = {dag.symbol(Kind.TIME): dag.one}
         unknown: dict[Node, Node] = {}  # algebraic state -> its residual

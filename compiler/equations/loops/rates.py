@@ -1,4 +1,4 @@
-"""How fast the unknowns of algebraic loops change: so that their residuals stay zero."""
+"""The rates of the unknowns of algebraic loops, from the condition that residuals stay zero."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ def implicit_rates(
     residuals: Mapping[Node, Node],
     direction: Mapping[Node, Node],
 ) -> dict[Node, Node]:
-    """The rates of unknowns (unknown -> residual): `J x' = -(what else changes the residuals)`.
+    """Solve `J x' = -(dr/dz) z'` for the rates x' of unknowns, a mapping to their residuals r.
 
-    `direction` gives the rates of everything else in the residuals. Loops are regular, so J is.
+    `direction` gives the rates z' of the other symbols in the residuals. J is regular since the
+    loops are.
     """
     unknowns = list(residuals)
     if not unknowns:

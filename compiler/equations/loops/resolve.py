@@ -1,8 +1,8 @@
-"""Put definitions together: raw nodes become nodes in states, time, inputs and parameters.
+"""Resolve definitions: raw nodes become nodes in states, time, inputs and parameters.
 
-A depth-first search over nodes and definitions (Tarjan 1972) finds the order, and the sets of
-variables that depend on each other in a circle. Those are algebraic loops; `loops` solves them.
-Only what is asked for is visited, every node once.
+A depth-first search over nodes and definitions (Tarjan 1972) finds the order of evaluation and the
+strongly connected sets of variables. Those are algebraic loops, which `loops` solves. The search
+visits only the nodes that are needed, each once.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ class Resolver:
                         self._close(members)
 
     def _needs(self, node: Node) -> Iterator[Node]:
-        """The raw nodes that a node is made of, each asked for when those before are known."""
+        """The raw nodes that a node needs, one by one as the earlier ones are resolved."""
         symbol = self._dag.symbol_of(node)
         if symbol is None:
             yield from self._dag.operands(node)
@@ -118,7 +118,7 @@ class Resolver:
                     yield from self._rates_behind(node, self.final[of])
 
     def _is_free(self, symbol: Symbol) -> bool:
-        """Whether a symbol stays: also the rate of a declared state, which equations hold."""
+        """Whether a symbol stays as it is; the rate of a declared state in an equation does."""
         declared = symbol.kind is Kind.RATE and symbol.index < self._declared
         return symbol.kind in _FREE or declared
 
@@ -146,7 +146,7 @@ class Resolver:
         return list(found)
 
     def _residuals(self) -> dict[Node, Node]:
-        """Of each unknown of a loop, as a final node, what has to be zero."""
+        """The residual of each unknown of a loop, as a final node."""
         return {
             self._dag.symbol(Kind.STATE, self._first_algebraic + k): state.residual
             for k, state in enumerate(self.algebraic)
@@ -203,7 +203,7 @@ class Resolver:
             self.loops.append(solved.loop)
 
     def _is_one_law(self, members: Sequence[Node]) -> bool:
-        """Whether a circle is only the law of one element, turned round: no loop of the graph."""
+        """Whether a cycle is only the inverse law of one element, and not a loop of the graph."""
         ports = self._variables.ports_among(members)
         if len({self._variables.causal.ports[k].element for k in ports}) != 1:
             return False
@@ -216,13 +216,13 @@ class Resolver:
             if node in laws:
                 if node not in terms:
                     continue
-                terms.remove(node)  # what the law gives, in the balance that it is found from
+                terms.remove(node)  # the law's result, in the balance that determines it
             if node in terms or self._leads_to(node, terms, inside):
                 return False
         return True
 
     def _terms(self, node: Node, whole: Collection[Node]) -> list[Node]:
-        """What a sum is made of; some nodes are not taken apart."""
+        """The terms of a sum; nodes in `whole` are not expanded."""
         terms: list[Node] = []
         stack = [node]
         while stack:

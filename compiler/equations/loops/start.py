@@ -1,8 +1,8 @@
-"""Where Newton's method starts on the unknowns of algebraic loops.
+"""Starting values of Newton's method for the unknowns of algebraic loops.
 
-Nobody gives these unknowns a value, and at zero a law may be undefined (a logarithm) or have no
-slope (flow through an orifice). So the loops are solved here once, with the parameters at their
-defaults; a run starts from what is found and solves them for its own parameters.
+The model gives these unknowns no value, and at zero a law may be undefined (a logarithm) or have no
+slope (flow through an orifice). The loops are therefore solved here once, with the parameters at
+their defaults. A run starts from this solution and solves them again for its own parameters.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _DIGITS = 6  # of a start value: enough, and the same on every machine
 
 
 def algebraic_rows(program: Program) -> list[int]:
-    """The rows of the mass matrix that are empty."""
+    """The indices of the empty rows of the mass matrix."""
     if program.mass is None:
         return []
     filled = {entry.row for entry in program.mass}

@@ -1,6 +1,6 @@
-"""Initial values of storage that free motions join: given ones hold, the rest is least energy.
+"""Initial values of storage joined by free motions: given values hold, the rest has least energy.
 
-The balance on each motion holds in any case; with nothing given nothing is stored.
+The power balance on each motion always holds. Without given values nothing is stored.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Momenta:
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """What free motions join: compliances, their states, and momenta."""
+    """The storage that free motions join: compliances with their states, and momenta."""
 
     compliances: tuple[StorageElement, ...]
     charges: tuple[IntegratedState, ...]  # of all their ports
@@ -53,7 +53,7 @@ class Stored:
 
 @dataclass(frozen=True, slots=True)
 class _Quadratic:
-    """The energy of what is stored: `response` times the quantities, less what `offset` is."""
+    """The stored energy as a quadratic form: `response` times the quantities minus `offset`."""
 
     response: list[Row]
     capacity: list[Row]
@@ -129,12 +129,12 @@ def _conditions_on_charges(
 
 
 def _is_beside(dag: Dag, port: StoragePort, initial: Initial) -> bool:
-    """Whether a value is of an IC's other state, or says that there is none."""
+    """Whether a value belongs to an IC's other state, or is a zero that imposes nothing."""
     return port.has_momentum or initial.value == dag.zero
 
 
 def _conditions_on_momenta(dag: Dag, block: Momenta, place: Mapping[Node, int]) -> list[Condition]:
-    """Momenta of which an initial value is given stay as they were found from it."""
+    """Conditions that keep momenta with a given initial value at that value."""
     given = [(e, initial) for e in block.elements for initial in e.storage.initial]
     if not given:
         return []
@@ -151,7 +151,7 @@ def _all_given(
     conditions: Sequence[Condition],
     balances: Sequence[Node],
 ) -> dict[Node, Node]:
-    """Each quantity as it is given, if these values balance the efforts."""
+    """The given quantities, if they satisfy the balances of efforts."""
     told = {next(iter(c.row)): c.value for c in conditions if len(c.row) == 1}
     missing = [state for i, state in enumerate(states) if i not in told]
     first = conditions[0]

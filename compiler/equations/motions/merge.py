@@ -1,4 +1,4 @@
-"""Dependent storage merged along free motions: what stays is what these motions do not change.
+"""Merge dependent storage along free motions; the remaining states are invariant under them.
 
 On a free motion z (see `motions`) the stored quantities x move as `x' = B z + ..`, and the power
 balance on it is a condition on them: `B' dH/dx + driven = 0`. Compliances that share a flow which
@@ -36,9 +36,9 @@ from bgc.ir.graph import Node, Source
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A stored quantity as a state of its own: of a compliance's port, or on an independent flow.
+    """A stored quantity as a state: of a compliance's port, or on an independent flow.
 
-    `moved` is what a unit of each motion adds to its rate.
+    `moved` is the contribution of a unit of each motion to its rate.
     """
 
     state: IntegratedState
@@ -68,9 +68,9 @@ def merge_along_motions(
     elements: Sequence[StorageElement],
     states: Sequence[IntegratedState],
 ) -> list[IntegratedState]:
-    """The states that are left when each free motion keeps its condition.
+    """Merge storage along all free motions and return the remaining states.
 
-    Defines the flows of the motions, and the quantities that are no states any more.
+    Defines the flows of the motions, and the quantities that are no longer states.
 
     Raises
     ------
@@ -111,7 +111,7 @@ class _Merging:
         ]
 
     def run(self) -> list[IntegratedState]:
-        """Designate, define, and give what is left."""
+        """Designate a quantity for each motion, define it, and return the remaining states."""
         self._designate()
         self._define_flows()
         rests: dict[int, Node] = {}
@@ -126,7 +126,7 @@ class _Merging:
             if i not in led
         ]
 
-    # --- what moves ---------------------------------------------------------------------------
+    # --- motions ------------------------------------------------------------------------------
 
     def _slots_of(
         self, elements: Sequence[StorageElement], states: Sequence[IntegratedState]
@@ -276,7 +276,7 @@ class _Merging:
         return rests
 
     def _condition(self, j: int) -> Node:
-        """What the balance on a motion demands to be zero: `B' dH/dx + driven`."""
+        """The residual of the balance on a motion: `B' dH/dx + driven`."""
         dag, variables = self._dag, self._variables
         total = self._driven(j)
         for i in sorted(self._moved_by[j]):
@@ -307,9 +307,9 @@ class _Merging:
     def _solve_linear(
         self, members: Sequence[int], rests: Mapping[int, Node]
     ) -> dict[int, Node] | None:
-        """The designated charges of a group of linear compliances.
+        """Solve for the designated charges of a group of linear compliances.
 
-        None of other groups, and where their common stiffness is not positive definite.
+        None for other groups, and where the common stiffness is not positive definite.
         """
         dag = self._dag
         slots = {i: self._slots[i] for i in self._moved_slots(members)}
@@ -351,7 +351,7 @@ class _Merging:
             case unknown:
                 assert_never(unknown)
 
-    # --- what is left -------------------------------------------------------------------------
+    # --- remaining states ---------------------------------------------------------------------
 
     def _kept(self, slot: Slot, symbol: Node, start: Mapping[Node, Node]) -> IntegratedState:
         """The state `y = x - B x_d`."""
@@ -432,7 +432,7 @@ class _Merging:
     # --- errors -------------------------------------------------------------------------------
 
     def _not_held(self, j: int) -> BgError:
-        """Nothing that is stored moves with a motion, or only by moduli that may vanish."""
+        """The error for a motion that moves no storage, or only through moduli that may vanish."""
         if self._moved_by.get(j):
             return self._cannot_merge([j], "the modulus that joins them may vanish")
         variables, motion = self._variables, self._motions[j]

@@ -1,16 +1,16 @@
 """Free motions: directions of flow that no source, inertia or resistance determines.
 
-Along such a motion only compliances move, and momenta that gyrators push. The power balance on it
-holds neither the motion's own speed nor that of another: it is a condition on what is stored (and
-on sources), and the motion is as fast as it takes to keep the condition. There are two kinds: an
-independent flow that only compliances determine, and a direction in which gyrators of an odd
-loop, which could not be made transformers, leave the flows open: a skew matrix of odd size always
-does.
+Such a motion moves only compliances, and momenta that gyrators push. The power balance on it does
+not contain the speed of any motion: it is a condition on the stored quantities and the sources, and
+the speed of the motion follows from keeping that condition. There are two kinds of free motion. One
+is an independent flow that only compliances determine. The other is a direction that the gyrators
+of an odd loop, which cannot be made transformers, leave undetermined; a skew matrix of odd size
+always has one.
 
 With `u` the flows of kind resistance and `a` the efforts at ports whose law gives the flow, the
 resistive equations have the matrix `S = [[N' G N, N'], [-N, Y]]`, G and Y skew plus positive
-semidefinite. What S maps to zero its transpose does, and no resistance moves with it. So the
-motions are found from the skew parts, and from rows that say that resistances stand still.
+semidefinite. S and its transpose have the same kernel, and a vector in it moves no resistance. The
+motions therefore follow from the skew parts, and from rows that set resistive flows to zero.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class FreeMotions:
-    """All free motions, and for each the unknown that stands for it in the resistive equations."""
+    """All free motions, each with the unknown that represents it in the resistive equations."""
 
     motions: tuple[Motion, ...]
     dependent: tuple[Column, ...]
@@ -118,12 +118,12 @@ class _Search:
         )
         self._flow: dict[int, dict[int, Node]] = {}  # port -> its row of N, element's sense
         self._skew: list[_Block] = []
-        self._still: list[_Row] = []  # what resistances do: nothing
+        self._still: list[_Row] = []  # rows that set the flows through resistances to zero
         for index, members in variables.index.ports_of_element.items():
             self._enter(index, members)
 
     def _enter(self, index: int, members: Sequence[int]) -> None:
-        """Sort an element's law into its skew part and what must stand still."""
+        """Split an element's law into its skew part and the directions that must be at rest."""
         causal, dag = self._causal, self._dag
         element = causal.graph.elements[index]
         for k in members:
@@ -209,7 +209,7 @@ class _Search:
     # --- the equations of free motion ---------------------------------------------------------
 
     def _rows(self) -> list[_Row]:
-        """`S (z, a) = 0` of the skew parts, and that resistances stand still."""
+        """The rows of `S (z, a) = 0` for the skew parts, and of zero flow through resistances."""
         dag = self._dag
         balance: dict[int, _Row] = {k: {} for k in self._resistive}
         rows: list[_Row] = list(self._still)
@@ -267,7 +267,7 @@ class _Search:
     # --- their solutions ------------------------------------------------------------------------
 
     def kernel(self) -> dict[Column, _Row]:
-        """The solutions: a free unknown of each, and all its entries."""
+        """A basis of the solutions: for each its free unknown and all its entries."""
         found: dict[Column, _Row] = {}
         open_flows = set(self._resistive)
         open_ports = {k for b in self._skew if b.gives_through for k in b.ports}
@@ -286,7 +286,7 @@ class _Search:
         return self._fingerprints.residue(node)
 
     def _solve(self, rows: list[_Row], columns: set[Column], rank: int) -> dict[Column, _Row]:
-        """Solutions by certified pivots; every row is solved for one unknown."""
+        """Solve the rows with certified pivots, each for one unknown."""
         dag, is_zero = self._dag, self._fingerprints.is_zero
         open_rows, solved = [dict(row) for row in rows], dict[Column, _Row]()
         while len(solved) < rank:

@@ -1,8 +1,8 @@
-"""Whether the common stiffness of merged compliances is one, at a random point.
+"""A numerical check of the common stiffness of merged compliances, at a random point.
 
-`B' K B` of positive stiffnesses is symmetric positive definite, and is solved as such. One that
-is not (of a field without an energy, or with a negative stiffness) may still determine the
-charges; one that is singular, or so nearly that its solution would be noise, does not.
+`B' K B` of positive stiffnesses is symmetric positive definite, and is solved as such. An
+indefinite one (of a field without an energy, or with a negative stiffness) may still determine the
+charges. A singular or nearly singular one does not.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _EQUAL = 1e-12
 
 
 class Stiffness(Enum):
-    """What a matrix is good for."""
+    """The verdict on a matrix: definite, regular or singular."""
 
     DEFINITE = "symmetric positive definite"
     REGULAR = "to be solved with pivots"
@@ -86,7 +86,7 @@ def _is_definite(table: Sequence[Sequence[float]]) -> bool:
 
 
 def _least_pivot(table: Sequence[Sequence[float]]) -> float:
-    """The least pivot of Gauss's elimination with partial pivoting."""
+    """The smallest pivot of Gaussian elimination with partial pivoting."""
     rows = [list(row) for row in table]
     least = math.inf
     for k in range(len(rows)):

@@ -1,7 +1,7 @@
-"""The energy accounts: what is stored, what sources supply, what resistors dissipate.
+"""The energy accounts: energy stored, power supplied by sources, power dissipated by resistors.
 
-Powers are those of bonds whose effort times flow is a power. Gyrators, junctions and
-transformers have none of their own.
+Only bonds whose effort times flow is a power count. Gyrators, junctions and transformers are
+power-continuous and have no account.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ class Accounts:
 
 
 def energy_accounts(variables: Variables, elements: Sequence[StorageElement]) -> Accounts:
-    """The accounts that the scene needs of a whole graph; the others are zero.
+    """Derive the accounts that the scene needs; the others are zero.
 
-    A source of value zero supplies nothing, so its reaction is not asked for.
+    A source of value zero supplies nothing, so its reaction is not computed.
     """
     needed = variables.causal.graph.scene.needed_accounts
     zero, supplied, dissipated = variables.dag.zero, *_powers(variables.causal)
@@ -62,7 +62,7 @@ def energy_accounts(variables: Variables, elements: Sequence[StorageElement]) ->
 def _all_stored(
     variables: Variables, elements: Sequence[StorageElement]
 ) -> tuple[Node, list[IntegratedState]]:
-    """The energy of all storage, and states for that of laws without a closed form."""
+    """The energy of all storage; laws without a closed form get a state that integrates it."""
     causal, dag = variables.causal, variables.dag
     stored = dag.zero
     states: list[IntegratedState] = []
@@ -121,7 +121,7 @@ def _stored(variables: Variables, element: StorageElement) -> Node | None:
 
 
 def is_symmetric(variables: Variables, matrix: Matrix) -> bool:
-    """Whether a law derives from an energy: proven, or so at the parameters' default values."""
+    """Whether a law derives from an energy: proven, or true at the parameters' defaults."""
     for i, row in enumerate(matrix):
         for j in range(i):
             pair = (row[j], matrix[j][i])

@@ -1,7 +1,7 @@
-"""Conditions that given initial values put on what is stored, each linear.
+"""Linear conditions that given initial values impose on the stored quantities.
 
-They are inserted one at a time: one that already follows from those before must agree with them,
-or it is named as the culprit. Zeros that nobody chose give way instead.
+They are inserted one at a time. A condition that depends on earlier ones must agree with them, or
+it is named as the culprit. Default zeros that the user did not choose give way instead.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Condition:
 
     @property
     def yields(self) -> bool:
-        """Whether it gives way to what was said."""
+        """Whether it gives way to values that the user gave."""
         return self.initial is not None and self.initial.yields
 
 
@@ -43,12 +43,12 @@ def independent_conditions(
     conditions: Sequence[Condition],
     balances: Sequence[tuple[Row, Node]] = (),
 ) -> list[Condition]:
-    """Insert conditions one at a time; one that follows from others has to agree.
+    """Insert conditions one at a time; a dependent one has to agree with the earlier ones.
 
-    All are judged in numbers, at the start and the parameters' default values. The balances,
-    as rows and right-hand sides, hold in any case and come first. Those of an element that yield
-    come after what was said, and hold together or not at all: half of a standstill would ask for
-    odd motions. Elements whose conditions gave way are told to the variables.
+    All are evaluated numerically, at the start and the parameters' defaults. The balances, as rows
+    and right-hand sides, always hold and come first. Conditions that yield come last, and those of
+    one element hold together or not at all. Elements whose conditions gave way are noted in the
+    variables.
     """
     if not conditions:
         return []
@@ -101,7 +101,7 @@ def _in_groups(
 
 
 class Answer(Enum):
-    """What a condition is beside those before it."""
+    """The relation of a condition to the earlier ones."""
 
     ADDS = "says something new"
     FOLLOWS = "follows from the others"
@@ -121,7 +121,7 @@ class _System:
         return other
 
     def insert(self, row: list[float]) -> Answer:
-        """Enter coefficients, the value after them, if they say something new."""
+        """Insert coefficients followed by their value, if they are independent."""
         size, value = max(map(abs, row[:-1]), default=0.0), row[-1]
         for pivot, other in self._reduced:
             factor = row[pivot] / other[pivot]

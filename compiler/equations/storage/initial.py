@@ -41,9 +41,9 @@ def given_values(element: StorageElement) -> Given:
 
 
 def own_initial_states(variables: Variables, element: StorageElement) -> list[Node]:
-    """The initial charge or momentum of every port of an element that keeps its own.
+    """The initial charge or momentum of every port of an independent element.
 
-    What is not given is zero. A given effort or flow is converted by the law.
+    Values not given are zero. A given effort or flow is converted by the law.
     """
     dag = variables.dag
     given = given_values(element)
@@ -155,12 +155,12 @@ def _bisected(function: Callable[[float], float], low: float, high: float) -> fl
 def closed_initials(
     dag: Dag, initials: Sequence[Node], places: Sequence[tuple[str, Span | None]]
 ) -> list[Node]:
-    """Initial values without states: each state in one replaced by its own initial value.
+    """Replace each state in an initial value by that state's own initial value.
 
     Raises
     ------
     BgError
-        Initial values depend on each other in a circle.
+        Initial values depend on each other cyclically.
     """
     needs = [
         sorted(

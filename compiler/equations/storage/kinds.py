@@ -1,8 +1,8 @@
-"""Which storage is integrated as it is, and which is merged because it is not independent.
+"""The kinds of storage: independent storage is integrated, dependent storage is merged.
 
-A compliance whose flow the rest of the graph gives keeps its own charge as a state, an inertia
-alone on an independent flow its own momentum. All others are merged (`merged_inertias`,
-`merged_compliances`).
+A compliance whose flow the rest of the graph determines keeps its own charge as a state; an inertia
+alone on an independent flow keeps its own momentum. All others are merged (`inertias/merge.py`,
+`motions/merge.py`).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from bgc.values.units import parse_unit
 
 @dataclass(frozen=True, slots=True)
 class IntegratedState:
-    """A state of the program that stores: its raw symbol, its rate, and what it is called.
+    """A storage state of the program: its raw symbol, its rate and its name.
 
     `port` is the element port it belongs to, None of a merged one; `stores` names the elements
     whose momenta or charges it holds. `flow` is the independent flow of a merged momentum.
@@ -123,9 +123,9 @@ def columns_of(elements: Sequence[StorageElement], role: Role) -> dict[int, list
 def is_independent(
     causal: CausalGraph, element: StorageElement, columns: dict[int, list[StoragePort]]
 ) -> bool:
-    """Whether an element's inertias can keep their own states: each has a flow of its own.
+    """Whether an element's inertias can keep their own states: each has its own independent flow.
 
-    A compliance always can at first; what free motions join is merged later.
+    A compliance always can at first; storage that free motions join is merged later.
     """
     for port in element.ports:
         if port.port.role is Role.INERTIA:

@@ -1,4 +1,4 @@
-"""Across variables: what elements answer with, and what follows by balance from the answers.
+"""Across variables: those that elements give, and those that follow from the balances.
 
 N' across = 0 is never written out: the multipliers of the elimination's rows carry the across
 variables from class to class, one product for each entry of the working rows.
@@ -44,7 +44,7 @@ class CausalIndex:
 
 
 class _Share(Enum):
-    """What a balance is taken of."""
+    """A contribution to a balance."""
 
     REST = "all but inertias and flow sources"
     TURNING = "the same, and the forces of moduli that turn momenta"
@@ -78,7 +78,7 @@ class Balances:
         self._branches: dict[int, dict[int, int]] = {}  # class -> bond -> junction behind it
 
     def across_of(self, bond: int) -> Node:
-        """The across variable of a bond, from whichever of its ends determines it."""
+        """The across variable of a bond, from the end that determines it."""
         ends = ((bond, 1), (bond, -1))
         answer = self.answer_at(bond)
         if answer is not None:

@@ -1,4 +1,4 @@
-"""What to call a raw symbol in messages and tables, and the errors that name symbols."""
+"""Names of raw symbols for messages and tables, and the errors that name symbols."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class Places:
         self._called: dict[Node, Node] = {}  # parts of variables -> the variable
 
     def note(self, symbol: Node, element: int) -> None:
-        """Say which element a symbol that is not a bond's belongs to."""
+        """Note the element of a symbol that does not belong to a bond."""
         self._elements[symbol] = element
 
     def call(self, symbol: Node, variable: Node) -> None:
-        """Say that a symbol is to be called as a variable of which it is a part."""
+        """Name a symbol after the variable that it is a part of."""
         self._called[symbol] = variable
 
     def name_of(self, symbol: Node) -> str:

@@ -1,9 +1,9 @@
 """Every variable of a causal graph defined in terms of others, one step at a time.
 
 All nodes here are *raw*: in the symbols of the flat graph (EFFORT, FLOW, DISPLACEMENT, MOMENTUM,
-STATE, ...). A raw symbol is given a meaning only when somebody needs it: an expression in other
-raw symbols, an unknown of an equation to be solved, the rate of another node, or a state.
-`resolving` puts the definitions together.
+STATE, ...). A raw symbol is defined when it is first needed: as an expression in other raw symbols,
+an unknown of an equation, the rate of another node, or a state. `loops/resolve.py` resolves the
+definitions.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ Column: TypeAlias = tuple[str, int]
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """How fast a free motion is: so that a stored quantity, no state any more, follows.
+    """The speed of a free motion, at which a designated quantity follows its condition.
 
     `rate` is the rate of the quantity `stored`, to which the motion's speed adds.
     """
@@ -63,7 +63,7 @@ class Speed:
 class Variables:
     """The definitions of a causal graph's bond variables.
 
-    Sources and resistors are known from the start. Storage is for `storage` to fill in:
+    Sources and resistors are defined from the start. The storage passes define the rest:
     `set_answer` for every port of a compliance, `set_flow` for every independent through
     variable that storage determines, `set_rate_of` for every port of a merged inertia. Only
     then may `set_balances` and `define` be called.
@@ -113,7 +113,7 @@ class Variables:
                     pass
 
     def _resist(self, members: list[int], form: Form, law: tuple[Node, ...]) -> None:
-        """A law that gives the across variables answers; one that gives the other is solved."""
+        """Use a law that gives across variables directly; one for through variables is solved."""
         for k, node in zip(members, law, strict=True):
             port = self.causal.ports[k]
             if (form is Form.EFFORT) != port.dual:
@@ -133,21 +133,21 @@ class Variables:
         return symbol
 
     def set_definition(self, symbol: Node, definition: Definition, element: int) -> None:
-        """Say what a symbol other than a bond's is; messages name the element."""
+        """Define a symbol that does not belong to a bond; messages name the element."""
         self.definitions[symbol] = definition
         self.places.note(symbol, element)
 
     def set_answer(self, port_index: int, answer: Node) -> None:
-        """Say what a port's across variable is, in the element's sense."""
+        """Define a port's across variable, in the element's sense."""
         port = self.causal.ports[port_index]
         self._answers[port_index] = self.symbols.turned(answer, port.turn_across)
 
     def set_flow(self, number: int, definition: Definition) -> None:
-        """Say what an independent through variable is."""
+        """Define an independent through variable."""
         self.definitions[self.symbols.of_class(number)] = definition
 
     def set_rate_of(self, port_index: int, state: Node, bias: Node) -> None:
-        """Say that a merged inertia's across variable is the rate of its state, and a bias."""
+        """Define a merged inertia's across variable as the rate of its state plus a bias."""
         port = self.causal.ports[port_index]
         if self.balances.answer_at(port.bond) is None:
             answer = self.dag.add(self.rate_of(state, port.element), bias)
@@ -183,10 +183,10 @@ class Variables:
         return symbol
 
     def set_share(self, symbol: Node, share: Node, *, alone: bool) -> None:
-        """Say what free motions add to an unknown flow or across variable.
+        """Define the contribution of free motions to an unknown flow or across variable.
 
-        What they do not add is an unknown of the resistive equations; of one that is `alone`
-        there is no such part, and its equation follows from the others'.
+        The remaining part is an unknown of the resistive equations. Where `alone` is set there is
+        no such part, and the equation follows from the others.
         """
         rest = None if alone else self.new_state(Kind.DISPLACEMENT)
         self._rests[symbol] = rest
@@ -258,10 +258,10 @@ class Variables:
         return evaluate_nodes(dag, nodes, values)
 
     def set_balances(self) -> None:
-        """Write the equations of what resistors determine.
+        """Write the equations of the variables that resistors determine.
 
-        An independent through variable is found from the balance on it; or it is given by the
-        law of a resistor on it, whose across variable then is found from the balance.
+        An independent through variable is determined by the balance on it, or by the law of a
+        resistor on it, whose across variable then follows from the balance.
         """
         laws = dict(self._conductances)
         for independent in self.causal.basis:
@@ -291,7 +291,7 @@ class Variables:
                 self.add_equation(residual, unknown)
 
     def _add_resting(self, residual: Node, unknown: Node) -> None:
-        """Add the equation of an unknown that free motions take part in, if it says anything."""
+        """Add the equation of an unknown that free motions take part in, unless it is trivial."""
         rest = self._rests[unknown]
         if rest is not None:
             self.add_equation(residual, rest)
@@ -299,7 +299,7 @@ class Variables:
     # --- definitions ----------------------------------------------------------------------
 
     def define(self, symbol: Node) -> Definition:
-        """What a raw symbol is; of one that has not been told, a bond's variable."""
+        """The definition of a raw symbol; a symbol without one is a bond's variable."""
         known = self.definitions.get(symbol)
         if known is None:
             leaf = self.dag.symbol_of(symbol)
