@@ -137,7 +137,7 @@ class _Loop:
     # --- tearing ----------------------------------------------------------------------------
 
     def tear(self) -> list[Node]:
-        """Choose the torn variables: unknowns of equations, and a symbol of each remaining cycle."""
+        """Choose the torn variables: unknowns of equations, and a symbol of each other cycle."""
         torn = {s for s in self._symbols if s in self._equation_of}
         done: set[Node] = set()
         for start in self._symbols:
