@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 
+from lark import Token
+
 from bgc.diagnostics.catalogue import syntax as wrong
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source, Span
-from bgc.grammar.lalr import Token
 
 _NUMBER_AND_MORE = re.compile(
     r"(?P<number>(?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"

@@ -14,10 +14,12 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
+from lark import Token
+
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source
-from bgc.grammar.lalr import Token
 from bgc.grammar.parse import parse_with_tokens
+from bgc.grammar.tokens import end_of, start_of
 
 _WIDTH = 100
 _INDENT = 2
@@ -70,7 +72,7 @@ def _pieces(text: str, tokens: tuple[Token, ...]) -> Iterator[_Piece]:
     at = 0
     previous = ""
     for token in (*tokens, None):
-        start = len(text) if token is None else token.start_pos
+        start = len(text) if token is None else start_of(token)
         for comment in _COMMENT.finditer(text, at, start):
             yield _Piece("COMMENT", comment.group().rstrip(), text.count("\n", at, comment.start()))
             at = comment.end()
@@ -78,7 +80,7 @@ def _pieces(text: str, tokens: tuple[Token, ...]) -> Iterator[_Piece]:
             return
         if not (token.type == "SEMICOLON" and previous == "RBRACE"):
             yield _Piece(token.type, str(token), text.count("\n", at, start))
-        at, previous = token.end_pos, token.type
+        at, previous = end_of(token), token.type
 
 
 @dataclass(slots=True)

@@ -11,12 +11,14 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from lark import Token
+
 from bgc.diagnostics.catalogue import did_you_mean
 from bgc.diagnostics.catalogue import syntax as wrong
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar.characters import explain_characters
-from bgc.grammar.lalr import END, Token
+from bgc.grammar.tokens import END, end_of, span_of
 from bgc.grammar.words import BLOCK_OF, FORMS, FORMS_IN, PLACES, RESERVED, WORDS
 
 _CLOSER = {"LPAR": "RPAR", "LSQB": "RSQB", "LBRACE": "RBRACE"}
@@ -146,7 +148,8 @@ def _statement_unfinished(trouble: Trouble, found: Token) -> Mistake | None:
     is_word = _WORD.fullmatch(found) is not None
     begins = found.type != "NAME" and str(found) in WORDS[_block(trouble)]
     if found.type in ("RBRACE", END) or begins or (is_word and trouble.at_start_of_line()):
-        end = Span(trouble.source, trouble.previous.end_pos, trouble.previous.end_pos)
+        behind = end_of(trouble.previous)
+        end = Span(trouble.source, behind, behind)
         return Mistake(wrong.missing_semicolon(end, trouble.describe_previous()), "SEMICOLON")
     return None
 
@@ -176,7 +179,7 @@ def _operator(trouble: Trouble, found: Token) -> Mistake | None:
     previous = trouble.previous
     if previous is None:
         return None
-    if previous.type == found.type in ("EQUAL", "TIMES") and previous.end_pos == trouble.offset:
+    if previous.type == found.type in ("EQUAL", "TIMES") and end_of(previous) == trouble.offset:
         doubled = Span(trouble.source, trouble.offset - 1, trouble.offset + 1)
         help = "a value is given with `=`" if found.type == "EQUAL" else "a power is `^`"
         return Mistake(wrong.foreign_operator(doubled, help))
@@ -361,7 +364,7 @@ def _expected(accepted: frozenset[str]) -> Iterator[str]:
 
 
 def _span_of(trouble: Trouble, token: Token) -> Span:
-    return Span(trouble.source, token.start_pos, token.end_pos)
+    return span_of(trouble.source, token)
 
 
 def _quoted(text: str) -> str:

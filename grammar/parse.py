@@ -1,9 +1,12 @@
-"""From the text of a `.bg` file to its syntax tree."""
+"""Parse the text of a `.bg` file into its syntax tree, with recovery from syntax errors."""
 
 from __future__ import annotations
 
 import re
 from itertools import pairwise
+from typing import Any
+
+from lark import Token, Tree, UnexpectedInput, UnexpectedToken
 
 from bgc.diagnostics.catalogue import files
 from bgc.diagnostics.catalogue import syntax as wrong
@@ -12,21 +15,18 @@ from bgc.diagnostics.report import MAX_ERRORS
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.files import read_source
-from bgc.grammar.lalr import (
-    END,
-    Reader,
-    Token,
-    Tree,
-    UnexpectedCharactersError,
-    UnexpectedTokenError,
-)
-from bgc.grammar.tables import tables
+from bgc.grammar.lark_parser import lark_parser
+from bgc.grammar.tokens import END, ParseTree, span_of, start_of, token_at
 from bgc.grammar.transform import transform, transform_setting
 
 __all__ = ["parse", "parse_setting", "parse_with_tokens", "read_source"]
 
 _MAX_LINE = 100_000
-_MAX_STACK = 200  # of the parser; bounds the depth of the parse tree too
+_MAX_STACK = 200  # entries on the parser's stack: bounds the depth of the parse tree, too
+
+_OPENING = ("LPAR", "LSQB", "LBRACE")
+_CLOSING = ("RPAR", "RSQB", "RBRACE")
+_ENDS_STATEMENT = ("SEMICOLON", "LBRACE", "RBRACE")
 
 _BONDGRAPHTOOLS = re.compile(r"(?s)\A(?=.{0,4000}^models:)(?=.{0,4000}^root:)", re.MULTILINE)
 _SKIPPED = re.compile(
@@ -103,8 +103,8 @@ def _refuse(source: Source) -> Diagnostic | None:
     return None
 
 
-class _TooDeep(Exception):
-    """The parser's stack has grown beyond its bound at this token."""
+class _TooDeepError(Exception):
+    """The parser's stack has reached its bound at this token."""
 
     def __init__(self, token: Token) -> None:
         self.token = token
@@ -112,82 +112,83 @@ class _TooDeep(Exception):
 
 
 class _Reading:
-    """One text on its way through the parser, with what went wrong so far.
+    """One text on its way through Lark's parser, and the syntax errors so far.
 
-    After a mistake the parser is taken back to the block it stands in, and goes on behind the
-    next `;` or `}` of that block. Where only one sign is missing, that is put in.
+    After an error the parser returns to its state behind the last complete statement, and goes on
+    behind the next `;` or `}` of that block. Where only one sign is missing, it is inserted.
     """
 
     def __init__(self, source: Source, start: str = "start") -> None:
         self.source = source
         self.tokens: list[Token] = []
         self.diagnostics: list[Diagnostic] = []
-        self._reader = Reader(tables(), source.text, start)
-        self._outermost = "file" if start == "start" else start
-        self._last_trouble = -1
+        self._start = start
+        self._parser = lark_parser().parse_interactive(source.text, start)
+        self._open: list[Token] = []  # brackets and braces that are not closed yet
+        self._blocks = 0  # how many of them are braces
+        self._between_statements = self._parser.parser_state.copy(deepcopy_values=False)
+        self._last_error = -1
         self._resumed = -1
 
-    def run(self) -> Tree:
+    def run(self) -> ParseTree:
         """Read to the end of the text, or to the last error that is reported."""
         while True:
             try:
                 self._read_on()
                 return self._end()
-            except UnexpectedCharactersError as problem:
-                self._recover(problem.at, None)
-            except UnexpectedTokenError as problem:
-                self._recover(problem.token.start_pos, problem.token)
-            except _TooDeep as problem:
-                self._skip(self._report_too_deep(problem.token))
+            except UnexpectedInput as error:
+                self._recover(*_place(error))
+            except _TooDeepError as error:
+                self._skip(self._report_too_deep(error.token))
             if len(self.diagnostics) > MAX_ERRORS:
                 self._close_blocks()
                 return self._end()
 
-    def run_once(self) -> Tree | None:
+    def run_once(self) -> ParseTree | None:
         """Read to the end of the text, or to the first error."""
         try:
             self._read_on()
             return self._end()
-        except UnexpectedCharactersError as problem:
-            self._report(problem.at, None)
-        except UnexpectedTokenError as problem:
-            self._report(problem.token.start_pos, problem.token)
-        except _TooDeep as problem:
-            self._report_too_deep(problem.token)
+        except UnexpectedInput as error:
+            self._report(*_place(error))
+        except _TooDeepError as error:
+            self._report_too_deep(error.token)
         return None
 
-    def _span(self, start: int, length: int = 0) -> Span:
-        return Span(self.source, start, start + length)
-
     def _read_on(self) -> None:
-        """Feed tokens from where the reader stands, to the end of the text or a mistake."""
-        reader, stack, tokens = self._reader, self._reader.states, self.tokens
-        while (token := reader.next_token()) is not None:
-            if len(stack) > _MAX_STACK:
-                raise _TooDeep(token)
-            reader.feed(token)
-            tokens.append(token)
+        """Feed tokens from the current offset to the end of the text or to an error."""
+        state = self._parser.parser_state
+        for token in self._parser.lexer_thread.lex(state):
+            if len(state.state_stack) > _MAX_STACK:
+                raise _TooDeepError(token)
+            self._feed(token)
 
-    def _end(self) -> Tree:
+    def _feed(self, token: Token) -> None:
+        """Feed one token; note what it opens, closes or completes."""
+        self._parser.feed_token(token)
+        self.tokens.append(token)
+        if token.type in _OPENING:
+            self._open.append(token)
+        elif token.type in _CLOSING:
+            self._open.pop()
+        if token.type in _ENDS_STATEMENT:
+            # A shallow copy: no rule of the grammar changes a tree that it takes from the stack.
+            self._between_statements = self._parser.parser_state.copy(deepcopy_values=False)
+            self._blocks = len(self._open)
+
+    def _end(self) -> ParseTree:
         """Feed the end of the text."""
-        self._reader.feed(self._token(END, len(self.source.text)))
-        tree = self._reader.values[-1]
+        tree = self._parser.feed_token(token_at(END, len(self.source.text)))
         assert isinstance(tree, Tree)
         return tree
-
-    def _token(self, kind: str, at: int) -> Token:
-        """Make a token that is not in the text."""
-        return Token(kind, "", at)
 
     # --- recovery -------------------------------------------------------------------------
 
     def _recover(self, at: int, found: Token | None) -> None:
-        """Report a mistake, and take the reader to where it can go on."""
+        """Report an error, and take the parser to where it can go on."""
         missing = self._report(at, found)
         if missing is not None:
-            token = self._token(missing, at)
-            self._reader.feed(token)
-            self.tokens.append(token)
+            self._feed(token_at(missing, at))
             self._resume(at)
         elif found is not None and found.type == END:
             self._close_blocks()
@@ -195,81 +196,65 @@ class _Reading:
             self._skip(at)
 
     def _report(self, at: int, found: Token | None) -> str | None:
-        """Report a mistake; return the type of the sign that is missing, if it is only that."""
-        from bgc.grammar.mistakes import Trouble, diagnose  # most texts are right
+        """Report an error; return the type of the sign that is missing, if it is only that."""
+        from bgc.grammar.mistakes import Trouble, diagnose  # not needed by most texts
 
         trouble = Trouble(
             self.source,
             at,
             found,
             self.tokens,
-            [token for _, token in self._open()],
-            frozenset(self._reader.accepted()),
-            self._outermost,
+            self._open,
+            frozenset(self._parser.accepts()),
+            "file" if self._start == "start" else self._start,
         )
         mistake = diagnose(trouble)
-        if at != self._last_trouble:  # else it follows from the one before
+        if at != self._last_error:  # otherwise it follows from the one before
             self.diagnostics.append(mistake.diagnostic)
-            self._last_trouble = at
+            self._last_error = at
         return mistake.missing
 
     def _report_too_deep(self, token: Token) -> int:
         """Report where the nesting becomes too deep; return the offset."""
-        self.diagnostics.append(wrong.too_deep(self._span(token.start_pos, len(token))))
-        return token.start_pos
+        self.diagnostics.append(wrong.too_deep(span_of(self.source, token)))
+        return start_of(token)
 
-    def _open(self) -> list[tuple[int, Token]]:
-        """Find the brackets and braces that are open, and where they are on the value stack."""
-        opened: list[tuple[int, Token]] = []
-        for at, value in enumerate(self._reader.values):
-            if not isinstance(value, Token):
-                continue
-            if value.type in ("LPAR", "LSQB", "LBRACE"):
-                opened.append((at, value))
-            elif value.type in ("RPAR", "RSQB", "RBRACE"):
-                opened.pop()
-        return opened
-
-    def _back_to_block(self) -> bool:
-        """Drop what was begun in the innermost block; False where that is the file."""
-        values, states = self._reader.values, self._reader.states
-        opened = [at for at, token in self._open() if token.type == "LBRACE"]
-        between = self._reader.accepted() & {"RBRACE", "MODEL"}
-        if between:  # items or declarations: what was read is complete, and is kept
-            self._reader.feed(self._token(between.pop(), self._reader.position))
-            del values[-1], states[-1]
-            return bool(opened)
-        keep = opened[-1] + 1 if opened else 0
-        if keep < len(values) and _is_list_of_items(values[keep]):
-            keep += 1
-        del values[keep:], states[keep + 1 :]
-        return bool(opened)
+    def _return_to_block(self) -> None:
+        """Drop the statement that was begun: return to the state before it."""
+        self._parser.parser_state = self._between_statements.copy(deepcopy_values=False)
+        del self._open[self._blocks :]
+        if "SEMICOLON" in self._parser.accepts():  # may follow the block of a law
+            self._parser.feed_token(token_at("SEMICOLON", self._resumed))
 
     def _skip(self, at: int) -> None:
-        """Go on behind the next `;` or block, or before the `}` of the block one is in."""
-        in_block = self._back_to_block()
-        resume = _end_of_statement(self.source.text, at, self._resumed, in_block=in_block)
-        self.tokens.append(self._token("SEMICOLON", resume))
+        """Go on behind the next `;` or block, or before the `}` of the current block."""
+        self._return_to_block()
+        resume = _end_of_statement(self.source.text, at, self._resumed, in_block=bool(self._open))
+        self.tokens.append(token_at("SEMICOLON", resume))
         self._resume(resume)
 
     def _resume(self, at: int) -> None:
-        """Let the reader go on from here."""
-        self._reader.position = at
+        """Read on from an offset: in a text with blanks before it, which keeps all places."""
+        text = " " * at + self.source.text[at:]
+        state = self._parser.parser_state
+        self._parser = lark_parser().parse_interactive(text, self._start)
+        self._parser.parser_state = state
         self._resumed = at
 
     def _close_blocks(self) -> None:
-        """Close every block that is open, and let the reader stand at the end of the text."""
+        """Close every open block, and skip the rest of the text."""
         end = len(self.source.text)
-        blocks = sum(token.type == "LBRACE" for _, token in self._open())
-        self._back_to_block()
-        for _ in range(blocks):
-            self._reader.feed(self._token("RBRACE", end))
+        self._return_to_block()
+        for _ in self._open:
+            self._parser.feed_token(token_at("RBRACE", end))
+        self._open.clear()
         self._resume(end)
 
 
-def _is_list_of_items(value: object) -> bool:
-    """Whether a parser's value is what Lark makes of `item*`: a tree named `__block_star_1`."""
-    return isinstance(value, Tree) and value.data.startswith("__")
+def _place(error: UnexpectedInput) -> tuple[int, Token | None]:
+    """Return the offset of a syntax error, and the token there, None where there is none."""
+    offset: Any = error.pos_in_stream
+    return offset, error.token if isinstance(error, UnexpectedToken) else None
 
 
 def _end_of_statement(text: str, at: int, resumed: int, *, in_block: bool) -> int:

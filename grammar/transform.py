@@ -5,18 +5,20 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from lark import Token, Tree
+
 from bgc.diagnostics.catalogue import syntax as wrong
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
-from bgc.grammar.lalr import Token, Tree
+from bgc.grammar.tokens import ParseTree
 from bgc.grammar.transform_expressions import MAX_DEPTH, ExpressionTransform, unquoted
 from bgc.grammar.words import SCENE_WORDS
 
 _COMMENTS = re.compile(r"/\*.*?\*/")
 
 
-def transform(source: Source, tree: Tree) -> tuple[syntax.File, tuple[Diagnostic, ...]]:
+def transform(source: Source, tree: ParseTree) -> tuple[syntax.File, tuple[Diagnostic, ...]]:
     """Make the syntax tree of a file from its parse tree.
 
     A part of the tree that is refused is reported and replaced or left out; the rest stands.
@@ -25,7 +27,7 @@ def transform(source: Source, tree: Tree) -> tuple[syntax.File, tuple[Diagnostic
     return worker.file(tree), tuple(worker.diagnostics)
 
 
-def transform_setting(source: Source, tree: Tree) -> tuple[syntax.Set, tuple[Diagnostic, ...]]:
+def transform_setting(source: Source, tree: ParseTree) -> tuple[syntax.Set, tuple[Diagnostic, ...]]:
     """Make the setting of a parameter from its parse tree."""
     worker = _Transform(source)
     return worker.setting(tree), tuple(worker.diagnostics)
@@ -34,10 +36,10 @@ def transform_setting(source: Source, tree: Tree) -> tuple[syntax.Set, tuple[Dia
 class _Transform(ExpressionTransform):
     """The declarations and items; one method for each rule of the grammar that makes one."""
 
-    def file(self, tree: Tree) -> syntax.File:
+    def file(self, tree: ParseTree) -> syntax.File:
         imports: list[syntax.Import] = []
         declarations: list[syntax.Declaration] = []
-        for child in _trees(tree):
+        for child in _listed(tree.children[0]):
             if child.data in ("import_file", "import_module"):
                 imported = self._import(child)
                 if declarations:
@@ -47,16 +49,16 @@ class _Transform(ExpressionTransform):
                 declarations.append(self._declaration(child))
         return syntax.File(self.source, tuple(imports), tuple(declarations))
 
-    def setting(self, tree: Tree) -> syntax.Set:
+    def setting(self, tree: ParseTree) -> syntax.Set:
         return syntax.Set(*self._two_sides(tree))
 
-    def _import(self, tree: Tree) -> syntax.Import:
+    def _import(self, tree: ParseTree) -> syntax.Import:
         span = self.span(tree)
         if tree.data == "import_file":
             return syntax.ImportFile(unquoted(tree.children[1]), span)
         return syntax.ImportModule(tuple(str(name) for name in tree.children[1:]), span)
 
-    def _declaration(self, tree: Tree) -> syntax.Declaration:
+    def _declaration(self, tree: ParseTree) -> syntax.Declaration:
         match tree.data:
             case "constant":
                 return self._value(tree)
@@ -72,7 +74,7 @@ class _Transform(ExpressionTransform):
 
     # --- declarations ---------------------------------------------------------------------
 
-    def _function(self, tree: Tree) -> syntax.Function:
+    def _function(self, tree: ParseTree) -> syntax.Function:
         children: list[Any] = tree.children
         _, name, formals, body = children
         arguments = self._formals(formals)
@@ -88,7 +90,7 @@ class _Transform(ExpressionTransform):
             self.token_span(name),
         )
 
-    def _formals(self, tree: Tree | None) -> tuple[syntax.Formal, ...]:
+    def _formals(self, tree: ParseTree | None) -> tuple[syntax.Formal, ...]:
         if tree is None:
             return ()
         formals: list[syntax.Formal] = []
@@ -100,26 +102,26 @@ class _Transform(ExpressionTransform):
             )
         return tuple(formals)
 
-    def _domain(self, tree: Tree) -> syntax.Domain:
+    def _domain(self, tree: ParseTree) -> syntax.Domain:
         children: list[Any] = tree.children
-        pseudo, _, name, *variables, _ = children
+        pseudo, _, name, variables, _ = children
         return syntax.Domain(
             str(name),
             pseudo is not None,
-            tuple(self._domain_variable(variable) for variable in variables),
+            tuple(self._domain_variable(variable) for variable in _listed(variables)),
             self._doc(tree),
             self.span(tree),
             self.token_span(name),
         )
 
-    def _domain_variable(self, tree: Tree) -> syntax.DomainVariable:
+    def _domain_variable(self, tree: ParseTree) -> syntax.DomainVariable:
         children: list[Any] = tree.children
         kind, name, dims, unit = children
         return syntax.DomainVariable(
             str(kind), str(name), self._dims(dims), _optional_text(unit), self.span(tree)
         )
 
-    def _model(self, tree: Tree) -> syntax.Model:
+    def _model(self, tree: ParseTree) -> syntax.Model:
         children: list[Any] = tree.children
         _, name, formals, *is_base, block = children
         base = is_base[1] if is_base else None
@@ -134,13 +136,13 @@ class _Transform(ExpressionTransform):
             self.token_span(name),
         )
 
-    def _scene(self, tree: Tree) -> syntax.Scene:
+    def _scene(self, tree: ParseTree) -> syntax.Scene:
         children: list[Any] = tree.children
-        _, name, _, model, *items, _ = children
+        _, name, _, model, items, _ = children
         return syntax.Scene(
             str(name),
             self._type_use(model),
-            tuple(made for item in items for made in self._scene_item(item)),
+            tuple(made for item in _listed(items) for made in self._scene_item(item)),
             self._doc(tree),
             self.span(tree),
             self.token_span(name),
@@ -148,13 +150,10 @@ class _Transform(ExpressionTransform):
 
     # --- items of a model -----------------------------------------------------------------
 
-    def _block(self, tree: Tree) -> tuple[syntax.Item, ...]:
-        items: list[syntax.Item] = []
-        for child in _trees(tree):
-            items.append(self._item(child))
-        return tuple(items)
+    def _block(self, tree: ParseTree) -> tuple[syntax.Item, ...]:
+        return tuple(self._item(child) for child in _listed(tree.children[0]))
 
-    def _item(self, tree: Tree) -> syntax.Item:
+    def _item(self, tree: ParseTree) -> syntax.Item:
         match tree.data:
             case "value":
                 return self._value(tree)
@@ -180,12 +179,12 @@ class _Transform(ExpressionTransform):
                 return self._if(tree)
         raise AssertionError(tree.data)
 
-    def _two_sides(self, tree: Tree) -> tuple[syntax.Expr, syntax.Expr, Span]:
+    def _two_sides(self, tree: ParseTree) -> tuple[syntax.Expr, syntax.Expr, Span]:
         """Both sides of `left = right;`, with or without a word in front."""
         left, right = tree.children[-2:]
         return self.expression(left), self.expression(right), self.span(tree)
 
-    def _value(self, tree: Tree) -> syntax.Value:
+    def _value(self, tree: ParseTree) -> syntax.Value:
         children: list[Any] = tree.children
         kind, name, dims, unit, value, _, first, last = children
         return syntax.Value(
@@ -200,7 +199,7 @@ class _Transform(ExpressionTransform):
             self.token_span(name),
         )
 
-    def _port(self, tree: Tree) -> syntax.Port:
+    def _port(self, tree: ParseTree) -> syntax.Port:
         children: list[Any] = tree.children
         _, name, dims, direction, domain, main = children
         return syntax.Port(
@@ -214,7 +213,7 @@ class _Transform(ExpressionTransform):
             self.token_span(name),
         )
 
-    def _part(self, tree: Tree) -> syntax.Part:
+    def _part(self, tree: ParseTree) -> syntax.Part:
         children: list[Any] = tree.children
         path, type_use, default, *law = children
         name, *suffixes = path.children
@@ -233,28 +232,28 @@ class _Transform(ExpressionTransform):
             index,
             self._type_use(type_use),
             None if default is None else self._type_use(default.children[0]),
-            tuple(self._law_equation(line) for line in _trees(law[0])) if law else None,
+            tuple(map(self._law_equation, _listed(law[0].children[1]))) if law else None,
             self._doc(tree),
             self.span(tree),
             self.token_span(name),
         )
 
-    def _law_equation(self, tree: Tree) -> syntax.LawEquation:
+    def _law_equation(self, tree: ParseTree) -> syntax.LawEquation:
         return syntax.LawEquation(*self._two_sides(tree))
 
-    def _chain(self, tree: Tree) -> syntax.Chain:
+    def _chain(self, tree: ParseTree) -> syntax.Chain:
         stops = tuple(tuple(self.expression(end) for end in _trees(ends)) for ends in _trees(tree))
         for stop in stops[1:-1]:
             if len(stop) > 1:
                 self.report(wrong.list_within_chain(stop[0].span.to(stop[-1].span)))
         return syntax.Chain(stops, self.span(tree))
 
-    def _assertion(self, tree: Tree) -> syntax.Assert:
+    def _assertion(self, tree: ParseTree) -> syntax.Assert:
         children: list[Any] = tree.children
         _, condition, message = children
         return syntax.Assert(self.expression(condition), unquoted(message), self.span(tree))
 
-    def _for(self, tree: Tree) -> syntax.For:
+    def _for(self, tree: ParseTree) -> syntax.For:
         children: list[Any] = tree.children
         _, variable, _, first, last, block = children
         return syntax.For(
@@ -265,31 +264,27 @@ class _Transform(ExpressionTransform):
             self.span(tree),
         )
 
-    def _if(self, tree: Tree) -> syntax.If:
-        """Nest a flat `if c { } else if c { } else { }`, from its end."""
+    def _if(self, tree: ParseTree) -> syntax.If:
+        """Nest the branches of `if c { } else if c { } else { }`, from the last to the first."""
         children: list[Any] = tree.children
-        *branches, last_else, last_block = children
+        listed, last_else, last_block = children
         no = () if last_else is None else self._block(last_block)
-        starts = [at for at, child in enumerate(branches) if _is_token(child, "IF")]
-        if len(starts) > MAX_DEPTH:
-            self.report(wrong.too_deep(self.token_span(branches[starts[MAX_DEPTH]])))
-            starts = starts[:MAX_DEPTH]
+        branches: list[list[Any]] = [branch.children for branch in _listed(listed)]
+        if len(branches) > MAX_DEPTH:
+            self.report(wrong.too_deep(self.token_span(branches[MAX_DEPTH][0])))
+            del branches[MAX_DEPTH:]
         end = self.span(tree)
         made = None
-        for start in reversed(starts):
-            made = syntax.If(
-                self.expression(branches[start + 1]),
-                self._block(branches[start + 2]),
-                no,
-                self.token_span(branches[start]).to(end),
-            )
+        for word, condition, block in reversed(branches):
+            span = self.token_span(word).to(end)
+            made = syntax.If(self.expression(condition), self._block(block), no, span)
             no = (made,)
         assert made is not None
         return made
 
     # --- items of a scene -----------------------------------------------------------------
 
-    def _scene_item(self, tree: Tree) -> list[syntax.SceneItem]:
+    def _scene_item(self, tree: ParseTree) -> list[syntax.SceneItem]:
         """The items one statement stands for: several where it takes a list."""
         children: list[Any] = tree.children
         span = self.span(tree)
@@ -330,7 +325,7 @@ class _Transform(ExpressionTransform):
                 ]
         raise AssertionError(tree.data)
 
-    def _observed(self, tree: Tree) -> syntax.Observe:
+    def _observed(self, tree: ParseTree) -> syntax.Observe:
         children: list[Any] = tree.children
         value, _, alias = children
         if alias is not None:
@@ -343,7 +338,7 @@ class _Transform(ExpressionTransform):
 
     # --- what several of them need ----------------------------------------------------------
 
-    def _type_use(self, tree: Tree) -> syntax.TypeUse:
+    def _type_use(self, tree: ParseTree) -> syntax.TypeUse:
         children: list[Any] = tree.children
         name, dims, _, arguments, _ = children
         return syntax.TypeUse(
@@ -354,15 +349,15 @@ class _Transform(ExpressionTransform):
             self.token_span(name),
         )
 
-    def _dims(self, tree: Tree | None) -> tuple[syntax.Expr, ...]:
+    def _dims(self, tree: ParseTree | None) -> tuple[syntax.Expr, ...]:
         if tree is None:
             return ()
         return tuple(self.expression(child) for child in tree.children[1:-1])
 
-    def _optional_expression(self, tree: Tree | Token | None) -> syntax.Expr | None:
+    def _optional_expression(self, tree: ParseTree | Token | None) -> syntax.Expr | None:
         return None if tree is None else self.expression(tree)
 
-    def _doc(self, tree: Tree) -> str:
+    def _doc(self, tree: ParseTree) -> str:
         """The text of the `///` lines above a declaration that begins its line."""
         source = self.source
         start = self.span(tree).start
@@ -379,12 +374,18 @@ class _Transform(ExpressionTransform):
         return "\n".join(reversed(lines))
 
 
-def _trees(tree: Tree) -> list[Tree]:
+def _trees(tree: ParseTree) -> list[ParseTree]:
     return [child for child in tree.children if isinstance(child, Tree)]
 
 
-def _is_token(child: object, kind: str) -> bool:
-    return isinstance(child, Token) and child.type == kind
+def _listed(tree: Any) -> list[ParseTree]:
+    """Return the elements of a left-recursive list, which is None where it is empty."""
+    elements: list[ParseTree] = []
+    while tree is not None:
+        elements.append(tree.children[-1])
+        tree = tree.children[0]
+    elements.reverse()
+    return elements
 
 
 def _optional_text(token: Token | None) -> str | None:

@@ -7,11 +7,13 @@ import sys
 from fractions import Fraction
 from typing import Any
 
+from lark import Token, Tree
+
 from bgc.diagnostics.catalogue import syntax as wrong
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
-from bgc.grammar.lalr import Token, Tree
+from bgc.grammar.tokens import ParseTree, end_of, span_of, start_of
 
 MAX_DEPTH = 200
 """How deep expressions may nest; `a + b + c` nests two deep, as `(a + b) + c`."""
@@ -36,9 +38,9 @@ class ExpressionTransform:
 
     def token_span(self, token: Token) -> Span:
         """The place of a token."""
-        return Span(self.source, token.start_pos, token.end_pos)
+        return span_of(self.source, token)
 
-    def span(self, node: Tree | Token) -> Span:
+    def span(self, node: ParseTree | Token) -> Span:
         """The place of a rule, from its first kept token to its last."""
         first: Any = node
         while isinstance(first, Tree):
@@ -46,11 +48,11 @@ class ExpressionTransform:
         last: Any = node
         while isinstance(last, Tree):
             last = next(child for child in reversed(last.children) if child is not None)
-        return Span(self.source, first.start_pos, last.end_pos)
+        return Span(self.source, start_of(first), end_of(last))
 
     # --- expressions ------------------------------------------------------------------------
 
-    def expression(self, node: Tree | Token, depth: int = 0) -> syntax.Expr:
+    def expression(self, node: ParseTree | Token, depth: int = 0) -> syntax.Expr:
         """Make an expression; where it nests too deep, report and put a 0."""
         if depth > MAX_DEPTH:
             return self._too_deep(node)
@@ -76,7 +78,7 @@ class ExpressionTransform:
                 return self._conditional(children, depth)
         raise AssertionError(node.data)
 
-    def _too_deep(self, node: Tree | Token) -> syntax.Expr:
+    def _too_deep(self, node: ParseTree | Token) -> syntax.Expr:
         """Report that it nests too deep, and put a number in its place."""
         span = self.span(node)
         self.report(wrong.too_deep(span))
@@ -133,7 +135,7 @@ class ExpressionTransform:
             )
         return made
 
-    def _vector(self, tree: Tree, depth: int) -> syntax.Vector:
+    def _vector(self, tree: ParseTree, depth: int) -> syntax.Vector:
         span = self.span(tree)
         elements = [child for child in tree.children[1:-1] if child is not None]
         if not elements:
@@ -176,7 +178,7 @@ class ExpressionTransform:
             self.report(wrong.derivative_of_nothing(start))
         return syntax.Call("der", tuple(argument.value for argument in arguments), span)
 
-    def _indices(self, tree: Tree, depth: int) -> tuple[syntax.Expr | syntax.Range, ...]:
+    def _indices(self, tree: ParseTree, depth: int) -> tuple[syntax.Expr | syntax.Range, ...]:
         indices: list[syntax.Expr | syntax.Range] = []
         for index in tree.children[1:-1]:
             assert isinstance(index, Tree)
@@ -189,7 +191,7 @@ class ExpressionTransform:
                 indices.append(syntax.Range(*ends, self.span(index)))
         return tuple(indices)
 
-    def plain_indices(self, tree: Tree) -> tuple[syntax.Expr, ...]:
+    def plain_indices(self, tree: ParseTree) -> tuple[syntax.Expr, ...]:
         """Make indices where a range has no meaning."""
         return self._without_ranges(self._indices(tree, 0))
 
@@ -205,7 +207,7 @@ class ExpressionTransform:
                 plain.append(index)
         return tuple(plain)
 
-    def _call(self, callee: syntax.Expr, tree: Tree, span: Span, depth: int) -> syntax.Expr:
+    def _call(self, callee: syntax.Expr, tree: ParseTree, span: Span, depth: int) -> syntax.Expr:
         """Make a call of a function, or the use of a type where an argument is named."""
         arguments = self.arguments(tree.children[1], depth)
         match callee:

@@ -26,7 +26,7 @@ from bgc.diagnostics.source import Source, Span
 from bgc.grammar.places import cache_directory
 from bgc.options import Options
 
-_COMPILER_FILES = (".py", ".lark", ".c", ".h")
+_COMPILER_FILES = (".py", ".lark", ".json", ".c", ".h")
 
 
 def recall(entry: Path, options: Options) -> Built | None:

@@ -5,19 +5,17 @@ from __future__ import annotations
 import random
 import re
 from fractions import Fraction
-from importlib import resources
 from pathlib import Path
 
 import pytest
 
-import bgc.grammar
 from bgc.diagnostics.render import render
 from bgc.diagnostics.report import MAX_ERRORS
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
+from bgc.grammar.lark_parser import build_parser
 from bgc.grammar.parse import parse, parse_with_tokens, read_source
 from bgc.grammar.syntax import Binary, Call, Index, Member, Name, Number, Range, TypeUse, Unary
-from bgc.grammar.tables import make_parser
 from bgc.grammar.words import RESERVED
 
 ROOT = Path(__file__).parents[2]
@@ -166,8 +164,7 @@ def wrong_in_model(body: str) -> list[tuple[str, str]]:
 
 
 def test_grammar_has_no_conflicts() -> None:
-    grammar = resources.files(bgc.grammar).joinpath("bgc.lark").read_text(encoding="utf-8")
-    make_parser(grammar, strict=True)
+    build_parser(strict=True)
 
 
 def test_whole_language_is_read() -> None:

@@ -1,0 +1,165 @@
+"""Lark's parser: its tables are current, and recovery from an error keeps each statement once."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import lark
+import pytest
+
+from bgc.diagnostics.source import Source
+from bgc.grammar import lark_parser, syntax
+from bgc.grammar.parse import parse, parse_with_tokens
+
+ROOT = Path(__file__).parents[2]
+FILES = sorted((ROOT / "library").rglob("*.bg")) + sorted((ROOT / "tests/models").rglob("*.bg"))
+
+
+@cache
+def built() -> lark.Lark:
+    return lark_parser.build_parser()
+
+
+@pytest.fixture
+def kept() -> dict[str, Any]:
+    return json.loads((ROOT / "grammar/bgc.lark.json").read_text("utf-8"))
+
+
+def plain(node: Any) -> object:
+    """A parse tree as lists, with the places of its tokens."""
+    if isinstance(node, lark.Tree):
+        return [str(node.data), *map(plain, node.children)]
+    return node if node is None else (node.type, str(node), node.start_pos, node.end_pos)
+
+
+# --- tables -----------------------------------------------------------------------------------
+
+
+def test_tables_are_those_of_the_grammar(kept: dict[str, Any]) -> None:
+    """Else write them anew: `python -m bgc.grammar.lark_parser`."""
+    grammar = lark_parser._fingerprint().split(", ")[1]
+    assert kept["written_for"].split(", ")[1] == grammar
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_tables_read_as_the_grammar_does(path: Path) -> None:
+    text = path.read_text("utf-8")
+    loaded = lark_parser.lark_parser().parse(text, start="start")
+    assert plain(loaded) == plain(built().parse(text, start="start"))
+
+
+def test_tables_are_written_as_they_are_kept(tmp_path: Path, kept: dict[str, Any]) -> None:
+    lark_parser.write_tables(tmp_path / "tables.json")
+    written = json.loads((tmp_path / "tables.json").read_text("utf-8"))
+    assert written.keys() == kept.keys()
+    assert len(written["data"]["rules"]) == len(kept["data"]["rules"])
+
+
+def test_tables_of_another_lark_are_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lark_parser, "__version__", "1.2.99")
+    monkeypatch.setattr(lark_parser.Lark, "load", None)  # calling it fails
+    parser = lark_parser.lark_parser.__wrapped__()
+    assert plain(parser.parse("model M { }", start="start")) == plain(
+        built().parse("model M { }", start="start")
+    )
+
+
+def test_parsing_keeps_nothing_in_the_cache(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("BGC_CACHE_DIR", str(tmp_path))
+    lark_parser.lark_parser.cache_clear()
+    parse(Source("test.bg", "model M { }"))
+    assert list(tmp_path.iterdir()) == []
+
+
+# --- tokens -----------------------------------------------------------------------------------
+
+
+def test_words_are_names_where_they_have_no_meaning() -> None:
+    text = "model run { param step = 1; param of : 1/s = keep[step]; keep : R(is == every); }"
+    _, tokens, found = parse_with_tokens(Source("test.bg", text))
+    assert not found
+    kinds = {str(token): token.type for token in tokens}
+    words = ("run", "step", "of", "keep", "is", "every")
+    assert {kinds[word] for word in words} == {"NAME"}
+    assert (kinds["param"], kinds["1/s"], kinds["=="]) == ("PARAM", "UNIT", "COMPARE")
+
+
+# --- recovery ---------------------------------------------------------------------------------
+
+
+def recovered(text: str) -> tuple[tuple[syntax.Declaration, ...], list[str]]:
+    """What is read of a text with errors, and their codes."""
+    file, found = parse(Source("test.bg", text))
+    return file.declarations, [d.code for d in found]
+
+
+def names(items: Any) -> list[str]:
+    return [item.name for item in items]
+
+
+@pytest.mark.parametrize("wrong", ["let = 1;", "let x 1;", "b : ;", "-> c;", "for i { d : R; }"])
+def test_each_item_before_and_behind_an_error_is_kept_once(wrong: str) -> None:
+    (model,), codes = recovered(f"model M {{ let a = 1; let b = 2; {wrong} let c = 3; {wrong} }}")
+    assert isinstance(model, syntax.Model)
+    assert names(model.items) == ["a", "b", "c"]
+    assert len(codes) == 2
+
+
+def test_each_declaration_is_kept_once() -> None:
+    found, codes = recovered("model A { } model { } model B { } model { let x = ; } model C { }")
+    assert names(found) == ["A", "B", "C"]
+    assert len(codes) == 2
+
+
+def test_each_statement_of_a_scene_is_kept_once() -> None:
+    (scene,), codes = recovered("scene s of M { observe a; run ; observe b; step ; observe c; }")
+    assert isinstance(scene, syntax.Scene)
+    assert [item.span.text for item in scene.items] == ["a", "b", "c"]
+    assert len(codes) == 2
+
+
+def test_each_variable_of_a_domain_is_kept_once() -> None:
+    (domain,), codes = recovered("domain D { effort a; flow ; effort b; }")
+    assert isinstance(domain, syntax.Domain)
+    assert (names(domain.variables), len(codes)) == (["a", "b"], 1)
+
+
+def test_each_equation_of_a_law_is_kept_once() -> None:
+    (model,), codes = recovered("model M { a : R { e1 = f1; e2 = ; e3 = f3; }; let b = 1; }")
+    assert isinstance(model, syntax.Model)
+    part, _ = model.items
+    assert isinstance(part, syntax.Part) and part.law is not None
+    assert [line.left.span.text for line in part.law] == ["e1", "e3"]
+    assert len(codes) == 1
+
+
+def test_each_branch_is_kept_once() -> None:
+    branches = "if a { let x = 1; } else if b { let y = 1; }"
+    (model,), codes = recovered(f"model M {{ {branches} else if c {{ let = 1; let z = 1; }} }}")
+    assert isinstance(model, syntax.Model)
+    (choice,) = model.items
+    found = []
+    while isinstance(choice, syntax.If):
+        found.append([choice.condition.span.text, *names(choice.yes)])
+        (choice,) = choice.no or (None,)
+    assert found == [["a", "x"], ["b", "y"], ["c", "z"]]
+    assert len(codes) == 1
+
+
+def test_blocks_open_at_the_end_are_closed() -> None:
+    (model,), codes = recovered("model M { let a = 1; for i in 1..2 { let b = (1;")
+    assert isinstance(model, syntax.Model)
+    assert [type(item).__name__ for item in model.items] == ["Value", "For"]
+    assert codes == ["BG103", "BG105"]
+
+
+def test_a_model_of_many_statements_is_read() -> None:
+    count = 20_000
+    (model,), codes = recovered("model M {" + "let a = 1;\n" * count + "}")
+    assert isinstance(model, syntax.Model)
+    assert (len(model.items), codes) == (count, [])
