@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
@@ -40,8 +39,6 @@ from bgc.ir.graph import Bond, FlatGraph, Observation, Requirement
 from bgc.resolution.modules import Package
 from bgc.values.units import Dimension, si_symbol
 
-_STACK = 50_000
-
 
 def elaborate(
     package: Package,
@@ -63,9 +60,8 @@ def elaborate(
     BgError
         With every independent mistake that was found.
     """
-    with _deep_recursion():
-        chosen = with_observations(with_uses(choose_scene(package, scene), uses), observe)
-        return _elaborate(package, chosen, overrides)
+    chosen = with_observations(with_uses(choose_scene(package, scene), uses), observe)
+    return _elaborate(package, chosen, overrides)
 
 
 def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, str]]) -> FlatGraph:
@@ -226,14 +222,3 @@ def _provisional(world: World, quantities: Quantities) -> Iterator[None]:
     finally:
         world.provisional = False
         quantities.forget_provisional()
-
-
-@contextmanager
-def _deep_recursion() -> Iterator[None]:
-    """Definitions that lead from part to part along a whole chain need a deep stack."""
-    before = sys.getrecursionlimit()
-    sys.setrecursionlimit(max(before, _STACK))
-    try:
-        yield
-    finally:
-        sys.setrecursionlimit(before)

@@ -48,6 +48,7 @@ _SPECIAL = ("block", "der")
 _DISCONTINUOUS = frozenset({"sign", "floor", "ceil", "fmod"})
 _FAR = 10**9  # beyond any index that may be in range
 _MAX_CALLS = 64  # of functions within functions
+_MAX_NESTING = 150  # of operations within operations, through the functions that are called
 
 _Calls: TypeAlias = dict[tuple[int, tuple[Value, ...]], Value]
 
@@ -90,10 +91,7 @@ def evaluate_condition(expr: syntax.Expr, scope: Scope, dag: Dag, what: str) -> 
 
 def resolve_path(expr: syntax.Expr, scope: Scope, dag: Dag) -> Value | Namespace:
     """A path as `crane.boom` or `mass[3]`, which may end at a namespace; else a value."""
-    try:
-        return _Evaluator(scope, dag).path(expr)
-    except RecursionError:
-        raise failure(shape_messages.too_deep(expr.span)) from None
+    return _Evaluator(scope, dag).path(expr, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +124,9 @@ class _Evaluator:
 
     `calls` keeps the results of these by their arguments, so that functions of functions
     cost as much as the nodes they make.
+
+    Each method takes the `depth` of the operations around its expression. One level takes up to
+    four frames of Python's stack, an index and a `block` count as two levels.
     """
 
     scope: Scope
@@ -133,39 +134,45 @@ class _Evaluator:
     active: tuple[str, ...] = ()
     calls: _Calls = field(default_factory=dict)
 
-    def value(self, expr: syntax.Expr) -> Value:
-        found = self.path(expr)
-        if not isinstance(found, Value):
-            raise failure(catalogue.not_a_value(expr.span, found.description))
-        return found
+    def operand(self, expr: syntax.Expr, depth: int) -> Operand:
+        return Operand(self.value(expr, depth), expr.span)
 
-    def operand(self, expr: syntax.Expr) -> Operand:
-        return Operand(self.value(expr), expr.span)
-
-    def path(self, expr: syntax.Expr) -> Value | Namespace:
+    def path(self, expr: syntax.Expr, depth: int) -> Value | Namespace:
         match expr:
-            case syntax.Number():
-                return self.number(expr)
             case syntax.Name():
                 return self.name(expr)
             case syntax.Member(base, name, span):
-                found = self.path(base)
+                found = self.path(base, depth)
                 if isinstance(found, Value):
                     end = Span(span.source, span.end - len(name), span.end)
                     return components.member(found, name, end)
                 return found.member(name, span)
             case syntax.Index(base, indices, span):
-                return self.index(self.path(base), indices, span)
+                return self.index(self.path(base, depth), indices, span, depth)
+            case _:
+                return self.value(expr, depth)
+
+    def value(self, expr: syntax.Expr, depth: int) -> Value:
+        if depth > _MAX_NESTING:
+            raise failure(shape_messages.too_deep(expr.span))
+        match expr:
+            case syntax.Number():
+                return self.number(expr)
+            case syntax.Name() | syntax.Member() | syntax.Index():
+                found = self.path(expr, depth)
+                if not isinstance(found, Value):
+                    raise failure(catalogue.not_a_value(expr.span, found.description))
+                return found
             case syntax.Call():
-                return self.call(expr)
+                return self.call(expr, depth)
             case syntax.Unary():
-                return self.unary(expr)
+                return self.unary(expr, depth)
             case syntax.Binary():
-                return self.binary(expr)
+                return self.binary(expr, depth)
             case syntax.Conditional():
-                return self.conditional(expr)
+                return self.conditional(expr, depth)
             case syntax.Vector():
-                return self.vector(expr)
+                return self.vector(expr, depth)
             case syntax.Text():
                 raise failure(catalogue.not_a_value(expr.span, "a text"))
             case syntax.TypeUse():
@@ -206,8 +213,9 @@ class _Evaluator:
         base: Value | Namespace,
         indices: Sequence[syntax.Expr | syntax.Range],
         span: Span,
+        depth: int,
     ) -> Value | Namespace:
-        selections = tuple(self.selection(index) for index in indices)
+        selections = tuple([self.selection(index, depth + 2) for index in indices])
         if isinstance(base, Value):
             return components.select(base, selections, span)
         for selection in selections:
@@ -215,22 +223,22 @@ class _Evaluator:
                 raise failure(shape_messages.no_range_of_parts(selection.span, base.description))
         return base.index(tuple(selection.first for selection in selections), span)
 
-    def selection(self, index: syntax.Expr | syntax.Range) -> components.Selection:
+    def selection(self, index: syntax.Expr | syntax.Range, depth: int) -> components.Selection:
         if not isinstance(index, syntax.Range):
-            place = self.place(index)
+            place = self.place(index, depth)
             return components.Selection(place, place, True, index.span)
-        first, last = self.place(index.first), self.place(index.last)
+        first, last = self.place(index.first, depth), self.place(index.last, depth)
         if first > last:
             raise failure(shape_messages.empty_range(index.span, first, last))
         return components.Selection(first, last, False, index.span)
 
-    def place(self, index: syntax.Expr) -> int:
-        return whole_number(self.dag, self.operand(index), "an index", -_FAR, _FAR)
+    def place(self, index: syntax.Expr, depth: int) -> int:
+        return whole_number(self.dag, self.operand(index, depth), "an index", -_FAR, _FAR)
 
     # --- operators ------------------------------------------------------------------
 
-    def unary(self, expr: syntax.Unary) -> Value:
-        operand = self.operand(expr.operand)
+    def unary(self, expr: syntax.Unary, depth: int) -> Value:
+        operand = self.operand(expr.operand, depth + 1)
         match expr.operator:
             case "-":
                 return arithmetic.negate(self.dag, operand)
@@ -242,19 +250,19 @@ class _Evaluator:
             case _:
                 raise AssertionError(expr.operator)
 
-    def binary(self, expr: syntax.Binary) -> Value:
-        """One operation. A chain of a thousand terms nests left: it is walked in a loop."""
+    def binary(self, expr: syntax.Binary, depth: int) -> Value:
+        """One operation. A long sum nests to the left: its terms are evaluated in a loop."""
         chain = [expr]
         while isinstance(chain[-1].left, syntax.Binary):
             chain.append(chain[-1].left)
-        left = self.operand(chain[-1].left)
+        left = self.operand(chain[-1].left, depth + 1)
         for link in reversed(chain):
-            left = Operand(self.operation(link, left), link.span)
+            left = Operand(self.operation(link, left, depth), link.span)
             check_finite(self.dag, left)
         return left.value
 
-    def operation(self, expr: syntax.Binary, left: Operand) -> Value:
-        dag, right = self.dag, self.operand(expr.right)
+    def operation(self, expr: syntax.Binary, left: Operand, depth: int) -> Value:
+        dag, right = self.dag, self.operand(expr.right, depth + 1)
         match expr.operator:
             case "+":
                 return arithmetic.combine("+", dag.add, left, right)
@@ -281,19 +289,31 @@ class _Evaluator:
         for node in value.nodes:
             self.dag.mark(node, span)
 
-    def conditional(self, expr: syntax.Conditional) -> Value:
-        """`if`: with a constant condition, only the branch taken is looked at."""
-        condition = arithmetic.truth(self.operand(expr.condition), "a condition")
-        constant = constant_number(self.dag, condition)
-        if constant is not None:
-            return self.value(expr.yes if constant != 0 else expr.no)
-        yes, no = self.operand(expr.yes), self.operand(expr.no)
-        return arithmetic.select(self.dag, condition, yes, no)
+    def conditional(self, expr: syntax.Conditional, depth: int) -> Value:
+        """`if`: of a constant condition, only the branch that it selects is evaluated.
 
-    def vector(self, expr: syntax.Vector) -> Value:
+        The branches of `if .. else if .. else` nest to the right: they are evaluated in a loop.
+        """
+        undecided: list[tuple[syntax.Conditional, int, Operand]] = []
+        branch: syntax.Expr = expr
+        while isinstance(branch, syntax.Conditional):
+            given = self.operand(branch.condition, depth + 1)
+            condition = arithmetic.truth(given, "a condition")
+            constant = constant_number(self.dag, condition)
+            if constant is None:
+                undecided.append((branch, condition, self.operand(branch.yes, depth + 1)))
+                branch = branch.no
+            else:
+                branch = branch.yes if constant != 0 else branch.no
+        value = self.value(branch, depth + 1)
+        for choice, condition, yes in reversed(undecided):
+            value = arithmetic.select(self.dag, condition, yes, Operand(value, choice.no.span))
+        return value
+
+    def vector(self, expr: syntax.Vector, depth: int) -> Value:
         if not expr.elements:
             raise failure(empty_vector(expr.span))
-        elements = [self.operand(element) for element in expr.elements]
+        elements = [self.operand(element, depth + 1) for element in expr.elements]
         shape = elements[0].shape
         for element in elements:
             if element.shape != shape or len(shape) > 1:
@@ -308,17 +328,17 @@ class _Evaluator:
 
     # --- functions ------------------------------------------------------------------
 
-    def call(self, expr: syntax.Call) -> Value:
+    def call(self, expr: syntax.Call, depth: int) -> Value:
         use = self.scope.function(expr.function)
         if use is not None:
-            return self.user_call(use, expr)
+            return self.user_call(use, expr, depth)
         match expr.function:
             case "der":
-                return self.rate(expr)
+                return self.rate(expr, depth)
             case "block":
-                return self.block(expr)
+                return self.block(expr, depth)
             case name if name in functions.BUILTINS:
-                arguments = [self.operand(argument) for argument in expr.arguments]
+                arguments = [self.operand(argument, depth + 1) for argument in expr.arguments]
                 value = functions.call(self.dag, name, arguments, expr.span)
                 if name in _DISCONTINUOUS:
                     self._mark(value, expr.span)
@@ -330,7 +350,7 @@ class _Evaluator:
                 known = (*functions.BUILTINS, *_SPECIAL, *self.scope.function_names())
                 raise failure(catalogue.unknown_function(expr.span, name, known))
 
-    def user_call(self, use: FunctionUse, expr: syntax.Call) -> Value:
+    def user_call(self, use: FunctionUse, expr: syntax.Call, depth: int) -> Value:
         function = use.function
         if function.name in self.active:
             calls = self.active[self.active.index(function.name) :]
@@ -341,24 +361,24 @@ class _Evaluator:
         if expected != found:
             takes = functions.count(expected)
             raise failure(catalogue.wrong_argument_count(expr.span, function.name, takes, found))
-        arguments = tuple(self.value(argument) for argument in expr.arguments)
+        arguments = tuple([self.value(argument, depth + 1) for argument in expr.arguments])
         key = (id(function), arguments)
         if key not in self.calls:
             names = (formal.name for formal in function.formals)
             inner = _FunctionScope(dict(zip(names, arguments, strict=True)), use.scope)
             active = (*self.active, function.name)
             body = _Evaluator(inner, self.dag, active, self.calls)
-            self.calls[key] = body.value(function.body)
+            self.calls[key] = body.value(function.body, depth + 1)
         return self.calls[key]
 
-    def rate(self, expr: syntax.Call) -> Value:
+    def rate(self, expr: syntax.Call, depth: int) -> Value:
         """`der(x)` of a declared state, inside an `equation`."""
         if not self.scope.allows_rates:
             raise failure(catalogue.misplaced_derivative(expr.span))
         if len(expr.arguments) != 1:
             takes, found = functions.count(1), len(expr.arguments)
             raise failure(catalogue.wrong_argument_count(expr.span, "der", takes, found))
-        state = self.operand(expr.arguments[0])
+        state = self.operand(expr.arguments[0], depth + 1)
         nodes = []
         for node in state.value.nodes:
             symbol = self.dag.symbol_of(node)
@@ -368,7 +388,7 @@ class _Evaluator:
         units = tuple(unit and divide(unit, _SECOND) for unit in state.value.units)
         return Value(state.shape, tuple(nodes), units)
 
-    def block(self, expr: syntax.Call) -> Value:
+    def block(self, expr: syntax.Call, depth: int) -> Value:
         """`block([[A, B], [C, D]])`, whose argument is a matrix of matrices."""
         if len(expr.arguments) != 1:
             takes, found = functions.count(1), len(expr.arguments)
@@ -382,5 +402,5 @@ class _Evaluator:
         for row in rows.elements:
             if not isinstance(row, syntax.Vector):
                 raise failure(shape_messages.blocks_differ(row.span, "this is no row of matrices"))
-            blocks.append([self.operand(element) for element in row.elements])
+            blocks.append([self.operand(element, depth + 2) for element in row.elements])
         return join_blocks(self.dag, blocks, expr.span)

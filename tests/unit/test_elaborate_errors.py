@@ -250,17 +250,6 @@ def test_file_without_a_model():
     assert caught.value.diagnostics[0].code == "BG601"
 
 
-def test_long_lines_of_definitions_are_followed():
-    lets = " ".join(f"let a{k} = a{k + 1} + 1;" for k in range(1000))
-    flat = elaborate(load_text(f"model M {{ {lets} let a1000 = 1; output y = a0; }}"))
-    assert flat.dag.value(flat.observations[0].node) == 1001
-
-
-def test_definitions_nested_beyond_reason_are_an_error():
-    lets = " ".join(f"let a{k} = a{k + 1} + 1;" for k in range(7000))
-    assert "BG318" in codes_of(f"model M {{ {lets} let a7000 = 1; }}".replace("; ", ";\n"))
-
-
 def test_independent_mistakes_are_reported_together():
     text = """
       model M {

@@ -150,14 +150,13 @@ def too_large(span: Span, what: str) -> Diagnostic:
 def too_deep(span: Span) -> Diagnostic:
     """BG318: nested too deeply
 
-    What: an expression, with the functions and definitions it leads to, nests hundreds deep.
+    What: an expression and the functions that it calls nest more than 150 operations deep.
 
     Why: the compiler follows them one within the other, and its memory for that is bounded.
 
-    Example: a thousand functions that call each other in turn.
+    Example: a hundred functions, each of which calls the one before it.
 
-    Way out: break the expression up, and order the definitions so that each comes after those
-    it uses.
+    Way out: name inner parts of the expression with `let`, and pass these on.
     """
     return error(
         "BG318", "this expression is nested too deeply", span, help="break it up into several"

@@ -6,6 +6,7 @@ Parts are built when they are first needed, so declarations may come in any orde
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TypeVar
 
 from bgc.diagnostics.catalogue import graph, laws, names
@@ -356,20 +357,26 @@ class Builder:
         if pending.status is Status.OPEN:
             cycle = [pending.path, pending.path]
             raise BgError([names.defined_by_itself(pending.part.name_span, cycle)])
-        pending.status = Status.OPEN
-        try:
-            self._parts += 1
-            if self._parts > MAX_PARTS:
-                raise self._too_many(pending.part.span)
-            pending.built = self._build(pending)
-        except BgError as err:
-            pending.status = Status.FAILED
-            self.world.report.add(*err.diagnostics, note=note(pending.env))
-            raise already_reported() from err
-        pending.status = Status.DONE
-        return pending.built
+        return self.world.demands.meet(pending, partial(self._build, pending))
 
     def _build(self, pending: Pending) -> Instance | Element:
+        turns = self._turns
+        try:
+            if self._parts >= MAX_PARTS:
+                raise self._too_many(pending.part.span)
+            built = self._part(pending)
+        except BgError as err:
+            self.world.report.add(*err.diagnostics, note=note(pending.env))
+            raise already_reported() from err
+        except BaseException:  # put aside: its loops will be counted again
+            self._turns = turns
+            raise
+        self._parts += 1
+        pending.built = built
+        pending.status = Status.DONE
+        return built
+
+    def _part(self, pending: Pending) -> Instance | Element:
         part, env = pending.part, pending.env
         declared = env.module.models.get(part.type.name)
         if declared is not None:

@@ -6,7 +6,7 @@ So declarations may come in any order, and a value that is defined by itself is 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import reduce
+from functools import partial, reduce
 
 from bgc.algebra.dag import Kind, Level
 from bgc.algebra.evaluate import evaluate_nodes
@@ -40,7 +40,6 @@ class Quantities:
         self.state_count = 0
         self.unknown_count = 0
         self.definitions: dict[Quantity, list[tuple[syntax.Assign, Environment]]] = {}
-        self._open: list[Quantity] = []
         self._constants: dict[Declared[syntax.Value], Quantity] = {}
         self._provisional: dict[Quantity, Value] = {}
 
@@ -64,29 +63,22 @@ class Quantities:
         if quantity.status is Status.FAILED:
             raise already_reported()
         if quantity.status is Status.OPEN:
-            cycle = self._open[self._open.index(quantity) :]
-            at = quantity.declaration.name_span
-            raise BgError([names.defined_by_itself(at, [q.path for q in [*cycle, quantity]])])
-        return self._compute(quantity)
+            under_way = self.world.demands.under_way
+            cycle = [*under_way[under_way.index(quantity) :], quantity]
+            paths = [each.path for each in cycle if isinstance(each, Quantity)]
+            raise BgError([names.defined_by_itself(quantity.declaration.name_span, paths)])
+        return self.world.demands.meet(quantity, partial(self._compute, quantity))
 
     def forget_provisional(self) -> None:
         """Drop what was computed before the bonds were numbered."""
         self._provisional.clear()
 
     def _compute(self, quantity: Quantity) -> Value:
-        quantity.status = Status.OPEN
-        self._open.append(quantity)
         try:
             value = self._define(quantity)
         except BgError as err:
-            quantity.status = Status.FAILED
             self.world.report.add(*err.diagnostics, note=note(quantity.env))
             raise already_reported() from err
-        except BaseException:  # a width that is not known yet: to be computed again
-            quantity.status = Status.NEW
-            raise
-        finally:
-            self._open.pop()
         fixed = quantity.kind in {"param", "state", "unknown"}
         if self.world.provisional and not fixed and level_of(self.world.dag, value) is Level.STATE:
             quantity.status = Status.NEW

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from bgc.algebra.dag import Dag
 from bgc.diagnostics.report import Report
+from bgc.elaboration.instances.demands import Demands
 from bgc.elaboration.instances.protocols import Builds, Evaluates, ReadsBonds
 from bgc.elaboration.instances.scopes import Names
 from bgc.elaboration.instances.tree import Environment, Given
@@ -56,6 +57,7 @@ class World:
     dag: Dag
     report: Report
     edits: Edits
+    demands: Demands = field(default_factory=Demands)
     provisional: bool = False  # widths are still being inferred: values show shapes only
     builder: Builds = field(init=False)
     quantities: Evaluates = field(init=False)
