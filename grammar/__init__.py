@@ -1,1 +1,1 @@
-"""The language: its grammar, syntax tree, formatter and diagnostics."""
+"""The language: its grammar, parser, syntax tree and formatter."""

@@ -1,4 +1,4 @@
-"""Names what is wrong with characters that begin no token of the language."""
+"""Explain characters that begin no token of the language."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ _HELP_FOR = {
     "\u00b3": "a cube is written as `^3`",
     "\u201c": 'this is a typographic quote; write `"`',
     "\u201d": 'this is a typographic quote; write `"`',
-    "\u00a0": "this is a blank that does not break; write a plain one",
+    "\u00a0": "this is a non-breaking blank; write a plain one",
     "\ufeff": "this is a byte order mark; remove it",
 }
 
 
 def explain_characters(source: Source, at: int, previous: Token | None) -> Diagnostic:
-    """Name what is wrong at an offset; `previous` is the token before."""
+    """Explain the characters at an offset; `previous` is the token before them."""
     text = source.text
     if text.startswith("/*", at):
         return wrong.unclosed_comment(Span(source, at, at + 2))
@@ -68,15 +68,15 @@ def explain_characters(source: Source, at: int, previous: Token | None) -> Diagn
 
 
 def _number(source: Source, at: int) -> Diagnostic:
-    """Name what is wrong with a number or with its unit, and give the right spelling."""
+    """Explain a misspelt number or unit, with the right spelling."""
     found = _NUMBER_AND_MORE.match(source.text, at)
     if found is None:
         span = Span(source, at, at + 1)
-        return wrong.misspelt_number(span, "this is no number", "a number is `1`, `.5` or `1.5`")
+        return wrong.misspelt_number(span, "this is not a number", "a number is `1`, `.5` or `1.5`")
     number, point, glued, unit, tail = found.group("number", "point", "glued", "unit", "tail")
     span = Span(source, at, found.end())
     if point:
-        message = "a number has digits behind its point"
+        message = "a number has digits after its point"
         if found.end() < len(source.text) and source.text[found.end()] in ".0123456789":
             message = "a number has one point"
         help = f"write `{number}` or `{number}.0`"
@@ -84,7 +84,7 @@ def _number(source: Source, at: int) -> Diagnostic:
         message = "a unit stands one blank after its number"
         help = f"write `{number} {glued}` for a unit, `{number}*{glued}` for a product"
     elif unit is None:
-        message = "a unit is not a quotient alone"
+        message = "a unit cannot begin with `/`"
         word = (tail or "").strip(" /")
         help = f"write `{number} {word}^-1` for a unit, `{number} / {word}` for a quotient"
     else:

@@ -1,4 +1,4 @@
-"""Reads `.bg` files."""
+"""Reading of `.bg` files."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ def read_source(path: Path) -> Source:
     Raises
     ------
     BgError
-        When there is no such file, it is a directory, cannot be read, is larger than 16 MB
-        or is not UTF-8.
+        If the file does not exist, is a directory, cannot be read, is larger than 16 MB or is
+        not UTF-8.
     """
     name = str(path)
     try:

@@ -1,11 +1,11 @@
-"""`bgc fmt`: prints a `.bg` text in its canonical form, comments kept.
+"""Print a `.bg` text in its canonical form, for `bgc fmt`.
 
-Two blanks of indentation, one statement a line, at most one blank line, `+` and `-` with blanks
-around, `*`, `/` and `^` without (behind a unit they need them), the colons of neighbouring parts
-one below the other. What is a choice stays as written: blank lines, line breaks within a
-statement, and whether a short block stands on one line.
+The form: two blanks of indentation, one statement a line, at most one blank line, `+` and `-`
+with blanks around them, `*`, `/` and `^` without (behind a unit they need blanks), and the
+colons of neighbouring parts one below the other. The author's choice is kept for blank lines,
+line breaks within a statement, and short blocks on one line.
 
-Works on the tokens and the comments between them, so that nothing of the text can get lost.
+The printer works on the tokens and the comments between them, so no part of the text is lost.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ _ENDS_OPERAND = ("NAME", "NUMBER", "TIME", "TEXT", "DER", *_CLOSERS)
 
 
 def format_source(source: Source) -> str:
-    """Print a text in canonical form; what it means is unchanged.
+    """Print a text in canonical form, with its meaning unchanged.
 
     Raises
     ------
     BgError
-        With the syntax errors of the text, when it has any.
+        With the syntax errors of the text.
     """
     _, tokens, wrong = parse_with_tokens(source)
     if wrong:
@@ -50,7 +50,7 @@ def format_source(source: Source) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Piece:
-    """A token or a comment, and the line ends between it and what is before it."""
+    """A token or a comment, and the number of line ends before it."""
 
     kind: str  # the type of the token, or "COMMENT"
     text: str
@@ -58,17 +58,17 @@ class _Piece:
 
     @property
     def is_line_comment(self) -> bool:
-        """Whether the line must end behind it."""
+        """Whether the line must end behind this piece."""
         return self.kind == "COMMENT" and self.text.startswith("//")
 
     @property
     def has_unit(self) -> bool:
-        """Whether an operator behind it would be taken for a part of its unit."""
+        """Whether an operator directly behind it would be read as part of its unit."""
         return self.kind == "NUMBER" and " " in self.text
 
 
 def _pieces(text: str, tokens: tuple[Token, ...]) -> Iterator[_Piece]:
-    """The tokens of a text and the comments between them; no `;` behind a law's `}`."""
+    """Return the tokens of a text and the comments between them, less any `;` behind a `}`."""
     at = 0
     previous = ""
     for token in (*tokens, None):
@@ -85,7 +85,7 @@ def _pieces(text: str, tokens: tuple[Token, ...]) -> Iterator[_Piece]:
 
 @dataclass(slots=True)
 class _Line:
-    """One line of the result, and where the colon of the part it declares is."""
+    """One line of the result, and the column of the colon where it declares a part."""
 
     text: str
     colon: int | None = None
@@ -93,16 +93,16 @@ class _Line:
 
 @dataclass(slots=True)
 class _Printer:
-    """Sets the pieces one after the other, each with what belongs before it."""
+    """The printing of a text: pieces are appended in turn, with blanks and line ends between."""
 
     pieces: list[_Piece]
     lines: list[_Line] = field(default_factory=lambda: [_Line("")])
-    inline: list[bool] = field(default_factory=list)  # of each open block: is it on one line
-    brackets: list[int] = field(default_factory=list)  # the line each open one stands on
-    statement: str = ""  # kind of the first token of the statement, "" before it
-    token: _Piece = _Piece("", "", 0)  # the last one that was no comment
-    is_sign: bool = False  # it was a sign before an operand
-    is_spaced: bool = False  # it was an operator with blanks around
+    inline: list[bool] = field(default_factory=list)  # for each open block: is it on one line
+    brackets: list[int] = field(default_factory=list)  # for each open bracket: its line
+    statement: str = ""  # kind of the first token of the statement, "" between statements
+    token: _Piece = _Piece("", "", 0)  # the last token, comments skipped
+    is_sign: bool = False  # the last token is a sign before an operand
+    is_spaced: bool = False  # the last token is an operator with blanks around it
     leads: bool = False  # the last comment began its line
 
     def print(self) -> str:
@@ -117,10 +117,10 @@ class _Printer:
         text = "\n".join(line.text for line in _aligned(self.lines))
         return f"{text}\n" if text else ""
 
-    # --- what stands before a piece -----------------------------------------------------------
+    # --- blanks and line ends before a piece ---------------------------------------------------
 
     def _separate(self, before: _Piece, piece: _Piece) -> None:
-        """Put the line end or the blank that belongs before a piece."""
+        """Append the line end or the blank that belongs before a piece."""
         between = not self.statement
         if before.is_line_comment or (piece.kind == "COMMENT" and piece.newlines):
             self._new_line(before, piece, blank=between and piece.newlines > 1)
@@ -139,7 +139,7 @@ class _Printer:
             self.lines[-1].text += " "
 
     def _new_line(self, before: _Piece, piece: _Piece, *, blank: bool) -> None:
-        """Begin a line and indent it; with an empty one before, but not at a block's ends."""
+        """Begin an indented line, after an empty one if `blank` and not at the ends of a block."""
         indent = len(self.inline) - (piece.kind == "RBRACE")
         if self.brackets:
             opened = set(self.brackets)
@@ -153,7 +153,7 @@ class _Printer:
         self.lines.append(_Line(" " * (_INDENT * indent)))
 
     def _needs_blank(self, before: _Piece, piece: _Piece) -> bool:
-        """Whether a blank stands between two pieces of a statement."""
+        """Return whether a blank stands between two pieces of a statement."""
         if piece.kind in _TIGHT_BEFORE or before.kind in _TIGHT_AFTER:
             return False
         if before.kind == "COMMENT":
@@ -178,7 +178,7 @@ class _Printer:
         self.lines += [_Line(text.rstrip()) for text in more]
 
     def _set_token(self, at: int, piece: _Piece) -> None:
-        """Put a token, and keep account of where it leads."""
+        """Append a token, and update the state that later pieces depend on."""
         line, before = self.lines[-1], self.token
         if piece.kind == "COLON" and self.statement == "NAME" and not any(self.inline):
             line.colon = len(line.text)
@@ -202,7 +202,7 @@ class _Printer:
                 self.statement = ""
 
     def _is_inline(self, at: int) -> bool:
-        """Whether the block that begins here was written on one line, and has room on one."""
+        """Return whether the block that begins here was written on one line and fits on one."""
         if self.inline and self.inline[-1]:
             return True
         block: list[_Piece] = []
@@ -221,7 +221,7 @@ class _Printer:
 
 
 def _aligned(lines: list[_Line]) -> list[_Line]:
-    """Put the colons of parts one below the other where their lines are neighbours."""
+    """Align the colons of parts on neighbouring lines."""
     start = 0
     while start < len(lines):
         end = start + 1

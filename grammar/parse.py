@@ -16,6 +16,7 @@ from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.files import read_source
 from bgc.grammar.lark_parser import lark_parser
+from bgc.grammar.mistakes import ErrorContext, explain
 from bgc.grammar.tokens import END, ParseTree, span_of, start_of, token_at
 from bgc.grammar.transform import transform, transform_setting
 
@@ -38,13 +39,14 @@ _ELSE = re.compile(r"\s*else\b")
 
 
 def parse(source: Source) -> tuple[syntax.File, tuple[Diagnostic, ...]]:
-    """Read a text; whatever it is, this does not raise.
+    """Parse a text. Syntax errors are returned, not raised.
 
     Returns
     -------
     tuple
-        The syntax tree of what could be read, and the diagnostics in the order of the text:
-        at most `MAX_ERRORS`, and one that says so. Without any, the tree is the whole text.
+        The syntax tree of the parts that could be read, and the diagnostics in the order of the
+        text: at most `MAX_ERRORS`, then one that says that there are more. Without any, the tree
+        is that of the whole text.
     """
     file, _, diagnostics = parse_with_tokens(source)
     return file, diagnostics
@@ -53,45 +55,45 @@ def parse(source: Source) -> tuple[syntax.File, tuple[Diagnostic, ...]]:
 def parse_with_tokens(
     source: Source,
 ) -> tuple[syntax.File, tuple[Token, ...], tuple[Diagnostic, ...]]:
-    """Read a text as `parse` does, and give the tokens that were read too."""
-    refusal = _refuse(source)
+    """Parse a text as `parse` does, and return its tokens too."""
+    refusal = _not_a_model(source)
     if refusal is not None:
         return syntax.File(source, (), ()), (), (refusal,)
-    reading = _Reading(source)
-    file, refused = transform(source, reading.run())
-    found = sorted((*reading.diagnostics, *refused), key=lambda d: d.span.start if d.span else 0)
-    if any(d.code == "BG110" for d in found):  # what an open comment swallows is not missing
+    parsing = _Parsing(source)
+    file, refused = transform(source, parsing.to_end())
+    found = sorted((*parsing.diagnostics, *refused), key=lambda d: d.span.start if d.span else 0)
+    if any(d.code == "BG110" for d in found):  # the unclosed comment holds the missing `}`
         found = [d for d in found if d.code != "BG105"]
     if len(found) > MAX_ERRORS:
         rest = found[MAX_ERRORS].span
         assert rest is not None
         found[MAX_ERRORS:] = [wrong.too_many_errors(rest, MAX_ERRORS)]
-    return file, tuple(reading.tokens), tuple(found)
+    return file, tuple(parsing.tokens), tuple(found)
 
 
 def parse_setting(source: Source) -> syntax.Set:
-    """Read `a.b = value`, the setting of a parameter on the command line.
+    """Parse `a.b = value`, the setting of a parameter on the command line.
 
     Raises
     ------
     BgError
-        Where it is none.
+        With the first syntax error.
     """
-    refusal = _refuse(source)
+    refusal = _not_a_model(source)
     if refusal is not None:
         raise BgError([refusal])
-    reading = _Reading(source, "setting")
-    tree = reading.run_once()
+    parsing = _Parsing(source, "setting")
+    tree = parsing.to_first_error()
     if tree is None:
-        raise BgError(reading.diagnostics)
+        raise BgError(parsing.diagnostics)
     setting, refused = transform_setting(source, tree)
     if refused:
         raise BgError(refused)
     return setting
 
 
-def _refuse(source: Source) -> Diagnostic | None:
-    """Say why a text is none of ours from the look of it."""
+def _not_a_model(source: Source) -> Diagnostic | None:
+    """Recognise a text that is not worth parsing: another tool's format, or data in one line."""
     if _BONDGRAPHTOOLS.match(source.text):
         return files.saved_by_bondgraphtools(Span(source, 0, len(source.line(1))))
     starts = (*source.line_starts, len(source.text))
@@ -111,11 +113,11 @@ class _TooDeepError(Exception):
         super().__init__()
 
 
-class _Reading:
-    """One text on its way through Lark's parser, and the syntax errors so far.
+class _Parsing:
+    """The parsing of one text, with its tokens and syntax errors so far.
 
-    After an error the parser returns to its state behind the last complete statement, and goes on
-    behind the next `;` or `}` of that block. Where only one sign is missing, it is inserted.
+    After an error the parser returns to its state behind the last complete statement and reads
+    on behind the next `;` or `}` of that block. Where a single sign is missing, it is inserted.
     """
 
     def __init__(self, source: Source, start: str = "start") -> None:
@@ -130,7 +132,7 @@ class _Reading:
         self._last_error = -1
         self._resumed = -1
 
-    def run(self) -> ParseTree:
+    def to_end(self) -> ParseTree:
         """Read to the end of the text, or to the last error that is reported."""
         while True:
             try:
@@ -144,7 +146,7 @@ class _Reading:
                 self._close_blocks()
                 return self._end()
 
-    def run_once(self) -> ParseTree | None:
+    def to_first_error(self) -> ParseTree | None:
         """Read to the end of the text, or to the first error."""
         try:
             self._read_on()
@@ -185,7 +187,7 @@ class _Reading:
     # --- recovery -------------------------------------------------------------------------
 
     def _recover(self, at: int, found: Token | None) -> None:
-        """Report an error, and take the parser to where it can go on."""
+        """Report an error, and take the parser to where it can read on."""
         missing = self._report(at, found)
         if missing is not None:
             self._feed(token_at(missing, at))
@@ -196,10 +198,8 @@ class _Reading:
             self._skip(at)
 
     def _report(self, at: int, found: Token | None) -> str | None:
-        """Report an error; return the type of the sign that is missing, if it is only that."""
-        from bgc.grammar.mistakes import Trouble, diagnose  # not needed by most texts
-
-        trouble = Trouble(
+        """Report an error; return the type of the missing sign if that is all that is wrong."""
+        context = ErrorContext(
             self.source,
             at,
             found,
@@ -208,11 +208,11 @@ class _Reading:
             frozenset(self._parser.accepts()),
             "file" if self._start == "start" else self._start,
         )
-        mistake = diagnose(trouble)
+        explanation = explain(context)
         if at != self._last_error:  # otherwise it follows from the one before
-            self.diagnostics.append(mistake.diagnostic)
+            self.diagnostics.append(explanation.diagnostic)
             self._last_error = at
-        return mistake.missing
+        return explanation.missing
 
     def _report_too_deep(self, token: Token) -> int:
         """Report where the nesting becomes too deep; return the offset."""
@@ -227,7 +227,7 @@ class _Reading:
             self._parser.feed_token(token_at("SEMICOLON", self._resumed))
 
     def _skip(self, at: int) -> None:
-        """Go on behind the next `;` or block, or before the `}` of the current block."""
+        """Read on behind the next `;` or block, or before the `}` of the current block."""
         self._return_to_block()
         resume = _end_of_statement(self.source.text, at, self._resumed, in_block=bool(self._open))
         self.tokens.append(token_at("SEMICOLON", resume))
@@ -252,16 +252,16 @@ class _Reading:
 
 
 def _place(error: UnexpectedInput) -> tuple[int, Token | None]:
-    """Return the offset of a syntax error, and the token there, None where there is none."""
+    """Return the offset of a syntax error and the token there; None if no token begins there."""
     offset: Any = error.pos_in_stream
     return offset, error.token if isinstance(error, UnexpectedToken) else None
 
 
 def _end_of_statement(text: str, at: int, resumed: int, *, in_block: bool) -> int:
-    """Find where the next statement begins, or the `}` of the block one is in.
+    """Find the offset of the next statement, or of the `}` that closes the current block.
 
-    A line that begins as a declaration ends whatever was open, unless reading was resumed
-    there before.
+    A line that begins like a declaration ends every open block, unless reading resumed there
+    after the error before.
     """
     depth = 0
     for found in _SKIPPED.finditer(text, at):
@@ -276,7 +276,7 @@ def _end_of_statement(text: str, at: int, resumed: int, *, in_block: bool) -> in
                     return found.end()
             case ";" if depth == 0:
                 return found.end()
-            case "/*":  # not closed
+            case "/*":  # an unclosed comment
                 return len(text)
             case word if word.isalpha() and found.start() > resumed:
                 return found.start()

@@ -1,4 +1,4 @@
-"""Where bgc keeps things on the user's machine."""
+"""The folder for files that bgc keeps on the user's machine."""
 
 from __future__ import annotations
 
@@ -8,9 +8,12 @@ from pathlib import Path
 
 
 def cache_directory() -> Path:
-    """Return the cache: `$BGC_CACHE_DIR`, else `bgc` in the user's cache directory.
+    """Return the cache directory: `$BGC_CACHE_DIR`, otherwise `bgc` in the user's own.
 
-    Raises RuntimeError where the user has no home directory.
+    Raises
+    ------
+    RuntimeError
+        If the user has no home directory.
     """
     if chosen := os.environ.get("BGC_CACHE_DIR"):
         return Path(chosen).absolute()

@@ -1,6 +1,6 @@
-"""The syntax tree: what the parser makes of a `.bg` text, and nothing more.
+"""The syntax tree of a `.bg` text.
 
-Pure data. Every node has the `span` it was read from. Names are not resolved, units not
+Plain data: every node has the `span` it was read from; names are not resolved, units not
 interpreted, widths not evaluated.
 """
 
@@ -18,7 +18,7 @@ from bgc.diagnostics.source import Source, Span
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """`2`, `1.5e3`, or with a unit `8 t`: the literal value, the unit as written or None."""
+    """`2`, `1.5e3`, or with a unit `8 t`: the value as written, the unit's text or None."""
 
     value: Fraction
     unit: str | None
@@ -27,7 +27,7 @@ class Number:
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """A plain name; `time` too."""
+    """A plain name, including `time`."""
 
     name: str
     span: Span
@@ -62,7 +62,7 @@ class Index:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """`function(arguments)`; `der(x)` too. `function` is a plain name."""
+    """`function(arguments)`, including `der(x)`. `function` is a plain name."""
 
     function: str
     arguments: tuple[Expr, ...]
@@ -90,7 +90,7 @@ class Binary:
 
 @dataclass(frozen=True, slots=True)
 class Conditional:
-    """`if condition then yes else no`; where states or time decide, a change is an event."""
+    """`if condition then yes else no`; a condition on states or time switches at an event."""
 
     condition: Expr
     yes: Expr
@@ -108,7 +108,7 @@ class Vector:
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """`"up_down_up.csv"`: only an argument of a device or the text of an `assert`."""
+    """`"up_down_up.csv"`: an argument of a device, or the message of an `assert`."""
 
     value: str
     span: Span
@@ -125,11 +125,11 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class TypeUse:
-    """`Type[n, m](arguments)`: a type's name, its dimensions and arguments where it is used.
+    """`Type[n, m](arguments)`: the use of a type, with its dimensions and arguments.
 
     As an expression it is the value of an argument that fills a slot. There `Rigid`,
-    `Rigid[5]` and `Rigid()` read as Name, Index and Call: only the name of the argument
-    tells that a type is meant.
+    `Rigid[5]` and `Rigid()` are parsed as Name, Index and Call: only the name of the argument
+    shows that a type is meant.
     """
 
     name: str
@@ -156,7 +156,7 @@ class LawEquation:
 
 
 class Direction(Enum):
-    """Which way the half arrow of a port's bond points."""
+    """The direction of the half arrow at a port."""
 
     IN = "in"
     OUT = "out"
@@ -261,7 +261,7 @@ class Project:
 
 @dataclass(frozen=True, slots=True)
 class Assert:
-    """`assert condition, "message";`: the run ends with the message where it fails."""
+    """`assert condition, "message";`: where it fails, the run ends with the message."""
 
     condition: Expr
     message: str
@@ -270,7 +270,7 @@ class Assert:
 
 @dataclass(frozen=True, slots=True)
 class For:
-    """`for i in first..last { items }`, at compile time."""
+    """`for i in first..last { items }`, unrolled at compile time."""
 
     variable: str
     first: Expr
@@ -281,7 +281,7 @@ class For:
 
 @dataclass(frozen=True, slots=True)
 class If:
-    """`if condition { items } else { items }`, at compile time."""
+    """`if condition { items } else { items }`, decided at compile time."""
 
     condition: Expr
     yes: tuple[Item, ...]
@@ -335,7 +335,7 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class Observe:
-    """`observe tip.z as height, boom.f;`: one Observe for each, alias None without `as`."""
+    """`observe tip.z as height, boom.f;`: one Observe for each value; alias None without `as`."""
 
     value: Expr
     alias: str | None
@@ -362,7 +362,7 @@ class Require:
 
 @dataclass(frozen=True, slots=True)
 class Keep:
-    """`keep x;`: is not sliced away."""
+    """`keep x;`: x is kept even where no output depends on it."""
 
     target: Expr
     span: Span
@@ -370,7 +370,7 @@ class Keep:
 
 @dataclass(frozen=True, slots=True)
 class Deadline:
-    """`deadline 1 ms;`: the time a step may take."""
+    """`deadline 1 ms;`: the computing time that a step may take."""
 
     value: Expr
     span: Span
@@ -411,7 +411,7 @@ SceneItem: TypeAlias = (
 
 @dataclass(frozen=True, slots=True)
 class ImportFile:
-    """`import "joints.bg";`: a file, by its path from the importing file."""
+    """`import "joints.bg";`: a file, by its path relative to the importing file."""
 
     path: str
     span: Span
@@ -462,7 +462,7 @@ class DomainVariable:
 
 @dataclass(frozen=True, slots=True)
 class Domain:
-    """`domain Frame { .. }`, or `pseudo domain`, whose effort times flow is no power."""
+    """`domain Frame { .. }`, or `pseudo domain`, whose effort times flow is not a power."""
 
     name: str
     pseudo: bool

@@ -1,4 +1,4 @@
-"""Makes the syntax tree from the parse tree, and refuses what the grammar let through."""
+"""Transform the parse tree into the syntax tree, and report what the grammar is too wide for."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ _COMMENTS = re.compile(r"/\*.*?\*/")
 def transform(source: Source, tree: ParseTree) -> tuple[syntax.File, tuple[Diagnostic, ...]]:
     """Make the syntax tree of a file from its parse tree.
 
-    A part of the tree that is refused is reported and replaced or left out; the rest stands.
+    Parts that the language does not allow are reported, and replaced or left out.
     """
     worker = _Transform(source)
     return worker.file(tree), tuple(worker.diagnostics)
 
 
 def transform_setting(source: Source, tree: ParseTree) -> tuple[syntax.Set, tuple[Diagnostic, ...]]:
-    """Make the setting of a parameter from its parse tree."""
+    """Make the setting of a parameter, `a.b = value`, from its parse tree."""
     worker = _Transform(source)
     return worker.setting(tree), tuple(worker.diagnostics)
 
 
 class _Transform(ExpressionTransform):
-    """The declarations and items; one method for each rule of the grammar that makes one."""
+    """The transformation of declarations and items: one method for each rule of the grammar."""
 
     def file(self, tree: ParseTree) -> syntax.File:
         imports: list[syntax.Import] = []
@@ -180,7 +180,7 @@ class _Transform(ExpressionTransform):
         raise AssertionError(tree.data)
 
     def _two_sides(self, tree: ParseTree) -> tuple[syntax.Expr, syntax.Expr, Span]:
-        """Both sides of `left = right;`, with or without a word in front."""
+        """Transform `left = right;`, with or without a keyword before it, and return its span."""
         left, right = tree.children[-2:]
         return self.expression(left), self.expression(right), self.span(tree)
 
@@ -265,10 +265,10 @@ class _Transform(ExpressionTransform):
         )
 
     def _if(self, tree: ParseTree) -> syntax.If:
-        """Nest the branches of `if c { } else if c { } else { }`, from the last to the first."""
+        """Nest the branches of `if a { } else if b { } else { }`, from the last to the first."""
         children: list[Any] = tree.children
         listed, last_else, last_block = children
-        no = () if last_else is None else self._block(last_block)
+        otherwise = () if last_else is None else self._block(last_block)
         branches: list[list[Any]] = [branch.children for branch in _listed(listed)]
         if len(branches) > MAX_DEPTH:
             self.report(wrong.too_deep(self.token_span(branches[MAX_DEPTH][0])))
@@ -277,15 +277,15 @@ class _Transform(ExpressionTransform):
         made = None
         for word, condition, block in reversed(branches):
             span = self.token_span(word).to(end)
-            made = syntax.If(self.expression(condition), self._block(block), no, span)
-            no = (made,)
+            made = syntax.If(self.expression(condition), self._block(block), otherwise, span)
+            otherwise = (made,)
         assert made is not None
         return made
 
     # --- items of a scene -----------------------------------------------------------------
 
     def _scene_item(self, tree: ParseTree) -> list[syntax.SceneItem]:
-        """The items one statement stands for: several where it takes a list."""
+        """Transform one statement: into several items where it lists several values."""
         children: list[Any] = tree.children
         span = self.span(tree)
         match tree.data:
@@ -336,7 +336,7 @@ class _Transform(ExpressionTransform):
         if str(name) in SCENE_WORDS:
             self.report(wrong.reserved_word(self.token_span(name), str(name)))
 
-    # --- what several of them need ----------------------------------------------------------
+    # --- parts of declarations and items ----------------------------------------------------
 
     def _type_use(self, tree: ParseTree) -> syntax.TypeUse:
         children: list[Any] = tree.children
@@ -358,7 +358,7 @@ class _Transform(ExpressionTransform):
         return None if tree is None else self.expression(tree)
 
     def _doc(self, tree: ParseTree) -> str:
-        """The text of the `///` lines above a declaration that begins its line."""
+        """Return the text of the `///` lines above a declaration that is the first on its line."""
         source = self.source
         start = self.span(tree).start
         number, column = source.position(start)

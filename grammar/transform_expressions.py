@@ -1,4 +1,4 @@
-"""Makes expressions of the syntax tree from the parse tree."""
+"""Transform the expressions of the parse tree into those of the syntax tree."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bgc.grammar import syntax
 from bgc.grammar.tokens import ParseTree, end_of, span_of, start_of
 
 MAX_DEPTH = 200
-"""How deep expressions may nest; `a + b + c` nests two deep, as `(a + b) + c`."""
+"""The deepest nesting of an expression; `a + b + c` is two deep, as `(a + b) + c`."""
 
 _MAX_DIGITS = 1000
 _LARGEST = Fraction(sys.float_info.max)
@@ -24,24 +24,24 @@ _NUMBER = re.compile(r"(?P<mantissa>[0-9.]+)(?:[eE](?P<exponent>[+-]?[0-9]+))?(?
 
 
 class ExpressionTransform:
-    """Expressions, arguments and spans; collects the diagnostics."""
+    """The transformation of expressions and arguments; collects diagnostics."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
         self.diagnostics: list[Diagnostic] = []
 
     def report(self, diagnostic: Diagnostic) -> None:
-        """Note a mistake."""
+        """Record a diagnostic."""
         self.diagnostics.append(diagnostic)
 
     # --- places ---------------------------------------------------------------------------
 
     def token_span(self, token: Token) -> Span:
-        """The place of a token."""
+        """Return the place of a token."""
         return span_of(self.source, token)
 
     def span(self, node: ParseTree | Token) -> Span:
-        """The place of a rule, from its first kept token to its last."""
+        """Return the place of a rule, from the first to the last token in its tree."""
         first: Any = node
         while isinstance(first, Tree):
             first = next(child for child in first.children if child is not None)
@@ -53,7 +53,7 @@ class ExpressionTransform:
     # --- expressions ------------------------------------------------------------------------
 
     def expression(self, node: ParseTree | Token, depth: int = 0) -> syntax.Expr:
-        """Make an expression; where it nests too deep, report and put a 0."""
+        """Transform an expression; report one that is nested too deep, and return 0 for it."""
         if depth > MAX_DEPTH:
             return self._too_deep(node)
         if isinstance(node, Token):
@@ -79,7 +79,7 @@ class ExpressionTransform:
         raise AssertionError(node.data)
 
     def _too_deep(self, node: ParseTree | Token) -> syntax.Expr:
-        """Report that it nests too deep, and put a number in its place."""
+        """Report an expression that is nested too deep, and return 0 in its place."""
         span = self.span(node)
         self.report(wrong.too_deep(span))
         return syntax.Number(Fraction(0), None, span)
@@ -108,7 +108,7 @@ class ExpressionTransform:
         return syntax.Number(value, unit, span)
 
     def _chain_of_operators(self, children: list[Any], depth: int) -> syntax.Expr:
-        """Fold `a - b + c` from the left; its first operand is the deepest."""
+        """Nest `a - b + c` to the left: its first operand is the deepest."""
         operators = children[1::2]
         if depth + len(operators) > MAX_DEPTH:
             return self._too_deep(operators[MAX_DEPTH - depth])
@@ -120,7 +120,7 @@ class ExpressionTransform:
         return made
 
     def _conditional(self, children: list[Any], depth: int) -> syntax.Expr:
-        """Nest a flat `if a then b else if c then d else e` from its end."""
+        """Nest the branches of `if a then b else if c then d else e` from the last."""
         conditions, values = children[1::5], children[3::5]
         if depth + len(values) > MAX_DEPTH:
             return self._too_deep(children[5 * (MAX_DEPTH - depth)])
@@ -145,7 +145,7 @@ class ExpressionTransform:
     # --- `.name`, `[index]` and `(arguments)` -------------------------------------------------
 
     def _postfix(self, children: list[Any], depth: int) -> syntax.Expr:
-        """Fold `a.b[i](c)` from the left."""
+        """Nest `a.b[i](c)` to the left."""
         first, *suffixes = children
         if depth + len(suffixes) > MAX_DEPTH:
             return self._too_deep(suffixes[MAX_DEPTH - depth])
@@ -169,7 +169,7 @@ class ExpressionTransform:
         return made
 
     def _derivative(self, start: Span, suffixes: list[Any], depth: int) -> syntax.Expr:
-        """Make `der(x)`: of one thing, and nothing behind it."""
+        """Make `der(x)`, which takes one argument and nothing behind it."""
         span = start.to(self.span(suffixes[-1]))
         arguments: tuple[syntax.Argument, ...] = ()
         if len(suffixes) == 1 and suffixes[0].data == "call":
@@ -192,7 +192,7 @@ class ExpressionTransform:
         return tuple(indices)
 
     def plain_indices(self, tree: ParseTree) -> tuple[syntax.Expr, ...]:
-        """Make indices where a range has no meaning."""
+        """Transform indices among which ranges are not allowed."""
         return self._without_ranges(self._indices(tree, 0))
 
     def _without_ranges(
@@ -208,7 +208,7 @@ class ExpressionTransform:
         return tuple(plain)
 
     def _call(self, callee: syntax.Expr, tree: ParseTree, span: Span, depth: int) -> syntax.Expr:
-        """Make a call of a function, or the use of a type where an argument is named."""
+        """Make the call of a function, or the use of a type where an argument has a name."""
         arguments = self.arguments(tree.children[1], depth)
         match callee:
             case syntax.Name(name, name_span) if name != "time":
@@ -223,7 +223,7 @@ class ExpressionTransform:
         return callee
 
     def arguments(self, tree: Any, depth: int = 0) -> tuple[syntax.Argument, ...]:
-        """Make the arguments between two parentheses; none where there are none."""
+        """Transform the arguments of a call or a type; `tree` is None where there are none."""
         if tree is None:
             return ()
         made: list[syntax.Argument] = []
@@ -240,12 +240,12 @@ class ExpressionTransform:
 
 
 def unquoted(token: object) -> str:
-    """Return a text without its quotes."""
+    """Return the characters between the quotes of a text."""
     return str(token)[1:-1]
 
 
 def _spaced(callee: syntax.Expr) -> str:
-    """`10 V * sin` of `10 V*sin`, whose unit goes on to the next blank; else an empty text."""
+    """Spell `10 V*sin`, where `sin` is read as a unit, as `10 V * sin`; otherwise return ""."""
     if not isinstance(callee, syntax.Number) or callee.unit is None:
         return ""
     found = re.fullmatch(r"(.+)([*/])([A-Za-z_]\w*)", callee.span.text)

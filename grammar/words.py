@@ -1,4 +1,4 @@
-"""The words of the language, where they stand, and the forms of its statements."""
+"""The words of the language, the blocks that they belong to, and the forms of statements."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ RESERVED = frozenset(
     "import model interface domain function scene const param let signal input output state "
     "unknown equation project assert port for in if then else use set and or not der time".split()
 )
-"""Names nowhere."""
+"""Never names."""
 
 SCENE_WORDS = frozenset("observe run solver device drive require deadline step".split())
 """Reserved in a scene, names elsewhere."""
@@ -28,7 +28,7 @@ PLACES = {
     "scene": "in a scene",
     "domain": "in a domain",
 }
-"""Where a block's statements stand, as messages say it."""
+"""The place of a block's statements, as messages name it, by kind of block."""
 
 BLOCK_OF = {
     "MODEL": "model",
@@ -73,20 +73,20 @@ FORMS = {
     "plot": "a panel of the plot is `plot name, other;` or `plot name against other;`",
     "observe": "outputs are `observe value as name, other;`",
     "require": "a requirement is `require value within tolerance;`",
-    "keep": "what is kept is `keep x, y;`",
+    "keep": "a `keep` statement is `keep x, y;`",
     "deadline": "a deadline is `deadline 1 ms;`",
     "solver": "a solver is `solver name(rtol = 1e-8);`",
     "step": "a step is `step 1 ms;`",
     "run": "a run is `run 60 s every 10 ms;`",
 }
-"""The form of a statement, by its first word."""
+"""The form of a statement, as messages show it, by its first word."""
 
 FORMS_IN = {
     "file": "a file holds imports, then models, scenes, interfaces, domains, functions, constants",
     "model": "a part is `name : Type(arguments);`, bonds are `a -> b -> c;`",
     "scene": "a scene holds statements such as `observe value as name;` and `run 10 s;`",
     "domain": "a variable is `effort name : unit;`, or `flow` or `signal`",
-    "law": "a law is `e = expression;`, or that of another of the element's variables",
+    "law": "a law is `e = expression;`, or the same for another variable of the element",
     "setting": "a setting is `part.name = value`",
 }
-"""What may stand in a block, by its kind."""
+"""The statements of a block, as messages show them, by kind of block."""
