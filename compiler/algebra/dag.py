@@ -6,63 +6,14 @@ nodes. Creation order is a topological order: a node's operands have smaller num
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from fractions import Fraction
 
-from bgc.algebra.angles import cosine_of, sine_of, tangent_of
+from bgc.algebra.operations import ROWS
+from bgc.algebra.operations import Op as Op
 from bgc.diagnostics.source import Span
-
-
-class Op(IntEnum):
-    """What a node computes; the names of the functions are C's."""
-
-    CONST = 0
-    SYMBOL = 1
-    ADD = 2
-    SUB = 3
-    MUL = 4
-    DIV = 5
-    NEG = 6
-    POW = 7
-    SELECT = 8  # a if nonzero then b else c
-    LT = 9
-    LE = 10
-    EQ = 11
-    AND = 12
-    OR = 13
-    NOT = 14
-    SIN = 15
-    COS = 16
-    TAN = 17
-    ASIN = 18
-    ACOS = 19
-    ATAN = 20
-    ATAN2 = 21
-    SINH = 22
-    COSH = 23
-    TANH = 24
-    EXP = 25
-    LOG = 26
-    SQRT = 27
-    ABS = 28
-    SIGN = 29  # -1, 0, 1
-    MIN = 30
-    MAX = 31
-    FLOOR = 32
-    CEIL = 33
-    FMOD = 34
-    HYPOT = 35
-    ASINH = 36
-    ACOSH = 37
-    ATANH = 38
-    CBRT = 39
-    ERF = 40
-    LOG10 = 41
-    EXPM1 = 42
-    LOG1P = 43
 
 
 class Level(IntEnum):
@@ -325,15 +276,16 @@ class Dag:
             return yes if value != 0 else no
         return self._make(_SELECT, condition, yes, no)
 
-    def call(self, op: Op, *operands: int) -> int:
-        """Any other operation: comparisons, logic, functions with C's names."""
+    def call(self, op: int, *operands: int) -> int:
+        """Any other operation: comparisons, logic, functions."""
         values = [self.value(x) for x in operands]
         exact = [v for v in values if v is not None]
         if len(exact) == len(values):
-            folded = _EXACT[op](*exact) if op in _EXACT else _exact_function(op, exact)
+            row = ROWS[op]
+            folded = row.folded(exact)
             if folded is not None:
                 return self.const(folded)
-            root = _ROOTS[op](*exact) if op in _ROOTS else None
+            root = row.root(exact[0]) if row.root is not None else None
             if root is not None:
                 share, square = root
                 return self.mul(self.const(share), self.call(Op.SQRT, self.const(square)))
@@ -369,7 +321,7 @@ class Dag:
     def apply(self, op: int, operands: tuple[int, ...]) -> int:
         """An operation by its number; not of CONST and SYMBOL."""
         method = _METHODS.get(op)
-        return method(self, *operands) if method is not None else self.call(Op(op), *operands)
+        return method(self, *operands) if method is not None else self.call(op, *operands)
 
     def substitute(self, roots: Iterable[int], replacement: Mapping[int, int]) -> list[int]:
         """The roots with nodes replaced, once (replacements are not searched again)."""
@@ -424,44 +376,6 @@ class Dag:
         half = self._whole_power(a, exponent // 2)
         square = self.mul(half, half)
         return self.mul(square, a) if exponent % 2 else square
-
-
-_EXACT: dict[Op, Callable[..., int | Fraction]] = {
-    Op.LT: lambda x, y: int(x < y),
-    Op.LE: lambda x, y: int(x <= y),
-    Op.EQ: lambda x, y: int(x == y),
-    Op.AND: lambda x, y: int(x != 0 and y != 0),
-    Op.OR: lambda x, y: int(x != 0 or y != 0),
-    Op.NOT: lambda x: int(x == 0),
-    Op.ABS: abs,
-    Op.SIGN: lambda x: (x > 0) - (x < 0),
-    Op.MIN: min,
-    Op.MAX: max,
-    Op.FLOOR: math.floor,
-    Op.CEIL: math.ceil,
-}
-
-_ROOTS = {Op.SIN: sine_of, Op.COS: cosine_of, Op.TAN: tangent_of}
-
-
-def _exact_function(op: Op, values: list[Fraction]) -> Fraction | None:
-    """The value of a function where it is rational for sure: at 0, at 1, of squares."""
-    x = values[0]
-    if x == 0:
-        if op in {Op.SIN, Op.TAN, Op.ASIN, Op.ATAN, Op.SINH, Op.TANH, Op.SQRT, Op.ASINH,
-                  Op.ATANH, Op.CBRT, Op.ERF, Op.EXPM1, Op.LOG1P}:  # fmt: skip
-            return Fraction(0)
-        if op in {Op.COS, Op.COSH, Op.EXP}:
-            return Fraction(1)
-    if x == 1:
-        if op in {Op.LOG, Op.LOG10, Op.ACOSH, Op.ACOS}:
-            return Fraction(0)
-        if op is Op.CBRT:
-            return Fraction(1)
-    if op is Op.SQRT and x > 0:
-        root = Fraction(math.isqrt(x.numerator), math.isqrt(x.denominator))
-        return root if root * root == x else None
-    return None
 
 
 _METHODS: dict[int, Callable[..., int]] = {

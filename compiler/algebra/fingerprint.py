@@ -24,6 +24,8 @@ from fractions import Fraction
 from math import isqrt
 
 from bgc.algebra.dag import Dag, Level, Op
+from bgc.algebra.operation import Parity
+from bgc.algebra.operations import ROWS
 
 # Both are 7 modulo 8 and, with q up to 149, of a residue modulo q that makes each q a square
 # (quadratic reciprocity): of such primes, each 2^-35 of all, two just below 2^61.
@@ -36,11 +38,9 @@ _LARGEST_RATIONAL = 2**29  # numerator and denominator below it are recovered un
 _SMALL_PRIMES = tuple(q for q in range(2, 150) if all(q % k for k in range(2, isqrt(q) + 1)))
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
-_CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG, _SELECT, _SQRT, _ABS = map(
-    int,
-    (Op.CONST, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG, Op.SELECT, Op.SQRT, Op.ABS),
+_CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG, _SELECT, _SQRT = map(
+    int, (Op.CONST, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG, Op.SELECT, Op.SQRT)
 )
-_SYMMETRIC = frozenset(map(int, (Op.MIN, Op.MAX, Op.AND, Op.OR, Op.EQ, Op.HYPOT)))
 
 
 class Fingerprints:
@@ -160,19 +160,23 @@ class _Point:
     def of_two(self, op: int, x: int, y: int) -> int:
         if op == _DIV:
             return x * pow(y, -1, self.prime) % self.prime if y else self.hashed(op, x)
-        if op in _SYMMETRIC:
+        if ROWS[op].symmetric:
             x, y = min(x, y), max(x, y)
         return self.hashed(op, x, y)
 
     def of_one(self, op: int, x: int) -> int:
-        curve = _CURVES.get(op)
-        if curve is not None:
-            family, function = curve
-            return function(self._odd(family, x), self.prime)
-        if op in _ODD:
+        row = ROWS[op]
+        if x == 0 and (exact := row.folded([Fraction(0)])) is not None:
+            return _residue(Fraction(exact), self.prime)
+        if row.curve is not None:
+            dividend, divisor = row.curve.point(self._odd(row.curve.conic, x))
+            return (
+                dividend * pow(divisor, -1, self.prime) % self.prime if divisor % self.prime else 1
+            )
+        if row.parity is Parity.ODD:
             return self._odd(op, x)
-        if op == _ABS:
-            return self.hashed(op, min(x, self.prime - x)) if x else 0
+        if row.parity is Parity.EVEN:
+            return self.hashed(op, min(x, self.prime - x))
         return self.hashed(op, x)
 
     def weight(self, op: int, condition: int) -> int:
@@ -268,22 +272,3 @@ def _rational(residue: int) -> Fraction | None:
     if t1 == 0 or abs(t1) >= _LARGEST_RATIONAL:
         return None
     return Fraction(r1, t1)
-
-
-def _quotient(x: int, y: int, prime: int) -> int:
-    return x * pow(y, -1, prime) % prime if y % prime else 1
-
-
-# Functions of a rational parameter t of the circle and of the hyperbola, odd in the argument.
-_CIRCLE, _HYPERBOLA = 101, 102
-_CURVES: dict[int, tuple[int, Callable[[int, int], int]]] = {
-    Op.SIN: (_CIRCLE, lambda t, p: _quotient(2 * t, 1 + t * t, p)),
-    Op.COS: (_CIRCLE, lambda t, p: _quotient(1 - t * t, 1 + t * t, p)),
-    Op.TAN: (_CIRCLE, lambda t, p: _quotient(2 * t, 1 - t * t, p)),
-    Op.SINH: (_HYPERBOLA, lambda t, p: _quotient(2 * t, 1 - t * t, p)),
-    Op.COSH: (_HYPERBOLA, lambda t, p: _quotient(1 + t * t, 1 - t * t, p)),
-    Op.TANH: (_HYPERBOLA, lambda t, p: _quotient(2 * t, 1 + t * t, p)),
-    Op.EXP: (_HYPERBOLA, lambda t, p: _quotient(1 + t, 1 - t, p)),
-    Op.EXPM1: (_HYPERBOLA, lambda t, p: _quotient(2 * t, 1 - t, p)),
-}
-_ODD = frozenset(map(int, (Op.ASIN, Op.ATAN, Op.ASINH, Op.ATANH, Op.CBRT, Op.ERF, Op.SIGN)))

@@ -12,20 +12,7 @@ from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Op, Symbol
 
-_INFIX = {
-    Op.OR: ("or", 1),
-    Op.AND: ("and", 2),
-    Op.EQ: ("==", 4),
-    Op.LT: ("<", 4),
-    Op.LE: ("<=", 4),
-    Op.ADD: ("+", 5),
-    Op.SUB: ("-", 5),
-    Op.MUL: ("*", 6),
-    Op.DIV: ("/", 6),
-    Op.POW: ("^", 8),
-}
-_UNARY = {Op.NOT: ("not ", 3), Op.NEG: ("-", 7)}
-_ATOM = 9
+_ATOM = 9  # binds more tightly than any operator
 
 
 def number(value: Fraction) -> str:
@@ -60,7 +47,7 @@ def _shared(dag: Dag, order: Iterable[int], roots: Iterable[int]) -> set[int]:
     return {
         n
         for n, count in uses.items()
-        if count > 1 and dag.op[n] not in (*_UNARY, Op.CONST, Op.SYMBOL)
+        if count > 1 and dag.op[n] not in (Op.NOT, Op.NEG, Op.CONST, Op.SYMBOL)
     }
 
 
@@ -75,20 +62,18 @@ def _body(
         return name(symbol), _ATOM
     op = Op(dag.op[node])
     operands = [text[x] for x in dag.operands(node)]
-    if op in _INFIX:
-        sign, strength = _INFIX[op]
-        # the side that does not associate needs brackets at equal strength
-        left = _bracketed(operands[0], strength + (op is Op.POW or strength == 4))
-        right = _bracketed(operands[1], strength + (op in {Op.SUB, Op.DIV} or strength == 4))
-        space = "" if op is Op.POW else " "
-        return f"{left}{space}{sign}{space}{right}", strength
-    if op in _UNARY:
-        sign, strength = _UNARY[op]
-        return sign + _bracketed(operands[0], strength + 1), strength
+    infix = op.row.infix
     if op is Op.SELECT:
         condition, yes, no = (t for t, _ in operands)
         return f"if {condition} then {yes} else {no}", 0
-    return f"{op.name.lower()}({', '.join(t for t, _ in operands)})", _ATOM
+    if infix is None:
+        return f"{op.row.name}({', '.join(t for t, _ in operands)})", _ATOM
+    if op.row.arity == 1:
+        return infix.symbol + _bracketed(operands[0], infix.binding + 1), infix.binding
+    left = _bracketed(operands[0], infix.binding + infix.strict_left)
+    right = _bracketed(operands[1], infix.binding + infix.strict_right)
+    space = "" if op is Op.POW else " "
+    return f"{left}{space}{infix.symbol}{space}{right}", infix.binding
 
 
 def _bracketed(text: tuple[str, int], needed: int) -> str:

@@ -9,7 +9,6 @@ and products by what does not hold the variable, functions with an inverse, sign
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -17,17 +16,6 @@ from fractions import Fraction
 from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.nodes import Node
 from bgc.algebra.polynomials import terms_in
-
-_INVERSES = {
-    Op.EXP: Op.LOG,
-    Op.LOG: Op.EXP,
-    Op.EXPM1: Op.LOG1P,
-    Op.LOG1P: Op.EXPM1,
-    Op.SINH: Op.ASINH,
-    Op.ASINH: Op.SINH,
-    Op.TANH: Op.ATANH,
-    Op.ATANH: Op.TANH,
-}
 
 
 def solve_for(
@@ -100,26 +88,14 @@ def _undo(dag: Dag, node: Node, target: Node, dependent: list[bool]) -> tuple[No
             return operands[0], dag.add(target, operands[1])
         case Op.SUB, [False, True]:
             return operands[1], dag.sub(operands[0], target)
-        case Op.NEG, _:
-            return operands[0], dag.neg(target)
         case Op.MUL, [True, False] if _is_fixed(dag, operands[1]):
             return operands[0], dag.div(target, operands[1])
         case Op.MUL, [False, True] if _is_fixed(dag, operands[0]):
             return operands[1], dag.div(target, operands[0])
         case Op.DIV, [True, False]:
             return operands[0], dag.mul(target, operands[1])
-        case Op.CBRT, _:
-            return operands[0], dag.pow(target, dag.const(3))
-        case Op.SQRT, _:  # the fourth power of a root: not a number where the target is negative
-            return operands[0], dag.pow(dag.call(Op.SQRT, target), dag.const(4))
-        case Op.LOG10, _:
-            return operands[0], dag.pow(dag.const(10), target)
-        case Op.ATAN, _:
-            return operands[0], _within_a_quarter(dag, dag.call(Op.TAN, target), target)
-        case Op.ASIN, _:
-            return operands[0], _within_a_quarter(dag, dag.call(Op.SIN, target), target)
-        case _ if op in _INVERSES:
-            return operands[0], dag.call(_INVERSES[op], target)
+        case _ if op.row.inverse is not None:
+            return operands[0], op.row.inverse(dag, target)
         case _:
             return None
 
@@ -127,12 +103,6 @@ def _undo(dag: Dag, node: Node, target: Node, dependent: list[bool]) -> tuple[No
 def _is_fixed(dag: Dag, node: Node) -> bool:
     """Whether a factor does not vanish on the way: no state changes it."""
     return dag.level[node] <= Level.PARAM
-
-
-def _within_a_quarter(dag: Dag, value: Node, angle: Node) -> Node:
-    """A value, where an angle is less than a right one; not a number beyond."""
-    room = dag.sub(dag.const(Fraction(math.pi / 2)), dag.call(Op.ABS, angle))
-    return dag.select(dag.call(Op.LT, dag.zero, room), value, dag.call(Op.SQRT, room))
 
 
 # --- powers with a sign -------------------------------------------------------------------------

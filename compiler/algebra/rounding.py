@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from bgc.algebra.dag import Dag, Op, Symbol
+from bgc.algebra.dag import Dag, Symbol
 from bgc.algebra.evaluate import apply, to_double
 
 _EPSILON = sys.float_info.epsilon
@@ -65,7 +65,7 @@ class RoundedEvaluator:
             return _rounded(to_double(exact))
         if symbol is not None:
             return _rounded(self._leaf(symbol))
-        op, operands = Op(dag.op[node]), [self._known[x] for x in dag.operands(node)]
+        op, operands = dag.op[node], [self._known[x] for x in dag.operands(node)]
         values = [x.value for x in operands]
         result = apply(op, *values)
         error = _EPSILON * abs(result)

@@ -10,18 +10,55 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
+from bgc.algebra.operation import Lanes
+from bgc.algebra.operations import ROWS
 from bgc.building.build import Unit
 from bgc.emission.emit import MODEL_FLAGS, is_large, print_matrix
 from bgc.emission.kernels import KernelText, print_kernel, prototype
-from bgc.emission.print_c import LANES
+from bgc.emission.print_c import LANES, function_text, lane_name
 from bgc.emission.print_lu import matrix_prototypes
 from bgc.ir.lowered import Kernel, Lowered
 
 _KERNELS = ("rhs", "jacobian", "energy", "outputs", "asserts", "project", "switches")
 
 
+_DEFINED_BY = {
+    Lanes.LOOP: "LANE_LOOP",
+    Lanes.LIBMVEC: "LANE_LIBMVEC",
+    Lanes.LIBMVEC_2_35: "LANE_LIBMVEC_2_35",
+}  # macros of `lane_functions.h`
+
+
 def lane_units(lowered: Lowered) -> tuple[Unit, ...]:
     """The C units to link with a model and its runtime, and with those of `runtime/c/lanes`."""
+    return (_function_unit(), *_model_units(lowered))
+
+
+def _function_unit() -> Unit:
+    """The functions of the language on vector registers; one unit, the same for all models."""
+    lines = [
+        f"{_DEFINED_BY[row.lanes]}_{row.arity}({row.c})\n"
+        for row in ROWS
+        if row.c and row.lanes in _DEFINED_BY
+    ]
+    return Unit("lane_functions", '#include "lanes/lane_functions.h"\n\n' + "".join(lines))
+
+
+def _declarations() -> dict[str, str]:
+    """The text that a unit needs before it calls a function on vector registers, by its name."""
+    declared = {}
+    for row in ROWS:
+        name = lane_name(row)
+        if row.lanes is Lanes.FORMULA:
+            declared[name] = function_text("lane", name, row.arity, row.lane_formula)
+        elif row.c and row.lanes in _DEFINED_BY:
+            operands = ", ".join(["lane"] * row.arity)
+            declared[name] = f"lane {name}({operands});\n"
+    return declared
+
+
+def _model_units(lowered: Lowered) -> tuple[Unit, ...]:
+    """The kernels of a model on vector registers."""
     apart = is_large(lowered.program)
     kernels = {kernel.name: kernel for kernel in lowered.kernels if kernel.name in _KERNELS}
     texts = {
@@ -32,15 +69,15 @@ def lane_units(lowered: Lowered) -> tuple[Unit, ...]:
     work = max(matrix.work, *(text.work for text in texts.values()))
     table = _table((*kernels, *(("factor", "solve") if matrix.text else ())), work, apart)
     if not apart:
-        return (_unit("lanes", [*_texts(texts.values()), matrix.text, table]),)
+        return (_unit("lanes", [], texts.values(), [matrix.text, table]),)
     shared = [prototype(kernels["jacobian"], LANES), matrix_prototypes(LANES)]
     main = [text for name, text in texts.items() if name != "jacobian"]
     units = [
-        _unit("lanes", [*shared, *_texts(main), table]),
-        _unit("lanes_jacobian", [*shared, texts["jacobian"].text]),
+        _unit("lanes", shared, main, [table]),
+        _unit("lanes_jacobian", shared, [texts["jacobian"]]),
     ]
     if matrix.text:
-        units.append(_unit("lanes_matrix", [*shared, matrix.text]))
+        units.append(_unit("lanes_matrix", shared, [], [matrix.text]))
     return tuple(units)
 
 
@@ -62,11 +99,14 @@ def _jacobian(lowered: Lowered, kernel: Kernel, shared: bool) -> KernelText:
     return min((_text(lowered, each, shared) for each in orders), key=lambda text: text.work)
 
 
-def _texts(kernels: Iterable[KernelText]) -> list[str]:
-    return [kernel.text for kernel in kernels]
-
-
-def _unit(name: str, parts: Sequence[str]) -> Unit:
+def _unit(
+    name: str, shared: Sequence[str], kernels: Iterable[KernelText], rest: Sequence[str] = ()
+) -> Unit:
+    """A C file of kernels and other text, with the functions that the kernels call."""
+    kernels = list(kernels)
+    called = {helper for kernel in kernels for helper in kernel.helpers}
+    functions = "".join(text for name, text in _declarations().items() if name in called)
+    parts = [functions, *shared, *(kernel.text for kernel in kernels), *rest]
     text = "\n".join(part for part in parts if part)
     return Unit(name, f'#include "bgc_lanes.h"\n\n{text}', MODEL_FLAGS)
 

@@ -7,89 +7,23 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Kind, Op
+from bgc.algebra.operation import Lanes, Operation
+from bgc.algebra.operations import ROWS
 from bgc.ir.graph import Node
 
 # How tightly a piece of text binds, as in C.
 _CHOICE, _COMPARE, _SUM, _PRODUCT, _UNARY, _ATOM = range(6)
 
-_FUNCTION: dict[int, str] = {
-    Op.POW: "pow",
-    Op.SIN: "sin",
-    Op.COS: "cos",
-    Op.TAN: "tan",
-    Op.ASIN: "asin",
-    Op.ACOS: "acos",
-    Op.ATAN: "atan",
-    Op.ATAN2: "atan2",
-    Op.SINH: "sinh",
-    Op.COSH: "cosh",
-    Op.TANH: "tanh",
-    Op.EXP: "exp",
-    Op.LOG: "log",
-    Op.SQRT: "sqrt",
-    Op.ABS: "fabs",
-    Op.SIGN: "model_sign",
-    Op.MIN: "model_min",
-    Op.MAX: "model_max",
-    Op.FLOOR: "floor",
-    Op.CEIL: "ceil",
-    Op.FMOD: "fmod",
-    Op.HYPOT: "hypot",
-    Op.ASINH: "asinh",
-    Op.ACOSH: "acosh",
-    Op.ATANH: "atanh",
-    Op.CBRT: "cbrt",
-    Op.ERF: "erf",
-    Op.LOG10: "log10",
-    Op.EXPM1: "expm1",
-    Op.LOG1P: "log1p",
-    Op.LT: "model_less",
-    Op.LE: "model_at_most",
-    Op.EQ: "model_equal",
-    Op.AND: "model_both",
-    Op.OR: "model_either",
-    Op.NOT: "model_negation",
-}
 
-# Functions that C lacks. A NaN goes through them: it must not turn into a plausible number.
+def function_text(number: str, name: str, arity: int, formula: str) -> str:
+    """A C function that returns a formula in `a` (and `b`), which are of the C type `number`."""
+    arguments = ", ".join(f"{number} {x}" for x in "ab"[:arity])
+    return f"static inline {number} {name}({arguments})\n{{\n    return {formula};\n}}\n"
+
+
+# Functions that C lacks, defined in each unit that calls them.
 HELPERS: dict[str, str] = {
-    "model_max": (
-        "static inline double model_max(double a, double b)\n"
-        "{\n    return a > b || a != a ? a : b;\n}\n"
-    ),
-    "model_min": (
-        "static inline double model_min(double a, double b)\n"
-        "{\n    return a < b || a != a ? a : b;\n}\n"
-    ),
-    "model_sign": (
-        "static inline double model_sign(double a)\n"
-        "{\n    return a > 0.0 ? 1.0 : a < 0.0 ? -1.0 : a;\n}\n"
-    ),
-    "model_less": (
-        "static inline double model_less(double a, double b)\n"
-        "{\n    return a < b ? 1.0 : a >= b ? 0.0 : NAN;\n}\n"
-    ),
-    "model_at_most": (
-        "static inline double model_at_most(double a, double b)\n"
-        "{\n    return a <= b ? 1.0 : a > b ? 0.0 : NAN;\n}\n"
-    ),
-    "model_equal": (
-        "static inline double model_equal(double a, double b)\n"
-        "{\n    return a == b ? 1.0 : a == a && b == b ? 0.0 : NAN;\n}\n"
-    ),
-    # What is undefined does not matter where the other side decides.
-    "model_both": (
-        "static inline double model_both(double a, double b)\n"
-        "{\n    return a == 0.0 || b == 0.0 ? 0.0 : a == a && b == b ? 1.0 : NAN;\n}\n"
-    ),
-    "model_either": (
-        "static inline double model_either(double a, double b)\n"
-        "{\n    return a < 0.0 || a > 0.0 || b < 0.0 || b > 0.0 ? 1.0 : a + b;\n}\n"
-    ),
-    "model_negation": (
-        "static inline double model_negation(double a)\n"
-        "{\n    return a == 0.0 ? 1.0 : a == a ? 0.0 : a;\n}\n"
-    ),
+    row.c: function_text("double", row.c, row.arity, row.c_formula) for row in ROWS if row.c_formula
 }
 
 _ARRAY = {Kind.PARAM: "p", Kind.INPUT: "u", Kind.STATE: "x"}
@@ -118,7 +52,7 @@ class Printer:
 
     Conditions are 1, 0 or, undefined, a NaN, and so is what is chosen by one that is; those of
     choices have a name. `used` collects the arrays (and `t`) that the text refers to, `helpers`
-    the functions of `HELPERS` that it calls.
+    the functions it calls that the unit has to define or declare.
     """
 
     def __init__(self, dag: Dag, names: Mapping[Node, str]) -> None:
@@ -184,7 +118,7 @@ class Printer:
         if op == _SELECT:
             return self._choice(node)
         second = f", {self._operand(b)[0]}" if b >= 0 else ""
-        return f"{self._function(_FUNCTION[op])}({self._operand(a)[0]}{second})", _ATOM
+        return f"{self._function(ROWS[op])}({self._operand(a)[0]}{second})", _ATOM
 
     def _constant(self, text: str) -> tuple[str, int]:
         return text, _UNARY if text[0] == "-" else _ATOM
@@ -198,10 +132,10 @@ class Printer:
         truth = self._operand(condition)[0]
         return f"{truth} == 0.0 ? {no} : {truth} == {truth} ? {yes} : {truth}", _CHOICE
 
-    def _function(self, name: str) -> str:
-        if name in HELPERS:
-            self.helpers.add(name)
-        return name
+    def _function(self, row: Operation) -> str:
+        if row.c_formula:
+            self.helpers.add(row.c)
+        return row.c
 
     def _open_reciprocal(self, node: Node) -> str | None:
         """The divisor of a reciprocal that has no name: its product is one division."""
@@ -229,8 +163,16 @@ class LanePrinter(Printer):
             return f"lane_select({mode} == {mode}, {yes}, {no})", _ATOM
         return f"lane_choose({self._operand(condition)[0]}, {yes}, {no})", _ATOM
 
-    def _function(self, name: str) -> str:
-        return f"lane_{name.removeprefix('model_')}"
+    def _function(self, row: Operation) -> str:
+        name = lane_name(row)
+        if row.lanes is not Lanes.HEADER:
+            self.helpers.add(name)
+        return name
+
+
+def lane_name(row: Operation) -> str:
+    """The function on vector registers of an operation."""
+    return f"lane_{row.c.removeprefix('model_')}"
 
 
 @dataclass(frozen=True, slots=True)

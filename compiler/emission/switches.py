@@ -16,20 +16,14 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
+from bgc.algebra.operation import Jump
 from bgc.building.built import Place, Places
 from bgc.ir.graph import Node
-from bgc.ir.lowered import Lowered, Operation, Switch
+from bgc.ir.lowered import Lowered, Switch
 from bgc.ir.program import Program
 from bgc.ir.program_nodes import map_program, program_roots
 
-_OPERATIONS = {
-    int(Op.LT): Operation.ABOVE,
-    int(Op.LE): Operation.NOT_BELOW,
-    int(Op.SIGN): Operation.SIGN,
-    int(Op.FLOOR): Operation.FLOOR,
-    int(Op.CEIL): Operation.CEIL,
-    int(Op.FMOD): Operation.TRUNC,
-}
+_JUMPS = {int(op): op.row.jump for op in Op if op.row.jump is not None}
 
 
 def hold_modes(program: Program) -> tuple[Program, tuple[Switch, ...]]:
@@ -38,7 +32,7 @@ def hold_modes(program: Program) -> tuple[Program, tuple[Switch, ...]]:
     Initial values and projections go without: they are computed between steps. The program given
     is left as it is; the one returned is on a graph of its own.
     """
-    if _OPERATIONS.keys().isdisjoint(program.dag.op):
+    if _JUMPS.keys().isdisjoint(program.dag.op):
         return program, ()
     integrated = [state.derivative for state in program.states]
     integrated += [program.energy.supplied, program.energy.dissipated]
@@ -55,7 +49,7 @@ def hold_modes(program: Program) -> tuple[Program, tuple[Switch, ...]]:
     program, arguments = _with_modes(replace(program, dag=dag), number)
     return program, tuple(
         Switch(
-            operation=_OPERATIONS[dag.op[node]],
+            operation=_JUMPS[dag.op[node]],
             argument=arguments[node],
             timed=found[node],
             jumps=jumps[node],
@@ -95,7 +89,7 @@ def _discontinuous(dag: Dag, roots: Iterable[Node]) -> dict[Node, bool]:
         kinds = {changed_by[x] for x in dag.operands(node) if x in changed_by}
         if kinds:
             changed_by[node] = Kind.STATE if Kind.STATE in kinds else Kind.TIME
-            if dag.op[node] in _OPERATIONS:
+            if dag.op[node] in _JUMPS:
                 found[node] = changed_by[node] is Kind.TIME
     return found
 
@@ -126,13 +120,13 @@ def _argument_and_result(
     dag: Dag, op: int, operands: tuple[Node, ...], mode: Node
 ) -> tuple[Node, Node]:
     """What decides on the mode of an operation, and its result in a mode."""
-    match _OPERATIONS[op]:
-        case Operation.ABOVE | Operation.NOT_BELOW:
+    match _JUMPS[op]:
+        case Jump.ABOVE | Jump.NOT_BELOW:
             return dag.sub(operands[1], operands[0]), mode
-        case Operation.TRUNC:
+        case Jump.TRUNC:
             quotient = dag.div(operands[0], operands[1])
             return quotient, dag.sub(operands[0], dag.mul(operands[1], mode))
-        case Operation.SIGN | Operation.FLOOR | Operation.CEIL:
+        case Jump.SIGN | Jump.FLOOR | Jump.CEIL:
             return operands[0], mode
 
 
@@ -160,12 +154,12 @@ def _jumps(dag: Dag, roots: Iterable[Node], found: Iterable[Node]) -> dict[Node,
 def _edges(dag: Dag, node: Node) -> list[dict[Node, Node]]:
     """Substitutions that put the argument of an operation where the result changes."""
     a, b = dag.a[node], dag.b[node]
-    match _OPERATIONS[dag.op[node]]:
-        case Operation.ABOVE | Operation.NOT_BELOW:
+    match _JUMPS[dag.op[node]]:
+        case Jump.ABOVE | Jump.NOT_BELOW:
             return [{x: y} for x, y in ((a, b), (b, a)) if dag.level[x] > Level.PARAM]
-        case Operation.SIGN:
+        case Jump.SIGN:
             return [{a: dag.zero}]
-        case Operation.FLOOR | Operation.CEIL | Operation.TRUNC:
+        case Jump.FLOOR | Jump.CEIL | Jump.TRUNC:
             return []
 
 

@@ -8,8 +8,9 @@ entries to compute in which order.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum, IntEnum
+from enum import Enum
 
+from bgc.algebra.operation import Jump
 from bgc.diagnostics.source import Span
 from bgc.ir.graph import Node
 from bgc.ir.program import Program
@@ -82,17 +83,6 @@ class LuPlan:
         return len(self.rows) + sum(map(len, self.lower)) + sum(map(len, self.upper))
 
 
-class Operation(IntEnum):
-    """A discontinuous operation on one argument z, as `bgc_operation` numbers them."""
-
-    ABOVE = 0  # z > 0
-    NOT_BELOW = 1  # z >= 0
-    SIGN = 2  # -1, 0, 1
-    FLOOR = 3
-    CEIL = 4
-    TRUNC = 5
-
-
 @dataclass(frozen=True, slots=True)
 class Switch:
     """A discontinuous operation whose result, its mode, is held over a step.
@@ -100,7 +90,7 @@ class Switch:
     Mode k is INPUT symbol `program.inputs + k`; where it is a NaN, the operation is made instead.
     """
 
-    operation: Operation
+    operation: Jump
     argument: Node
     timed: bool  # no state is in the argument
     jumps: bool  # False: what it switches is continuous there, for certain

@@ -15,6 +15,7 @@ from functools import partial
 
 from bgc.algebra.dag import Dag, Op, Symbol
 from bgc.algebra.infix import number
+from bgc.algebra.operation import Operation
 from bgc.ir.graph import Node
 from bgc.ir.program import Program
 from bgc.printing.latex_names import dotted, latex_names
@@ -25,17 +26,6 @@ _DENOMINATOR = 12  # the largest of a number that is set as a fraction
 _SHORT = 4  # operations below which a repeated expression stays where it is
 _SUM, _PRODUCT, _POWER, _ATOM = 1, 2, 3, 4
 _AUXILIARY = (r"\eta", r"\xi", r"\zeta", r"\chi")
-
-_FUNCTIONS = {
-    Op.SIN: r"\sin", Op.COS: r"\cos", Op.TAN: r"\tan", Op.ASIN: r"\arcsin", Op.ACOS: r"\arccos",
-    Op.ATAN: r"\arctan", Op.SINH: r"\sinh", Op.COSH: r"\cosh", Op.TANH: r"\tanh",
-    Op.EXP: r"\exp", Op.LOG: r"\ln", Op.MIN: r"\min", Op.MAX: r"\max",
-    Op.SIGN: r"\operatorname{sgn}", Op.LOG10: r"\log_{10}",
-}  # fmt: skip
-_BETWEEN = {Op.ABS: ("|", "|"), Op.FLOOR: (r"\lfloor", r"\rfloor"), Op.CEIL: (r"\lceil", r"\rceil")}
-_RELATIONS = {
-    Op.LT: "<", Op.LE: r"\leq", Op.EQ: "=", Op.AND: r"\wedge", Op.OR: r"\vee",
-}  # fmt: skip
 
 
 def latex_equations(program: Program, name: Callable[[Symbol], str]) -> str:
@@ -229,24 +219,23 @@ class _Printer:
         texts = [self._text[x][0] for x in operands]
         if op is Op.POW:
             return f"{self.bracketed(operands[0], _ATOM)}^{{{texts[1]}}}", _POWER
-        if op is Op.SQRT:
-            return rf"\sqrt{{{texts[0]}}}", _ATOM
-        if op is Op.CBRT:
-            return rf"\sqrt[3]{{{texts[0]}}}", _ATOM
-        if op in _BETWEEN:
-            left, right = _BETWEEN[op]
-            return rf"\left{left} {texts[0]} \right{right}", _ATOM
-        if op in _RELATIONS:
-            return f" {_RELATIONS[op]} ".join(self.bracketed(x, _SUM) for x in operands), 0
-        if op is Op.NOT:
-            return rf"\neg {self.bracketed(operands[0], _ATOM)}", 0
         if op is Op.SELECT:
             return (
                 rf"\begin{{cases}} {texts[1]} & \text{{if }} {texts[0]} \\ "
                 rf"{texts[2]} & \text{{otherwise}} \end{{cases}}"
             ), _ATOM
-        function = _FUNCTIONS.get(op, rf"\operatorname{{{op.name.lower()}}}")
-        return rf"{function}\left({', '.join(texts)}\right)", _POWER
+        return self._function(op.row, operands)
+
+    def _function(self, row: Operation, operands: Sequence[Node]) -> tuple[str, int]:
+        """A function or relation in the notation of its row."""
+        if "#" not in row.latex:
+            arguments = ", ".join(self._text[x][0] for x in operands)
+            return rf"{row.latex}\left({arguments}\right)", _POWER
+        is_open = row.latex.endswith("#")  # a relation or a negation
+        needed = 0 if not is_open else _ATOM if row.arity == 1 else _SUM
+        first, *rest = row.latex.split("#")
+        texts = (self.bracketed(x, needed) + after for x, after in zip(operands, rest, strict=True))
+        return first + "".join(texts), 0 if is_open else _ATOM
 
     def _product(self, node: Node) -> tuple[str, int]:
         """A product or quotient as one fraction of powers."""

@@ -16,7 +16,6 @@ from bgc.values.functions import BUILTINS
 
 _ALWAYS = {"time", "pi"}
 _LAW_VARIABLES = {"e", "f", "p", "q", "e1", "f1", "e2", "f2", "H"}
-_SPECIAL_FUNCTIONS = {"block", "der"}
 
 
 def check_names(declared: Declared[syntax.Model], report: Report) -> None:
@@ -121,7 +120,7 @@ class _Checker:
                     candidates = [*seen, *self._module.constants]
                     self._report.add(names.unknown_name(expr.span, expr.name, sorted(candidates)))
             case syntax.Call():
-                known = expr.function in BUILTINS or expr.function in _SPECIAL_FUNCTIONS
+                known = expr.function in BUILTINS
                 if not known and expr.function not in self._module.functions:
                     self._unknown_function(expr, seen)
                 self.all(expr.arguments, seen)
@@ -148,5 +147,5 @@ class _Checker:
         if expr.function in seen or expr.function in self._module.constants:
             self._report.add(values.called_value(expr.span, expr.function))
             return
-        known = (*BUILTINS, *_SPECIAL_FUNCTIONS, *self._module.functions)
+        known = (*BUILTINS, *self._module.functions)
         self._report.add(values.unknown_function(expr.span, expr.function, known))

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
+from bgc.algebra.operations import ROWS
 from bgc.ir.graph import Node, Parameter
 
 _DEPTH = 16  # of an expression that is looked into
-_NEVER_NEGATIVE = frozenset(
-    {Op.ABS, Op.SQRT, Op.EXP, Op.COSH, Op.HYPOT, Op.LT, Op.LE, Op.EQ, Op.AND, Op.OR, Op.NOT}
-)
 
 
 class Signs:
@@ -29,7 +27,7 @@ class Signs:
             return 1 if value >= 0 else -1
         if op == Op.SYMBOL:
             return self._of_symbol(node)
-        if op in _NEVER_NEGATIVE:
+        if ROWS[op].never_negative:
             return 1
         if depth == 0 or dag.level[node] > Level.PARAM:
             return None

@@ -44,8 +44,6 @@ __all__ += ["evaluate_constant", "evaluate_whole", "resolve_path"]
 
 _SECOND = (0, 0, 1, 0, 0, 0, 0)
 _PI = Fraction(math.pi)  # the double
-_SPECIAL = ("block", "der")
-_DISCONTINUOUS = frozenset({"sign", "floor", "ceil", "fmod"})
 _FAR = 10**9  # beyond any index that may be in range
 _MAX_CALLS = 64  # of functions within functions
 _MAX_NESTING = 150  # of operations within operations, through the functions that are called
@@ -340,14 +338,14 @@ class _Evaluator:
             case name if name in functions.BUILTINS:
                 arguments = [self.operand(argument, depth + 1) for argument in expr.arguments]
                 value = functions.call(self.dag, name, arguments, expr.span)
-                if name in _DISCONTINUOUS:
+                if functions.BUILTINS[name].jumps:
                     self._mark(value, expr.span)
                 check_finite(self.dag, Operand(value, expr.span))
                 return value
             case name if name in self.scope.names() or name in ("pi", "time"):
                 raise failure(catalogue.called_value(expr.span, name))
             case name:
-                known = (*functions.BUILTINS, *_SPECIAL, *self.scope.function_names())
+                known = (*functions.BUILTINS, *self.scope.function_names())
                 raise failure(catalogue.unknown_function(expr.span, name, known))
 
     def user_call(self, use: FunctionUse, expr: syntax.Call, depth: int) -> Value:
@@ -375,9 +373,7 @@ class _Evaluator:
         """`der(x)` of a declared state, inside an `equation`."""
         if not self.scope.allows_rates:
             raise failure(catalogue.misplaced_derivative(expr.span))
-        if len(expr.arguments) != 1:
-            takes, found = functions.count(1), len(expr.arguments)
-            raise failure(catalogue.wrong_argument_count(expr.span, "der", takes, found))
+        functions.require_count("der", len(expr.arguments), expr.span)
         state = self.operand(expr.arguments[0], depth + 1)
         nodes = []
         for node in state.value.nodes:
@@ -390,9 +386,7 @@ class _Evaluator:
 
     def block(self, expr: syntax.Call, depth: int) -> Value:
         """`block([[A, B], [C, D]])`, whose argument is a matrix of matrices."""
-        if len(expr.arguments) != 1:
-            takes, found = functions.count(1), len(expr.arguments)
-            raise failure(catalogue.wrong_argument_count(expr.span, "block", takes, found))
+        functions.require_count("block", len(expr.arguments), expr.span)
         rows = expr.arguments[0]
         if not isinstance(rows, syntax.Vector):
             raise failure(

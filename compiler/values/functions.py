@@ -1,14 +1,18 @@
-"""The functions of the language: their names, arguments, shapes and units."""
+"""The functions of the language, one row each: arguments, shapes, units, documentation.
+
+Functions of real numbers come from `algebra.operations`; those of vectors and matrices, and the two
+whose arguments are not plain values, have their rows here.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import partial
 from typing import TypeAlias
 
 from bgc.algebra.dag import Dag, Op
+from bgc.algebra.operation import Operation
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.catalogue import values as catalogue
 from bgc.diagnostics.source import Span
@@ -23,20 +27,48 @@ Implementation: TypeAlias = Callable[[Dag, str, Operands, Span], Value]
 
 @dataclass(frozen=True, slots=True)
 class Builtin:
-    """A function: how many arguments it takes (`most` None: any number) and what it does."""
+    """A function of the language.
 
+    Attributes
+    ----------
+    arguments
+        As in its documentation: `y, x`.
+    doc
+        Its meaning in one line.
+    shapes, units
+        Of the arguments and of the result, in one line each.
+    least, most
+        How many arguments it takes; `most` is None for any number.
+    apply
+        The function on values. None for `block` and `der`, which `expressions` evaluates, since
+        their arguments are not plain values.
+    jumps
+        Whether a run has to end a step where the result changes.
+    """
+
+    arguments: str
+    doc: str
+    shapes: str
+    units: str
     least: int
     most: int | None
-    apply: Implementation
+    apply: Implementation | None
+    jumps: bool = False
 
 
 def call(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
-    """Apply the function of that name, which must be one of `BUILTINS`."""
+    """Apply the function of that name, which must be one of `BUILTINS` with an `apply`."""
     builtin = BUILTINS[name]
-    found = len(arguments)
+    assert builtin.apply is not None, name
+    require_count(name, len(arguments), span)
+    return builtin.apply(dag, name, arguments, span)
+
+
+def require_count(name: str, found: int, span: Span) -> None:
+    """Refuse a number of arguments that the function of that name does not take."""
+    builtin = BUILTINS[name]
     if found < builtin.least or (builtin.most is not None and found > builtin.most):
         raise failure(catalogue.wrong_argument_count(span, name, _arity(builtin), found))
-    return builtin.apply(dag, name, arguments, span)
 
 
 def _arity(builtin: Builtin) -> str:
@@ -52,59 +84,40 @@ def count(number: int) -> str:
     return f"{number} argument" + ("" if number == 1 else "s")
 
 
-# --- of real numbers --------------------------------------------------------------------
+# --- functions of real numbers ------------------------------------------------------------------
 
 
-def _each(
-    dag: Dag, operand: Operand, op: Op, unit: Callable[[Dimension | None], Dimension | None]
-) -> Value:
-    """A function of one number, of each component of a vector."""
-    value = operand.value
-    nodes = tuple(dag.call(op, node) for node in value.nodes)
-    return Value(value.shape, nodes, tuple(unit(each) for each in value.units))
+def _result_unit(row: Operation, unit: Dimension | None) -> Dimension | None:
+    """The unit of the result from that of the argument; None where it is not known."""
+    if row.unit_power == 0:
+        return DIMENSIONLESS
+    return unit if unit is None or row.unit_power == 1 else power(unit, row.unit_power)
 
 
-def _refuse_matrix(name: str, operand: Operand) -> None:
+def _componentwise(op: Op, dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
+    """A function of one number, or of each component of a vector."""
+    (operand,) = arguments
     if len(operand.shape) == 2:
         found = describe_shape(operand.shape)
         raise failure(
             shape_messages.wrong_argument_shape(operand.span, name, "a scalar or a vector", found)
         )
+    if op.row.plain:
+        require_plain(operand, f"the argument of `{name}`")
+    value = operand.value
+    nodes = tuple(dag.call(op, node) for node in value.nodes)
+    return Value(value.shape, nodes, tuple(_result_unit(op.row, unit) for unit in value.units))
 
 
-def _plain(op: Op, dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
-    """From plain numbers to plain numbers: `sin`, `exp`."""
-    _refuse_matrix(name, arguments[0])
-    require_plain(arguments[0], f"the argument of `{name}`")
-    return _each(dag, arguments[0], op, lambda unit: DIMENSIONLESS)
-
-
-def _root(
-    op: Op, exponent: Fraction, dag: Dag, name: str, arguments: Operands, span: Span
-) -> Value:
-    _refuse_matrix(name, arguments[0])
-    return _each(dag, arguments[0], op, lambda unit: unit and power(unit, exponent))
-
-
-def _abs(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
-    _refuse_matrix(name, arguments[0])
-    return _each(dag, arguments[0], Op.ABS, lambda unit: unit)
-
-
-def _signum(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
-    _refuse_matrix(name, arguments[0])
-    return _each(dag, arguments[0], Op.SIGN, lambda unit: DIMENSIONLESS)
-
-
-def _binary(op: Op, plain: bool, dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
-    """Of two scalars of one kind: `atan2`, `hypot`, `fmod`."""
+def _of_two(op: Op, dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
+    """A function of two scalars of one unit."""
     nodes = [require_scalar(argument, f"an argument of `{name}`") for argument in arguments]
     _, units = unify(arguments, name)
-    return Value.scalar(dag.call(op, *nodes), DIMENSIONLESS if plain else units[0])
+    return Value.scalar(dag.call(op, *nodes), _result_unit(op.row, units[0]))
 
 
-def _extreme(op: Op, dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
-    """`min`, `max`: of several values component by component, or of the components of one."""
+def _of_several(op: Op, dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
+    """A function of several values component by component, or of the components of one."""
     if len(arguments) == 1:
         arguments = [Operand(part, arguments[0].span) for part in arguments[0].value.components]
     shape, units = unify(arguments, name)
@@ -112,58 +125,182 @@ def _extreme(op: Op, dag: Dag, name: str, arguments: Operands, span: Span) -> Va
     for argument in arguments[1:]:
         pairs = zip(nodes, argument.value.nodes, strict=True)
         nodes = [dag.call(op, x, y) for x, y in pairs]
-    return Value(shape, tuple(nodes), units)
+    return Value(shape, tuple(nodes), tuple(_result_unit(op.row, unit) for unit in units))
 
 
-# --- the table --------------------------------------------------------------------------
+def _builtin_of(op: Op) -> Builtin:
+    """The function that an operation is in the language."""
+    row = op.row
+    jumps = row.jump is not None
+    units = _describe_units(row)
+    arguments = ", ".join(row.arguments)
+    if row.variadic:
+        shapes = "values of one shape, or one vector; a value of that shape, or a scalar"
+        apply = partial(_of_several, op)
+        return Builtin(f"{arguments}, ..", row.doc, shapes, units, 1, None, apply, jumps)
+    if row.arity == 1:
+        shapes = "a scalar, or a vector component by component; the same shape"
+        return Builtin(arguments, row.doc, shapes, units, 1, 1, partial(_componentwise, op), jumps)
+    shapes = "scalars; a scalar"
+    apply = partial(_of_two, op)
+    return Builtin(arguments, row.doc, shapes, units, row.arity, row.arity, apply, jumps)
 
-_PLAIN_FUNCTIONS = {
-    "sin": Op.SIN,
-    "cos": Op.COS,
-    "tan": Op.TAN,
-    "asin": Op.ASIN,
-    "acos": Op.ACOS,
-    "atan": Op.ATAN,
-    "sinh": Op.SINH,
-    "cosh": Op.COSH,
-    "tanh": Op.TANH,
-    "asinh": Op.ASINH,
-    "acosh": Op.ACOSH,
-    "atanh": Op.ATANH,
-    "exp": Op.EXP,
-    "log": Op.LOG,
-    "log10": Op.LOG10,
-    "expm1": Op.EXPM1,
-    "log1p": Op.LOG1P,
-    "floor": Op.FLOOR,
-    "ceil": Op.CEIL,
-    "erf": Op.ERF,
-}
+
+def _describe_units(row: Operation) -> str:
+    """The units of arguments and result of an operation, in words."""
+    several = row.arity > 1
+    argument = "dimensionless" if row.plain else "any, the same for all" if several else "any"
+    result = {0: "dimensionless", 1: "the same"}
+    return f"{argument}; {result.get(row.unit_power, f'that of x to the power {row.unit_power}')}"
+
+
+# --- the table ----------------------------------------------------------------------------------
 
 BUILTINS: Mapping[str, Builtin] = {
-    **{name: Builtin(1, 1, partial(_plain, op)) for name, op in _PLAIN_FUNCTIONS.items()},
-    "sqrt": Builtin(1, 1, partial(_root, Op.SQRT, Fraction(1, 2))),
-    "cbrt": Builtin(1, 1, partial(_root, Op.CBRT, Fraction(1, 3))),
-    "abs": Builtin(1, 1, _abs),
-    "sign": Builtin(1, 1, _signum),
-    "atan2": Builtin(2, 2, partial(_binary, Op.ATAN2, True)),
-    "hypot": Builtin(2, 2, partial(_binary, Op.HYPOT, False)),
-    "fmod": Builtin(2, 2, partial(_binary, Op.FMOD, False)),
-    "min": Builtin(1, None, partial(_extreme, Op.MIN)),
-    "max": Builtin(1, None, partial(_extreme, Op.MAX)),
-    "dot": Builtin(2, 2, vectors.dot),
-    "cross": Builtin(2, 2, vectors.cross),
-    "norm": Builtin(1, 1, vectors.norm),
-    "sum": Builtin(1, 1, vectors.total),
-    "length": Builtin(1, 1, vectors.length),
-    "transpose": Builtin(1, 1, vectors.transpose),
-    "outer": Builtin(2, 2, vectors.outer),
-    "skew": Builtin(1, 1, vectors.skew),
-    "diag": Builtin(1, 1, vectors.diag),
-    "stack": Builtin(1, None, vectors.stack),
-    "inv": Builtin(1, 1, vectors.inv),
-    "zeros": Builtin(1, 2, vectors.filled),
-    "ones": Builtin(1, 2, vectors.filled),
-    "eye": Builtin(1, 1, vectors.eye),
+    **{op.row.name: _builtin_of(op) for op in Op if op.row.name},
+    "dot": Builtin(
+        "a, b",
+        "Scalar product of two vectors.",
+        "two vectors of one length; a scalar",
+        "any whose products agree; that of the products",
+        2,
+        2,
+        vectors.dot,
+    ),
+    "cross": Builtin(
+        "a, b",
+        "Vector product of two vectors.",
+        "two vectors of 3; a vector of 3",
+        "any whose products agree; that of the products",
+        2,
+        2,
+        vectors.cross,
+    ),
+    "norm": Builtin(
+        "a",
+        "Euclidean length of a vector.",
+        "a vector; a scalar",
+        "any, the same for all components; the same",
+        1,
+        1,
+        vectors.norm,
+    ),
+    "sum": Builtin(
+        "a",
+        "Sum of all components.",
+        "any; a scalar",
+        "any, the same for all components; the same",
+        1,
+        1,
+        vectors.total,
+    ),
+    "length": Builtin(
+        "a",
+        "Number of components of a vector, known when the model is compiled.",
+        "a vector; a scalar",
+        "any; dimensionless",
+        1,
+        1,
+        vectors.length,
+    ),
+    "transpose": Builtin(
+        "a",
+        "Transpose of a matrix; a vector, which is a column, becomes a matrix of one row.",
+        "an m x n matrix or a vector of n; an n x m or a 1 x n matrix",
+        "any; those of the components",
+        1,
+        1,
+        vectors.transpose,
+    ),
+    "outer": Builtin(
+        "a, b",
+        "Matrix of the products of every component of a with every component of b.",
+        "vectors of m and n; an m x n matrix",
+        "any; those of the products",
+        2,
+        2,
+        vectors.outer,
+    ),
+    "skew": Builtin(
+        "a",
+        "Skew-symmetric matrix S with S b = cross(a, b).",
+        "a vector of 3; a 3 x 3 matrix",
+        "any; those of the components",
+        1,
+        1,
+        vectors.skew,
+    ),
+    "diag": Builtin(
+        "a",
+        "Diagonal matrix of a vector, or the diagonal of a square matrix.",
+        "a vector of n; an n x n matrix; or the other way round",
+        "any; those of the components",
+        1,
+        1,
+        vectors.diag,
+    ),
+    "stack": Builtin(
+        "a, ..",
+        "Scalars and vectors end to end, or matrices of one width above each other.",
+        "scalars and vectors, or matrices of one width; a vector, or a matrix",
+        "any; those of the components",
+        1,
+        None,
+        vectors.stack,
+    ),
+    "inv": Builtin(
+        "a",
+        "Inverse of a square matrix of constants and parameters.",
+        "a scalar or an n x n matrix; the same shape",
+        "any; its reciprocal if all components share it, else unknown",
+        1,
+        1,
+        vectors.inv,
+    ),
+    "zeros": Builtin(
+        "m, n",
+        "Vector of m zeros, or m x n matrix of zeros.",
+        "one or two whole constants; a vector of m, or an m x n matrix",
+        "dimensionless; fits any",
+        1,
+        2,
+        vectors.filled,
+    ),
+    "ones": Builtin(
+        "m, n",
+        "Vector of m ones, or m x n matrix of ones.",
+        "one or two whole constants; a vector of m, or an m x n matrix",
+        "dimensionless; fits any",
+        1,
+        2,
+        vectors.filled,
+    ),
+    "eye": Builtin(
+        "n",
+        "Identity matrix.",
+        "a whole constant; an n x n matrix",
+        "dimensionless; fits any",
+        1,
+        1,
+        vectors.eye,
+    ),
+    "block": Builtin(
+        "[[A, B], [C, D]]",
+        "Matrix made of matrices; a plain 0 is a block of zeros of the size that fits.",
+        "rows of matrices, vectors and scalars that fit; a matrix",
+        "any; those of the components",
+        1,
+        1,
+        None,
+    ),
+    "der": Builtin(
+        "x",
+        "Time derivative of a declared state, in an equation.",
+        "any; the same shape",
+        "any; that of x per second",
+        1,
+        1,
+        None,
+    ),
 }
-"""All functions but `block` and `der`, whose arguments are no plain values."""
+"""All functions of the language by name."""

@@ -67,16 +67,11 @@ BGC_INLINE lane lane_fabs(lane a) { return (lane)((lane_mask)a & INT64_MAX); }
 
 #endif
 
-/* A NaN goes through them, as through those of a model. */
+/* A NaN operand gives a NaN, as in the scalar functions of a model. */
 static inline lane lane_max(lane a, lane b) { return lane_select((a > b) | (a != a), a, b); }
 static inline lane lane_min(lane a, lane b) { return lane_select((a < b) | (a != a), a, b); }
-static inline lane lane_sign(lane a) {
-    const lane one = lane_of(1.0);
 
-    return lane_select(a > lane_of(0.0), one, lane_select(a < lane_of(0.0), -one, a));
-}
-
-/* Conditions are 1, 0 or, undefined, a NaN; so is what is chosen by one that is. */
+/* Conditions are 1 or 0, or NaN where undefined; a choice by a NaN is a NaN. */
 static inline lane lane_choose(lane condition, lane yes, lane no) {
     return lane_select(condition == lane_of(0.0), no,
                        lane_select(condition == condition, yes, condition));
@@ -84,28 +79,9 @@ static inline lane lane_choose(lane condition, lane yes, lane no) {
 static inline lane lane_truth(lane_mask is, lane_mask is_not) {
     return lane_select(is, lane_of(1.0), lane_select(is_not, lane_of(0.0), lane_of(NAN)));
 }
-static inline lane lane_less(lane a, lane b) { return lane_truth(a < b, a >= b); }
-static inline lane lane_at_most(lane a, lane b) { return lane_truth(a <= b, a > b); }
-static inline lane lane_equal(lane a, lane b) { return lane_truth(a == b, (a < b) | (a > b)); }
 static inline lane_mask lane_is(lane a) { return (a < lane_of(0.0)) | (a > lane_of(0.0)); }
-static inline lane lane_both(lane a, lane b) {
-    return lane_truth(lane_is(a) & lane_is(b), (a == lane_of(0.0)) | (b == lane_of(0.0)));
-}
-static inline lane lane_either(lane a, lane b) {
-    return lane_truth(lane_is(a) | lane_is(b), (a == lane_of(0.0)) & (b == lane_of(0.0)));
-}
-static inline lane lane_negation(lane a) { return lane_truth(a == lane_of(0.0), lane_is(a)); }
 
-/* The functions of <math.h>, lane by lane: lanes/lane_functions.c. */
-lane lane_sqrt(lane a), lane_floor(lane a), lane_ceil(lane a), lane_cbrt(lane a);
-lane lane_sin(lane a), lane_cos(lane a), lane_tan(lane a);
-lane lane_asin(lane a), lane_acos(lane a), lane_atan(lane a);
-lane lane_sinh(lane a), lane_cosh(lane a), lane_tanh(lane a);
-lane lane_asinh(lane a), lane_acosh(lane a), lane_atanh(lane a);
-lane lane_exp(lane a), lane_expm1(lane a), lane_log(lane a), lane_log1p(lane a), lane_log10(lane a);
-lane lane_erf(lane a);
-lane lane_pow(lane a, lane b), lane_atan2(lane a, lane b);
-lane lane_fmod(lane a, lane b), lane_hypot(lane a, lane b);
+lane lane_sqrt(lane a); /* emitted with the other functions of the language */
 
 /* The functions of bgc_model that a run calls, each for all lanes. */
 typedef struct {

@@ -73,8 +73,9 @@ def test_a_symbol_without_a_value_is_a_key_error() -> None:
         (Op.CEIL, (NAN,), NAN),
         (Op.SIGN, (-3.0,), -1.0),
         (Op.SIGN, (NAN,), NAN),
-        (Op.MIN, (NAN, 1.0), 1.0),
-        (Op.MAX, (1.0, NAN), 1.0),
+        (Op.MIN, (NAN, 1.0), NAN),
+        (Op.MAX, (1.0, NAN), NAN),
+        (Op.POW, (-0.0, -1.0), -INF),
         (Op.CBRT, (-8.0,), -2.0),
         (Op.SELECT, (0.0, 1.0, 2.0), 2.0),
         (Op.NOT, (0.0,), 1.0),
@@ -102,16 +103,6 @@ def test_functions_are_those_of_the_library(
     op: Op, function: Callable[[float], float], x: float
 ) -> None:
     assert apply(op, x) == function(x)
-
-
-def test_every_operation_has_an_implementation() -> None:
-    arity = {Op.SELECT: 3, Op.NEG: 1, Op.NOT: 1}
-    binary = {Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.POW, Op.LT, Op.LE, Op.EQ, Op.AND, Op.OR,
-              Op.ATAN2, Op.MIN, Op.MAX, Op.FMOD, Op.HYPOT}  # fmt: skip
-    for op in Op:
-        if op not in (Op.CONST, Op.SYMBOL):
-            count = arity.get(op, 2 if op in binary else 1)
-            assert math.isfinite(apply(op, *[1.25] * count)) or op in (Op.ASIN, Op.ACOS, Op.ATANH)
 
 
 def test_long_fractions_become_doubles() -> None:

@@ -11,10 +11,11 @@ from programs import CompiledModel, at, make_program, states
 
 from bgc.algebra.dag import Dag, Kind, Op
 from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.operation import Jump
 from bgc.diagnostics.source import Source, Span
 from bgc.emission.emit import emit_model
 from bgc.emission.switches import hold_modes
-from bgc.ir.lowered import Operation, Switch
+from bgc.ir.lowered import Switch
 
 
 class Maker:
@@ -59,15 +60,15 @@ def test_what_only_parameters_or_held_inputs_decide_raises_none(make: Maker) -> 
 @pytest.mark.parametrize(
     ("op", "operation"),
     [
-        (Op.LT, Operation.ABOVE),
-        (Op.LE, Operation.NOT_BELOW),
-        (Op.SIGN, Operation.SIGN),
-        (Op.FLOOR, Operation.FLOOR),
-        (Op.CEIL, Operation.CEIL),
-        (Op.FMOD, Operation.TRUNC),
+        (Op.LT, Jump.ABOVE),
+        (Op.LE, Jump.NOT_BELOW),
+        (Op.SIGN, Jump.SIGN),
+        (Op.FLOOR, Jump.FLOOR),
+        (Op.CEIL, Jump.CEIL),
+        (Op.FMOD, Jump.TRUNC),
     ],
 )
-def test_discontinuous_operations_do(make: Maker, op: Op, operation: Operation) -> None:
+def test_discontinuous_operations_do(make: Maker, op: Op, operation: Jump) -> None:
     single = op in {Op.SIGN, Op.FLOOR, Op.CEIL}
     (switch,) = make.switches(make.dag.call(op, *((make.x,) if single else (make.p, make.x))))
     assert switch.operation is operation
@@ -138,13 +139,13 @@ def test_kernels_read_modes_and_compare_without(make: Maker, tmp_path) -> None:
     program = make.program(node, outputs=[node])
     emitted = emit_model(program, "0")
     kinds = [switch.operation for switch in emitted.lowered.switches]
-    assert sorted(kinds) == [Operation.ABOVE, Operation.SIGN, Operation.FLOOR, Operation.TRUNC]
+    assert sorted(kinds) == [Jump.ABOVE, Jump.SIGN, Jump.FLOOR, Jump.TRUNC]
     model = CompiledModel(emitted, tmp_path, [2.0])
     u = np.zeros(1)
     for value, time in ((0.5, 1.0), (1.5, 5.0), (4.0, 7.5)):
         (expected,) = evaluate_nodes(program.dag, [node], at([value], t=time, u=u))
         assert model.rhs(time, np.array([value]), u)[0] == pytest.approx(expected)
-    held = {Operation.ABOVE: 1, Operation.SIGN: -1, Operation.TRUNC: 2, Operation.FLOOR: 7}
+    held = {Jump.ABOVE: 1, Jump.SIGN: -1, Jump.TRUNC: 2, Jump.FLOOR: 7}
     modes = [float(held[kind]) for kind in kinds]
     expected = 4.5**2 - 100 + 1000 * (7.5 - 2 * 2) + 10000 * 7
     found = model.rhs(7.5, np.array([4.5]), u, modes)
@@ -154,7 +155,7 @@ def test_kernels_read_modes_and_compare_without(make: Maker, tmp_path) -> None:
     assert jac[0] == pytest.approx(9) and dfdt[0] == pytest.approx(1000)
     arguments = dict(zip(kinds, model.switches(7.5, np.array([4.5]), u), strict=True))
     assert arguments == pytest.approx(
-        {Operation.ABOVE: -3.5, Operation.SIGN: 1.5, Operation.TRUNC: 3.75, Operation.FLOOR: 4.5}
+        {Jump.ABOVE: -3.5, Jump.SIGN: 1.5, Jump.TRUNC: 3.75, Jump.FLOOR: 4.5}
     )
 
 
@@ -164,7 +165,7 @@ def test_one_switch_in_the_argument_of_another(make: Maker) -> None:
     phase = dag.call(Op.FMOD, make.t, dag.const(2))
     condition = dag.call(Op.LT, phase, dag.one)
     held, switches = hold_modes(make.program(dag.select(condition, make.x, dag.zero)))
-    assert [s.operation for s in switches] == [Operation.TRUNC, Operation.ABOVE]
+    assert [s.operation for s in switches] == [Jump.TRUNC, Jump.ABOVE]
     assert all(s.timed for s in switches)
     modes = {1: 3.0, 2: math.nan}  # input 0 is the program's own
     values = at([1.0], t=7.5, u=[0.0, modes[1], modes[2]])

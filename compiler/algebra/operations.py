@@ -1,0 +1,629 @@
+"""The operations of the expression graph, one row each.
+
+A function of the language is added here and nowhere else: its name, documentation, Python and C,
+derivative, exact values, symmetry and LaTeX are the fields of its row. All passes read the rows,
+and `tests/unit/test_operations.py` checks every row against independent answers.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from fractions import Fraction
+
+from bgc.algebra import doubles
+from bgc.algebra.angles import cosine_of, sine_of, tangent_of
+from bgc.algebra.nodes import Node
+from bgc.algebra.operation import (
+    Builder,
+    Conic,
+    Curve,
+    Infix,
+    Jump,
+    Lanes,
+    Operation,
+    Parity,
+)
+
+_TWO_OVER_SQRT_PI = Fraction("1.128379167095512573896158903121545171688101258657997")
+_ONE_OVER_LN_10 = Fraction("0.4342944819032518276511289189166050822943970058036665")
+_LIMITED, _OVERFLOW = doubles.with_limits, doubles.outwards
+
+# --- rules shared by several rows ---------------------------------------------------------------
+
+
+def _guarded(d: Builder, divisor: Node, dividend: Node) -> Node:
+    """`dividend / divisor`, and 0 where the divisor is 0 (a NaN is not)."""
+    return d.select(divisor, d.div(dividend, divisor), d.zero)
+
+
+def _one_over_root(d: Builder, a: Node, b: Node) -> Node:
+    """`1 / sqrt(a - b)`."""
+    return d.div(d.one, d.call(Op.SQRT, d.sub(a, b)))
+
+
+def _quotient_partials(d: Builder, y: Node, a: Node, b: Node) -> tuple[Node, ...]:
+    reciprocal = d.div(d.one, b)
+    return reciprocal, d.neg(d.mul(y, reciprocal))
+
+
+def _power_partials(d: Builder, y: Node, a: Node, b: Node) -> tuple[Node, ...]:
+    """By a: `b a^(b-1)`, right also at a = 0; by b: `a^b log a`, 0 at a = 0."""
+    by_base = d.mul(b, d.pow(a, d.sub(b, d.one)))
+    if d.value(b) is not None:
+        return (by_base,)
+    logarithm = d.select(a, d.call(Op.LOG, a), d.zero)
+    return by_base, d.mul(y, logarithm)
+
+
+def _angle_partials(d: Builder, angle: Node, y: Node, x: Node) -> tuple[Node, ...]:
+    inverse_square = d.div(d.one, d.add(d.mul(y, y), d.mul(x, x)))
+    return d.mul(x, inverse_square), d.neg(d.mul(y, inverse_square))
+
+
+def _hypotenuse_partials(d: Builder, y: Node, a: Node, b: Node) -> tuple[Node, ...]:
+    reciprocal = _guarded(d, y, d.one)
+    return d.mul(a, reciprocal), d.mul(b, reciprocal)
+
+
+def _error_function_slope(d: Builder, x: Node) -> Node:
+    """`2 / sqrt(pi) exp(-x^2)`."""
+    return d.mul(d.const(_TWO_OVER_SQRT_PI), d.call(Op.EXP, d.neg(d.mul(x, x))))
+
+
+def _no_partials(d: Builder, y: Node, *operands: Node) -> tuple[Node, ...]:
+    """The derivatives of a piecewise constant operation, which are zero."""
+    return ()
+
+
+def _within_right_angle(d: Builder, value: Node, angle: Node) -> Node:
+    """A value where `abs(angle) < pi/2`, NaN elsewhere."""
+    margin = d.sub(d.const(Fraction(math.pi / 2)), d.call(Op.ABS, angle))
+    return d.select(d.call(Op.LT, d.zero, margin), value, d.call(Op.SQRT, margin))
+
+
+def _root_of_square(x: Fraction) -> Fraction | None:
+    """The square root of a fraction, if it is one itself."""
+    if x < 0:
+        return None
+    root = Fraction(math.isqrt(x.numerator), math.isqrt(x.denominator))
+    return root if root * root == x else None
+
+
+def _not_computed(*operands: float) -> float:
+    raise AssertionError("a leaf has no operation")
+
+
+# --- the table ----------------------------------------------------------------------------------
+
+
+class Op(IntEnum):
+    """The operation of a node. Members are equal to small ints; `row` holds what is known of each.
+
+    The arithmetic of CONST to SELECT is folded by methods of `Dag`.
+    """
+
+    row: Operation
+
+    def __new__(cls, row: Operation) -> Op:
+        """Number the members in the order of their definition."""
+        number = len(cls.__members__)
+        member = int.__new__(cls, number)
+        member._value_ = number
+        member.row = row
+        return member
+
+    # --- leaves ---------------------------------------------------------------------------------
+
+    CONST = Operation(arguments=(), evaluate=_not_computed, partials=None)
+    SYMBOL = Operation(arguments=(), evaluate=_not_computed, partials=None)
+
+    # --- arithmetic and choices -----------------------------------------------------------------
+
+    ADD = Operation(
+        arguments=("a", "b"),
+        evaluate=lambda a, b: a + b,
+        partials=lambda d, y, a, b: (d.one, d.one),
+        symmetric=True,
+        infix=Infix("+", 5),
+    )
+    SUB = Operation(
+        arguments=("a", "b"),
+        evaluate=lambda a, b: a - b,
+        partials=lambda d, y, a, b: (d.one, d.const(-1)),
+        infix=Infix("-", 5, strict_right=True),
+    )
+    MUL = Operation(
+        arguments=("a", "b"),
+        evaluate=lambda a, b: a * b,
+        partials=lambda d, y, a, b: (b, a),
+        symmetric=True,
+        infix=Infix("*", 6),
+    )
+    DIV = Operation(
+        arguments=("a", "b"),
+        evaluate=doubles.divide,
+        partials=_quotient_partials,
+        infix=Infix("/", 6, strict_right=True),
+    )
+    NEG = Operation(
+        arguments=("a",),
+        evaluate=lambda a: -a,
+        partials=lambda d, y, a: (d.const(-1),),
+        inverse=lambda d, y: d.neg(y),
+        parity=Parity.ODD,
+        infix=Infix("-", 7),
+    )
+    POW = Operation(
+        arguments=("a", "b"),
+        evaluate=doubles.power,
+        partials=_power_partials,
+        infix=Infix("^", 8, strict_left=True),
+        c="pow",
+        lanes=Lanes.LIBMVEC,
+    )
+    SELECT = Operation(  # a if nonzero then b else c
+        arguments=("condition", "yes", "no"),
+        evaluate=doubles.choose,
+        partials=None,
+        choice=lambda d, condition, yes, no: (condition, yes, no),
+    )
+    MAX = Operation(
+        name="max",
+        doc="Largest argument, component by component; of one argument, its largest component.",
+        arguments=("a", "b"),
+        variadic=True,
+        plain=False,
+        unit_power=Fraction(1),
+        evaluate=doubles.larger,
+        exact=max,
+        partials=None,
+        choice=lambda d, a, b: (d.call(Op.LE, b, a), a, b),
+        symmetric=True,
+        latex=r"\max",
+        c="model_max",
+        c_formula="a > b || a != a ? a : b",
+        lanes=Lanes.HEADER,
+    )
+    MIN = Operation(
+        name="min",
+        doc="Smallest argument, component by component; of one argument, its smallest component.",
+        arguments=("a", "b"),
+        variadic=True,
+        plain=False,
+        unit_power=Fraction(1),
+        evaluate=doubles.smaller,
+        exact=min,
+        partials=None,
+        choice=lambda d, a, b: (d.call(Op.LE, a, b), a, b),
+        symmetric=True,
+        latex=r"\min",
+        c="model_min",
+        c_formula="a < b || a != a ? a : b",
+        lanes=Lanes.HEADER,
+    )
+
+    # --- signs, comparisons, logic: piecewise constant ------------------------------------------
+
+    SIGN = Operation(
+        name="sign",
+        doc="Sign of a number: -1, 0 or 1. A jump: a run locates it and ends a step there.",
+        arguments=("x",),
+        plain=False,
+        evaluate=doubles.sign,
+        exact=lambda x: (x > 0) - (x < 0),
+        partials=_no_partials,
+        parity=Parity.ODD,
+        jump=Jump.SIGN,
+        latex=r"\operatorname{sgn}",
+        c="model_sign",
+        c_formula="a > 0.0 ? 1.0 : a < 0.0 ? -1.0 : a",
+        lanes=Lanes.FORMULA,
+        lane_formula="lane_select(a > lane_of(0.0), lane_of(1.0), "
+        "lane_select(a < lane_of(0.0), lane_of(-1.0), a))",
+    )
+    LT = Operation(
+        arguments=("a", "b"),
+        evaluate=lambda a, b: doubles.truth(a < b, a, b),
+        exact=lambda a, b: int(a < b),
+        partials=_no_partials,
+        never_negative=True,
+        jump=Jump.ABOVE,
+        infix=Infix("<", 4, strict_left=True, strict_right=True),
+        latex="# < #",
+        c="model_less",
+        c_formula="a < b ? 1.0 : a >= b ? 0.0 : NAN",
+        lanes=Lanes.FORMULA,
+        lane_formula="lane_truth(a < b, a >= b)",
+    )
+    LE = Operation(
+        arguments=("a", "b"),
+        evaluate=lambda a, b: doubles.truth(a <= b, a, b),
+        exact=lambda a, b: int(a <= b),
+        partials=_no_partials,
+        never_negative=True,
+        jump=Jump.NOT_BELOW,
+        infix=Infix("<=", 4, strict_left=True, strict_right=True),
+        latex=r"# \leq #",
+        c="model_at_most",
+        c_formula="a <= b ? 1.0 : a > b ? 0.0 : NAN",
+        lanes=Lanes.FORMULA,
+        lane_formula="lane_truth(a <= b, a > b)",
+    )
+    EQ = Operation(
+        arguments=("a", "b"),
+        evaluate=doubles.equal,
+        exact=lambda a, b: int(a == b),
+        partials=_no_partials,
+        symmetric=True,
+        never_negative=True,
+        infix=Infix("==", 4, strict_left=True, strict_right=True),
+        latex="# = #",
+        c="model_equal",
+        c_formula="a == b ? 1.0 : a == a && b == b ? 0.0 : NAN",
+        lanes=Lanes.FORMULA,
+        lane_formula="lane_truth(a == b, (a < b) | (a > b))",
+    )
+    AND = Operation(  # an undefined side does not matter where the other decides
+        arguments=("a", "b"),
+        evaluate=doubles.both,
+        exact=lambda a, b: int(a != 0 and b != 0),
+        partials=_no_partials,
+        symmetric=True,
+        never_negative=True,
+        infix=Infix("and", 2),
+        latex=r"# \wedge #",
+        c="model_both",
+        c_formula="a == 0.0 || b == 0.0 ? 0.0 : a == a && b == b ? 1.0 : NAN",
+        lanes=Lanes.FORMULA,
+        lane_formula="lane_truth(lane_is(a) & lane_is(b), "
+        "(a == lane_of(0.0)) | (b == lane_of(0.0)))",
+    )
+    OR = Operation(
+        arguments=("a", "b"),
+        evaluate=doubles.either,
+        exact=lambda a, b: int(a != 0 or b != 0),
+        partials=_no_partials,
+        symmetric=True,
+        never_negative=True,
+        infix=Infix("or", 1),
+        latex=r"# \vee #",
+        c="model_either",
+        c_formula="a < 0.0 || a > 0.0 || b < 0.0 || b > 0.0 ? 1.0 : a + b",
+        lanes=Lanes.FORMULA,
+        lane_formula="lane_truth(lane_is(a) | lane_is(b), "
+        "(a == lane_of(0.0)) & (b == lane_of(0.0)))",
+    )
+    NOT = Operation(
+        arguments=("a",),
+        evaluate=lambda a: doubles.truth(a == 0, a),
+        exact=lambda a: int(a == 0),
+        partials=_no_partials,
+        parity=Parity.EVEN,
+        never_negative=True,
+        infix=Infix("not ", 3),
+        latex=r"\neg #",
+        c="model_negation",
+        c_formula="a == 0.0 ? 1.0 : a == a ? 0.0 : a",
+        lanes=Lanes.FORMULA,
+        lane_formula="lane_truth(a == lane_of(0.0), lane_is(a))",
+    )
+
+    # --- trigonometric functions ----------------------------------------------------------------
+
+    SIN = Operation(
+        name="sin",
+        doc="Sine of an angle in rad (`sin(30 deg)` is 0.5); the result has no unit.",
+        arguments=("x",),
+        evaluate=_LIMITED(math.sin, _OVERFLOW),
+        points={0: 0},
+        root=sine_of,
+        partials=lambda d, y, x: (d.call(Op.COS, x),),
+        parity=Parity.ODD,
+        curve=Curve(Conic.CIRCLE, lambda t: (2 * t, 1 + t * t)),
+        latex=r"\sin",
+        lanes=Lanes.LIBMVEC,
+    )
+    COS = Operation(
+        name="cos",
+        doc="Cosine of an angle in rad; the result has no unit.",
+        arguments=("x",),
+        evaluate=_LIMITED(math.cos, _OVERFLOW),
+        points={0: 1},
+        root=cosine_of,
+        partials=lambda d, y, x: (d.neg(d.call(Op.SIN, x)),),
+        parity=Parity.EVEN,
+        curve=Curve(Conic.CIRCLE, lambda t: (1 - t * t, 1 + t * t)),
+        latex=r"\cos",
+        lanes=Lanes.LIBMVEC,
+    )
+    TAN = Operation(
+        name="tan",
+        doc="Tangent of an angle in rad; the result has no unit.",
+        arguments=("x",),
+        evaluate=_LIMITED(math.tan, _OVERFLOW),
+        points={0: 0},
+        root=tangent_of,
+        partials=lambda d, y, x: (d.add(d.one, d.mul(y, y)),),
+        parity=Parity.ODD,
+        curve=Curve(Conic.CIRCLE, lambda t: (2 * t, 1 - t * t)),
+        latex=r"\tan",
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+    ASIN = Operation(
+        name="asin",
+        doc="Angle in rad, from -pi/2 to pi/2, whose sine is a number from -1 to 1.",
+        arguments=("x",),
+        evaluate=_LIMITED(math.asin, _OVERFLOW),
+        points={0: 0},
+        partials=lambda d, y, x: (_one_over_root(d, d.one, d.mul(x, x)),),
+        inverse=lambda d, y: _within_right_angle(d, d.call(Op.SIN, y), y),
+        parity=Parity.ODD,
+        latex=r"\arcsin",
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+    ACOS = Operation(
+        name="acos",
+        doc="Angle in rad, from 0 to pi, whose cosine is a number from -1 to 1.",
+        arguments=("x",),
+        evaluate=_LIMITED(math.acos, _OVERFLOW),
+        points={1: 0},
+        partials=lambda d, y, x: (d.neg(_one_over_root(d, d.one, d.mul(x, x))),),
+        latex=r"\arccos",
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+    ATAN = Operation(
+        name="atan",
+        doc="Angle in rad, between -pi/2 and pi/2, whose tangent is a number without unit.",
+        arguments=("x",),
+        evaluate=math.atan,
+        points={0: 0},
+        partials=lambda d, y, x: (d.div(d.one, d.add(d.one, d.mul(x, x))),),
+        inverse=lambda d, y: _within_right_angle(d, d.call(Op.TAN, y), y),
+        parity=Parity.ODD,
+        latex=r"\arctan",
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+    ATAN2 = Operation(
+        name="atan2",
+        doc="Angle in rad, from -pi to pi, of the point (x, y); y comes first, both of one unit.",
+        arguments=("y", "x"),
+        plain=False,
+        evaluate=math.atan2,
+        partials=_angle_partials,
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+
+    # --- hyperbolic functions, exponentials, logarithms -----------------------------------------
+
+    SINH = Operation(
+        name="sinh",
+        doc="Hyperbolic sine of a number without unit; the result has none either.",
+        arguments=("x",),
+        evaluate=_LIMITED(math.sinh, _OVERFLOW),
+        points={0: 0},
+        partials=lambda d, y, x: (d.call(Op.COSH, x),),
+        inverse=lambda d, y: d.call(Op.ASINH, y),
+        parity=Parity.ODD,
+        curve=Curve(Conic.HYPERBOLA, lambda t: (2 * t, 1 - t * t)),
+        latex=r"\sinh",
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+    COSH = Operation(
+        name="cosh",
+        doc="Hyperbolic cosine of a number without unit; the result has none either.",
+        arguments=("x",),
+        evaluate=_LIMITED(math.cosh, doubles.upwards),
+        points={0: 1},
+        partials=lambda d, y, x: (d.call(Op.SINH, x),),
+        parity=Parity.EVEN,
+        never_negative=True,
+        curve=Curve(Conic.HYPERBOLA, lambda t: (1 + t * t, 1 - t * t)),
+        latex=r"\cosh",
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+    TANH = Operation(
+        name="tanh",
+        doc="Hyperbolic tangent of a number without unit; from -1 to 1, without unit.",
+        arguments=("x",),
+        evaluate=math.tanh,
+        points={0: 0},
+        partials=lambda d, y, x: (d.sub(d.one, d.mul(y, y)),),
+        inverse=lambda d, y: d.call(Op.ATANH, y),
+        parity=Parity.ODD,
+        curve=Curve(Conic.HYPERBOLA, lambda t: (2 * t, 1 + t * t)),
+        latex=r"\tanh",
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+    ASINH = Operation(
+        name="asinh",
+        doc="Inverse of `sinh`: a number without unit to one without unit.",
+        arguments=("x",),
+        evaluate=math.asinh,
+        points={0: 0},
+        partials=lambda d, y, x: (d.div(d.one, d.call(Op.SQRT, d.add(d.mul(x, x), d.one))),),
+        inverse=lambda d, y: d.call(Op.SINH, y),
+        parity=Parity.ODD,
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+    ACOSH = Operation(
+        name="acosh",
+        doc="Inverse of `cosh`, not negative: a number from 1 on, without unit, to one without.",
+        arguments=("x",),
+        evaluate=_LIMITED(math.acosh, doubles.upwards),
+        points={1: 0},
+        partials=lambda d, y, x: (_one_over_root(d, d.mul(x, x), d.one),),
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+    ATANH = Operation(
+        name="atanh",
+        doc="Inverse of `tanh`: a number between -1 and 1, without unit, to one without unit.",
+        arguments=("x",),
+        evaluate=_LIMITED(math.atanh, _OVERFLOW, -1.0, 1.0),
+        points={0: 0},
+        partials=lambda d, y, x: (d.div(d.one, d.sub(d.one, d.mul(x, x))),),
+        inverse=lambda d, y: d.call(Op.TANH, y),
+        parity=Parity.ODD,
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+    EXP = Operation(
+        name="exp",
+        doc="Exponential e^x of a number without unit; the result has none either.",
+        arguments=("x",),
+        evaluate=_LIMITED(math.exp, doubles.upwards),
+        points={0: 1},
+        partials=lambda d, y, x: (y,),
+        inverse=lambda d, y: d.call(Op.LOG, y),
+        never_negative=True,
+        curve=Curve(Conic.HYPERBOLA, lambda t: (1 + t, 1 - t)),
+        latex=r"\exp",
+        lanes=Lanes.LIBMVEC,
+    )
+    EXPM1 = Operation(
+        name="expm1",
+        doc="e^x - 1, accurate also for small x; of a number without unit, to one without unit.",
+        arguments=("x",),
+        evaluate=_LIMITED(math.expm1, doubles.upwards),
+        points={0: 0},
+        partials=lambda d, y, x: (d.add(y, d.one),),
+        inverse=lambda d, y: d.call(Op.LOG1P, y),
+        curve=Curve(Conic.HYPERBOLA, lambda t: (2 * t, 1 - t)),
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+    LOG = Operation(
+        name="log",
+        doc="Natural logarithm of a positive number without unit; the result has none either.",
+        arguments=("x",),
+        evaluate=_LIMITED(math.log, doubles.downwards, 0.0),
+        points={1: 0},
+        partials=lambda d, y, x: (d.div(d.one, x),),
+        inverse=lambda d, y: d.call(Op.EXP, y),
+        latex=r"\ln",
+        lanes=Lanes.LIBMVEC,
+    )
+    LOG10 = Operation(
+        name="log10",
+        doc="Decimal logarithm of a positive number without unit; the result has none either.",
+        arguments=("x",),
+        evaluate=_LIMITED(math.log10, doubles.downwards, 0.0),
+        points={1: 0},
+        partials=lambda d, y, x: (d.mul(d.const(_ONE_OVER_LN_10), d.div(d.one, x)),),
+        inverse=lambda d, y: d.pow(d.const(10), y),
+        latex=r"\log_{10}",
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+    LOG1P = Operation(
+        name="log1p",
+        doc="log(1 + x), accurate also for small x; of a number without unit, to one without unit.",
+        arguments=("x",),
+        evaluate=_LIMITED(math.log1p, doubles.downwards, -1.0),
+        points={0: 0},
+        partials=lambda d, y, x: (d.div(d.one, d.add(d.one, x)),),
+        inverse=lambda d, y: d.call(Op.EXPM1, y),
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+
+    # --- roots, size, rounding ------------------------------------------------------------------
+
+    SQRT = Operation(
+        name="sqrt",
+        doc="Square root of a number that is not negative, of any unit; the unit's root.",
+        arguments=("x",),
+        plain=False,
+        unit_power=Fraction(1, 2),
+        evaluate=_LIMITED(math.sqrt, doubles.upwards),
+        exact=_root_of_square,
+        partials=lambda d, y, x: (_guarded(d, y, d.const(Fraction(1, 2))),),
+        # The fourth power of sqrt(y), so that a negative y gives NaN.
+        inverse=lambda d, y: d.pow(d.call(Op.SQRT, y), d.const(4)),
+        never_negative=True,
+        latex=r"\sqrt{#}",
+    )
+    CBRT = Operation(
+        name="cbrt",
+        doc="Cube root of a number of any unit, negative ones too; the unit's cube root.",
+        arguments=("x",),
+        plain=False,
+        unit_power=Fraction(1, 3),
+        evaluate=math.cbrt,
+        points={0: 0, 1: 1},
+        partials=lambda d, y, x: (d.mul(d.const(Fraction(1, 3)), _guarded(d, d.mul(y, y), d.one)),),
+        inverse=lambda d, y: d.pow(y, d.const(3)),
+        parity=Parity.ODD,
+        latex=r"\sqrt[3]{#}",
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+    HYPOT = Operation(
+        name="hypot",
+        doc="sqrt(a^2 + b^2) of two numbers of one unit, without overflow; in the same unit.",
+        arguments=("a", "b"),
+        plain=False,
+        unit_power=Fraction(1),
+        evaluate=math.hypot,
+        partials=_hypotenuse_partials,
+        symmetric=True,
+        never_negative=True,
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+    ABS = Operation(
+        name="abs",
+        doc="Absolute value of a number of any unit, in the same unit.",
+        arguments=("x",),
+        plain=False,
+        unit_power=Fraction(1),
+        evaluate=abs,
+        exact=abs,
+        partials=lambda d, y, x: (d.call(Op.SIGN, x),),
+        parity=Parity.EVEN,
+        never_negative=True,
+        latex=r"\left| # \right|",
+        c="fabs",
+        lanes=Lanes.HEADER,
+    )
+    FLOOR = Operation(
+        name="floor",
+        doc="Largest whole number that is not above a number without unit. A jump: see `sign`.",
+        arguments=("x",),
+        evaluate=doubles.rounding(math.floor),
+        exact=math.floor,
+        partials=_no_partials,
+        jump=Jump.FLOOR,
+        latex=r"\left\lfloor # \right\rfloor",
+    )
+    CEIL = Operation(
+        name="ceil",
+        doc="Smallest whole number that is not below a number without unit. A jump: see `sign`.",
+        arguments=("x",),
+        evaluate=doubles.rounding(math.ceil),
+        exact=math.ceil,
+        partials=_no_partials,
+        jump=Jump.CEIL,
+        latex=r"\left\lceil # \right\rceil",
+    )
+    FMOD = Operation(
+        name="fmod",
+        doc="Remainder of a / b with the sign of a; a, b and the result of one unit. It jumps.",
+        arguments=("a", "b"),
+        plain=False,
+        unit_power=Fraction(1),
+        evaluate=doubles.remainder,
+        partials=lambda d, y, a, b: (d.one, d.neg(d.div(d.sub(a, y), b))),
+        jump=Jump.TRUNC,
+    )
+
+    # --- special functions ----------------------------------------------------------------------
+
+    ERF = Operation(
+        name="erf",
+        doc="Error function, 2/sqrt(pi) times the integral of exp(-t^2) from 0 to x; no units.",
+        arguments=("x",),
+        evaluate=math.erf,
+        points={0: 0},
+        partials=lambda d, y, x: (_error_function_slope(d, x),),
+        parity=Parity.ODD,
+        lanes=Lanes.LIBMVEC_2_35,
+    )
+
+
+ROWS: tuple[Operation, ...] = tuple(op.row for op in Op)
+"""`ROWS[op]` is the row of an operation, also given as a plain int."""
