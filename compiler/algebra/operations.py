@@ -218,9 +218,7 @@ class Op(IntEnum):
         latex=r"\operatorname{sgn}",
         c="model_sign",
         c_formula="a > 0.0 ? 1.0 : a < 0.0 ? -1.0 : a",
-        lanes=Lanes.FORMULA,
-        lane_formula="lane_select(a > lane_of(0.0), lane_of(1.0), "
-        "lane_select(a < lane_of(0.0), lane_of(-1.0), a))",
+        lanes=Lanes.HEADER,
     )
     LT = Operation(
         arguments=("a", "b"),

@@ -70,6 +70,11 @@ BGC_INLINE lane lane_fabs(lane a) { return (lane)((lane_mask)a & INT64_MAX); }
 /* A NaN operand gives a NaN, as in the scalar functions of a model. */
 static inline lane lane_max(lane a, lane b) { return lane_select((a > b) | (a != a), a, b); }
 static inline lane lane_min(lane a, lane b) { return lane_select((a < b) | (a != a), a, b); }
+static inline lane lane_sign(lane a) {
+    const lane one = lane_of(1.0);
+
+    return lane_select(a > lane_of(0.0), one, lane_select(a < lane_of(0.0), -one, a));
+}
 
 /* Conditions are 1 or 0, or NaN where undefined; a choice by a NaN is a NaN. */
 static inline lane lane_choose(lane condition, lane yes, lane no) {
@@ -81,7 +86,8 @@ static inline lane lane_truth(lane_mask is, lane_mask is_not) {
 }
 static inline lane_mask lane_is(lane a) { return (a < lane_of(0.0)) | (a > lane_of(0.0)); }
 
-lane lane_sqrt(lane a); /* emitted with the other functions of the language */
+/* Emitted with the other functions of the language; declared here for the runtime. */
+lane lane_sqrt(lane a), lane_floor(lane a), lane_ceil(lane a), lane_pow(lane a, lane b);
 
 /* The functions of bgc_model that a run calls, each for all lanes. */
 typedef struct {
