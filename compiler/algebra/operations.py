@@ -621,6 +621,16 @@ class Op(IntEnum):
         parity=Parity.ODD,
         lanes=Lanes.LIBMVEC_2_35,
     )
+    ERFC = Operation(
+        name="erfc",
+        doc="Complementary error function 1 - erf(x), accurate also for large x; no units.",
+        arguments=("x",),
+        evaluate=math.erfc,
+        points={0: 1},
+        partials=lambda d, y, x: (d.neg(_error_function_slope(d, x)),),
+        never_negative=True,
+        lanes=Lanes.LIBMVEC_2_35,
+    )
 
 
 ROWS: tuple[Operation, ...] = tuple(op.row for op in Op)

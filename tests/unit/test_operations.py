@@ -16,6 +16,7 @@ import pytest
 import sympy
 from programs import CompiledModel, at, make_program, states
 
+import bgc
 from bgc.algebra.dag import Dag, Kind, Op
 from bgc.algebra.derivatives import CHOICES, directional_derivative, gradient
 from bgc.algebra.evaluate import apply, evaluate_nodes, to_double
@@ -296,3 +297,19 @@ def test_every_function_is_documented(name: str) -> None:
 def test_every_function_of_reals_is_one_of_the_language() -> None:
     assert {op.row.name for op in NAMED} <= BUILTINS.keys()
     assert len(NAMED) == len({op.row.name for op in NAMED})
+
+
+def test_erf_and_erfc_from_text_to_a_run(tmp_path) -> None:
+    """x' = -2/sqrt(pi) exp(-t^2) from 1 is erfc(t), which far out is not lost beside 1."""
+    (tmp_path / "diffusion.bg").write_text(
+        "model Diffusion { state x = 1; der(x) = -2/sqrt(pi)*exp(-time^2); }\n"
+        "scene spread of Diffusion {\n"
+        "  observe x, erfc(time) as exact, erf(time) + erfc(time) as one, erfc(9*time) as far;\n"
+        "  run 3 every 0.5;\n}\n"
+    )
+    result = bgc.compile(tmp_path / "diffusion.bg").simulate(rtol=1e-10)
+    exact = np.array([math.erfc(t) for t in result.time])
+    np.testing.assert_allclose(result["x"], exact, atol=1e-9)
+    np.testing.assert_allclose(result["exact"], exact, rtol=1e-13)
+    np.testing.assert_allclose(result["one"], 1, rtol=1e-15)
+    np.testing.assert_allclose(result["far"], [math.erfc(9 * t) for t in result.time], rtol=1e-12)
