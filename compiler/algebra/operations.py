@@ -105,8 +105,9 @@ class Op(IntEnum):
 
     row: Operation
 
-    def __new__(cls, row: Operation) -> Op:
-        """Number the members in the order of their definition."""
+    def __new__(cls, row: Operation | int) -> Op:
+        """Number the members in the order of their definition; an int looks a member up."""
+        assert isinstance(row, Operation)
         number = len(cls.__members__)
         member = int.__new__(cls, number)
         member._value_ = number

@@ -7,12 +7,12 @@ prove that a matrix is invertible everywhere.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import assert_never
 
 from bgc.algebra.dag import Dag, Kind, Level
+from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.linalg import transpose
 from bgc.ir.causal import BondClass, ElementPort, Role, Row, RowEnd
 from bgc.ir.graph import (
@@ -58,34 +58,6 @@ class Structure:
     rows: tuple[Row, ...]
     blocks: tuple[Block, ...]
     bond_loops: tuple[int, ...]  # bonds that close a loop of junctions: across indeterminate
-
-
-class Forest:
-    """Disjoint sets (union by the smaller root, path halving)."""
-
-    def __init__(self, size: int) -> None:
-        self._parent = list(range(size))
-
-    def find(self, item: int) -> int:
-        """The representative of an item's set: its smallest member."""
-        parent = self._parent
-        while parent[item] != item:
-            parent[item] = parent[parent[item]]
-            item = parent[item]
-        return item
-
-    def join(self, items: Iterable[int]) -> None:
-        """Unite the sets of several items."""
-        for first, second in pairwise(items):
-            self.unite(first, second)
-
-    def unite(self, a: int, b: int) -> bool:
-        """Unite two sets; False if they were one already."""
-        a, b = self.find(a), self.find(b)
-        if a == b:
-            return False
-        self._parent[max(a, b)] = min(a, b)
-        return True
 
 
 def junction_structure(graph: FlatGraph) -> Structure:
@@ -139,27 +111,27 @@ def junction_structure(graph: FlatGraph) -> Structure:
 
 def _dualised(graph: FlatGraph) -> tuple[bool, ...]:
     """Two-colour the regions along the gyrators; in each piece the smaller part is dualised."""
-    forest = Forest(len(graph.bonds))
+    sets = DisjointSets(len(graph.bonds))
     crossings: list[tuple[int, int]] = []
     for element in graph.elements:
         if isinstance(element, Gyrator):
             for side2, side1 in coupled(graph.dag, element.matrix):
                 first = [element.ports1[j].bond for j in side1]
                 second = [element.ports2[i].bond for i in side2]
-                forest.join(first)
-                forest.join(second)
+                sets.join(first)
+                sets.join(second)
                 if first and second:
                     crossings.append((first[0], second[0]))
         else:
             for group in _coupled_ports(graph.dag, element):
-                forest.join(p.bond for p in group)
+                sets.join(p.bond for p in group)
     neighbours: dict[int, list[int]] = {}
     for a, b in crossings:
-        neighbours.setdefault(forest.find(a), []).append(forest.find(b))
-        neighbours.setdefault(forest.find(b), []).append(forest.find(a))
+        neighbours.setdefault(sets.find(a), []).append(sets.find(b))
+        neighbours.setdefault(sets.find(b), []).append(sets.find(a))
     size: dict[int, int] = {}
     for bond in range(len(graph.bonds)):
-        size[forest.find(bond)] = size.get(forest.find(bond), 0) + 1
+        size[sets.find(bond)] = size.get(sets.find(bond), 0) + 1
     colour: dict[int, bool] = {}
     for start in size:
         if start in colour:
@@ -175,22 +147,21 @@ def _dualised(graph: FlatGraph) -> tuple[bool, ...]:
                     queue.append(other)
         if 2 * sum(size[r] for r in piece if colour[r]) > sum(size[r] for r in piece):
             colour.update({r: not colour[r] for r in piece})
-    return tuple(colour[forest.find(bond)] for bond in range(len(graph.bonds)))
+    return tuple(colour[sets.find(bond)] for bond in range(len(graph.bonds)))
 
 
 def coupled(dag: Dag, matrix: Matrix) -> list[tuple[list[int], list[int]]]:
     """Rows and columns of a matrix that nonzero entries connect, as independent blocks."""
     height, width = len(matrix), len(matrix[0])
-    forest = Forest(height + width)
+    sets = DisjointSets(height + width)
     for i, row in enumerate(matrix):
         for j, node in enumerate(row):
             if node != dag.zero:
-                forest.unite(i, height + j)
-    blocks: dict[int, tuple[list[int], list[int]]] = {}
-    for k in range(height + width):
-        rows, columns = blocks.setdefault(forest.find(k), ([], []))
-        (rows if k < height else columns).append(k if k < height else k - height)
-    return list(blocks.values())
+                sets.unite(i, height + j)
+    return [
+        ([k for k in group if k < height], [k - height for k in group if k >= height])
+        for group in sets.groups()
+    ]
 
 
 def _coupled_ports(dag: Dag, element: Element) -> list[list[Port]]:
@@ -205,13 +176,10 @@ def _coupled_ports(dag: Dag, element: Element) -> list[list[Port]]:
                 for rows, columns in coupled(dag, element.matrix)
             ]
         case Storage(law=LinearLaw(matrix=matrix)) | Resistor(law=LinearLaw(matrix=matrix)):
-            forest = Forest(len(matrix))
+            sets = DisjointSets(len(matrix))
             for i, row in enumerate(matrix):
-                forest.join([i, *(j for j, node in enumerate(row) if node != dag.zero)])
-            groups: dict[int, list[Port]] = {}
-            for k, port in enumerate(element.ports):
-                groups.setdefault(forest.find(k), []).append(port)
-            return list(groups.values())
+                sets.join([i, *(j for j, node in enumerate(row) if node != dag.zero)])
+            return [[element.ports[k] for k in group] for group in sets.groups()]
         case _:
             return [list(ports_of(element))]
 
@@ -225,15 +193,15 @@ def sums_through(junction: Junction, dual: Sequence[bool]) -> bool:
 
 
 def _classes(graph: FlatGraph, dual: Sequence[bool]) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    forest = Forest(len(graph.bonds))
+    sets = DisjointSets(len(graph.bonds))
     closing: list[int] = []
     for element in graph.elements:
         if isinstance(element, Junction) and not sums_through(element, dual):
             first, *others = (p.bond for p in element.ports)
-            closing.extend(bond for bond in others if not forest.unite(first, bond))
+            closing.extend(bond for bond in others if not sets.unite(first, bond))
     numbers: dict[int, int] = {}
     class_of = tuple(
-        numbers.setdefault(forest.find(bond), len(numbers)) for bond in range(len(graph.bonds))
+        numbers.setdefault(sets.find(bond), len(numbers)) for bond in range(len(graph.bonds))
     )
     return class_of, tuple(closing)
 

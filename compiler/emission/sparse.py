@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from heapq import heapify, heappop, heappush
 
+from bgc.algebra.matching import Matching
 from bgc.ir.lowered import Jacobian, LuPlan
 from bgc.ir.program import Program
 
@@ -50,51 +51,20 @@ def plan_pattern(
 
 
 def _match(first: Sequence[set[int]], pattern: Sequence[set[int]]) -> list[int]:
-    """A column for every row, its own where possible: a perfect matching of the pattern.
+    """Match every row of a pattern with a column, its own where possible; `first` is part of it.
 
-    Diagonal entries of `first` are taken, then diagonal entries of the pattern, then
-    augmenting paths, over `first` before the rest, complete the matching.
+    Diagonal entries are taken where there are any; then augmenting paths, over `first` before the
+    whole pattern, complete the matching.
     """
     size = len(pattern)
-    row_of = [-1] * size
-    free = []
-    for k in range(size):
-        if k in first[k]:
-            row_of[k] = k
-    for k in range(size):
-        if row_of[k] < 0 and k in pattern[k]:
-            row_of[k] = k
-        elif row_of[k] != k:
-            free.append(k)
-    for row in free:
-        if not _augment(row, first, row_of) and not _augment(row, pattern, row_of):
+    own = {k: k for k in range(size) if k in pattern[k]}
+    matching = Matching(own)
+    for row in range(size):
+        if row in own or matching.augment(row, lambda k: sorted(first[k])):
+            continue
+        if not matching.augment(row, lambda k: sorted(pattern[k])):
             raise AssertionError(f"no pivot for row {row}: the equations are singular")
-    column_of = [-1] * size
-    for column, row in enumerate(row_of):
-        column_of[row] = column
-    return column_of
-
-
-def _augment(start: int, pattern: Sequence[set[int]], row_of: list[int]) -> bool:
-    """Adds row `start` to the matching along an alternating path, found breadth first."""
-    came_from: dict[int, int] = {}  # column -> row that reached it
-    queue = [start]
-    for row in queue:
-        for column in sorted(pattern[row]):
-            if column in came_from:
-                continue
-            came_from[column] = row
-            if row_of[column] >= 0:
-                queue.append(row_of[column])
-                continue
-            while True:  # hand every column on the path to the row that reached it
-                row = came_from[column]
-                if row == start:
-                    row_of[column] = row
-                    return True
-                previous = row_of.index(row)
-                row_of[column], column = row, previous
-    return False
+    return [matching.column_of[row] for row in range(size)]
 
 
 def _products(rows: Sequence[set[int]], columns: Sequence[set[int]], pivot: int) -> int:

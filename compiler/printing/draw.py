@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 
+from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.diagnostics.catalogue.machine import dot_failed, dot_missing
 from bgc.diagnostics.diagnostic import BgError
 from bgc.ir.causal import CausalGraph
@@ -78,22 +79,15 @@ def _merge_components(graph: FlatGraph) -> list[int]:
 
     United are the ends of a wide bond's components that are components of one part.
     """
-    parent = list(range(len(graph.elements)))
-
-    def root(element: int) -> int:
-        while parent[element] != element:
-            element = parent[element]
-        return element
-
+    sets = DisjointSets(len(graph.elements))
     first: dict[tuple[str, int, str, str], int] = {}
     for bond, sign, element in _ends(graph):
         if graph.bonds[bond].width == 1:
             continue
         part = graph.elements[element]
         key = (graph.bonds[bond].wide, sign, part.kind, _COMPONENT.sub("", part.name))
-        one, other = root(first.setdefault(key, element)), root(element)
-        parent[max(one, other)] = min(one, other)
-    return [root(element) for element in range(len(graph.elements))]
+        sets.unite(first.setdefault(key, element), element)
+    return [sets.find(element) for element in range(len(graph.elements))]
 
 
 def _ends(graph: FlatGraph) -> Iterator[tuple[int, int, int]]:

@@ -150,8 +150,9 @@ def _describe_units(row: Operation) -> str:
     """The units of arguments and result of an operation, in words."""
     several = row.arity > 1
     argument = "dimensionless" if row.plain else "any, the same for all" if several else "any"
-    result = {0: "dimensionless", 1: "the same"}
-    return f"{argument}; {result.get(row.unit_power, f'that of x to the power {row.unit_power}')}"
+    if row.unit_power in (0, 1):
+        return f"{argument}; {'the same' if row.unit_power else 'dimensionless'}"
+    return f"{argument}; that of x to the power {row.unit_power}"
 
 
 # --- the table ----------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
+from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.diagnostics.catalogue import widths as width_messages
 from bgc.diagnostics.report import Report
 from bgc.diagnostics.source import Span
@@ -57,36 +58,33 @@ class _Known:
 
 
 class BondUnits:
-    """Union-find over bonds with common units, and what is known of each class."""
+    """Classes of bonds with common units, and what is known of each class."""
 
     def __init__(self, names: list[str], report: Report) -> None:
         self._names = names
         self._report = report
-        self._parent = list(range(len(names)))
+        self._sets = DisjointSets(len(names))
         self._known: dict[tuple[str, int], _Known] = {}
         self._pseudo: set[int] = set()
         self._told: set[int] = set()
 
     def join(self, bonds: Iterable[int]) -> None:
         """The bonds of a junction have common units."""
-        roots = {self._root(b) for b in bonds}
-        first = min(roots, default=-1)
-        for root in roots:
-            self._parent[root] = first
+        self._sets.join(bonds)
 
     def mark_pseudo(self, bond: int) -> None:
         """Effort times flow of the bond is no power. To be told before any unit is."""
-        self._pseudo.add(self._root(bond))
+        self._pseudo.add(self._sets.find(bond))
 
     def is_power(self, bond: int) -> bool:
         """Whether effort times flow is a power."""
-        return self._root(bond) not in self._pseudo
+        return self._sets.find(bond) not in self._pseudo
 
     def know(
         self, variable: str, bond: int, dimension: Dimension, span: Span, symbol: str = ""
     ) -> bool:
         """Note the unit of an `effort` or `flow`; True when it is news."""
-        root = self._root(bond)
+        root = self._sets.find(bond)
         known = self._known.get((variable, root))
         if known is not None:
             if known.dimension != dimension and root not in self._told:
@@ -134,7 +132,7 @@ class BondUnits:
 
     def _tell_misfit(self, ratio: Ratio, expected: Dimension) -> None:
         """Report an argument whose unit does not go with what is known of its bond."""
-        root = self._root(ratio.bond)
+        root = self._sets.find(ratio.bond)
         if root in self._told:
             return
         self._told.add(root)
@@ -155,8 +153,8 @@ class BondUnits:
         target = self.dimension(*link.target)
         if source is not None:
             news = self.know(*link.target, multiply(source, link.dimension), link.span)
-            if self._root(link.target[1]) in self._told:  # one cause, both ends of it
-                self._told.add(self._root(link.source[1]))
+            if self._sets.find(link.target[1]) in self._told:  # one cause, both ends of it
+                self._told.add(self._sets.find(link.source[1]))
             return news
         if target is not None:
             return self.know(*link.source, divide(target, link.dimension), link.span)
@@ -164,17 +162,10 @@ class BondUnits:
 
     def dimension(self, variable: str, bond: int) -> Dimension | None:
         """The unit of an `effort` or `flow`, None when nothing tells."""
-        known = self._known.get((variable, self._root(bond)))
+        known = self._known.get((variable, self._sets.find(bond)))
         return known.dimension if known else None
 
     def symbol(self, variable: str, bond: int) -> str:
         """How the unit is spelled where it was written, empty when it was not."""
-        known = self._known.get((variable, self._root(bond)))
+        known = self._known.get((variable, self._sets.find(bond)))
         return known.symbol if known else ""
-
-    def _root(self, bond: int) -> int:
-        parent = self._parent
-        while parent[bond] != bond:
-            parent[bond] = parent[parent[bond]]
-            bond = parent[bond]
-        return bond

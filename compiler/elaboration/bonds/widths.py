@@ -181,7 +181,7 @@ def _merge(work: Nets, one: Net, two: Net, span: Span) -> None:
             )
         )
         return
-    two.parent = one
+    one.absorb(two)
     if one.width is None or (two.width is not None and two.width.explicit):
         one.width = two.width or one.width
     one.domain = one.domain or two.domain

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from bgc.algebra.disjoint_sets import Joined
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
 from bgc.resolution.modules import Declared
@@ -27,21 +28,11 @@ class DomainUse:
 
 
 @dataclass(slots=True, eq=False)
-class Net:
-    """Faces and bonds of one width and one domain, joined by junctions and ports (union-find)."""
+class Net(Joined):
+    """Faces and bonds of one width and one domain, joined by junctions and ports."""
 
-    parent: Net | None = None
     width: Width | None = None
     domain: DomainUse | None = None
-
-    def root(self) -> Net:
-        """The net that stands for all that are joined with this one."""
-        net = self
-        while net.parent is not None:
-            if net.parent.parent is not None:
-                net.parent = net.parent.parent
-            net = net.parent
-        return net
 
 
 @dataclass(slots=True, eq=False)

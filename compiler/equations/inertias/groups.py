@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from bgc.causality.regions import Forest
+from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.storage.kinds import StorageElement, StoragePort
@@ -43,18 +43,15 @@ def find_groups(variables: Variables, elements: Sequence[StorageElement]) -> lis
         sorted({k for p in inertias_of(e) for k in p.flow if basis[k].kind is BasisKind.INERTIA})
         for e in chosen
     ]
-    forest = Forest(len(chosen) + len(basis))
+    sets = DisjointSets(len(chosen) + len(basis))
     for index, flows in enumerate(shared):
-        forest.join([index, *(len(chosen) + k for k in flows)])
-    members: dict[int, list[int]] = {}
-    for index in range(len(chosen)):
-        members.setdefault(forest.find(index), []).append(index)
+        sets.join([index, *(len(chosen) + k for k in flows)])
     return [
         Group(
             tuple(chosen[i] for i in indices),
             tuple(sorted({k for i in indices for k in shared[i]})),
         )
-        for indices in members.values()
+        for indices in sets.groups(range(len(chosen)))
     ]
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
+from bgc.algebra.components import strong_components
 from bgc.algebra.dag import Dag, Kind, Op, Symbol
 from bgc.algebra.derivatives import directional_derivative
 from bgc.equations.loops.loops import AlgebraicState, solve_loop
@@ -60,44 +61,11 @@ class Resolver:
 
     def _search(self, root: Node) -> None:
         final = self.final
-        order: dict[Node, int] = {root: 0}
-        lowest: dict[Node, int] = {root: 0}
-        open_nodes: list[Node] = [root]
-        is_open = {root}
-        stack: list[tuple[Node, Iterator[Node]]] = [(root, self._needs(root))]
-        loops_on_itself = set()
-        while stack:
-            node, needs = stack[-1]
-            for needed in needs:
-                if needed in final:
-                    continue
-                if needed not in order:
-                    order[needed] = lowest[needed] = len(order)
-                    open_nodes.append(needed)
-                    is_open.add(needed)
-                    stack.append((needed, self._needs(needed)))
-                    break
-                if needed in is_open:
-                    lowest[node] = min(lowest[node], order[needed])
-                    if needed == node:
-                        loops_on_itself.add(node)
+        for members, has_cycle in strong_components(root, self._needs, final.__contains__):
+            if has_cycle:
+                self._close(members)
             else:
-                stack.pop()
-                if stack:
-                    above = stack[-1][0]
-                    lowest[above] = min(lowest[above], lowest[node])
-                if lowest[node] == order[node]:
-                    members = []
-                    while True:
-                        member = open_nodes.pop()
-                        is_open.remove(member)
-                        members.append(member)
-                        if member == node:
-                            break
-                    if len(members) == 1 and node not in loops_on_itself:
-                        final[node] = self._finish(node)
-                    else:
-                        self._close(members)
+                final[members[0]] = self._finish(members[0])
 
     def _needs(self, node: Node) -> Iterator[Node]:
         """The raw nodes that a node needs, one by one as the earlier ones are resolved."""

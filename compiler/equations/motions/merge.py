@@ -20,8 +20,8 @@ from dataclasses import dataclass, replace
 from typing import assert_never
 
 from bgc.algebra.dag import Dag, Kind, Level
+from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.solving import solve_definite
-from bgc.causality.regions import Forest
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.inertias.groups import shortened
@@ -169,16 +169,13 @@ class _Merging:
 
     def _groups(self) -> list[list[int]]:
         """Motions that move something of one element in common."""
-        forest = Forest(len(self._motions))
+        sets = DisjointSets(len(self._motions))
         joined: dict[int, list[int]] = {}
         for slot in self._slots:
             joined.setdefault(slot.place, []).extend(slot.moved)
         for motions in joined.values():
-            forest.join(motions)
-        groups: dict[int, list[int]] = {}
-        for j in range(len(self._motions)):
-            groups.setdefault(forest.find(j), []).append(j)
-        return list(groups.values())
+            sets.join(motions)
+        return sets.groups()
 
     # --- designated quantities ----------------------------------------------------------------
 

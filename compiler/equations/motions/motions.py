@@ -22,8 +22,8 @@ from heapq import heapify, heappop, heappush
 from typing import TypeAlias, TypeVar
 
 from bgc.algebra.dag import Dag, Kind, Level
+from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.fingerprint import PRIME, Fingerprints
-from bgc.causality.regions import Forest
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.storage.kinds import own_flow
@@ -349,12 +349,12 @@ def _connected(rows: Sequence[_Row]) -> Iterator[list[_Row]]:
     for row in rows:
         for column in row:
             numbers.setdefault(column, len(numbers))
-    forest = Forest(len(numbers))
+    sets = DisjointSets(len(numbers))
     for row in rows:
-        forest.join(numbers[column] for column in row)
+        sets.join(numbers[column] for column in row)
     groups: dict[int, list[_Row]] = {}
     for row in rows:
-        groups.setdefault(forest.find(numbers[next(iter(row))]), []).append(row)
+        groups.setdefault(sets.find(numbers[next(iter(row))]), []).append(row)
     yield from groups.values()
 
 

@@ -1,0 +1,52 @@
+"""Strongly connected components of a directed graph (Tarjan, SIAM J. Comput. 1, 1972)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from typing import TypeVar
+
+Vertex = TypeVar("Vertex", bound=Hashable)
+
+
+def strong_components(
+    root: Vertex, needs: Callable[[Vertex], Iterable[Vertex]], is_done: Callable[[Vertex], bool]
+) -> Iterator[tuple[list[Vertex], bool]]:
+    """Yield the components that a vertex reaches, each after those it needs.
+
+    With each comes whether it has a cycle, which a component of one vertex need not have. The
+    search is lazy: it asks for the next of a vertex's `needs` when the component of the one before
+    has been yielded, so the answer may depend on what the caller made of it. Vertices that are
+    done are passed over; the caller marks those of a component before it takes the next one.
+    """
+    order: dict[Vertex, int] = {root: 0}
+    lowest: dict[Vertex, int] = {root: 0}
+    open_vertices: list[Vertex] = [root]
+    is_open = {root}
+    stack: list[tuple[Vertex, Iterator[Vertex]]] = [(root, iter(needs(root)))]
+    needs_itself: set[Vertex] = set()
+    while stack:
+        vertex, rest = stack[-1]
+        for needed in rest:
+            if is_done(needed):
+                continue
+            if needed not in order:
+                order[needed] = lowest[needed] = len(order)
+                open_vertices.append(needed)
+                is_open.add(needed)
+                stack.append((needed, iter(needs(needed))))
+                break
+            if needed in is_open:
+                lowest[vertex] = min(lowest[vertex], order[needed])
+                if needed == vertex:
+                    needs_itself.add(vertex)
+        else:
+            stack.pop()
+            if stack:
+                above = stack[-1][0]
+                lowest[above] = min(lowest[above], lowest[vertex])
+            if lowest[vertex] == order[vertex]:
+                members: list[Vertex] = []
+                while not members or members[-1] != vertex:
+                    members.append(open_vertices.pop())
+                    is_open.remove(members[-1])
+                yield members, len(members) > 1 or vertex in needs_itself
