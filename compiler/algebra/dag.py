@@ -323,6 +323,16 @@ class Dag:
         method = _METHODS.get(op)
         return method(self, *operands) if method is not None else self.call(op, *operands)
 
+    def adopt(self, other: Dag, node: int, operands: tuple[int, ...]) -> int:
+        """Make a node of another graph in this one, on operands that are nodes of this one."""
+        op, a = other.op[node], other.a[node]
+        if op == _CONST:
+            return self.const(other.constants[a])
+        if op == _SYMBOL:
+            symbol = other.symbols[a]
+            return self.symbol(symbol.kind, symbol.index)
+        return self.apply(op, operands)
+
     def substitute(self, roots: Iterable[int], replacement: Mapping[int, int]) -> list[int]:
         """The roots with nodes replaced, once (replacements are not searched again)."""
         done = dict(replacement)

@@ -1,75 +1,94 @@
-"""Numbers for nodes: plain double arithmetic over the DAG, with C's results at the edges."""
+"""Numbers for nodes: double arithmetic over the DAG, with C's results at the edges."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
+from typing import Generic, TypeVar
 
 from bgc.algebra.dag import Dag, Symbol
+from bgc.algebra.nodes import Node
 from bgc.algebra.operations import ROWS
+
+_Number = TypeVar("_Number")
 
 
 def evaluate_nodes(
-    dag: Dag, roots: Iterable[int], leaf_values: Mapping[Symbol, float]
+    dag: Dag, roots: Iterable[Node], leaf_values: Mapping[Symbol, float]
 ) -> list[float]:
-    """The values of the roots for given values of the symbols they need.
+    """Evaluate nodes for given values of the symbols they need.
 
-    Time is linear in the number of nodes reached. Nothing raises at the edges of arithmetic:
-    as in C, `1/0` is infinite and `log(-1)` is not a number.
+    Takes time linear in the number of nodes reached. Nothing raises at the edges of arithmetic:
+    as in C, `1/0` is infinite and `log(-1)` is NaN.
 
     Raises
     ------
     KeyError
         A symbol that the roots need has no value.
     """
-    roots = list(roots)
-    done: dict[int, float] = {}
-    for node in dag.reachable(roots):
-        exact, symbol = dag.value(node), dag.symbol_of(node)
-        if exact is not None:
-            done[node] = to_double(exact)
-        elif symbol is not None:
-            done[node] = leaf_values[symbol]
-        else:
-            done[node] = apply(dag.op[node], *(done[x] for x in dag.operands(node)))
-    return [done[root] for root in roots]
+    return Evaluator(dag, leaf_values.__getitem__).values(roots)
 
 
-class Evaluator:
-    """The values of a graph's nodes at one point, each node visited once however often asked.
+class NodeEvaluator(Generic[_Number]):
+    """Base of evaluators at one point: each node is computed once however often it is asked for.
 
-    `leaf` gives the value of a symbol; it is asked once for each.
+    `leaf` gives the value of a symbol; it is called once for each.
     """
 
     def __init__(self, dag: Dag, leaf: Callable[[Symbol], float]) -> None:
         self._dag = dag
         self._leaf = leaf
-        self._known: dict[int, float] = {}
+        self._known: dict[Node, _Number] = {}
 
-    def value(self, node: int) -> float:
+    def value(self, node: Node) -> _Number:
         """The value of a node."""
-        known, dag = self._known, self._dag
-        stack = [node]
-        while stack:
-            top = stack[-1]
-            missing = [x for x in dag.operands(top) if x not in known] if top not in known else ()
-            if missing:
-                stack.extend(missing)
-                continue
-            stack.pop()
-            if top not in known:
-                known[top] = self._made(top)
-        return known[node]
+        if node not in self._known:
+            self.values([node])
+        return self._known[node]
 
-    def _made(self, node: int) -> float:
-        dag = self._dag
-        exact, symbol = dag.value(node), dag.symbol_of(node)
-        if exact is not None:
-            return to_double(exact)
-        if symbol is not None:
-            return self._leaf(symbol)
-        return apply(dag.op[node], *(self._known[x] for x in dag.operands(node)))
+    def values(self, roots: Iterable[Node]) -> list[_Number]:
+        """The values of several nodes."""
+        dag, known, roots = self._dag, self._known, list(roots)
+        for node in self._missing(roots):
+            exact, symbol = dag.value(node), dag.symbol_of(node)
+            if exact is not None:
+                known[node] = self._from_leaf(to_double(exact))
+            elif symbol is not None:
+                known[node] = self._from_leaf(self._leaf(symbol))
+            else:
+                known[node] = self._from_operands(
+                    dag.op[node], [known[x] for x in dag.operands(node)]
+                )
+        return [known[root] for root in roots]
+
+    def _missing(self, roots: Iterable[Node]) -> list[Node]:
+        """The nodes that the roots need and that are not known yet, in topological order."""
+        dag, known = self._dag, self._known
+        seen = {root for root in roots if root not in known}
+        stack = list(seen)
+        while stack:
+            for operand in dag.operands(stack.pop()):
+                if operand not in known and operand not in seen:
+                    seen.add(operand)
+                    stack.append(operand)
+        return sorted(seen)
+
+    def _from_leaf(self, value: float) -> _Number:
+        raise NotImplementedError
+
+    def _from_operands(self, op: int, operands: list[_Number]) -> _Number:
+        raise NotImplementedError
+
+
+class Evaluator(NodeEvaluator[float]):
+    """The values of a graph's nodes at one point, as doubles."""
+
+    def _from_leaf(self, value: float) -> float:
+        return value
+
+    def _from_operands(self, op: int, operands: list[float]) -> float:
+        return apply(op, *operands)
 
 
 def to_double(exact: Fraction) -> float:

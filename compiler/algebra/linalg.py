@@ -8,13 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import TypeAlias
 
 from bgc.algebra.dag import Dag, Level
+from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.evaluate import evaluate_nodes
-
-Node: TypeAlias = int
-Matrix: TypeAlias = tuple[tuple[Node, ...], ...]
+from bgc.algebra.nodes import Matrix, Node
 
 
 class SingularMatrixError(Exception):
@@ -53,6 +51,23 @@ def apply(dag: Dag, matrix: Matrix, vector: Sequence[Node]) -> tuple[Node, ...]:
     return tuple(dag.dot(row, vector) for row in matrix)
 
 
+def connected_blocks(dag: Dag, matrix: Matrix) -> list[tuple[list[int], list[int]]]:
+    """Rows and columns of a matrix that nonzero entries connect, as independent blocks.
+
+    In the order of their first rows; blocks without a row come last.
+    """
+    height, width = len(matrix), len(matrix[0]) if matrix else 0
+    sets = DisjointSets(height + width)
+    for i, row in enumerate(matrix):
+        for j, node in enumerate(row):
+            if node != dag.zero:
+                sets.unite(i, height + j)
+    return [
+        ([k for k in group if k < height], [k - height for k in group if k >= height])
+        for group in sets.groups()
+    ]
+
+
 def inverse(dag: Dag, matrix: Matrix) -> Matrix:
     """The inverse of a square matrix.
 
@@ -68,7 +83,7 @@ def inverse(dag: Dag, matrix: Matrix) -> Matrix:
         The matrix is singular for all values of its symbols.
     """
     result = [[dag.zero] * len(matrix) for _ in matrix]
-    for rows, columns in _blocks(dag, matrix):
+    for rows, columns in connected_blocks(dag, matrix):
         if len(rows) != len(columns):
             raise SingularMatrixError
         block = tuple(tuple(matrix[i][j] for j in columns) for i in rows)
@@ -76,26 +91,6 @@ def inverse(dag: Dag, matrix: Matrix) -> Matrix:
             for row, node in zip(rows, line, strict=True):
                 result[column][row] = node
     return _freeze(result)
-
-
-def _blocks(dag: Dag, matrix: Matrix) -> list[tuple[list[int], list[int]]]:
-    """Rows and columns that nonzero entries connect, in order of their first row."""
-    free_rows, free_columns = dict.fromkeys(range(len(matrix))), set(range(len(matrix)))
-    blocks = []
-    while free_rows:
-        first = next(iter(free_rows))
-        del free_rows[first]
-        rows, columns = [first], set[int]()
-        for row in rows:  # grows while it is walked
-            reached = {j for j in free_columns if matrix[row][j] != dag.zero}
-            free_columns -= reached
-            columns |= reached
-            joined = [i for i in free_rows if any(matrix[i][j] != dag.zero for j in reached)]
-            for i in joined:
-                del free_rows[i]
-            rows.extend(joined)
-        blocks.append((sorted(rows), sorted(columns)))
-    return blocks
 
 
 def _invert_block(dag: Dag, block: Matrix) -> Matrix:

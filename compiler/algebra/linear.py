@@ -1,72 +1,77 @@
-"""Coefficients of expressions that are linear in some symbols, read off the DAG exactly."""
+"""Linear forms: nodes as `sum coefficient * symbol + rest`, read off the DAG exactly."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TypeAlias
 
 from bgc.algebra.dag import Dag, Op
+from bgc.algebra.nodes import Matrix, Node
 
-_Form: TypeAlias = dict[int, int]  # symbol -> coefficient; the key -1 is the rest
+LinearForm: TypeAlias = tuple[dict[Node, Node], Node]
+"""The coefficient of each symbol, and the rest."""
 
 
-def linear_coefficients(
-    dag: Dag, nodes: Sequence[int], symbols: Sequence[int]
-) -> tuple[tuple[int, ...], ...] | None:
-    """The matrix M with `nodes = M symbols`, row by row; None when there is none.
+def linear_coefficients(dag: Dag, nodes: Sequence[Node], symbols: Sequence[Node]) -> Matrix | None:
+    """Find the matrix M with `nodes = M symbols`, row by row; None where there is none.
 
-    Sums, differences, products with and quotients by what does not hold the symbols are seen
-    through; an expression that is linear only after cancelling is not recognised.
+    An expression that is linear only after terms cancel is not recognised.
     """
-    wanted = set(symbols)
-    forms: dict[int, _Form | None] = {}
+    forms: dict[Node, LinearForm | None] = {s: ({s: dag.one}, dag.zero) for s in symbols}
     for node in dag.reachable(nodes):
-        forms[node] = _form(dag, node, forms, wanted)
+        if node not in forms:
+            operands = [forms[x] for x in dag.operands(node)]
+            known = [form for form in operands if form is not None]
+            forms[node] = linear_form(dag, node, known) if len(known) == len(operands) else None
     rows = []
     for node in nodes:
         form = forms[node]
-        if form is None or form.get(-1, dag.zero) != dag.zero:
+        if form is None or form[1] != dag.zero:
             return None
-        rows.append(tuple(form.get(symbol, dag.zero) for symbol in symbols))
+        rows.append(tuple(form[0].get(symbol, dag.zero) for symbol in symbols))
     return tuple(rows)
 
 
-def _form(dag: Dag, node: int, forms: dict[int, _Form | None], wanted: set[int]) -> _Form | None:
-    """The coefficients of a node from those of its operands; None when it is not linear."""
-    if node in wanted:
-        return {node: dag.one}
-    operands = dag.operands(node)
-    found = [forms[x] for x in operands]
-    if all(form is not None and set(form) <= {-1} for form in found):
-        return {-1: node}  # holds none of the symbols
-    if any(form is None for form in found):
-        return None
-    known = [form for form in found if form is not None]
-    match Op(dag.op[node]):
-        case Op.ADD:
-            return _combine(dag, known[0], known[1], dag.add)
-        case Op.SUB:
-            return _combine(dag, known[0], known[1], dag.sub)
-        case Op.NEG:
-            return {k: dag.neg(v) for k, v in known[0].items()}
-        case Op.MUL:
-            for factor, form in ((operands[0], known[1]), (operands[1], known[0])):
-                if set(forms[factor] or {}) <= {-1}:
-                    return {k: dag.mul(factor, v) for k, v in form.items()}
-            return None
-        case Op.DIV if set(known[1]) <= {-1}:
-            return {k: dag.div(v, operands[1]) for k, v in known[0].items()}
-        case Op.SELECT if set(known[0]) <= {-1}:
-            keys = dict.fromkeys([*known[1], *known[2]])
-            return {
-                k: dag.select(operands[0], known[1].get(k, dag.zero), known[2].get(k, dag.zero))
-                for k in keys
-            }
+def linear_form(dag: Dag, node: Node, operands: Sequence[LinearForm]) -> LinearForm | None:
+    """The form of a node from the forms of its operands; None where it is not linear.
+
+    Handles sums, differences, products with and quotients by constants, and choices whose condition
+    is a constant, where a constant is a form without symbols.
+    """
+    op = dag.op[node]
+    if not any(coefficients for coefficients, _ in operands):
+        rests = tuple(rest for _, rest in operands)
+        return {}, node if rests == dag.operands(node) else dag.rebuild(node, rests)
+    match operands:
+        case [(a, x)] if op == Op.NEG:
+            return _mapped(a, dag.neg), dag.neg(x)
+        case [(a, x), (b, y)] if op == Op.ADD:
+            return _sum(dag, a, b), dag.add(x, y)
+        case [(a, x), (b, y)] if op == Op.SUB:
+            return _sum(dag, a, _mapped(b, dag.neg)), dag.sub(x, y)
+        case [(a, x), (b, y)] if op == Op.MUL and not b:
+            return _mapped(a, lambda c: dag.mul(c, y)), dag.mul(x, y)
+        case [(a, x), (b, y)] if op == Op.MUL and not a:
+            return _mapped(b, lambda c: dag.mul(x, c)), dag.mul(x, y)
+        case [(a, x), (b, y)] if op == Op.DIV and not b:
+            return _mapped(a, lambda c: dag.div(c, y)), dag.div(x, y)
+        case [(c, z), (a, x), (b, y)] if op == Op.SELECT and not c:
+            zero = dag.zero
+            chosen = {k: dag.select(z, a.get(k, zero), b.get(k, zero)) for k in {**a, **b}}
+            return chosen, dag.select(z, x, y)
         case _:
             return None
 
 
-def _combine(dag: Dag, left: _Form, right: _Form, operation: object) -> _Form:
-    assert callable(operation)
-    keys = dict.fromkeys([*left, *right])
-    return {k: operation(left.get(k, dag.zero), right.get(k, dag.zero)) for k in keys}
+def _mapped(a: Mapping[Node, Node], change: Callable[[Node], Node]) -> dict[Node, Node]:
+    return {key: change(node) for key, node in a.items()}
+
+
+def _sum(dag: Dag, a: Mapping[Node, Node], b: Mapping[Node, Node]) -> dict[Node, Node]:
+    """The sum of coefficients, without those that cancel."""
+    total = dict(a)
+    for key, node in b.items():
+        total[key] = dag.add(total[key], node) if key in total else node
+        if total[key] == dag.zero:
+            del total[key]
+    return total

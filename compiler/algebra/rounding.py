@@ -1,17 +1,15 @@
-"""What rounding may have made of a number: values with a running bound of their error.
+"""Values of nodes with a running bound of their rounding error.
 
-Each operation passes on what its operands may be wrong by, found by moving them by as much, and
-adds its own rounding. A value within its bound is zero for all that can be told.
+Each operation passes on the errors of its operands, found by moving each operand by its error, and
+adds its own rounding. A value within its bound cannot be told from zero.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
 
-from bgc.algebra.dag import Dag, Symbol
-from bgc.algebra.evaluate import apply, to_double
+from bgc.algebra.evaluate import NodeEvaluator, apply
 
 _EPSILON = sys.float_info.epsilon
 _MARGIN = 8  # times the bound, which is of first order
@@ -19,53 +17,27 @@ _MARGIN = 8  # times the bound, which is of first order
 
 @dataclass(frozen=True, slots=True)
 class Rounded:
-    """A double, and a bound of its distance from what it stands for."""
+    """A double, and a bound of its distance from the exact value."""
 
     value: float
     error: float
 
     @property
     def is_noise(self) -> bool:
-        """Whether it may be zero but for rounding."""
+        """Whether the exact value may be zero."""
         return abs(self.value) <= _MARGIN * self.error
 
 
-class RoundedEvaluator:
-    """The values of a graph's nodes at one point, each with its error; each is visited once.
+class RoundedEvaluator(NodeEvaluator[Rounded]):
+    """The values of a graph's nodes at one point, each with its error.
 
-    `leaf` gives the value of a symbol. Whole numbers are exact, others as wrong as a double.
+    Whole numbers are exact; others carry the rounding error of a double.
     """
 
-    def __init__(self, dag: Dag, leaf: Callable[[Symbol], float]) -> None:
-        self._dag = dag
-        self._leaf = leaf
-        self._known: dict[int, Rounded] = {}
+    def _from_leaf(self, value: float) -> Rounded:
+        return Rounded(value, 0.0 if value.is_integer() else _EPSILON * abs(value))
 
-    def value(self, node: int) -> Rounded:
-        """The value of a node and its error."""
-        for other in self._missing(node):
-            self._known[other] = self._made(other)
-        return self._known[node]
-
-    def _missing(self, node: int) -> list[int]:
-        """What a node needs and is not known yet, in topological order."""
-        dag, known = self._dag, self._known
-        seen, stack = set[int](), [node]
-        while stack:
-            top = stack.pop()
-            if top not in known and top not in seen:
-                seen.add(top)
-                stack.extend(dag.operands(top))
-        return sorted(seen)
-
-    def _made(self, node: int) -> Rounded:
-        dag = self._dag
-        exact, symbol = dag.value(node), dag.symbol_of(node)
-        if exact is not None:
-            return _rounded(to_double(exact))
-        if symbol is not None:
-            return _rounded(self._leaf(symbol))
-        op, operands = dag.op[node], [self._known[x] for x in dag.operands(node)]
+    def _from_operands(self, op: int, operands: list[Rounded]) -> Rounded:
         values = [x.value for x in operands]
         result = apply(op, *values)
         error = _EPSILON * abs(result)
@@ -76,7 +48,3 @@ class RoundedEvaluator:
                     for moved in (operand.value - operand.error, operand.value + operand.error)
                 )
         return Rounded(result, error)
-
-
-def _rounded(value: float) -> Rounded:
-    return Rounded(value, 0.0 if value.is_integer() else _EPSILON * abs(value))

@@ -7,7 +7,16 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TypeAlias
 
 from bgc.diagnostics.catalogue.causality import Connection
-from bgc.ir.graph import Element, FlatGraph, Gyrator, Junction, Source, Transformer, ports_of
+from bgc.ir.graph import (
+    Element,
+    FlatGraph,
+    Gyrator,
+    Junction,
+    Source,
+    Transformer,
+    port_ends,
+    ports_of,
+)
 
 
 def rigid_path(graph: FlatGraph, start: int, end: int, bonds: Collection[int]) -> list[int]:
@@ -112,9 +121,8 @@ def holding(graph: FlatGraph, bonds: Collection[int]) -> list[int]:
 
 def _elements_on_bonds(graph: FlatGraph) -> dict[int, list[int]]:
     found: dict[int, list[int]] = {}
-    for index, element in enumerate(graph.elements):
-        for port in ports_of(element):
-            found.setdefault(port.bond, []).append(index)
+    for bond, _, index in port_ends(graph):
+        found.setdefault(bond, []).append(index)
     return found
 
 

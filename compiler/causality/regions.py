@@ -13,7 +13,7 @@ from typing import assert_never
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.disjoint_sets import DisjointSets
-from bgc.algebra.linalg import transpose
+from bgc.algebra.linalg import connected_blocks, transpose
 from bgc.ir.causal import BondClass, ElementPort, Role, Row, RowEnd
 from bgc.ir.graph import (
     Element,
@@ -115,7 +115,7 @@ def _dualised(graph: FlatGraph) -> tuple[bool, ...]:
     crossings: list[tuple[int, int]] = []
     for element in graph.elements:
         if isinstance(element, Gyrator):
-            for side2, side1 in coupled(graph.dag, element.matrix):
+            for side2, side1 in connected_blocks(graph.dag, element.matrix):
                 first = [element.ports1[j].bond for j in side1]
                 second = [element.ports2[i].bond for i in side2]
                 sets.join(first)
@@ -150,20 +150,6 @@ def _dualised(graph: FlatGraph) -> tuple[bool, ...]:
     return tuple(colour[sets.find(bond)] for bond in range(len(graph.bonds)))
 
 
-def coupled(dag: Dag, matrix: Matrix) -> list[tuple[list[int], list[int]]]:
-    """Rows and columns of a matrix that nonzero entries connect, as independent blocks."""
-    height, width = len(matrix), len(matrix[0])
-    sets = DisjointSets(height + width)
-    for i, row in enumerate(matrix):
-        for j, node in enumerate(row):
-            if node != dag.zero:
-                sets.unite(i, height + j)
-    return [
-        ([k for k in group if k < height], [k - height for k in group if k >= height])
-        for group in sets.groups()
-    ]
-
-
 def _coupled_ports(dag: Dag, element: Element) -> list[list[Port]]:
     """The ports of an element in groups that its law does not connect to each other."""
     match element:
@@ -173,7 +159,7 @@ def _coupled_ports(dag: Dag, element: Element) -> list[list[Port]]:
                 over, under = under, over
             return [
                 [over[i] for i in rows] + [under[j] for j in columns]
-                for rows, columns in coupled(dag, element.matrix)
+                for rows, columns in connected_blocks(dag, element.matrix)
             ]
         case Storage(law=LinearLaw(matrix=matrix)) | Resistor(law=LinearLaw(matrix=matrix)):
             sets = DisjointSets(len(matrix))
@@ -277,7 +263,7 @@ def _transformer_parts(
     if tf.given in ("f1", "e2"):
         over, under = under, over
     found = []
-    for rows, columns in coupled(dag, tf.matrix):
+    for rows, columns in connected_blocks(dag, tf.matrix):
         matrix = tuple(tuple(tf.matrix[i][j] for j in columns) for i in rows)
         upper, lower = [over[i] for i in rows], [under[j] for j in columns]
         whole = len(rows) == len(tf.matrix) and len(columns) == len(tf.matrix[0])
@@ -306,7 +292,7 @@ def _gyrator_blocks(
     """Rows of each block that joins two colours, resistive ports of each that does not."""
     blocks: list[tuple[tuple[Row, ...], list[ElementPort]]] = []
     first, second = gyrator.ports1, gyrator.ports2
-    for rows, columns in coupled(dag, gyrator.matrix):
+    for rows, columns in connected_blocks(dag, gyrator.matrix):
         matrix = tuple(tuple(gyrator.matrix[i][j] for j in columns) for i in rows)
         side1, side2 = [first[j] for j in columns], [second[i] for i in rows]
         dual1 = dual[side1[0].bond] if side1 else not dual[side2[0].bond]

@@ -31,7 +31,7 @@ from bgc.ir.graph import (
     Source,
     Storage,
     Transformer,
-    ports_of,
+    port_ends,
 )
 
 _Ends = dict[int, dict[int, tuple[int, int]]]
@@ -49,7 +49,7 @@ def place_strokes(
 ) -> tuple[Stroke, ...]:
     """The stroke of every bond. The arguments are the parts of a `CausalGraph`."""
     givers = _givers(ports, classes, class_of, rows, steps, basis)
-    at = _elements_at(graph)
+    at = {(bond, sign): index for bond, sign, index in port_ends(graph)}
     giving: dict[int, int] = {}  # bond -> sign of the end that gives the through variable
     for number, members in enumerate(classes):
         bond, sign = givers.get(number, (members.bonds[0], -1))
@@ -61,15 +61,6 @@ def place_strokes(
     return tuple(
         _stroke(graph, dual, at, by_port, bond, giving[bond]) for bond in range(len(graph.bonds))
     )
-
-
-def _elements_at(graph: FlatGraph) -> dict[tuple[int, int], int]:
-    """(bond, sign of the port) -> element."""
-    return {
-        (port.bond, port.sign): index
-        for index, element in enumerate(graph.elements)
-        for port in ports_of(element)
-    }
 
 
 def _givers(

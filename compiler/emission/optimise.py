@@ -83,20 +83,10 @@ def _is_computed(
 
 
 def _remake(dag: Dag, simple: Dag, node: Node, new: dict[Node, Node]) -> Node:
-    op, a = dag.op[node], dag.a[node]
-    if op == _CONST:
-        return simple.const(dag.constants[a])
-    if op == _SYMBOL:
-        symbol = dag.symbols[a]
-        return simple.symbol(symbol.kind, symbol.index)
-    b, c = dag.b[node], dag.c[node]
-    if b < 0:
-        return simple.apply(op, (new[a],))
-    if c >= 0:
-        return simple.apply(op, (new[a], new[b], new[c]))
-    if op == _DIV and new[b] != simple.zero:  # whoever divides by zero has reported it
-        return simple.mul(new[a], simple.div(simple.one, new[b]))
-    return simple.apply(op, (new[a], new[b]))
+    operands = tuple(new[x] for x in dag.operands(node))
+    if dag.op[node] == _DIV and operands[1] != simple.zero:  # a zero divisor has been reported
+        return simple.mul(operands[0], simple.div(simple.one, operands[1]))
+    return simple.adopt(dag, node, operands)
 
 
 def _known(dag: Dag, first: dict[int, Node], value: int, node: Node) -> Node:

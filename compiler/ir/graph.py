@@ -14,6 +14,7 @@ GY: `e1 = r' f2`, `e2 = r f1` for an n2 x n1 matrix r.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
@@ -414,3 +415,10 @@ class FlatGraph:
     warnings: tuple[Diagnostic, ...] = ()
     varied: int = 0  # INPUT symbols beyond those of the devices, which the caller sets
     slots: tuple[Slot, ...] = ()
+
+
+def port_ends(graph: FlatGraph) -> Iterator[tuple[int, int, int]]:
+    """The bond, the sign and the element of every port."""
+    for index, element in enumerate(graph.elements):
+        for port in ports_of(element):
+            yield port.bond, port.sign, index

@@ -20,7 +20,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import (
     FlatGraph,
-    ports_of,
+    port_ends,
 )
 
 _COMPONENT = re.compile(r"\[\d+\]$")
@@ -81,7 +81,7 @@ def _merge_components(graph: FlatGraph) -> list[int]:
     """
     sets = DisjointSets(len(graph.elements))
     first: dict[tuple[str, int, str, str], int] = {}
-    for bond, sign, element in _ends(graph):
+    for bond, sign, element in port_ends(graph):
         if graph.bonds[bond].width == 1:
             continue
         part = graph.elements[element]
@@ -90,15 +90,8 @@ def _merge_components(graph: FlatGraph) -> list[int]:
     return [sets.find(element) for element in range(len(graph.elements))]
 
 
-def _ends(graph: FlatGraph) -> Iterator[tuple[int, int, int]]:
-    """(bond, sign, element) of every port."""
-    for index, element in enumerate(graph.elements):
-        for port in ports_of(element):
-            yield port.bond, port.sign, index
-
-
 def _edges(graph: FlatGraph, drawn: Sequence[int]) -> list[_Edge]:
-    at = {(bond, sign): drawn[element] for bond, sign, element in _ends(graph)}
+    at = {(bond, sign): drawn[element] for bond, sign, element in port_ends(graph)}
     groups: dict[tuple[str, int, int], list[int]] = {}
     for bond in graph.bonds:
         tail, head = at[bond.index, -1], at[bond.index, 1]

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from bgc.algebra.dag import Dag, Kind, Op
+from bgc.algebra.dag import Dag, Kind
 from bgc.ir.graph import FlatGraph, Node, Parameter
 from bgc.ir.graph_nodes import graph_roots, map_graph
 from bgc.slicing.names import is_kept
@@ -73,15 +73,9 @@ def _rebuild(
     for node in dag.reachable(roots):
         if node in new:
             continue
-        op = dag.op[node]
         if node in given:
             new[node] = given[node]
-        elif op == Op.CONST:
-            new[node] = other.const(dag.constants[dag.a[node]])
-        elif op == Op.SYMBOL:
-            symbol = dag.symbols[dag.a[node]]
-            new[node] = other.symbol(symbol.kind, symbol.index)
         else:
-            new[node] = other.apply(op, tuple(new[x] for x in dag.operands(node)))
+            new[node] = other.adopt(dag, node, tuple(new[x] for x in dag.operands(node)))
         if node in dag.places:
             other.mark(new[node], dag.places[node])

@@ -15,6 +15,7 @@ from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.derivatives import gradient
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.inversion import solve_for
+from bgc.algebra.linear import LinearForm, linear_form
 from bgc.algebra.modular import Solutions, solutions_of
 from bgc.algebra.signs import Signs
 from bgc.algebra.solving import SingularSystemError, solve_general
@@ -84,9 +85,6 @@ def solve_loop(
     loop.require_regular(states, [solution[symbol] for symbol in torn])
     kind = LoopKind.NONLINEAR if forms is None else LoopKind.VARYING
     return Solved(final, states, loop.report(torn, kind, LoopSolution.NEWTON))
-
-
-_Form = tuple[dict[Node, Node], Node]  # coefficients of torn variables, and the rest
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,9 +193,11 @@ class _Loop:
 
     # --- linear loops -----------------------------------------------------------------------
 
-    def linear_forms(self, torn: Sequence[Node], order: Sequence[Node]) -> dict[Node, _Form] | None:
+    def linear_forms(
+        self, torn: Sequence[Node], order: Sequence[Node]
+    ) -> dict[Node, LinearForm] | None:
         """Every member as a linear form in the torn variables; None where one is not linear."""
-        forms: dict[Node, _Form] = {s: ({s: self._dag.one}, self._dag.zero) for s in torn}
+        forms: dict[Node, LinearForm] = {s: ({s: self._dag.one}, self._dag.zero) for s in torn}
         for node in order:
             form = self._form_of(node, forms)
             if form is None:
@@ -205,42 +205,19 @@ class _Loop:
             forms[node] = form
         return forms
 
-    def _form_of(self, node: Node, forms: Mapping[Node, _Form]) -> _Form | None:
+    def _form_of(self, node: Node, forms: Mapping[Node, LinearForm]) -> LinearForm | None:
         dag = self._dag
         if dag.op[node] == Op.SYMBOL:
             return self._known(self.target(node), forms)
-        operands = [self._known(x, forms) for x in dag.operands(node)]
-        op = dag.op[node]
-        match operands:
-            case [(a, x)] if op == Op.NEG:
-                return {k: dag.neg(c) for k, c in a.items()}, dag.neg(x)
-            case [(a, x), (b, y)] if op == Op.ADD:
-                return _sum(dag, a, b), dag.add(x, y)
-            case [(a, x), (b, y)] if op == Op.SUB:
-                return _sum(dag, a, {k: dag.neg(c) for k, c in b.items()}), dag.sub(x, y)
-            case [(a, x), (b, y)] if op == Op.MUL and not b:
-                return {k: dag.mul(c, y) for k, c in a.items()}, dag.mul(x, y)
-            case [(a, x), (b, y)] if op == Op.MUL and not a:
-                return {k: dag.mul(x, c) for k, c in b.items()}, dag.mul(x, y)
-            case [(a, x), (b, y)] if op == Op.DIV and not b:
-                return {k: dag.div(c, y) for k, c in a.items()}, dag.div(x, y)
-            case [(c, z), (a, x), (b, y)] if op == Op.SELECT and not c:
-                merged = {
-                    k: dag.select(z, a.get(k, dag.zero), b.get(k, dag.zero)) for k in {**a, **b}
-                }
-                return merged, dag.select(z, x, y)
-            case _ if not any(coefficients for coefficients, _ in operands):
-                return {}, dag.rebuild(node, tuple(rest for _, rest in operands))
-            case _:
-                return None
+        return linear_form(dag, node, [self._known(x, forms) for x in dag.operands(node)])
 
-    def _known(self, node: Node, forms: Mapping[Node, _Form]) -> _Form:
+    def _known(self, node: Node, forms: Mapping[Node, LinearForm]) -> LinearForm:
         if node in forms:
             return forms[node]
         return {}, self._outside[node]
 
     def linear_system(
-        self, torn: Sequence[Node], residuals: Sequence[Node], forms: Mapping[Node, _Form]
+        self, torn: Sequence[Node], residuals: Sequence[Node], forms: Mapping[Node, LinearForm]
     ) -> _System:
         """The linear system of the torn variables; refused where it is always singular."""
         dag = self._dag
@@ -403,12 +380,3 @@ def _is_flat(dag: Dag, slope: Node) -> bool:
     if dag.op[slope] != Op.SELECT:
         return slope == dag.zero
     return any(_is_flat(dag, branch) for branch in dag.operands(slope)[1:])
-
-
-def _sum(dag: Dag, a: Mapping[Node, Node], b: Mapping[Node, Node]) -> dict[Node, Node]:
-    total = dict(a)
-    for key, node in b.items():
-        total[key] = dag.add(total[key], node) if key in total else node
-        if total[key] == dag.zero:
-            del total[key]
-    return total
