@@ -1,1 +1,1 @@
-"""Scalar expressions as a graph, and what is done with them: numbers, derivatives, text."""
+"""The graph of scalar expressions and the computations on it: values, derivatives, text."""

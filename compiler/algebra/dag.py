@@ -17,7 +17,7 @@ from bgc.diagnostics.source import Span
 
 
 class Level(IntEnum):
-    """How often a node changes: the least frequent loop it can be computed in."""
+    """Frequency with which a node changes, which is the outermost loop it can be computed in."""
 
     CONST = 0
     PARAM = 1
@@ -26,7 +26,7 @@ class Level(IntEnum):
 
 
 class Kind(IntEnum):
-    """What a symbol stands for. Its `index` counts within the kind."""
+    """Kind of quantity that a symbol denotes; its `index` counts within the kind."""
 
     PARAM = 0
     TIME = 1
@@ -40,14 +40,14 @@ class Kind(IntEnum):
     RATE = 9  # der(x) of a declared state, inside an `equation`
 
 
-# The same as plain ints: comparing with a member of an enumeration takes several times longer.
+# Operations as plain ints: comparing with a member of an enumeration takes several times longer.
 _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG, _POW, _SELECT = map(
     int,
     (Op.CONST, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG, Op.POW, Op.SELECT),
 )
 
 _SYMBOL_LEVEL = {Kind.PARAM: Level.PARAM, Kind.TIME: Level.TIME, Kind.INPUT: Level.TIME}
-_MAX_BITS = 512  # of an exact constant; longer ones are left for the C compiler
+_MAX_BITS = 512  # of an exact constant; operations with a longer result are left to C
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +61,9 @@ class Symbol:
 class Dag:
     """The node store. `op[n]`, `a[n]`, `b[n]`, `c[n]`, `level[n]` describe node n.
 
-    Operands that an operation lacks are -1. Of CONST, `a` indexes `constants`; of SYMBOL, it
-    indexes `symbols`. `places` says where in the source an operation was written, of those that
-    `mark` was told of, and of what `rebuild` has made of them.
+    Operands that an operation lacks are -1. For CONST, `a` indexes `constants`; for SYMBOL, it
+    indexes `symbols`. `places` holds the place in the source of the operations passed to `mark`,
+    and of the nodes that `rebuild` made from them.
     """
 
     def __init__(self) -> None:
@@ -85,7 +85,7 @@ class Dag:
         return len(self.op)
 
     def copy(self) -> Dag:
-        """A graph with the same nodes that grows on its own."""
+        """Copy the graph; nodes added to one are not added to the other."""
         other = Dag.__new__(Dag)
         other.op, other.a, other.b, other.c = self.op[:], self.a[:], self.b[:], self.c[:]
         other.level = self.level[:]
@@ -100,7 +100,7 @@ class Dag:
     # --- leaves ---------------------------------------------------------------------
 
     def const(self, value: int | float | Fraction) -> int:
-        """The node of an exact constant; a float stands for the rational it is exactly."""
+        """The node of an exact constant; a float is converted to its exact rational value."""
         ratio = value.as_integer_ratio()  # hashed many times faster than a Fraction
         node = self._constant_nodes.get(ratio)
         if node is None:
@@ -123,15 +123,15 @@ class Dag:
     # --- queries --------------------------------------------------------------------
 
     def value(self, node: int) -> Fraction | None:
-        """The exact value of a CONST node, None of any other."""
+        """The exact value of a CONST node, None for any other."""
         return self.constants[self.a[node]] if self.op[node] == Op.CONST else None
 
     def symbol_of(self, node: int) -> Symbol | None:
-        """The symbol of a SYMBOL node, None of any other."""
+        """The symbol of a SYMBOL node, None for any other."""
         return self.symbols[self.a[node]] if self.op[node] == Op.SYMBOL else None
 
     def operands(self, node: int) -> tuple[int, ...]:
-        """The nodes that `node` is computed from."""
+        """The nodes from which a node is computed."""
         if self.op[node] <= _SYMBOL:
             return ()
         if self.b[node] < 0:
@@ -158,7 +158,7 @@ class Dag:
         return sorted(seen)
 
     # --- arithmetic -----------------------------------------------------------------
-    # These run once per node of every pass, hence the plain ints and the inlined look-ups.
+    # Called once per node in every pass, hence plain ints and inlined look-ups.
 
     def add(self, a: int, b: int) -> int:
         """A + b."""
@@ -234,7 +234,7 @@ class Dag:
         return self._make(_MUL, a, b) if a < b else self._make(_MUL, b, a)
 
     def div(self, a: int, b: int) -> int:
-        """A / b; a constant zero divisor is kept, for whoever builds it to report."""
+        """A / b. A constant zero divisor is kept; the caller reports it."""
         if b == self.one:
             return a
         if b == self.zero:
@@ -277,7 +277,7 @@ class Dag:
         return self._make(_SELECT, condition, yes, no)
 
     def call(self, op: int, *operands: int) -> int:
-        """Any other operation: comparisons, logic, functions."""
+        """Make any other operation: a comparison, logic or a function."""
         values = [self.value(x) for x in operands]
         exact = [v for v in values if v is not None]
         if len(exact) == len(values):
@@ -292,7 +292,7 @@ class Dag:
         return self._make(int(op), *operands)
 
     def sum(self, nodes: Iterable[int]) -> int:
-        """The sum, left to right; zero of none."""
+        """The sum, left to right; zero if there are no nodes."""
         total = self.zero
         for node in nodes:
             total = self.add(total, node)
@@ -314,12 +314,12 @@ class Dag:
         return made
 
     def mark(self, node: int, place: Span) -> None:
-        """Note where an operation was written; of equal ones, the first place stays."""
+        """Record the place of an operation in the source; the first place of equal ones stays."""
         if self.op[node] > _SYMBOL:
             self.places.setdefault(node, place)
 
     def apply(self, op: int, operands: tuple[int, ...]) -> int:
-        """An operation by its number; not of CONST and SYMBOL."""
+        """Make an operation given by its number, which is not a leaf's."""
         method = _METHODS.get(op)
         return method(self, *operands) if method is not None else self.call(op, *operands)
 
@@ -334,7 +334,7 @@ class Dag:
         return self.apply(op, operands)
 
     def substitute(self, roots: Iterable[int], replacement: Mapping[int, int]) -> list[int]:
-        """The roots with nodes replaced, once (replacements are not searched again)."""
+        """Replace nodes below the roots; replacements are not searched again."""
         done = dict(replacement)
         roots = list(roots)
         for node in self.reachable(roots):
@@ -374,7 +374,7 @@ class Dag:
         return node
 
     def _exact(self, value: Fraction) -> int | None:
-        """The node of a computed constant, None if it is too long to be worth its digits."""
+        """The node of a computed constant, None if the fraction is too long."""
         long = value.numerator.bit_length() + value.denominator.bit_length() > _MAX_BITS
         return None if long else self.const(value)
 

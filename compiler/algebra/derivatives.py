@@ -1,7 +1,8 @@
-"""The derivative rules: how each operation changes with its operands.
+"""Forward and reverse differentiation with the rules of `operations`.
 
-Where a function has no derivative (`abs` at 0, `sqrt` at 0, a switch), the derivative of one
-side or zero is taken: always a finite number, so that `abs(v)*v` or a norm at rest is harmless.
+Where a function has no derivative (`abs` and `sqrt` at 0, a switch), the rules give that of one
+side, or zero. The result is always finite, and so are the Jacobians of `abs(v)*v` and of a norm at
+rest.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ Partials = tuple[tuple[Node, Node], ...]
 
 
 def directional_derivative(dag: Dag, node: Node, direction: Mapping[Node, Node]) -> Node:
-    """The sum over symbols s of d node / d s times `direction[s]`."""
+    """Differentiate a node along a direction: the sum over symbols s of dnode/ds direction[s]."""
     tangent: dict[Node, Node] = {}
     for inner in dag.reachable([node]):
         if inner in direction:
@@ -31,7 +32,7 @@ def directional_derivative(dag: Dag, node: Node, direction: Mapping[Node, Node])
 
 
 def gradient(dag: Dag, node: Node, symbols: Iterable[Node]) -> list[Node]:
-    """The derivatives of one node by several symbols, in reverse."""
+    """The derivatives of a node by several symbols, by reverse differentiation."""
     adjoint: dict[Node, Node] = {node: dag.one}
     for inner in reversed(dag.reachable([node])):
         weight = adjoint.get(inner)
@@ -54,7 +55,7 @@ def _change(dag: Dag, node: Node, tangent: Mapping[Node, Node]) -> Node:
 
 
 def adjoint_shares(dag: Dag, node: Node, weight: Node) -> Partials:
-    """Operands of a node, each with what it gets of the node's adjoint `weight`."""
+    """Operands of a node, each with its share of the node's adjoint `weight`."""
     if dag.op[node] in CHOICES:
         condition, yes, no = choice(dag, node)
         zero = dag.zero

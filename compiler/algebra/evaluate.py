@@ -31,7 +31,7 @@ def evaluate_nodes(
 
 
 class NodeEvaluator(Generic[_Number]):
-    """Base of evaluators at one point: each node is computed once however often it is asked for.
+    """Base of evaluators at one point: each node is computed at most once.
 
     `leaf` gives the value of a symbol; it is called once for each.
     """

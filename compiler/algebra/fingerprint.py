@@ -1,19 +1,18 @@
 """Fingerprints: every node evaluated modulo two large primes, at a random point each.
 
-Both residues are kept as one, modulo the product of the primes: sums, products and quotients are
-computed once for both, all else for each.
+Both residues are kept as one number modulo the product of the primes. Sums, products and quotients
+are computed once for both, everything else for each.
 
-Two nodes that are equal as rational functions of their symbols have equal fingerprints; two
-that are not collide with a probability of about their degree in 2^61. So "is zero", "is
-constant" and "equal" are told without a simplifier, in time linear in the number of nodes.
+Two nodes that are equal as rational functions of their symbols have equal fingerprints; two that
+are not have equal ones with a probability of about their degree in 2^61. This decides "is zero",
+"is constant" and "are equal" without a simplifier, in time linear in the number of nodes.
 
-Trigonometric and hyperbolic functions and `exp` get a random point of their curve, hence
-`sin^2 + cos^2 = 1`, `tan = sin/cos`, `exp(-x) exp(x) = 1` and the symmetries hold. The primes are
-such that all small numbers have square roots modulo them: those of rational constants multiply
-and square as they should, so that an axis `[1, -4, -1]/norm([1, -4, -1])` is known to have length
-1. All other functions are hashes of their operands: identities among them (`sqrt(x)^2 = x`) are
-not seen. An answer "zero", "constant" or "equal" can therefore be relied on, a "no" only means
-"not proven".
+Trigonometric and hyperbolic functions and `exp` are evaluated at a random point of their conic, so
+that `sin^2 + cos^2 = 1`, `tan = sin/cos`, `exp(-x) exp(x) = 1` and the parities hold. Modulo these
+primes all small numbers have square roots, so that products and squares of roots of rational
+constants are right: an axis `[1, -4, -1]/norm([1, -4, -1])` is recognised as a unit vector. All
+other functions are hashes of their operands, and identities between them (`sqrt(x)^2 = x`) are not
+recognised. A positive answer is therefore reliable; a negative one means "not proven".
 """
 
 from __future__ import annotations
@@ -27,14 +26,14 @@ from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.operation import Parity
 from bgc.algebra.operations import ROWS
 
-# Both are 7 modulo 8 and, with q up to 149, of a residue modulo q that makes each q a square
-# (quadratic reciprocity): of such primes, each 2^-35 of all, two just below 2^61.
+# Each prime q up to 149 is a square modulo both (by quadratic reciprocity, with both 7 modulo 8).
+# One prime in 2^35 has this property; these are two just below 2^61.
 PRIME = 1_739_249_131_751_026_871
 _OTHER_PRIME = 1_947_198_889_117_256_519  # modulo the first alone, PRIME + 1 is 1
 _MODULUS = PRIME * _OTHER_PRIME
 _STEP = PRIME * pow(PRIME, -1, _OTHER_PRIME)  # 0 modulo the first and 1 modulo the other
 _MASK = 2**64 - 1
-_LARGEST_RATIONAL = 2**29  # numerator and denominator below it are recovered uniquely
+_LARGEST_RATIONAL = 2**29  # numerators and denominators below it are recovered uniquely
 _SMALL_PRIMES = tuple(q for q in range(2, 150) if all(q % k for k in range(2, isqrt(q) + 1)))
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
@@ -44,13 +43,13 @@ _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG, _SELECT, _SQRT = map(
 
 
 class Fingerprints:
-    """The fingerprints of a DAG's nodes; they grow with the DAG, each node is visited once."""
+    """The fingerprints of the nodes of a DAG, which may grow; each node is visited once."""
 
     def __init__(self, dag: Dag) -> None:
         self.dag = dag
         self._values: list[int] = []
-        self._steady: dict[int, int] = {}  # fingerprint -> node that no state or time moves
-        self._looked_at = 0
+        self._steady: dict[int, int] = {}  # fingerprint -> node of at most PARAM level
+        self._searched = 0
 
     def value(self, node: int) -> int:
         """The fingerprint of a node: its residues modulo both primes, as one modulo both."""
@@ -63,34 +62,34 @@ class Fingerprints:
         return self.value(node) % PRIME
 
     def values(self) -> list[int]:
-        """The fingerprints of all nodes there are now."""
+        """The fingerprints of all nodes of the DAG as it is now."""
         self._extend()
         return self._values.copy()
 
     def is_zero(self, node: int) -> bool:
-        """Whether a node is zero for all values of its symbols."""
+        """Test whether a node is zero for all values of its symbols."""
         return self.value(node) == 0
 
     def equal(self, a: int, b: int) -> bool:
-        """Whether two nodes are equal for all values of their symbols."""
+        """Test whether two nodes are equal for all values of their symbols."""
         return a == b or self.value(a) == self.value(b)
 
     def constant(self, node: int) -> Fraction | None:
-        """The number that a node always equals; None if it varies or is no simple fraction."""
+        """The rational number that a node always equals; None if none is proven."""
         exact = self.dag.value(node)
         if exact is not None:
             return exact
         value = self.value(node)
         found = _rational(value % PRIME)
-        # More than half of all residues are those of some fraction: only the right one has the
-        # right residue modulo the other prime too.
+        # More than half of all residues belong to some small fraction; only the right fraction
+        # has the right residue modulo the other prime too.
         return found if found is not None and _residue(found, _MODULUS) == value else None
 
     def simplified(self, node: int) -> int:
-        """A node that always equals this one and changes less often, if there is one.
+        """Find an equal node that changes less often; without one, return the node itself.
 
-        A number, or an expression of constants and parameters that is in the DAG already:
-        `cos(x) (c cos(x)) + sin(x) (c sin(x))` is c, also where c is no simple fraction.
+        It is a number, or an expression of constants and parameters that the DAG already holds:
+        `cos(x) (c cos(x)) + sin(x) (c sin(x))` becomes c, even if c is not a simple fraction.
         """
         dag = self.dag
         exact = self.constant(node)
@@ -98,10 +97,10 @@ class Fingerprints:
             return dag.const(exact)
         if dag.level[node] <= Level.PARAM:
             return node
-        for known in range(self._looked_at, len(dag)):
+        for known in range(self._searched, len(dag)):
             if dag.level[known] <= Level.PARAM:
                 self._steady.setdefault(self.value(known), known)
-        self._looked_at = len(dag)
+        self._searched = len(dag)
         value = self.value(node)
         if (same := self._steady.get(value)) is not None:
             return same
@@ -180,7 +179,7 @@ class _Point:
         return self.hashed(op, x)
 
     def weight(self, op: int, condition: int) -> int:
-        """How much of what is chosen where a condition holds counts: nothing where it cannot."""
+        """The weight of the first branch of a choice; zero if the condition is always zero."""
         return self.hashed(op, condition) if condition else 0
 
     def _odd(self, op: int, x: int) -> int:
@@ -205,14 +204,14 @@ _POINT, _OTHER_POINT = _Point(1, PRIME), _Point(2, _OTHER_PRIME)
 
 
 def _at_both(function: Callable[..., int], op: int, *operands: int) -> int:
-    """What a function of an operation and residues gives at both points, as one."""
+    """Evaluate a function of an operation and residues at both points, and join the results."""
     first = function(_POINT, op, *(x % PRIME for x in operands))
     other = function(_OTHER_POINT, op, *(x % _OTHER_PRIME for x in operands))
     return _joined(first, other)
 
 
 def _joined(first: int, other: int) -> int:
-    """The number modulo both primes with these residues (Chinese remainder theorem)."""
+    """The number modulo the product of both primes (Chinese remainder theorem)."""
     return (first + _STEP * (other - first)) % _MODULUS
 
 
@@ -225,7 +224,7 @@ def _divided(x: int, y: int) -> int:
 
 
 def _root(square: Fraction, value: int) -> int:
-    """The square root of a number, of prime factors each to its own root; else a hash."""
+    """The square root of a rational number from the roots of its prime factors, else a hash."""
     factors = _square_free(square)
     if factors is None:
         return _at_both(_Point.hashed, _SQRT, value)
@@ -244,7 +243,7 @@ def _residue(exact: Fraction, modulus: int) -> int:
 
 
 def _square_free(square: Fraction) -> tuple[Fraction, tuple[int, ...]] | None:
-    """The root of a number as a fraction times the roots of small primes, each once, if it is."""
+    """Split sqrt(square) into a fraction and square roots of distinct small primes, if possible."""
     left = square.numerator * square.denominator
     if left <= 0:
         return None
@@ -264,7 +263,10 @@ def _square_free(square: Fraction) -> tuple[Fraction, tuple[int, ...]] | None:
 
 
 def _rational(residue: int) -> Fraction | None:
-    """The fraction with small numerator and denominator that has this residue, if any."""
+    """The fraction with small numerator and denominator that has this residue, if any.
+
+    Rational reconstruction by the extended Euclidean algorithm.
+    """
     r0, r1, t0, t1 = PRIME, residue, 0, 1
     while r1 >= _LARGEST_RATIONAL:
         quotient = r0 // r1

@@ -1,6 +1,6 @@
-"""Nodes of the DAG as text that people read: infix, shared parts named once.
+"""Nodes as readable text in infix notation.
 
-Like every pass it never expands the DAG into a tree: a node used twice is printed once, as a
+The DAG is never expanded into a tree: a node that is used more than once is printed once, as a
 temporary `t1`, `t2`, ...
 """
 
@@ -16,14 +16,14 @@ _ATOM = 9  # binds more tightly than any operator
 
 
 def number(value: Fraction) -> str:
-    """A whole number as it is, any other as the shortest decimal of its nearest double."""
+    """A whole number in digits, any other as the shortest decimal of its nearest double."""
     return str(value) if value.denominator == 1 and abs(value) < 10**15 else repr(float(value))
 
 
 def infix_lines(
     dag: Dag, equations: Sequence[tuple[str, int]], name: Callable[[Symbol], str]
 ) -> list[str]:
-    """`left = right` for each equation, after the temporaries that they share."""
+    """Print `left = right` for each equation, after the temporaries that they share."""
     roots = [node for _, node in equations]
     order = dag.reachable(roots)
     shared = _shared(dag, order, roots)
@@ -40,7 +40,7 @@ def infix_lines(
 
 
 def _shared(dag: Dag, order: Iterable[int], roots: Iterable[int]) -> set[int]:
-    """The nodes worth a name: computed from others, and used more than once."""
+    """The nodes that become temporaries: operations that are used more than once."""
     uses = Counter(roots)
     for node in order:
         uses.update(dag.operands(node))
@@ -54,7 +54,7 @@ def _shared(dag: Dag, order: Iterable[int], roots: Iterable[int]) -> set[int]:
 def _body(
     dag: Dag, node: int, text: dict[int, tuple[str, int]], name: Callable[[Symbol], str]
 ) -> tuple[str, int]:
-    """The text of one node from those of its operands, with its binding strength."""
+    """The text of a node from the texts of its operands, with its binding strength."""
     value, symbol = dag.value(node), dag.symbol_of(node)
     if value is not None:
         return number(value), _ATOM if value >= 0 else 7

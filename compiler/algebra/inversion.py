@@ -1,10 +1,10 @@
-"""Solve one equation for one variable in closed form, where its law can be turned round.
+"""Solve one equation for one variable in closed form.
 
-Only operations that are one to one are undone, so that a solution found is the only one: sums with
-and products by what does not hold the variable, functions with an inverse, signed powers such as
-`k x abs(x)` and `k sign(x) sqrt(abs(x))` of flow through an orifice, and `a x + b x abs(x)` and
-`a x + b x^3` where both terms rise or both fall. Everything else is left to the integrators
-(`loops`). Where the equation has no real solution, the value is not a number.
+Only one-to-one operations are inverted, so that a solution is the only one: sums and products with
+terms that do not depend on the variable, functions with an inverse, signed powers such as
+`k x abs(x)` and `k sign(x) sqrt(abs(x))` (flow through an orifice), and `a x + b x abs(x)` and
+`a x + b x^3` with coefficients of equal sign. Everything else becomes an algebraic state (`loops`).
+The value is NaN where the equation has no real solution.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ def solve_for(
     default: Callable[[Node], float] | None = None,
     note: Callable[[Node], None] = lambda node: None,
 ) -> Node | None:
-    """The value of a symbol at which `node = target`; None where no closed form is known.
+    """Solve `node = target` for a symbol; None where no closed form is known.
 
-    `default` gives the value of a node of PARAM level at the parameters' defaults; without it
-    only numbers are known to have a sign. `note` is told of nodes of parameters that have to be
-    positive for the solution to be the one.
+    `default` gives the value of a node of PARAM level at the parameters' defaults; without it only
+    numbers have a known sign. `note` is called with nodes of PARAM level that have to be positive
+    for the solution to be unique.
     """
     signs = _Signs(dag, default, note)
     while node != symbol:
@@ -65,18 +65,18 @@ class _Signs:
         return int((value > 0) - (value < 0))
 
     def rely_on(self, positive: Node) -> None:
-        """Note that a node has to stay positive."""
+        """Note that a node has to be positive."""
         if self._dag.value(positive) is None:
             self._note(positive)
 
 
 def _dependent(dag: Dag, node: Node, symbol: Node) -> list[bool]:
-    """Which operands of a node hold the symbol."""
+    """For each operand of a node, whether it depends on the symbol."""
     return [symbol in dag.reachable([operand]) for operand in dag.operands(node)]
 
 
 def _undo(dag: Dag, node: Node, target: Node, dependent: list[bool]) -> tuple[Node, Node] | None:
-    """The operand that holds the symbol, and what it has to be."""
+    """The operand that depends on the symbol, and the value it has to have."""
     op = Op(dag.op[node])
     operands = dag.operands(node)
     match op, dependent:
@@ -101,7 +101,7 @@ def _undo(dag: Dag, node: Node, target: Node, dependent: list[bool]) -> tuple[No
 
 
 def _is_fixed(dag: Dag, node: Node) -> bool:
-    """Whether a factor does not vanish on the way: no state changes it."""
+    """Test whether a factor is constant during a run, so that it does not pass through zero."""
     return dag.level[node] <= Level.PARAM
 
 
@@ -121,7 +121,7 @@ class _Power:
 def _undo_signed_power(
     dag: Dag, node: Node, target: Node, symbol: Node
 ) -> tuple[Node, Node] | None:
-    """The base of an odd power, also a broken one, and what it has to be."""
+    """The base of an odd power, fractional ones included, and the value it has to have."""
     if dag.op[node] not in {Op.MUL, Op.DIV, Op.POW}:
         return None
     power = _power_in(dag, node, symbol)
@@ -148,7 +148,7 @@ def _signed_root(dag: Dag, value: Node, degree: Fraction) -> Node:
 
 
 def _power_in(dag: Dag, node: Node, symbol: Node) -> _Power | None:
-    """A product as a power of one base; None of anything else."""
+    """A product as a power of one base; None for anything else."""
     if symbol not in dag.reachable([node]):
         return _Power(None, 0, Fraction(0), node)
     operands = dag.operands(node)
@@ -171,12 +171,12 @@ def _power_in(dag: Dag, node: Node, symbol: Node) -> _Power | None:
 def _product(dag: Dag, op: Op, left: _Power, right: _Power) -> _Power | None:
     if left.base is not None and right.base is not None and left.base != right.base:
         return None
-    turn = 1 if op == Op.MUL else -1
+    direction = 1 if op == Op.MUL else -1
     combine = dag.mul if op == Op.MUL else dag.div
     return _Power(
         left.base if left.base is not None else right.base,
         left.sign + right.sign,
-        left.degree + turn * right.degree,
+        left.degree + direction * right.degree,
         combine(left.factor, right.factor),
     )
 
@@ -187,7 +187,7 @@ def _product(dag: Dag, op: Op, left: _Power, right: _Power) -> _Power | None:
 def _undo_sum_of_powers(
     dag: Dag, node: Node, target: Node, symbol: Node, signs: _Signs
 ) -> Node | None:
-    """Solve `a x + b x abs(x)`, `a x + b x^3` or one odd power, plus a rest, for x."""
+    """Solve `a x + b x abs(x)`, `a x + b x^3` or one odd power, plus a constant, for x."""
     terms = terms_in(dag, node, symbol)
     if terms is None:
         return None
@@ -203,10 +203,10 @@ def _undo_sum_of_powers(
     if linear is None or len(terms) != 1:
         return None
     (key, factor) = next(iter(terms.items()))
-    turn = signs.of(linear)
-    if turn == 0 or turn != signs.of(factor):
+    sign = signs.of(linear)
+    if sign == 0 or sign != signs.of(factor):
         return None
-    if turn < 0:
+    if sign < 0:
         linear, factor, value = dag.neg(linear), dag.neg(factor), dag.neg(value)
     if key not in {(1, 1), (3, 0)}:
         return None
@@ -218,7 +218,7 @@ def _undo_sum_of_powers(
 
 
 def _quadratic(dag: Dag, a: Node, b: Node, y: Node) -> Node:
-    """The solution of `a x + b x abs(x) = y`, without cancellation: 2 y / (a + root)."""
+    """The solution 2 y / (a + root) of `a x + b x abs(x) = y`, free of cancellation."""
     under = dag.add(dag.mul(a, a), dag.mul(dag.mul(dag.const(4), b), dag.call(Op.ABS, y)))
     return dag.div(dag.mul(dag.const(2), y), dag.add(a, dag.call(Op.SQRT, under)))
 

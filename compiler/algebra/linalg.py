@@ -1,7 +1,7 @@
-"""Small linear algebra on matrices of DAG nodes.
+"""Linear algebra on small matrices of DAG nodes.
 
-Zeros known at compile time are never multiplied or divided by, so sparse matrices give sparse
-results. Symmetric matrices have node for node symmetric inverses.
+Zeros known at compile time are never multiplied or divided by, so that sparse matrices give sparse
+results. The inverse of a symmetric matrix is symmetric, node for node.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from bgc.algebra.nodes import Matrix, Node
 
 
 class SingularMatrixError(Exception):
-    """The matrix has no inverse, whatever the values of its symbols."""
+    """The matrix is singular for all values of its symbols."""
 
 
 def _freeze(rows: Sequence[Sequence[Node]]) -> Matrix:
@@ -36,7 +36,7 @@ def diagonal(dag: Dag, nodes: Sequence[Node]) -> Matrix:
 
 
 def transpose(matrix: Matrix) -> Matrix:
-    """Rows become columns."""
+    """The transpose of a matrix."""
     return tuple(zip(*matrix, strict=True))
 
 
@@ -71,11 +71,10 @@ def connected_blocks(dag: Dag, matrix: Matrix) -> list[tuple[list[int], list[int
 def inverse(dag: Dag, matrix: Matrix) -> Matrix:
     """The inverse of a square matrix.
 
-    Each block of rows and columns that no entry connects to the rest is inverted alone: exactly
-    if it is constant, by cofactors up to 3 x 3 (which divides by nothing but the determinant),
-    otherwise by elimination. Elimination divides by diagonal entries as long as it can, which
-    are safe in a symmetric positive definite matrix; failing these by constants; failing these
-    by entries that might vanish for some values of the parameters.
+    Blocks of rows and columns that no entry connects are inverted one by one: in exact arithmetic
+    if constant, by cofactors up to 3 x 3 (which divides by the determinant only), otherwise by
+    elimination. Pivots are diagonal entries where possible, which are safe in a symmetric positive
+    definite matrix, then constants, then entries that may vanish for some parameter values.
 
     Raises
     ------
@@ -126,7 +125,7 @@ def _rational(dag: Dag, node: Node) -> Fraction:
 
 
 def _shorten(value: Fraction) -> Fraction:
-    """The value itself, or its nearest double where the fraction has grown long."""
+    """The value itself, or its nearest double if the fraction has become long."""
     long = value.numerator.bit_length() + value.denominator.bit_length() > 256
     return Fraction(float(value)) if long else value
 
@@ -160,7 +159,7 @@ def _cofactor(dag: Dag, block: Matrix, row: int, column: int) -> Node:
 
 
 def _invert_by_pivots(dag: Dag, block: Matrix) -> Matrix:
-    """Exchange steps: y = A x is solved for one x after the other, in place.
+    """Invert by exchange steps: y = A x is solved for one x after the other, in place.
 
     An update is written `(a*b)/pivot`, symmetric in a and b: with diagonal pivots a symmetric
     matrix stays symmetric up to signs, node for node.
@@ -198,7 +197,7 @@ def _invert_by_pivots(dag: Dag, block: Matrix) -> Matrix:
 def _choose_pivot(
     dag: Dag, table: Sequence[Sequence[Node]], rows: set[int], columns: set[int]
 ) -> tuple[int, int]:
-    """The nonzero entry to divide by: see `inverse`; of equals the one with least fill-in."""
+    """The next pivot by the rules of `inverse`, then by least fill-in (Markowitz)."""
     in_row = {i: sum(table[i][j] != dag.zero for j in columns) for i in rows}
     in_column = {j: sum(table[i][j] != dag.zero for i in rows) for j in columns}
     symmetric = all(table[i][j] == table[j][i] for i in rows for j in columns if j in rows)

@@ -19,7 +19,7 @@ class Matching:
         """
         came_from: dict[int, int] = {}  # column -> the row that reached it
         queue = [root]
-        for row in queue:  # grows while it is walked
+        for row in queue:  # grows during the loop
             for column in candidates(row):
                 if column in came_from:
                     continue

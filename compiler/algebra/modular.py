@@ -1,7 +1,7 @@
-"""Linear systems in residues: how many solutions a system has for all values of its symbols.
+"""Solvability of linear systems of nodes, decided by their fingerprints.
 
-A matrix of nodes that is singular for all values of their symbols is singular in their
-fingerprints, and one that is not is regular there but for a chance of about its size in 2^61.
+A matrix that is singular for all values of its symbols is singular in residues. Any other matrix is
+regular in residues, except with a probability of about its size in 2^61.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from bgc.algebra.fingerprint import PRIME
 
 
 class Solutions(Enum):
-    """How many solutions a linear system has."""
+    """Number of solutions of a linear system."""
 
     ONE = "one"
     NONE = "none"
@@ -21,7 +21,7 @@ class Solutions(Enum):
 
 
 def solutions_of(rows: Sequence[Sequence[int]], right: Sequence[int]) -> Solutions:
-    """The solutions of a square system of residues, by Gaussian elimination modulo the prime."""
+    """Count the solutions of a square system of residues by Gaussian elimination modulo `PRIME`."""
     open_rows = [[*row, value] for row, value in zip(rows, right, strict=True)]
     for column in range(len(right)):
         chosen = next((k for k, row in enumerate(open_rows) if row[column]), None)

@@ -1,7 +1,7 @@
-"""Newton's method on a few equations given as nodes: numbers for what a model leaves implicit.
+"""Damped Newton iteration on a few equations given as nodes.
 
-For start values and checks while compiling; a run solves the same equations in C
-(`runtime/c/consistent.c`), damped by the same test.
+It gives start values and serves checks while compiling; a run solves the same equations in C
+(`runtime/c/consistent.c`) with the same natural monotonicity test (Deuflhard 1974).
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from bgc.algebra.derivatives import gradient
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.nodes import Node
 
-_MOST = 100  # unknowns: beyond that elimination in Python takes too long
+_MOST = 100  # unknowns; with more, elimination in Python takes too long
 _ITERATIONS = 100  # from one point
-_WORK = 3e7  # cubes of the unknowns that all iterations together may take: some seconds
-_SOLVED = 1e-9  # the last correction, over the sizes of the unknowns
-_NEGLIGIBLE = 1e-9  # smaller unknowns are measured by this
+_WORK = 3e7  # bound of iterations times unknowns^3, some seconds
+_SOLVED = 1e-9  # relative size of the last correction
+_NEGLIGIBLE = 1e-9  # scale of unknowns that are smaller
 _LEAST_DAMPING = 1e-6
 
 
@@ -36,10 +36,10 @@ class Rows:
         self._slopes = [s for r in residuals for s in gradient(dag, r, symbols)] if small else []
 
     def solve(self, known: Mapping[Symbol, float], start: Sequence[float]) -> list[float] | None:
-        """A solution for given values of all other symbols; None where none is found.
+        """Find a solution for given values of all other symbols; None if there is none.
 
-        It is searched from `start`, then from points all over, since a law may be undefined or
-        flat at the first.
+        The iteration begins at `start`, then at points of other sizes and signs, since a law may be
+        undefined or flat at the first.
         """
         if len(self._unknowns) > _MOST:
             return None
@@ -90,7 +90,7 @@ class Rows:
 
 
 def _points(size: int) -> Iterator[list[float]]:
-    """Where else to start: all unknowns alike, then each of its own sign and size."""
+    """Further starting points: all unknowns equal, then each with a random sign and size."""
     for value in (1e-3, -1e-3, 1.0, -1.0, 1e3, -1e3):
         yield [value] * size
     rng = random.Random(1)

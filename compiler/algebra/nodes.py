@@ -1,4 +1,4 @@
-"""What a node of a DAG is to everybody else: a number; and matrices of them."""
+"""Types of nodes: an int that numbers a node of a `Dag`, and matrices of such ints."""
 
 from __future__ import annotations
 

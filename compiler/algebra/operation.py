@@ -94,7 +94,7 @@ class Curve:
 
 
 class Lanes(Enum):
-    """Where the function on a vector register of `bgc_lanes.h` comes from.
+    """Source of the function on a vector register of `bgc_lanes.h`.
 
     Vector functions of glibc (libmvec) have errors of at most 4 units in the last place.
     """
@@ -222,7 +222,7 @@ class Operation:
 
     @property
     def is_leaf(self) -> bool:
-        """Whether it has no operands: a constant or a symbol."""
+        """Test whether it is a constant or a symbol, which have no operands."""
         return not self.arguments
 
     def folded(self, operands: list[Fraction]) -> int | Fraction | None:

@@ -12,7 +12,7 @@ from enum import IntEnum
 from fractions import Fraction
 
 from bgc.algebra import doubles
-from bgc.algebra.angles import cosine_of, sine_of, tangent_of
+from bgc.algebra.angles import PI, cosine_of, sine_of, tangent_of
 from bgc.algebra.nodes import Node
 from bgc.algebra.operation import (
     Builder,
@@ -78,7 +78,7 @@ def _no_partials(d: Builder, y: Node, *operands: Node) -> tuple[Node, ...]:
 
 def _within_right_angle(d: Builder, value: Node, angle: Node) -> Node:
     """A value where `abs(angle) < pi/2`, NaN elsewhere."""
-    margin = d.sub(d.const(Fraction(math.pi / 2)), d.call(Op.ABS, angle))
+    margin = d.sub(d.const(PI / 2), d.call(Op.ABS, angle))
     return d.select(d.call(Op.LT, d.zero, margin), value, d.call(Op.SQRT, margin))
 
 

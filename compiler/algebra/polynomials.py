@@ -1,4 +1,4 @@
-"""Laws that are sums of powers of one variable, or of powers times its size."""
+"""Nodes as sums of terms `c x^n` and `c x^n abs(x)` in one symbol."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ Terms: TypeAlias = dict[tuple[int, int], Node]
 
 
 def antiderivative(dag: Dag, node: Node, symbol: Node) -> Node | None:
-    """The integral from zero of a polynomial in a symbol, `abs(x)` and `x^n` included.
+    """The integral from zero of a sum of terms `c x^n` and `c x^n abs(x)` in a symbol.
 
-    None of anything else: the energy is then integrated along with the states.
+    None for anything else; the energy is then integrated along with the states.
     """
     terms = terms_in(dag, node, symbol)
     if terms is None:
@@ -32,7 +32,7 @@ def antiderivative(dag: Dag, node: Node, symbol: Node) -> Node | None:
 
 
 def terms_in(dag: Dag, node: Node, symbol: Node) -> Terms | None:
-    """A node as a sum of `c x^n` and `c x^n abs(x)`, c free of x; None of anything else."""
+    """A node as a sum of `c x^n` and `c x^n abs(x)`, c independent of x; None for anything else."""
     found: dict[Node, Terms | None] = {}
     for inner in dag.reachable([node]):
         operands = [found[x] for x in dag.operands(inner)]

@@ -1,20 +1,20 @@
-"""Least value of a quadratic form over variables some of which are defined by others.
+"""Minimum of a quadratic form in variables of which some are defined by others.
 
     minimise  1/2 f' Q f - b' f   where   f_d = sum_j c_dj f_j  for every definition d.
 
-A definition is *substituted* (its variable leaves the form, those in its row take its place), a
-free variable is *minimised over* once no definition holds it any more. Both keep the form
-symmetric and positive semidefinite, and a pivot is the curvature of the form along a motion that
-all definitions allow: it vanishes nowhere unless the whole form is singular there. So the two
-may be mixed in any order, and the order decides what it costs:
+A definition is *substituted*: the variables of its row replace its variable. A free variable is
+*minimised over* once it is in no definition. Both steps keep the form symmetric and positive
+semidefinite, and each pivot is the curvature of the form along a motion that all definitions allow,
+so that it vanishes only where the whole form is singular. The steps may therefore be mixed in any
+order, and the order decides the number of operations:
 
 - all substitutions first, which leaves the reduced matrix `N' Q N`, then L D L' in
   minimum-degree order: few operations where the rows share most variables;
-- each variable as soon as it is free to go: along a chain the form never grows, and the number
-  of operations is proportional to its length (of rigid bodies on joints this is the
-  articulated-body algorithm, Featherstone 1983, here for any graph).
+- each variable as soon as possible: along a chain the form never grows, and the number of
+  operations is proportional to its length (for rigid bodies on joints this is the articulated-body
+  algorithm of Featherstone 1983, here for any graph).
 
-The cheaper one is taken, by counting.
+Both are tried, and the one with fewer operations is kept.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Row = dict[int, Node]  # variable -> coefficient
 
 
 class SingularFormError(Exception):
-    """The form does not rise along a free variable; `variable` is the one."""
+    """The form is singular: its curvature along the free variable `variable` is zero."""
 
     def __init__(self, variable: int) -> None:
         super().__init__("singular form")
@@ -71,10 +71,10 @@ def minimise(
     definitions: Sequence[Definition],
     free: Sequence[int],
 ) -> list[Minimum]:
-    """The free variables where the form is least, in terms of those that stay undetermined.
+    """Minimise the form over the free variables, in terms of the remaining ones.
 
-    A minimum holds variables, dependent ones among them, that follow from minima after it and
-    from variables that are neither defined nor free. The two orders give the same to rounding.
+    The row of a minimum holds variables (also defined ones) that follow from later minima and from
+    variables that are neither defined nor free. Both orders agree up to rounding.
 
     Raises
     ------
@@ -97,14 +97,14 @@ def minimise_in_order(
     *,
     early: bool,
 ) -> list[Minimum]:
-    """As `minimise`, with the order chosen by the caller."""
+    """Minimise as `minimise` does, in the order that the caller chooses."""
     found = _minimise(dag, fingerprints, form, definitions, free, early=early, budget=None)
     assert found is not None
     return found
 
 
 def inline(dag: Dag, definitions: Sequence[Definition]) -> list[Definition]:
-    """The definitions without variables that are always zero, or another one up to its sign."""
+    """Remove variables that are always zero, or equal to another one up to the sign."""
     alias: dict[int, tuple[int, Node] | None] = {}  # None: the variable is zero
     found = []
     for definition in reversed(definitions):
@@ -127,7 +127,7 @@ def inline(dag: Dag, definitions: Sequence[Definition]) -> list[Definition]:
 
 
 def _operations(dag: Dag, minima: Iterable[Minimum]) -> int:
-    """The operations at run time."""
+    """Count the operations at run time."""
     roots = [n for m in minima for n in (m.pivot, m.offset, *m.row.values())]
     used = dag.reachable(roots)
     return sum(dag.op[n] > Op.SYMBOL and dag.level[n] > Level.PARAM for n in used)
@@ -143,7 +143,7 @@ def _minimise(
     early: bool,
     budget: int | None,
 ) -> list[Minimum] | None:
-    """One order; None as soon as it made more nodes than the budget."""
+    """Minimise in one order; None as soon as it makes more nodes than the budget."""
     work = _Work(dag, fingerprints, form, definitions, free)
     first = len(dag)
     while work.step(minimise_first=early):
@@ -173,7 +173,7 @@ class _Work:
                 self._definitions[definition.variable] = definition.row
                 needed |= set(definition.row)
         self._moving = {*free, *self._definitions}
-        self._held = dict.fromkeys(self._moving, 0)  # definitions that hold a variable
+        self._held = dict.fromkeys(self._moving, 0)  # variable -> number of definitions it is in
         for row in self._definitions.values():
             for k in row:
                 if k in self._held:
@@ -186,19 +186,19 @@ class _Work:
                 self._release(k)
 
     def step(self, *, minimise_first: bool) -> bool:
-        """Take a variable of the kind that goes first, if there is one; False at the end."""
+        """Eliminate one variable, of the preferred kind if possible; False at the end."""
         kinds = [self._minimise_next, self._substitute_next]
         return any(take() for take in (kinds if minimise_first else reversed(kinds)))
 
     def _release(self, variable: int) -> None:
-        """Let a variable that no definition holds any more be taken."""
+        """Queue a variable that is in no definition any more."""
         if variable in self._definitions:
             heappush(self._deepest, (self._place[variable], variable))
         else:
             heappush(self._free, (len(self._matrix.get(variable, ())), variable))
 
     def _minimise_next(self) -> bool:
-        """Minimise over the free variable that has fewest others."""
+        """Minimise over the queued free variable with the fewest entries."""
         while self._free:
             degree, k = heappop(self._free)
             now = len(self._matrix.get(k, ()))
@@ -209,14 +209,14 @@ class _Work:
         return False
 
     def _substitute_next(self) -> bool:
-        """Put in the definition farthest from the free variables."""
+        """Substitute the queued definition that is farthest from the free variables."""
         if self._deepest:
             self._substitute(heappop(self._deepest)[1])
             return True
         return False
 
     def _substitute(self, d: int) -> None:
-        """Put a definition in."""
+        """Substitute a definition into the form."""
         dag, row = self._dag, self._definitions[d]
         coupled = self._remove(d)
         own = coupled.pop(d, dag.zero)
@@ -271,7 +271,7 @@ class _Work:
         if node == dag.zero or not (i in self._moving or j in self._moving):
             return
         total = dag.add(self._matrix.get(i, {}).get(j, dag.zero), node)
-        if dag.op[total] != Op.CONST:  # those of long fractions are dear to look up
+        if dag.op[total] != Op.CONST:  # a constant of a long fraction takes long to recover
             value = self._fingerprints.constant(total)
             total = total if value is None else dag.const(value)
         for row, column in ((i, j), (j, i)):

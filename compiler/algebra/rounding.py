@@ -24,7 +24,7 @@ class Rounded:
 
     @property
     def is_noise(self) -> bool:
-        """Whether the exact value may be zero."""
+        """True if the exact value may be zero."""
         return abs(self.value) <= _MARGIN * self.error
 
 

@@ -1,6 +1,6 @@
-"""Whether a node keeps away from zero, by its values at random points.
+"""Signs of nodes estimated from their values at random points.
 
-No proof: it decides only which of several right ways to solve a system is taken.
+This is not a proof; it only chooses between equally valid ways to solve a system.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ _POINTS = 12
 
 
 class Signs:
-    """Signs of nodes with parameters at their defaults and all else of any size and sign."""
+    """Signs of nodes, with parameters at their defaults and all other symbols at random values."""
 
     def __init__(self, dag: Dag, defaults: Mapping[Symbol, float]) -> None:
         self._points = [Evaluator(dag, _anywhere(defaults, seed)) for seed in range(_POINTS)]
 
     def is_certain(self, node: Node) -> bool:
-        """Whether a node has the same sign at all points, and is finite and not zero there."""
+        """Test whether a node is finite, nonzero and of one sign at all points."""
         values = [point.value(node) for point in self._points]
         return all(math.isfinite(v) and v * values[0] > 0 for v in values)
 
 
 def _anywhere(defaults: Mapping[Symbol, float], seed: int) -> Callable[[Symbol], float]:
-    """Parameters at their defaults, the rest between 0.01 and 100 or their negatives."""
+    """Values of symbols: defaults of parameters, others of size 0.01 to 100 and either sign."""
     rng = random.Random(seed)
 
     def leaf(symbol: Symbol) -> float:

@@ -1,4 +1,4 @@
-"""Sparse linear systems whose coefficients are nodes, solved once and for all in the DAG."""
+"""Sparse linear systems whose coefficients are nodes, solved symbolically in the DAG."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bgc.algebra.nodes import Node
 
 
 class SingularSystemError(Exception):
-    """The system has no single solution; `rows` are those that became empty."""
+    """The system has no unique solution; `rows` are those that became empty."""
 
     def __init__(self, rows: Sequence[int]) -> None:
         super().__init__("singular system")
@@ -26,8 +26,8 @@ def solve_definite(
 ) -> list[list[Node]]:
     """Solve a symmetric positive definite system by L D L' in minimum-degree order.
 
-    `matrix[i]` holds the nonzero entries of row i, of which those with column >= i are read;
-    `right` is a sequence of right-hand sides. Gives one solution each.
+    `matrix[i]` holds the nonzero entries of row i; only those with column >= i are read. Returns
+    one solution for each right-hand side in `right`.
 
     Raises
     ------
@@ -91,18 +91,18 @@ def solve_general(
     preference: Callable[[Node], int],
     note: Callable[[Node, bool], None] = lambda pivot, alone: None,
 ) -> list[Node]:
-    """Solve any regular sparse system; the entry of smallest preference and fill is the pivot.
+    """Solve a regular sparse system; the pivot is the entry of least `preference`, then fill.
 
-    `note` is told of every node that is divided by, and whether it is alone in its row or column:
-    the system is then singular where that node vanishes, whatever the other pivots are.
+    `note` is called with every pivot, and with whether it is the only entry of its row or column:
+    the system is then singular where that pivot vanishes, whatever the other pivots are.
 
-    An entry that is zero for all values of its symbols is never a pivot, so a system that is
-    always singular is found out.
+    An entry that is zero for all values of its symbols is never a pivot, so a system that is always
+    singular is detected.
 
     Raises
     ------
     SingularSystemError
-        No single solution exists.
+        The solution is not unique or does not exist.
     """
     work = _Elimination(dag, fingerprints, matrix, right)
     while (pivot := work.next_pivot(preference)) is not None:
@@ -111,7 +111,7 @@ def solve_general(
 
 
 class _Elimination:
-    """A sparse system on its way to triangular form; steps are (row, column) of the pivots."""
+    """A sparse system during elimination; the steps are the (row, column) of the pivots."""
 
     def __init__(
         self,
@@ -134,7 +134,7 @@ class _Elimination:
         self._changed = list(self._open)
 
     def next_pivot(self, preference: Callable[[Node], int]) -> tuple[int, int] | None:
-        """The open row and column to eliminate by next; None where no open row has an entry."""
+        """The next pivot; None if no open row has an entry."""
         for i in self._changed:
             if self._rows[i]:
                 heappush(self._queue, (self._best_of(i, preference)[0], i))
@@ -152,7 +152,7 @@ class _Elimination:
     def _best_of(
         self, i: int, preference: Callable[[Node], int]
     ) -> tuple[tuple[int, int, int], int]:
-        """The key of a row's best entry, and its column."""
+        """The key of the best pivot of a row, and its column."""
         width = len(self._rows[i])
         return min(
             ((preference(node), (width - 1) * (len(self._columns[j]) - 1), int(j != i)), j)
@@ -160,7 +160,7 @@ class _Elimination:
         )
 
     def take(self, i: int, j: int, note: Callable[[Node, bool], None]) -> None:
-        """Close a row by one of its columns, and take it from all others that have that."""
+        """Eliminate a column by one of its rows."""
         self._open.remove(i)
         self._steps.append((i, j))
         source, column = self._rows[i], self._columns[j]
@@ -189,7 +189,7 @@ class _Elimination:
                 self._columns[j].add(target)
 
     def solution(self) -> list[Node]:
-        """The unknowns, last step first; SingularSystemError where rows are left open."""
+        """Substitute back; SingularSystemError if rows are left open."""
         if self._open:
             raise SingularSystemError(sorted(self._open))
         dag, found = self._dag, [self._dag.zero] * len(self._rows)

@@ -1,9 +1,9 @@
 """Assign causality: from the flat graph to its independent flows, strokes and reasons.
 
-The algorithm is certified elimination: regions are dualised so that gyrators become
-transformers (`regions`), the remaining rows are solved without dividing by anything that could
-vanish (`elimination`), and what every independent flow is determined by is read off the result.
-A graph that has no such assignment is refused with the elements at fault.
+The algorithm is certified elimination. Regions are dualised so that gyrators become transformers
+(`regions`), the rows are solved without dividing by anything that may vanish (`elimination`), and
+the element that determines each independent flow follows from the result. A graph without such an
+assignment is refused with the elements at fault.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ _Flows = list[dict[int, Node]]  # of each class: index in the basis -> entry of 
 def assign_causality(graph: FlatGraph) -> CausalGraph:
     """Find the independent flows of a graph and everything that follows from them.
 
-    Guarantees that N satisfies every row, proven at random points, and that nothing was divided
-    by that is not a nonzero number or a parameter listed in `positive`. Does not derive
-    equations, and does not look at laws.
+    Guarantees that N satisfies every row (proven at random points), and that every divisor is a
+    nonzero number or a parameter listed in `positive`. Does not derive equations, and does not use
+    the laws of elements.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def assign_causality(graph: FlatGraph) -> CausalGraph:
 def _back_substitute(
     dag: Dag, structure: Structure, steps: Sequence[Step]
 ) -> tuple[list[int], _Flows]:
-    """The independent classes, and every class as a sparse row over them."""
+    """The independent classes, and the sparse row of N of every class."""
     dependent = {step.dependent for step in steps}
     independent = [c for c in range(len(structure.classes)) if c not in dependent]
     flows: _Flows = [{} for _ in structure.classes]
@@ -147,7 +147,7 @@ def _verify(
 def _basis(
     graph: FlatGraph, structure: Structure, independent: Sequence[int], flows: _Flows
 ) -> tuple[Basis, ...]:
-    """What determines each independent flow: the elements whose power it takes part in."""
+    """Decide what determines each independent flow, by the elements that it powers."""
     found: list[set[tuple[int, Role]]] = [set() for _ in independent]  # element, role
     for number, members in enumerate(structure.classes):
         for k in members.ports:
@@ -185,7 +185,7 @@ def _basis(
 def _columns_in_value(
     graph: FlatGraph, structure: Structure, port: ElementPort, flows: _Flows
 ) -> set[int]:
-    """The independent flows in the value of an effort source: to these it is a resistance."""
+    """The independent flows in the value of an effort source, which is a resistance to them."""
     source = graph.elements[port.element]
     if port.role is not Role.EFFORT_SOURCE or not isinstance(source, Source):
         return set()
@@ -203,7 +203,7 @@ def _columns_in_value(
 
 
 def _refuse_shared_flows(graph: FlatGraph, structure: Structure) -> None:
-    """Two flow sources on bonds that share one flow."""
+    """Refuse two flow sources on bonds that share one flow."""
     errors = []
     for members in structure.classes:
         sources = [k for k in members.ports if structure.ports[k].role is Role.FLOW_SOURCE]
@@ -222,7 +222,7 @@ def _effort_conflict(
     elements: Sequence[int],
     through: Sequence[int],
 ) -> Diagnostic:
-    """An independent flow on which there are only sources of effort; the classes it is in."""
+    """The error for an independent flow, in the classes `through`, with effort sources only."""
     dual = structure.dual[structure.classes[number].bonds[0]]
     bonds = {bond for n in through for bond in structure.classes[n].bonds}
     return _conflict(graph, elements, bonds, dual=not dual)
@@ -231,21 +231,21 @@ def _effort_conflict(
 def _conflict(
     graph: FlatGraph, sources: Sequence[int], bonds: Collection[int], *, dual: bool
 ) -> Diagnostic:
-    """Sources that set one variable, and how they meet along some bonds."""
+    """The error for sources that set one variable, with the path between them along some bonds."""
     what = "effort" if dual else "flow"
     if len(sources) == 1:
         (source,) = connections(graph, sources)
         return catalogue.source_without_load(source.span, source.name, what)
     start, end = sorted(sources)[:2]
     first, second = connections(graph, (start, end))
-    way = rigid_path(graph, start, end, bonds)
-    return catalogue.causal_conflict(first, second, what, connections(graph, way))
+    path = rigid_path(graph, start, end, bonds)
+    return catalogue.causal_conflict(first, second, what, connections(graph, path))
 
 
 def _judge_remaining(
     graph: FlatGraph, structure: Structure, certifier: Certifier, elimination: Elimination
 ) -> list[Diagnostic]:
-    """Warnings for rows that say nothing new; errors for those that could not be solved."""
+    """Warn of redundant rows; refuse rows that could not be solved."""
     warnings, errors = [], []
     for row, left in elimination.remaining:
         elements = sorted({elimination.rows[r].element for r in elimination.origins[row]})
@@ -315,7 +315,7 @@ def _warn(graph: FlatGraph, structure: Structure, basis: Sequence[Basis]) -> lis
 def _positive(
     graph: FlatGraph, elimination: Elimination, watched: Sequence[tuple[Node, int]]
 ) -> tuple[PositiveParameter, ...]:
-    """The parameters that were divided by, each once."""
+    """The parameters that were divided by, each listed once."""
     found: dict[Node, PositiveParameter] = {}
     for node, row in (*elimination.watched, *watched):
         name = graph.elements[elimination.rows[row].element].name

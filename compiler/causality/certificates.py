@@ -1,4 +1,8 @@
-"""What may be divided by: numbers, parameters that the runtime keeps from zero, nothing else."""
+"""Certificates that a node never vanishes, so that it may be a pivot.
+
+Numbers have one, and expressions of parameters that are nonzero at the default values, which the
+runtime checks when parameters are set; nothing that depends on states or time has.
+"""
 
 from __future__ import annotations
 
@@ -15,15 +19,15 @@ from bgc.ir.graph import Node, Parameter
 
 
 class Rank(IntEnum):
-    """How good a divisor is; smaller is better."""
+    """Rank of a divisor; smaller is better."""
 
     UNIT = 0  # 1 or -1
     NUMBER = 1
-    PARAMETER = 2  # a product of parameters, not zero at the default values; checked at run time
-    DOUBTFUL = 3  # any other expression of parameters (`sin(slope)`), checked in the same way
+    PARAMETER = 2  # a product of parameters, nonzero at their defaults; checked at run time
+    DOUBTFUL = 3  # any other expression of parameters (`sin(slope)`); checked at run time
 
 
-_SMALL = 0.1  # of a row's largest number: divided by less, others grow
+_SMALL = 0.1  # relative to the largest entry of a row; a smaller pivot makes the others grow
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -55,13 +59,13 @@ class Certifier:
         self._known: dict[Node, Certificate | None] = {}
 
     def certify(self, node: Node) -> Certificate | None:
-        """The certificate of a node, None where there is none."""
+        """The certificate of a node, None if there is none."""
         if node not in self._known:
             self._known[node] = self._certify(node)
         return self._known[node]
 
     def size_in(self, node: Node, row: Iterable[Node]) -> Size | None:
-        """How a node does as a divisor of a row that it is in; None if it may vanish."""
+        """The size of an entry as the pivot of its row; None if it may vanish."""
         certificate = self.certify(node)
         if certificate is None:
             return None
@@ -72,7 +76,7 @@ class Certifier:
         return Size(certificate.rank, is_small=abs(self.default(node)) < _SMALL * largest)
 
     def default(self, node: Node) -> float:
-        """The value of a node of at most PARAM level, parameters at their defaults."""
+        """The value of a node of at most PARAM level, with parameters at their defaults."""
         return self._values.value(node).value
 
     def _certify(self, node: Node) -> Certificate | None:
@@ -101,7 +105,7 @@ class Certifier:
         return None
 
     def _is_product_of_parameters(self, node: Node) -> bool:
-        """Whether a node of PARAM level vanishes only where one of its parameters does."""
+        """Test whether a node of PARAM level vanishes only if one of its parameters does."""
         dag = self._dag
         if dag.symbol_of(node) is not None or dag.level[node] == Level.CONST:
             return True

@@ -1,15 +1,19 @@
-"""Which through variables are independent: elimination with certified pivots.
+"""Find the independent through variables by elimination with certified pivots.
 
-The rows of the junction structure are solved for one class of bonds after the other. A class is
-made dependent only through a coefficient that is certain never to vanish (`certificates`); a
-modulus that depends on the state is never divided by. Classes without an element go first, then
-those with sources of effort, compliances, resistances, inertias; flow sources never. Whatever the
-class, an expression of parameters that may well vanish is divided by last. Of a class's rows one
-is taken in which its coefficient is not small beside another, or N would grow. Of equals
-the one in fewest rows goes first, rows solved before included: few others then follow from it,
-and N stays sparse. Before an inertia is made dependent, rows of a transformer whose inverse is
-known are turned round where that spares it, or lets the joint's far side follow from its near
-side; one joint drawn the other way round would otherwise look like a closed chain.
+The rows of the junction structure are solved for one class of bonds after the other. The pivot is
+always a coefficient that is certain not to vanish (`certificates`); a modulus that depends on the
+state is never a pivot. The order in which classes become dependent:
+
+1. by element: classes without an element first, then those with effort sources, compliances,
+   resistances, inertias; those with flow sources never. Pivots that are expressions of parameters
+   and may vanish come last, whatever the class.
+2. by size: rows in which the pivot is not small beside another coefficient, which bounds N.
+3. by sparsity: the class in the fewest rows, solved ones included, so that few variables depend
+   on it and N stays sparse.
+
+Before an inertia becomes dependent, blocks of rows of a transformer with a known inverse are
+inverted if that keeps the inertia independent, or makes the far side of a joint follow from the
+near side. Otherwise a single joint with exchanged ends would appear to be a closed chain.
 """
 
 from __future__ import annotations
@@ -35,39 +39,38 @@ _LEVELS = {
     Role.INERTIA: 4,
     Role.FLOW_SOURCE: 5,
 }
-_SPARED = 4  # made dependent only when nothing else can be
-_NEVER = 5
-_LAST = 6  # and above: by a divisor that may well vanish, when nothing else is left
+_SPARED = 4  # level of inertias, which become dependent only when nothing else can
+_NEVER = 5  # level of flow sources
+_LAST = 6  # added to the level for a pivot that may vanish: used when nothing else is left
 
-
-_Key: TypeAlias = tuple[int, Size, int]  # level of a class, its best entry, rows with it
+_Key: TypeAlias = tuple[int, Size, int]  # level of a class, size of its best pivot, rows with it
 
 
 @dataclass(frozen=True, slots=True)
 class Elimination:
-    """The rows (of matrix blocks those of the way round that was taken), the steps, what was left.
+    """The result of the elimination.
 
-    `remaining` are rows without a certified coefficient at a class that may be dependent, with
-    what is left of them; an empty one says nothing new. `origins[r]` are the rows that went
-    into the working row of row r.
+    `rows` are the rows of the structure, inverted blocks replaced. `remaining` are the rows without
+    a certified pivot at a class that may be dependent, with their remaining entries; one without
+    entries is redundant. `origins[r]` are the rows that the working row of row r combines.
     """
 
     rows: tuple[Row, ...]
     steps: tuple[Step, ...]
     remaining: tuple[tuple[int, tuple[tuple[int, Node], ...]], ...]
     origins: tuple[frozenset[int], ...]
-    watched: tuple[tuple[Node, int], ...]  # parameter node divided by, row
+    watched: tuple[tuple[Node, int], ...]  # node of PARAM level used as pivot, row
 
 
 def level_of(members: BondClass, ports: Sequence[ElementPort]) -> int:
-    """The place of a class in the order of elimination."""
+    """The level of a class in the order of elimination, by its elements."""
     return max((_LEVELS[ports[k].role] for k in members.ports), default=0)
 
 
 def eliminate(
     dag: Dag, fingerprints: Fingerprints, certifier: Certifier, structure: Structure
 ) -> Elimination:
-    """Solve the rows for as many classes as certified pivots allow, the best first."""
+    """Solve the rows for as many classes as certified pivots allow, in the order above."""
     work = _Work(dag, fingerprints, certifier, structure)
     work.run()
     return work.result()
@@ -75,10 +78,10 @@ def eliminate(
 
 @dataclass(slots=True)
 class _Form:
-    """A linear form in the classes; a row is one that has to be zero."""
+    """A linear form in the through variables of classes; each row sets one to zero."""
 
     entries: dict[int, Node]
-    factors: dict[int, Node]  # of the steps' working rows that were taken from it
+    factors: dict[int, Node]  # row -> multiple of its working row that was subtracted
 
 
 class _Work:
@@ -91,14 +94,14 @@ class _Work:
         self._class_of = structure.class_of
         self._levels = [level_of(c, structure.ports) for c in structure.classes]
         self._rows: list[Row] = []
-        self._forms: list[_Form] = []  # of rows
+        self._forms: list[_Form] = []  # working row of each row
         self._where: list[set[int]] = [set() for _ in structure.classes]  # open rows with a class
         self._followers = [0] * len(structure.classes)  # steps whose working row has a class
         self._open: set[int] = set()
         self._steps: list[Step] = []
         self._watched: list[tuple[Node, int]] = []
         self._blocks = structure.blocks
-        # Rows of blocks that were tried since they changed, by what they may be solved for.
+        # Rows of blocks that cannot be inverted as they are, by the level that was asked for.
         self._refused: dict[int, set[int]] = {_SPARED: set(), _NEVER: set()}
         self._queue: list[tuple[_Key, int]] = []
         for row in structure.rows:
@@ -110,15 +113,15 @@ class _Work:
             self._enqueue(number)
 
     def run(self) -> None:
-        """Take the best pivot until there is none; spare inertias by turning blocks round."""
+        """Eliminate by the best pivot until there is none; invert blocks to spare inertias."""
         while True:
             pivot = self._next_pivot()
             if pivot is None:
-                if not (self._turn_block(_SPARED) or self._turn_block(_NEVER)):
+                if not (self._invert_block(_SPARED) or self._invert_block(_NEVER)):
                     return
                 continue
             level, number, row = pivot
-            if level >= _SPARED and (self._turn_block(_SPARED) or self._turn_block(_NEVER)):
+            if level >= _SPARED and (self._invert_block(_SPARED) or self._invert_block(_NEVER)):
                 self._enqueue(number)
             else:
                 self._solve(number, row)
@@ -137,7 +140,7 @@ class _Work:
     # --- pivots -------------------------------------------------------------------------
 
     def _candidate(self, number: int) -> tuple[_Key, int] | None:
-        """The key of a class in the order of elimination, and its best row."""
+        """The key of a class in the queue, and the row of its best pivot."""
         level = self._levels[number]
         if level == _NEVER:
             return None
@@ -160,7 +163,7 @@ class _Work:
             heapq.heappush(self._queue, (candidate[0], number))
 
     def _next_pivot(self) -> tuple[int, int, int] | None:
-        """The level of the best class, the class and its row; entries may be out of date."""
+        """The level of the best class, the class and its row; queued keys may be out of date."""
         while self._queue:
             key, number = heapq.heappop(self._queue)
             candidate = self._candidate(number)
@@ -174,13 +177,13 @@ class _Work:
         return None
 
     def _has_better(self, row: int, key: _Key) -> bool:
-        """Whether a class of a row comes first now that other entries of its rows have changed."""
+        """Test whether, with keys brought up to date, another class of the row comes first."""
         for number in self._forms[row].entries:
             self._enqueue(number)
         return self._queue[0][0] < key
 
     def _solve(self, number: int, row: int) -> None:
-        """Make a class dependent by a row and take the row from all others."""
+        """Make a class dependent by a row, and eliminate it from all other rows."""
         form = self._forms[row]
         pivot = form.entries[number]
         certificate = self._certifier.certify(pivot)
@@ -213,14 +216,14 @@ class _Work:
         self._take(target.entries, rest, factor)
 
     def _take(self, target: dict[int, Node], source: Mapping[int, Node], factor: Node) -> None:
-        """Subtract a multiple of one row's entries from another's."""
+        """Subtract a multiple of the entries of one row from those of another."""
         dag = self._dag
         for number, entry in source.items():
             taken = dag.sub(target.get(number, dag.zero), dag.mul(factor, entry))
             self._set(target, number, taken)
 
     def _set(self, entries: dict[int, Node], number: int, node: Node) -> None:
-        """Set an entry, or remove it where it is always zero."""
+        """Set an entry, or remove it if it is always zero."""
         node = self._fingerprints.simplified(node)
         if node == self._dag.zero:
             entries.pop(number, None)
@@ -230,7 +233,7 @@ class _Work:
     # --- rows and blocks -------------------------------------------------------------------
 
     def _unit_form(self, bond: int) -> _Form:
-        """The through variable of a bond."""
+        """The through variable of a bond as a form."""
         return _Form({self._class_of[bond]: self._dag.one}, {})
 
     def _combined(self, terms: Iterable[tuple[_Form, Node]]) -> _Form:
@@ -247,7 +250,7 @@ class _Work:
         return _Form(entries, factors)
 
     def _set_form(self, row: int, form: _Form) -> None:
-        """Make a form the working row of an open row."""
+        """Set the working row of an open row."""
         for number in self._forms[row].entries:
             self._where[number].discard(row)
         self._forms[row] = form
@@ -255,35 +258,35 @@ class _Work:
         for number in form.entries:
             self._where[number].add(row)
 
-    def _turn_block(self, below: int) -> bool:
-        """Turn the first block round that can then be solved for classes below a level."""
+    def _invert_block(self, below: int) -> bool:
+        """Invert the first block that can then be solved for classes below a level."""
         refused = self._refused[below]
         for block in self._blocks:
             if refused.issuperset(block.rows):
                 continue
             refused.update(block.rows)
             rows = [row for row in block.rows if row in self._open]
-            weights = self._turning(block, rows)
+            weights = self._inverse_of(block, rows)
             if weights is None:
                 continue
-            turned = [
+            inverted = [
                 self._combined((self._forms[row], w) for row, w in zip(rows, line, strict=True))
                 for line in weights
             ]
-            if self._has_pivots(turned, below):
+            if self._has_pivots(inverted, below):
                 raw = [self._combined_row([self._rows[row] for row in rows], w) for w in weights]
-                for row, line, form in zip(rows, raw, turned, strict=True):
+                for row, line, form in zip(rows, raw, inverted, strict=True):
                     self._rows[row] = line
                     self._set_form(row, form)
-                for number in {n for form in turned for n in form.entries}:
+                for number in {n for form in inverted for n in form.entries}:
                     self._enqueue(number)
                 return True
         return False
 
-    def _turning(self, block: Block, rows: Sequence[int]) -> Matrix | None:
-        """What a block's open rows are multiplied with to be solved for its lower bonds.
+    def _inverse_of(self, block: Block, rows: Sequence[int]) -> Matrix | None:
+        """The factor that solves the open rows of a block for its lower bonds; None if unknown.
 
-        Lower bonds that rows solved before were solved for take no part.
+        Lower bonds that earlier rows were solved for are left out.
         """
         taken = {step.dependent for step in self._steps if step.row in block.rows}
         columns = [j for j, bond in enumerate(block.lower) if self._class_of[bond] not in taken]
@@ -298,7 +301,7 @@ class _Work:
         return tuple(tuple(map(self._dag.neg, line)) for line in inverse)
 
     def _combined_row(self, rows: Sequence[Row], weights: Sequence[Node]) -> Row:
-        """A weighted sum of rows of one element."""
+        """A weighted sum of rows of one element, in terms of bonds."""
         dag = self._dag
         totals: dict[tuple[int, int], Node] = {}
         for row, weight in zip(rows, weights, strict=True):
@@ -312,7 +315,7 @@ class _Work:
         return Row(rows[0].element, kept)
 
     def _has_pivots(self, forms: Sequence[_Form], below: int) -> bool:
-        """Whether the forms can be solved, one after the other, for classes below a level."""
+        """Test whether the forms can be solved, one after the other, for classes below a level."""
         left = [dict(form.entries) for form in forms]
         while left:
             found = self._pivot_among(left, below)
@@ -328,7 +331,7 @@ class _Work:
         return True
 
     def _pivot_among(self, forms: Sequence[dict[int, Node]], below: int) -> tuple[int, int] | None:
-        """A form and a class it can be solved for, one that few others have."""
+        """A form and a class it can be solved for, a class that is in few forms."""
         held = Counter(number for form in forms for number in form)
         candidates = (
             (held[number], index, number)

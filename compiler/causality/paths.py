@@ -1,4 +1,4 @@
-"""How two elements meet: the rigid connections between them, in the order of the way."""
+"""Paths of rigid connections between elements, for messages."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from bgc.ir.graph import (
 
 
 def rigid_path(graph: FlatGraph, start: int, end: int, bonds: Collection[int]) -> list[int]:
-    """The elements between two others on a shortest way along bonds; empty where there is none.
+    """The elements between two others on a shortest path along bonds; empty if there is none.
 
-    The way runs through junctions, transformers and gyrators, and along `bonds` where it can.
+    The path runs through junctions, transformers and gyrators, and if possible only along `bonds`.
     """
     return _search(graph, start, end, bonds) or _search(graph, start, end, None) or []
 
@@ -46,30 +46,30 @@ def _search(
                     queue.append(other)
     if end not in came_from:
         return None
-    way: list[int] = []
+    path: list[int] = []
     here = came_from[end]
     while here != start:
-        way.append(here)
+        path.append(here)
         here = came_from[here]
-    return way[::-1]
+    return path[::-1]
 
 
 def gyrators_around(graph: FlatGraph, closing: Iterable[int]) -> list[int]:
-    """The gyrators of the odd loops that some gyrators close, these among them, in order."""
+    """The gyrators of the odd loops that the given gyrators close, in the order of the graph."""
     on_bond = _elements_on_bonds(graph)
     return sorted({k for gyrator in closing for k in _odd_loop(graph, on_bond, gyrator)})
 
 
-_Place: TypeAlias = tuple[int, bool]  # a bond, and whether an odd number of gyrators is behind
+_Place: TypeAlias = tuple[int, bool]  # a bond, and whether the number of gyrators passed is odd
 
 
 def _odd_loop(
     graph: FlatGraph, on_bond: Mapping[int, Sequence[int]], closing: int
 ) -> Iterable[int]:
-    """The gyrators of a shortest odd loop through one: a way back to it past an even number."""
+    """The gyrators of a shortest odd loop: back to a gyrator past an even number of others."""
     gyrator = graph.elements[closing]
     if not isinstance(gyrator, Gyrator):
-        return [closing]  # a law that is skew in part: it gyrates by itself
+        return [closing]  # a law with a skew part, which is a gyrator by itself
     starts = [(port.bond, False) for port in gyrator.ports2]
     came_from: dict[_Place, tuple[_Place, int] | None] = dict.fromkeys(starts)
     queue = deque(starts)
@@ -77,11 +77,11 @@ def _odd_loop(
         here = queue.popleft()
         bond, odd = here
         if not odd and any(port.bond == bond for port in gyrator.ports1):
-            way = [closing]
+            path = [closing]
             while step := came_from[here]:
                 here, passed = step
-                way.append(passed)
-            return [index for index in way if isinstance(graph.elements[index], Gyrator)]
+                path.append(passed)
+            return [index for index in path if isinstance(graph.elements[index], Gyrator)]
         for index in on_bond[bond]:
             new = [
                 x for x in _beyond(graph, index, here) if index != closing and x not in came_from
@@ -92,7 +92,7 @@ def _odd_loop(
 
 
 def _beyond(graph: FlatGraph, index: int, place: _Place) -> list[_Place]:
-    """Where an element leads to, if it passes anything on."""
+    """The places beyond an element, if it passes a variable on."""
     bond, odd = place
     element = graph.elements[index]
     if not _is_rigid(element):
@@ -102,7 +102,7 @@ def _beyond(graph: FlatGraph, index: int, place: _Place) -> list[_Place]:
 
 
 def _other_ends(element: Element, bond: int) -> list[int]:
-    """Where a bond leads to through an element: of a gyrator, its other side."""
+    """The other bonds of an element; for a gyrator, those of its other side."""
     if not isinstance(element, Gyrator):
         return [port.bond for port in ports_of(element) if port.bond != bond]
     first = any(port.bond == bond for port in element.ports1)
@@ -110,7 +110,7 @@ def _other_ends(element: Element, bond: int) -> list[int]:
 
 
 def holding(graph: FlatGraph, bonds: Collection[int]) -> list[int]:
-    """The junctions and sources on some bonds, which hold the variables there."""
+    """The junctions and sources on some bonds, which constrain the variables there."""
     return [
         index
         for index, element in enumerate(graph.elements)
@@ -131,7 +131,7 @@ def _is_rigid(element: Element) -> bool:
 
 
 def connections(graph: FlatGraph, elements: Iterable[int]) -> list[Connection]:
-    """What messages say of some elements."""
+    """Name, kind and place of some elements, for messages."""
     return [
         Connection(element.name, element.kind, element.span)
         for element in (graph.elements[index] for index in elements)

@@ -1,7 +1,7 @@
-"""The junction structure as linear rows: regions, duals, classes of bonds, rows.
+"""The junction structure of a flat graph as linear rows in its through variables.
 
-Reads a flat graph; gives what `elimination` works on. Nothing here looks at values, except to
-prove that a matrix is invertible everywhere.
+Regions between gyrators are found and dualised, bonds are united into classes, and junctions,
+transformers and gyrators give the rows that `elimination` solves.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ from bgc.ir.graph import (
 class Block:
     """Rows `upper - matrix * lower = 0` of a transformer whose matrix varies.
 
-    `rows` are their indices, `lower` the bonds, `inverse` the inverse of the whole matrix where
-    it is known.
+    `rows` are the indices of the rows, `lower` the lower bonds, `inverse` the inverse of the whole
+    matrix if it is known.
     """
 
     rows: tuple[int, ...]
@@ -49,7 +49,7 @@ class Block:
 
 @dataclass(frozen=True, slots=True)
 class Structure:
-    """What the junctions, transformers and gyrators demand of the through variables."""
+    """The constraints that junctions, transformers and gyrators put on the through variables."""
 
     dual: tuple[bool, ...]
     ports: tuple[ElementPort, ...]
@@ -57,14 +57,15 @@ class Structure:
     class_of: tuple[int, ...]
     rows: tuple[Row, ...]
     blocks: tuple[Block, ...]
-    bond_loops: tuple[int, ...]  # bonds that close a loop of junctions: across indeterminate
+    bond_loops: tuple[int, ...]  # bonds that close a loop of junctions; across is indeterminate
 
 
 def junction_structure(graph: FlatGraph) -> Structure:
-    """Find regions, dualise, unite bonds into classes, and write the rows.
+    """Find regions, dualise them, unite bonds into classes, and write the rows.
 
-    Guarantees that a gyrator between differently coloured regions is rows of a transformer, and
-    one between equal colours (an odd loop of gyrators) is a pair of resistive ports.
+    Guarantees that a gyrator between regions of different colour gives rows like a transformer, and
+    that one between regions of equal colour (in an odd loop of gyrators) is a pair of resistive
+    ports.
     """
     dual = _dualised(graph)
     class_of, bond_loops = _classes(graph, dual)
@@ -110,7 +111,7 @@ def junction_structure(graph: FlatGraph) -> Structure:
 
 
 def _dualised(graph: FlatGraph) -> tuple[bool, ...]:
-    """Two-colour the regions along the gyrators; in each piece the smaller part is dualised."""
+    """Colour the regions in two colours across gyrators; dualise the smaller part of each piece."""
     sets = DisjointSets(len(graph.bonds))
     crossings: list[tuple[int, int]] = []
     for element in graph.elements:
@@ -151,7 +152,7 @@ def _dualised(graph: FlatGraph) -> tuple[bool, ...]:
 
 
 def _coupled_ports(dag: Dag, element: Element) -> list[list[Port]]:
-    """The ports of an element in groups that its law does not connect to each other."""
+    """The ports of an element in groups that its law does not couple."""
     match element:
         case Transformer():
             over, under = element.ports2, element.ports1
@@ -174,7 +175,7 @@ def _coupled_ports(dag: Dag, element: Element) -> list[list[Port]]:
 
 
 def sums_through(junction: Junction, dual: Sequence[bool]) -> bool:
-    """Whether a junction sums the through variables of its bonds (they are equal otherwise)."""
+    """Test whether a junction sums the through variables of its bonds; otherwise they are equal."""
     return bool(junction.ports) and (junction.kind == "J0") != dual[junction.ports[0].bond]
 
 
@@ -222,7 +223,7 @@ def _roles(dag: Dag, element: Element, dual: Sequence[bool]) -> list[tuple[int, 
 
 
 def _ports_with_momentum(dag: Dag, storage: Storage) -> set[int]:
-    """All ports of an I, none of a C; of an IC those whose momentum its energy holds."""
+    """All ports of an I, none of a C, and those of an IC whose momentum is in its energy."""
     if storage.kind == "C":
         return set()
     if storage.kind == "I" or not isinstance(storage.law, EnergyLaw):
@@ -277,19 +278,19 @@ def _transformer_parts(
 
 
 def _varies(dag: Dag, matrix: Matrix) -> bool:
-    """Whether a matrix of several rows changes with more than parameters."""
+    """Test whether a matrix of several rows depends on more than parameters."""
     return len(matrix) > 1 and any(dag.level[x] > Level.PARAM for row in matrix for x in row)
 
 
 def _transposed(matrix: Matrix, width: int) -> Matrix:
-    """The transpose, also of a matrix without rows."""
+    """The transpose, also for a matrix without rows."""
     return transpose(matrix) if matrix else ((),) * width
 
 
 def _gyrator_blocks(
     dag: Dag, index: int, gyrator: Gyrator, dual: Sequence[bool]
 ) -> list[tuple[tuple[Row, ...], list[ElementPort]]]:
-    """Rows of each block that joins two colours, resistive ports of each that does not."""
+    """For each block its rows if it joins two colours, else its resistive ports."""
     blocks: list[tuple[tuple[Row, ...], list[ElementPort]]] = []
     first, second = gyrator.ports1, gyrator.ports2
     for rows, columns in connected_blocks(dag, gyrator.matrix):

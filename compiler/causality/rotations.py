@@ -1,4 +1,4 @@
-"""Matrices whose inverse is known without dividing by anything that could vanish."""
+"""Inverses of matrices that need no division by anything that may vanish."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from bgc.ir.graph import Matrix, Node
 
 
 def known_inverse(dag: Dag, fingerprints: Fingerprints, matrix: Matrix) -> Matrix | None:
-    """The inverse of a matrix built of rotations and constants; None where none is proven.
+    """The inverse of a matrix made of rotations and constants; None if none is proven.
 
-    Rotations and other small matrices of constant determinant are told by their fingerprints;
-    block triangular matrices of invertible blocks,
-    like the carrying of a twist from frame to frame, are inverted block by block.
+    Rotations and other matrices up to 3 x 3 with constant determinant are recognised by their
+    fingerprints; block triangular matrices of invertible blocks, such as the transformation of a
+    twist between frames, are inverted block by block.
     """
     size = len(matrix)
     if size == 0 or len(matrix[0]) != size:

@@ -1,12 +1,11 @@
-"""The eliminated rows put back into a sequence in which hardly any had to be combined.
+"""Order the rows so that most of them can be solved one by one, without combining them.
 
-Elimination picks the independent flows, and on its way substitutes rows into each other: along a
-chain of transformers the working rows grow. Once it is known which classes depend, the raw rows
-can mostly be read one after the other instead, each giving one class from those before it: the
-matrix of the dependent classes is permuted to triangular form by taking off rows, then columns,
-with a single open class. So every modulus stays as the model wrote it, and flows, efforts and
-their rates take a number of operations proportional to the number of rows. Only what is left,
-true loops of transformers, is eliminated again.
+Elimination finds the independent flows, but it substitutes rows into each other, and along a chain
+of transformers its working rows grow. Once the dependent classes are known, the matrix of their
+coefficients is permuted to triangular form by removing rows, then columns, with a single open
+class. The raw rows then give one class each from those before, every modulus stays as written in
+the model, and flows, efforts and their rates take a number of operations proportional to the number
+of rows. Only the remaining core, true loops of transformers, is eliminated again.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from bgc.causality.certificates import Certifier, Size
 from bgc.ir.causal import Row, Step
 from bgc.ir.graph import Node
 
-_Form = dict[int, Node]  # class -> coefficient, zeros left out
+_Form = dict[int, Node]  # class -> coefficient that is not zero
 
 
 def sequence_rows(
@@ -31,11 +30,12 @@ def sequence_rows(
     rows: Sequence[Row],
     steps: Sequence[Step],
 ) -> tuple[tuple[Step, ...], list[tuple[Node, int]]]:
-    """Steps for the same rows and dependent classes, with raw rows wherever these can serve.
+    """Replace the steps of an elimination by steps on raw rows wherever possible.
 
-    As after an elimination, a dependent class is in working rows up to its own only. Also gives
-    the parameters divided by, each with its row. Where a loop cannot be solved with certified
-    pivots in the order taken here, the steps given are returned.
+    The rows and dependent classes are the same, and as after an elimination a dependent class is
+    only in working rows up to its own. Also returns the nodes of PARAM level used as pivots, each
+    with its row. If a core has no certified pivot in the order taken here, the given steps are
+    returned.
     """
     sequence = _Sequence(dag, fingerprints, certifier, class_of, rows, steps)
     last = sequence.take_rows()
@@ -60,7 +60,7 @@ class _Sequence:
         self._fingerprints = fingerprints
         self._certifier = certifier
         self._forms: dict[int, _Form] = {}
-        self._factors: dict[int, _Form] = {}  # row -> rows taken from it, with their factors
+        self._factors: dict[int, _Form] = {}  # row -> subtracted row -> its factor
         self._left: dict[int, set[int]] = {}  # open row -> its open classes
         self._where: dict[int, set[int]] = {step.dependent: set() for step in steps}
         self.watched: list[tuple[Node, int]] = []
@@ -80,7 +80,7 @@ class _Sequence:
                 self._where[number].add(step.row)
 
     def take_rows(self) -> list[Step]:
-        """Rows with one open class, in the order in which they can be read."""
+        """Remove rows with one open class, in the order in which they can be solved."""
         found = []
         queue = deque(row for row, left in self._left.items() if len(left) == 1)
         while queue:
@@ -95,7 +95,7 @@ class _Sequence:
         return found
 
     def take_columns(self) -> list[Step]:
-        """Open classes in one open row, such that no class follows from one taken before."""
+        """Remove open classes that are in a single open row; no open class depends on them."""
         found = []
         queue = deque(number for number, rows in self._where.items() if len(rows) == 1)
         while queue:
@@ -111,7 +111,7 @@ class _Sequence:
         return found
 
     def eliminate_rest(self) -> list[Step] | None:
-        """Solve the open rows for the open classes; None where no pivot is certified."""
+        """Eliminate the remaining open classes; None if there is no certified pivot."""
         found = []
         while self._left:
             candidates = [
@@ -141,7 +141,7 @@ class _Sequence:
         return True
 
     def _close(self, row: int, number: int) -> Step:
-        """The step that solves an open row for a class."""
+        """Make the step that solves an open row for a class."""
         for other in self._left.pop(row):
             self._where[other].discard(row)
         for other_row in self._where[number]:
@@ -150,7 +150,7 @@ class _Sequence:
         return Step(row, number, tuple(form.items()), tuple(factors.items()))
 
     def _subtract(self, row: int, source: int, number: int) -> None:
-        """Take a solved row from one that holds its class."""
+        """Eliminate the class of a solved row from another row."""
         dag, form, taken = self._dag, self._forms[row], self._forms[source]
         factor = dag.div(form.pop(number), taken[number])
         self._factors[row][source] = factor

@@ -1,9 +1,9 @@
-"""Causal strokes read off the elimination, each with its reason.
+"""Causal strokes from the result of the elimination, each with its reason.
 
-Sequential assignment (SCAP) places strokes one by one; here the independent flows are known
-already, and every class of bonds is given its through variable at exactly one end: by the
-element that determines an independent flow, by the junction or transformer that a dependent
-one follows from.
+Sequential assignment (SCAP) places strokes one by one. Here the independent flows are known
+already, and the through variable of every class of bonds is given at exactly one end: by the
+element that determines an independent flow, or by the junction or transformer from which a
+dependent one follows.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ def place_strokes(
     steps: Sequence[Step],
     basis: Sequence[Basis],
 ) -> tuple[Stroke, ...]:
-    """The stroke of every bond. The arguments are the parts of a `CausalGraph`."""
+    """Place the stroke of every bond. The arguments are the parts of a `CausalGraph`."""
     givers = _givers(ports, classes, class_of, rows, steps, basis)
     at = {(bond, sign): index for bond, sign, index in port_ends(graph)}
     giving: dict[int, int] = {}  # bond -> sign of the end that gives the through variable
     for number, members in enumerate(classes):
         bond, sign = givers.get(number, (members.bonds[0], -1))
         _spread(graph, dual, at, bond, sign, giving)
-        for bond in members.bonds:  # in a loop that nothing determines any stroke will do
+        for bond in members.bonds:  # in an undetermined loop any stroke is right
             if bond not in giving:
                 _spread(graph, dual, at, bond, -1, giving)
     by_port = {(p.bond, p.sign): p for p in ports}
@@ -99,16 +99,18 @@ def _givers(
 
 
 def _matching(steps: Sequence[Step], ends: _Ends) -> dict[int, int]:
-    """Row -> the dependent class that it gives, as eliminated where possible.
+    """Match each row with the dependent class that it gives, as in the elimination if possible.
 
-    The elimination itself may have paired a row with a class that came into it by an earlier
-    substitution; the matching then differs from it.
+    The elimination may have solved a row for a class that entered it by an earlier substitution;
+    the matching differs then.
     """
     dependents = {step.dependent for step in steps}
     rows = [step.row for step in steps]
     candidates = [[n for n in ends.get(row, {}) if n in dependents] for row in rows]
-    meant = {k: step.dependent for k, step in enumerate(steps) if step.dependent in candidates[k]}
-    return {rows[k]: number for k, number in match(candidates, meant).items()}
+    preferred = {
+        k: step.dependent for k, step in enumerate(steps) if step.dependent in candidates[k]
+    }
+    return {rows[k]: number for k, number in match(candidates, preferred).items()}
 
 
 def _spread(
@@ -119,7 +121,7 @@ def _spread(
     sign: int,
     giving: dict[int, int],
 ) -> None:
-    """Carry the through variable from the end where it is given to all bonds of the class."""
+    """Propagate the through variable from the end where it is given to all bonds of the class."""
     giving[bond] = sign
     queue = [bond]
     while queue:
@@ -140,7 +142,7 @@ def _stroke(
     bond: int,
     giving: int,
 ) -> Stroke:
-    """The stroke stands where the flow is given: where the through variable is, unless dual."""
+    """Place the stroke at the end that gives the flow: the through variable, unless dual."""
     at_head = (giving > 0) != dual[bond]
     flow, effort = ("effort", "flow") if dual[bond] else ("flow", "effort")
     for kinds in (Source, Storage, (Resistor, Gyristor)):

@@ -231,7 +231,7 @@ Element: TypeAlias = Junction | Source | Storage | Resistor | Transformer | Gyra
 
 
 def ports_of(element: Element) -> tuple[Port, ...]:
-    """All ports of an element; of a two-port, ports 2 after ports 1."""
+    """All ports of an element; for a two-port, ports 1, then ports 2."""
     match element:
         case Source():
             return (element.port,)

@@ -1,9 +1,9 @@
 """Operators on values, with the checks of shapes and units that belong to them.
 
-A vector or matrix of a single component goes for a scalar wherever one is needed: so models of
-any width may have width 1, and `transpose(p)*W*p` is a number.
+A vector or matrix of one component is accepted wherever a scalar is needed, so that models of any
+width may have width 1, and `transpose(p)*W*p` is a number.
 
-Every function takes operands with the place they are written at, and raises BgError there.
+Every function takes operands with their places in the source, and raises BgError at such a place.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _MAX_EXACT_BITS = 512
 
 @dataclass(frozen=True, slots=True)
 class Operand:
-    """A value and the place of the expression it comes from."""
+    """A value, and the place of the expression that it comes from."""
 
     value: Value
     span: Span
@@ -41,7 +41,7 @@ class Operand:
 
 
 def failure(diagnostic: Diagnostic) -> BgError:
-    """Make what ends the evaluation of this expression."""
+    """Make the error that ends the evaluation of an expression."""
     return BgError([diagnostic])
 
 
@@ -49,7 +49,7 @@ def failure(diagnostic: Diagnostic) -> BgError:
 
 
 def require_scalar(operand: Operand, what: str, help: str = "") -> int:
-    """The node of a scalar operand."""
+    """Return the node of a scalar operand; refuse any other shape."""
     if len(operand.value.nodes) != 1:
         found = describe_shape(operand.shape)
         raise failure(shape_messages.needs_scalar(operand.span, what, found, help))
@@ -57,7 +57,7 @@ def require_scalar(operand: Operand, what: str, help: str = "") -> int:
 
 
 def require_plain(operand: Operand, what: str) -> None:
-    """All components must be dimensionless, or of unknown unit."""
+    """Refuse components with a unit; an unknown unit is accepted."""
     for unit in operand.value.units:
         if unit is not None and unit != DIMENSIONLESS:
             raise failure(
@@ -66,7 +66,7 @@ def require_plain(operand: Operand, what: str) -> None:
 
 
 def require_size(span: Span, components: int, what: str) -> None:
-    """Refuse what would take the compiler minutes or all memory."""
+    """Refuse a size that would take the compiler minutes or all memory."""
     if components > MAX_COMPONENTS:
         raise failure(shape_messages.too_large(span, what))
 
@@ -75,7 +75,7 @@ def require_size(span: Span, components: int, what: str) -> None:
 
 
 def unify(operands: Sequence[Operand], operator: str) -> tuple[Shape, tuple[Dimension | None, ...]]:
-    """The shape and units that all operands share; a known unit wins over an unknown one."""
+    """The shape and units that all operands share; a known unit replaces an unknown one."""
     first = operands[0]
     shape, units = first.shape, list(first.value.units)
     for operand in operands[1:]:
@@ -112,7 +112,7 @@ def _different_kinds(left: Operand, right: Operand, operator: str, place: int) -
 
 
 def _kind(value: Value, place: int) -> str:
-    """What kind of quantity a component is, whose unit is known."""
+    """The kind of quantity of a component whose unit is known."""
     unit = value.units[place]
     assert unit is not None
     return describe_dimension(unit)
@@ -121,7 +121,7 @@ def _kind(value: Value, place: int) -> str:
 def combine(
     operator: str, function: Callable[[int, int], int], left: Operand, right: Operand
 ) -> Value:
-    """Component by component, of equal shapes and units: sums, differences."""
+    """Combine two values of equal shapes and units component by component: sums, differences."""
     shape, units = unify((left, right), operator)
     pairs = zip(left.value.nodes, right.value.nodes, strict=True)
     return Value(shape, tuple(function(x, y) for x, y in pairs), units)
@@ -134,7 +134,7 @@ def negate(dag: Dag, operand: Operand) -> Value:
 
 
 def compare(dag: Dag, operator: str, left: Operand, right: Operand) -> Value:
-    """`< <= > >= == !=` of two scalars: 1 where it holds, 0 where not."""
+    """Compare two scalars by `< <= > >= == !=`: 1 if it holds, else 0."""
     a = require_scalar(left, f"what `{operator}` compares", "compare `norm(v)`, or a component")
     b = require_scalar(right, f"what `{operator}` compares", "compare `norm(v)`, or a component")
     unify((left, right), operator)
@@ -157,14 +157,14 @@ def compare(dag: Dag, operator: str, left: Operand, right: Operand) -> Value:
 
 
 def truth(operand: Operand, what: str) -> int:
-    """The node of a condition: a plain scalar, true where it is not zero."""
+    """The node of a condition: a dimensionless scalar, true if it is not zero."""
     node = require_scalar(operand, what)
     require_plain(operand, what)
     return node
 
 
 def select(dag: Dag, condition: int, yes: Operand, no: Operand) -> Value:
-    """`if condition then yes else no`, component by component."""
+    """Choose between two values of one shape, component by component."""
     shape, units = unify((yes, no), "if")
     pairs = zip(yes.value.nodes, no.value.nodes, strict=True)
     return Value(shape, tuple(dag.select(condition, x, y) for x, y in pairs), units)
@@ -174,12 +174,12 @@ def select(dag: Dag, condition: int, yes: Operand, no: Operand) -> Value:
 
 
 def product_unit(left: Dimension | None, right: Dimension | None) -> Dimension | None:
-    """The unit of a product; not known if one of its factors' is not."""
+    """The unit of a product; unknown if that of a factor is."""
     return None if left is None or right is None else multiply_dimensions(left, right)
 
 
 def multiply(dag: Dag, left: Operand, right: Operand) -> Value:
-    """Products of scalars, of a scalar and anything, of matrices and vectors."""
+    """Multiply scalars, a scalar and any value, or matrices and vectors."""
     if not left.shape or not right.shape:
         scalar, other = (left, right) if not left.shape else (right, left)
         return scale(dag, scalar.value, other.value)
@@ -232,7 +232,7 @@ def dot_product(
     right: Iterable[Component],
     span: Span,
 ) -> Component:
-    """Sum of products of nodes with units. Products that are zero for sure fit any unit."""
+    """Sum products of nodes with units; a product with a constant zero fits any unit."""
     total, known = dag.zero, None
     for (x, x_unit), (y, y_unit) in zip(left, right, strict=True):
         if dag.zero in (x, y):
@@ -247,7 +247,7 @@ def dot_product(
 
 
 def scale(dag: Dag, scalar: Value, other: Value) -> Value:
-    """A scalar times any value."""
+    """Multiply any value by a scalar."""
     node, unit = scalar.node, scalar.units[0]
     return Value(
         other.shape,
@@ -257,7 +257,7 @@ def scale(dag: Dag, scalar: Value, other: Value) -> Value:
 
 
 def quotient(dag: Dag, left: Operand, right: Operand) -> Value:
-    """Anything divided by a scalar."""
+    """Divide any value by a scalar."""
     help = "there is `inv(A)` for matrices" if len(right.shape) == 2 else "divide by a component"
     divisor = require_scalar(right, "a divisor", help)
     if divisor == dag.zero:
@@ -274,7 +274,7 @@ def quotient(dag: Dag, left: Operand, right: Operand) -> Value:
 
 
 def raise_to(dag: Dag, base: Operand, exponent: Operand) -> Value:
-    """A scalar to a scalar power; with a unit, to a constant one."""
+    """Raise a scalar to a scalar power, which must be constant if the base has a unit."""
     a = require_scalar(base, "the base of `^`", "a matrix is multiplied with `*`")
     b = require_scalar(exponent, "an exponent")
     require_plain(exponent, "an exponent")
@@ -295,6 +295,6 @@ def raise_to(dag: Dag, base: Operand, exponent: Operand) -> Value:
 
 
 def _is_short_power(base: Fraction, exponent: Fraction) -> bool:
-    """Whether a constant power is a whole one that stays an exact constant of some digits."""
+    """Test whether a constant power is whole and its exact value short."""
     digits = base.numerator.bit_length() + base.denominator.bit_length()
     return exponent.denominator == 1 and abs(exponent) * digits <= _MAX_EXACT_BITS

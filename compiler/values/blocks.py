@@ -12,7 +12,7 @@ from bgc.values.value import Value
 
 
 def join_blocks(dag: Dag, blocks: Sequence[Sequence[Operand]], span: Span) -> Value:
-    """Join rows of blocks; a vector is a column, a plain zero a block of the size that fits.
+    """Join rows of blocks; a vector is a column, a plain zero a zero block of the size that fits.
 
     Raises BgError where neighbours have different heights or widths.
     """
@@ -44,7 +44,7 @@ def _is_zero(dag: Dag, block: Operand) -> bool:
 
 
 def _common_size(dag: Dag, blocks: Sequence[Operand], axis: int, what: str) -> int:
-    """The height (axis 0) or width (axis 1) that the blocks beside each other share."""
+    """The height (axis 0) or width (axis 1) that adjacent blocks share."""
     sized = [block for block in blocks if not _is_zero(dag, block)]
     sizes = [(*block.shape, 1, 1)[axis] for block in sized]
     for block, size in zip(sized, sizes, strict=True):

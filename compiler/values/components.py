@@ -1,4 +1,4 @@
-"""Components of values: `v[2]`, `v[2..4]`, `A[1, 2]`, `A[1..3, 2]`, `v.x`."""
+"""Select components of values: `v[2]`, `v[2..4]`, `A[1, 2]`, `A[1..3, 2]`, `v.x`."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def member(value: Value, name: str, span: Span) -> Value:
 
 
 def select(value: Value, selections: tuple[Selection, ...], span: Span) -> Value:
-    """The components of a vector or matrix; a single index drops its direction."""
+    """Select components of a vector or matrix; a single index removes its dimension."""
     if len(selections) != len(value.shape):
         shape = describe_shape(value.shape)
         raise failure(

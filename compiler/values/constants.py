@@ -1,4 +1,4 @@
-"""Values that must be known at compile time, and the checks of constants."""
+"""Values that must be known at compile time, and checks of constants."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bgc.values.arithmetic import Operand, failure, require_plain, require_scala
 
 
 def constant_number(dag: Dag, node: int) -> Fraction | float | None:
-    """The number of a constant node, exact where it is rational; None if it is no constant."""
+    """The value of a constant node, exact if rational; None if the node is not constant."""
     exact = dag.value(node)
     if exact is not None:
         return exact
@@ -21,7 +21,7 @@ def constant_number(dag: Dag, node: int) -> Fraction | float | None:
 
 
 def constant_scalar(dag: Dag, operand: Operand, what: str) -> Fraction:
-    """The exact number of a constant scalar, in SI units; `what` it is stands in messages."""
+    """The exact value of a constant scalar in SI units; messages call it `what`."""
     number = constant_number(dag, require_scalar(operand, what))
     if number is None:
         raise failure(catalogue.not_constant(operand.span, what))
@@ -29,7 +29,7 @@ def constant_scalar(dag: Dag, operand: Operand, what: str) -> Fraction:
 
 
 def whole_number(dag: Dag, operand: Operand, what: str, least: int, most: int) -> int:
-    """The integer, from `least` to `most`, of a constant plain scalar."""
+    """The integer value, from `least` to `most`, of a constant dimensionless scalar."""
     require_plain(operand, what)
     number = constant_scalar(dag, operand, what)
     if number.denominator != 1 or not least <= number <= most:
@@ -39,7 +39,7 @@ def whole_number(dag: Dag, operand: Operand, what: str, least: int, most: int) -
 
 
 def check_finite(dag: Dag, operand: Operand) -> None:
-    """No constant component may be infinite or not a number. Exact ones never are."""
+    """Refuse constant components that are infinite or NaN; exact ones never are."""
     for node in operand.value.nodes:
         if dag.level[node] == Level.CONST and dag.op[node] != Op.CONST:
             (number,) = evaluate_nodes(dag, [node], {})
@@ -50,7 +50,7 @@ def check_finite(dag: Dag, operand: Operand) -> None:
 
 
 def check_literal(number: Fraction, span: Span) -> None:
-    """A literal must be zero or a number that a double holds."""
+    """Refuse a literal that a double cannot hold: too large, or not zero but too small."""
     double = to_double(number)
     if math.isinf(double) or (double == 0 and number != 0):
         raise failure(catalogue.out_of_range(span))

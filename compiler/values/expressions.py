@@ -1,16 +1,17 @@
-"""Expressions to values: the syntax tree of one expression, in a scope, to DAG nodes.
+"""Evaluate expressions: from the syntax tree of one expression, in a scope, to DAG nodes.
 
-One expression raises at its first error; whoever evaluates many collects over them.
+The evaluation of an expression ends at its first error; callers that evaluate several expressions
+collect the errors of all.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TypeAlias, assert_never
 
+from bgc.algebra.angles import PI
 from bgc.algebra.dag import Dag, Kind, Op
 from bgc.diagnostics.catalogue import names
 from bgc.diagnostics.catalogue import shapes as shape_messages
@@ -43,21 +44,20 @@ __all__ = ["FunctionUse", "Namespace", "Scope", "evaluate", "evaluate_condition"
 __all__ += ["evaluate_constant", "evaluate_whole", "resolve_path"]
 
 _SECOND = (0, 0, 1, 0, 0, 0, 0)
-_PI = Fraction(math.pi)  # the double
-_FAR = 10**9  # beyond any index that may be in range
-_MAX_CALLS = 64  # of functions within functions
+_FAR = 10**9  # larger indices are out of range anyway
+_MAX_CALLS = 64  # depth of nested calls of the user's functions
 _MAX_NESTING = 150  # of operations within operations, through the functions that are called
 
 _Calls: TypeAlias = dict[tuple[int, tuple[Value, ...]], Value]
 
 
 def evaluate(expr: syntax.Expr, scope: Scope, dag: Dag) -> Value:
-    """The value of an expression.
+    """Evaluate an expression.
 
     Raises
     ------
     BgError
-        With one diagnostic of what is wrong (BG3xx, or what the scope raises).
+        The expression is wrong; with one diagnostic (BG3xx, or one of the scope's).
     """
     found = resolve_path(expr, scope, dag)
     if not isinstance(found, Value):
@@ -66,20 +66,20 @@ def evaluate(expr: syntax.Expr, scope: Scope, dag: Dag) -> Value:
 
 
 def evaluate_constant(expr: syntax.Expr, scope: Scope, dag: Dag, what: str) -> Fraction:
-    """The exact number, in SI units, of a scalar that must be known at compile time."""
+    """The exact value, in SI units, of a scalar that must be known at compile time."""
     return constant_scalar(dag, Operand(evaluate(expr, scope, dag), expr.span), what)
 
 
 def evaluate_whole(
     expr: syntax.Expr, scope: Scope, dag: Dag, what: str, least: int, most: int
 ) -> int:
-    """A dimension, an index, an end of a `for`: whole, known at compile time, in its limits."""
+    """The value of a dimension, an index or a bound of `for`, known at compile time."""
     operand = Operand(evaluate(expr, scope, dag), expr.span)
     return whole_number(dag, operand, what, least, most)
 
 
 def evaluate_condition(expr: syntax.Expr, scope: Scope, dag: Dag, what: str) -> bool:
-    """A condition known at compile time, of an `if` with braces."""
+    """The condition of an `if` with braces, known at compile time."""
     operand = Operand(evaluate(expr, scope, dag), expr.span)
     number = constant_number(dag, arithmetic.truth(operand, what))
     if number is None:
@@ -88,13 +88,13 @@ def evaluate_condition(expr: syntax.Expr, scope: Scope, dag: Dag, what: str) -> 
 
 
 def resolve_path(expr: syntax.Expr, scope: Scope, dag: Dag) -> Value | Namespace:
-    """A path as `crane.boom` or `mass[3]`, which may end at a namespace; else a value."""
+    """Evaluate an expression that may be a path to a namespace, as `crane.boom`."""
     return _Evaluator(scope, dag).path(expr, 0)
 
 
 @dataclass(frozen=True, slots=True)
 class _FunctionScope:
-    """What the body of a user's function sees: its arguments, then its file's names."""
+    """Scope of the body of a user's function: its arguments, then the names of its file."""
 
     arguments: Mapping[str, Value]
     outer: Scope
@@ -118,10 +118,10 @@ class _FunctionScope:
 
 @dataclass(frozen=True, slots=True)
 class _Evaluator:
-    """The evaluation of one expression. `active` are the user's functions being evaluated.
+    """The evaluation of one expression.
 
-    `calls` keeps the results of these by their arguments, so that functions of functions
-    cost as much as the nodes they make.
+    `active` are the user's functions being evaluated. `calls` keeps their results by function and
+    arguments, so that nested functions cost no more than the nodes they make.
 
     Each method takes the `depth` of the operations around its expression. One level takes up to
     four frames of Python's stack, an index and a `block` count as two levels.
@@ -196,14 +196,14 @@ class _Evaluator:
         return Value.scalar(self.dag.const(si), unit.dimension)
 
     def name(self, expr: syntax.Name) -> Value | Namespace:
-        """A name's value. `time` counts seconds but fits any unit, as in `sin(time)`."""
+        """Look a name up. `time` is in seconds but fits any unit, as in `sin(time)`."""
         if expr.name == "time":
             return Value.scalar(self.dag.symbol(Kind.TIME))
         found = self.scope.lookup(expr.name, expr.span)
         if found is not None:
             return found
         if expr.name == "pi":
-            return Value.scalar(self.dag.const(_PI), DIMENSIONLESS)
+            return Value.scalar(self.dag.const(PI), DIMENSIONLESS)
         raise failure(names.unknown_name(expr.span, expr.name, self.scope.names()))
 
     def index(
@@ -249,7 +249,7 @@ class _Evaluator:
                 raise AssertionError(expr.operator)
 
     def binary(self, expr: syntax.Binary, depth: int) -> Value:
-        """One operation. A long sum nests to the left: its terms are evaluated in a loop."""
+        """Evaluate an operation. Long sums nest to the left and are evaluated in a loop."""
         chain = [expr]
         while isinstance(chain[-1].left, syntax.Binary):
             chain.append(chain[-1].left)
@@ -283,12 +283,12 @@ class _Evaluator:
                 return value
 
     def _mark(self, value: Value, span: Span) -> None:
-        """Note where a discontinuous operation was written: a run may have to say so."""
+        """Record the place of a discontinuous operation, for messages of a run."""
         for node in value.nodes:
             self.dag.mark(node, span)
 
     def conditional(self, expr: syntax.Conditional, depth: int) -> Value:
-        """`if`: of a constant condition, only the branch that it selects is evaluated.
+        """Evaluate an `if`; with a constant condition, only the branch that it chooses.
 
         The branches of `if .. else if .. else` nest to the right: they are evaluated in a loop.
         """

@@ -32,7 +32,7 @@ class Builtin:
     Attributes
     ----------
     arguments
-        As in its documentation: `y, x`.
+        The names of its arguments, as `y, x`.
     doc
         Its meaning in one line.
     shapes, units
@@ -43,7 +43,7 @@ class Builtin:
         The function on values. None for `block` and `der`, which `expressions` evaluates, since
         their arguments are not plain values.
     jumps
-        Whether a run has to end a step where the result changes.
+        Whether the result jumps, so that a run has to locate the jump and end a step there.
     """
 
     arguments: str
@@ -80,7 +80,7 @@ def _arity(builtin: Builtin) -> str:
 
 
 def count(number: int) -> str:
-    """`1 argument`, `3 arguments`."""
+    """Count arguments in words: `1 argument`, `3 arguments`."""
     return f"{number} argument" + ("" if number == 1 else "s")
 
 

@@ -1,4 +1,4 @@
-"""What an expression is evaluated in: the protocols that its surroundings implement."""
+"""Protocols of the scope in which an expression is evaluated."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from bgc.values.value import Value
 
 
 class Namespace(Protocol):
-    """Something with parts that is no value itself: a part, a port, an array of parts.
+    """A part, a port or an array of parts: it has members, but is not a value itself.
 
-    A path as `crane.boom.mass` or `mass[3].p` walks from the scope through namespaces until
-    it meets a `Value`; what is left of the path are components of that.
+    A path as `crane.boom.mass` or `mass[3].p` leads from the scope through namespaces to a `Value`;
+    the rest of the path selects components of the value.
     """
 
     @property
     def description(self) -> str:
-        """What it is, for messages: `a part of type Beam`, `an array of 5 parts`."""
+        """Description for messages: `a part of type Beam`, `an array of 5 parts`."""
         ...
 
     def member(self, name: str, span: Span) -> Value | Namespace:
-        """The member of that name; raises BgError when there is none."""
+        """The member of that name; raises BgError if there is none."""
         ...
 
     def index(self, indices: tuple[int, ...], span: Span) -> Value | Namespace:
-        """The element at these indices, from 1; raises BgError when there is none."""
+        """The element at these indices, counted from 1; raises BgError if there is none."""
         ...
 
 
@@ -44,23 +44,23 @@ class Scope(Protocol):
     """The names that an expression sees."""
 
     def lookup(self, name: str, span: Span) -> Value | Namespace | None:
-        """The value or namespace of that name, None when the name is not visible.
+        """The value or namespace of that name, None if the name is not visible.
 
-        `time` and `pi` are not asked for. Raises BgError when a visible name has no value
-        (a definition in terms of itself).
+        It is not called for `time` and `pi`. Raises BgError if a visible name has no value, as in a
+        definition in terms of itself.
         """
         ...
 
     def names(self) -> Collection[str]:
-        """All visible names, of parts too, for suggestions."""
+        """All visible names, including those of parts, for suggestions."""
         ...
 
     def is_value(self, name: str) -> bool:
-        """Whether the name stands for a value, not for a part or port, or for nothing."""
+        """Test whether the name is visible and denotes a value, not a part or port."""
         ...
 
     def function(self, name: str) -> FunctionUse | None:
-        """The user's function of that name, None when there is none."""
+        """The user's function of that name, None if there is none."""
         ...
 
     def function_names(self) -> Collection[str]:
@@ -69,5 +69,5 @@ class Scope(Protocol):
 
     @property
     def allows_rates(self) -> bool:
-        """Whether `der(x)` may stand here: on either side of an `equation`, nowhere else."""
+        """True where `der(x)` is allowed: on both sides of an `equation`."""
         ...

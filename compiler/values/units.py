@@ -1,19 +1,19 @@
 """Units as written after a number or a colon: exact factors to SI, and dimensions.
 
-The table is our own rather than pint's: importing pint alone takes about 0.24 s, most of what a
-build from the cache may take in all, and a unit here has exactly one spelling. A test compares
-every unit with pint's.
+pint is not used, since its import takes about 0.24 s, most of the time of a warm run, and since a
+unit has exactly one spelling here. A test compares every unit with pint.
 """
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 from typing import TypeAlias
+
+from bgc.algebra.angles import PI
 
 Exponent: TypeAlias = int | Fraction
 Dimension: TypeAlias = tuple[Exponent, ...]
@@ -27,8 +27,8 @@ DIMENSIONLESS: Dimension = (0,) * len(BASE_UNITS)
 class Unit:
     """`factor` times the coherent SI unit of `dimension`.
 
-    `symbol` spells that SI unit the way the unit was written: `kN*m` gives `N*m`, not `J`,
-    and `rpm` gives `rad/s`.
+    `symbol` is that SI unit in the words of the unit as written: `N*m`, not `J`, for `kN*m`, and
+    `rad/s` for `rpm`.
     """
 
     factor: Fraction
@@ -57,7 +57,7 @@ def power(dimension: Dimension, exponent: Exponent) -> Dimension:
 
 
 def _plain(exponent: Exponent) -> Exponent:
-    """The same number, an int where it is whole."""
+    """Convert a whole exponent to an int."""
     return exponent.numerator if exponent.denominator == 1 else exponent
 
 
@@ -74,7 +74,7 @@ class _Word:
 
 
 def _words(*rows: tuple[str, Fraction | int, Dimension, str]) -> dict[str, _Word]:
-    """Table rows (word, factor, dimension, SI word or words with exponents) by word."""
+    """Make a table by word from rows (word, factor, dimension, SI words with exponents)."""
     return {
         word: _Word(
             Fraction(factor),
@@ -125,23 +125,21 @@ _WITH_PREFIX: Mapping[str, _Word] = _words(
     ("L", Fraction(1, 1000), (0, 3, 0, 0, 0, 0, 0), "m3"),
 )
 
-_PI = Fraction(math.pi)  # exactly the double that `pi` is everywhere else
-
 _WITHOUT_PREFIX: Mapping[str, _Word] = _words(
     ("t", 1000, (1, 0, 0, 0, 0, 0, 0), "kg"),
     ("min", 60, (0, 0, 1, 0, 0, 0, 0), "s"),
     ("h", 3600, (0, 0, 1, 0, 0, 0, 0), "s"),
     ("day", 86_400, (0, 0, 1, 0, 0, 0, 0), "s"),
-    ("deg", _PI / 180, DIMENSIONLESS, "rad"),
-    ("rev", 2 * _PI, DIMENSIONLESS, "rad"),
-    ("rpm", _PI / 30, (0, 0, -1, 0, 0, 0, 0), "rad s-1"),
+    ("deg", PI / 180, DIMENSIONLESS, "rad"),
+    ("rev", 2 * PI, DIMENSIONLESS, "rad"),
+    ("rpm", PI / 30, (0, 0, -1, 0, 0, 0, 0), "rad s-1"),
     ("knot", Fraction(1852, 3600), (0, 1, -1, 0, 0, 0, 0), "m s-1"),
     ("nmi", 1852, (0, 1, 0, 0, 0, 0, 0), "m"),
 )
 
 
 def _find_word(text: str) -> _Word | None:
-    """A unit word: as it stands in the table, or with a prefix."""
+    """Find a unit word in the table, with or without a prefix."""
     word = _WITHOUT_PREFIX.get(text) or _WITH_PREFIX.get(text)
     if word is not None:
         return word
@@ -159,10 +157,10 @@ _MAX_EXPONENT = 24
 
 @lru_cache(maxsize=1024)
 def parse_unit(text: str) -> Unit | None:
-    """The unit of a text as `kg*m/s`, `s^-1` or `kN*m`; None if it is not one.
+    """Parse a unit as `kg*m/s`, `s^-1` or `kN*m`; None if the text is not a unit.
 
-    Products and quotients group from the left: `J/kg*K` is J*K/kg. It may start with a 1, as
-    `1/s` does.
+    Products and quotients are grouped from the left: `J/kg*K` is J*K/kg. A unit may begin with 1,
+    as `1/s` does.
     """
     factor, dimension = Fraction(1), DIMENSIONLESS
     spelled: dict[str, Exponent] = {}
@@ -196,7 +194,7 @@ def unit_words(text: str) -> tuple[str, ...]:
 
 
 def _spell(factors: Iterable[tuple[str, Exponent]]) -> str:
-    """`kg*m^2/s^3` of words and exponents; `1` of none, `1/s` without a numerator."""
+    """Spell a unit from words and exponents: `kg*m^2/s^3`, `1/s` without a numerator, or `1`."""
     above, below = [], ""
     for word, exponent in factors:
         size = abs(Fraction(exponent))
@@ -265,13 +263,13 @@ _NAMED = {
 
 
 def si_symbol(dimension: Dimension) -> str:
-    """The SI unit of a dimension as tables print it: `N`, `m/s`, `kg*m/s^3`; `1` of none."""
+    """The SI unit of a dimension for tables: `N`, `m/s`, `kg*m/s^3`, or `1`."""
     named = _NAMED.get(dimension)
     return named[0] if named else _spell(zip(BASE_UNITS, dimension, strict=True))
 
 
 def describe_dimension(dimension: Dimension) -> str:
-    """For messages: `a length (m)`, `a plain number`, `a quantity in kg*m/s^3`."""
+    """Describe a dimension in messages: `a length (m)`, `a plain number`."""
     if dimension == DIMENSIONLESS:
         return "a plain number"
     symbol, quantity = _NAMED.get(dimension, (si_symbol(dimension), ""))
@@ -300,7 +298,7 @@ _MEANT: Mapping[str, str] = {
 
 
 def suggest_unit(text: str) -> str:
-    """A right spelling of what is not quite a unit, an empty text if none comes to mind.
+    """Suggest a unit for a misspelt one; an empty text if none is found.
 
     `KN` gives `kN`, `Nm` gives `N*m`, `meters` gives `m`, `kN.m` gives `kN*m`.
     """
@@ -313,7 +311,7 @@ def suggest_unit(text: str) -> str:
 
 
 def spaced_product(text: str, is_value: Callable[[str], bool]) -> str:
-    """`V*gain` gives `V * gain` where the words behind a unit are values, else an empty text."""
+    """Separate a unit from names of values: `V * gain` for `V*gain`, else an empty text."""
     for sign in re.finditer(r"[*/]", text):
         unit, rest = text[: sign.start()], text[sign.end() :]
         if parse_unit(unit) is not None and all(map(is_value, re.findall(r"[A-Za-z_]\w*", rest))):

@@ -16,8 +16,9 @@ Shape: TypeAlias = tuple[int, ...]
 class Value:
     """A scalar `()`, vector `(n,)` or matrix `(m, n)` of nodes, row after row.
 
-    `units[k]` is the dimension of `nodes[k]`, in SI units; None where it is not known, as of
-    a literal without a unit, which fits any. The components of a twist differ in theirs.
+    `units[k]` is the dimension of `nodes[k]`, whose value is in SI units. It is None if unknown, as
+    for a literal without a unit, which fits any unit. Components may differ in unit, as those of a
+    twist do.
     """
 
     shape: Shape
@@ -30,24 +31,24 @@ class Value:
 
     @staticmethod
     def scalar(node: int, unit: Dimension | None = None) -> Value:
-        """One node."""
+        """Make a scalar."""
         return Value((), (node,), (unit,))
 
     @staticmethod
     def vector(nodes: Iterable[int], unit: Dimension | None = None) -> Value:
-        """A vector, all of one unit."""
+        """Make a vector of one unit."""
         nodes = tuple(nodes)
         return Value((len(nodes),), nodes, (unit,) * len(nodes))
 
     @staticmethod
     def uniform(shape: Shape, nodes: Iterable[int], unit: Dimension | None = None) -> Value:
-        """Any shape, all of one unit."""
+        """Make a value of any shape and one unit."""
         nodes = tuple(nodes)
         return Value(shape, nodes, (unit,) * len(nodes))
 
     @staticmethod
     def matrix(rows: Sequence[Sequence[int]], unit: Dimension | None = None) -> Value:
-        """A matrix from its rows, all of one unit."""
+        """Make a matrix of one unit from its rows."""
         nodes = tuple(node for row in rows for node in row)
         return Value((len(rows), len(rows[0])), nodes, (unit,) * len(nodes))
 
@@ -59,13 +60,13 @@ class Value:
 
     @property
     def unit(self) -> Dimension | None:
-        """The dimension that all components share; None if not known or not shared."""
+        """The dimension that all components share; None if it is unknown or they differ."""
         first = self.units[0] if self.units else None
         return first if all(unit == first for unit in self.units) else None
 
     @property
     def is_scalar(self) -> bool:
-        """Whether the shape is `()`."""
+        """True for a scalar, of shape `()`."""
         return not self.shape
 
     @property
@@ -84,16 +85,16 @@ class Value:
         )
 
     def components_at(self, places: Iterable[int]) -> Iterator[tuple[int, Dimension | None]]:
-        """Nodes and units at these places of the row-major order, from 0."""
+        """Nodes and units at places in row-major order, counted from 0."""
         return ((self.nodes[place], self.units[place]) for place in places)
 
     def with_unit(self, unit: Dimension | None) -> Value:
-        """The same nodes, all of another unit."""
+        """Return the same nodes, all with a given unit."""
         return Value(self.shape, self.nodes, (unit,) * len(self.nodes))
 
 
 def describe_shape(shape: Shape) -> str:
-    """`a scalar`, `a vector of 3`, `a 3 x 2 matrix`."""
+    """Describe a shape in messages: `a scalar`, `a vector of 3`, `a 3 x 2 matrix`."""
     match shape:
         case ():
             return "a scalar"

@@ -1,4 +1,4 @@
-"""The functions of vectors and matrices, with their checks of shapes and units."""
+"""Functions of vectors and matrices, with checks of shapes and units."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from bgc.values.value import Value, describe_shape
 Operands: TypeAlias = Sequence[Operand]
 
 _MAX_INVERSE = 48
-_FAR = 10**9  # a size that is surely too large
+_FAR = 10**9  # larger sizes are refused anyway
 
 # --- of vectors -------------------------------------------------------------------------
 
@@ -99,7 +99,7 @@ def length(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
 
 
 def transpose(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
-    """Rows become columns; a vector, which is a column, becomes a matrix of one row."""
+    """The transpose; a vector, which is a column, becomes a matrix of one row."""
     value = arguments[0].value
     match value.shape:
         case ():
@@ -113,7 +113,7 @@ def transpose(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
 
 
 def outer(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
-    """Every component of one vector times every one of another."""
+    """The outer product of two vectors."""
     left, right = (_vector(name, argument) for argument in arguments)
     require_size(span, len(left.nodes) * len(right.nodes), "this matrix")
     parts = [
@@ -125,7 +125,7 @@ def outer(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
 
 
 def skew(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
-    """The matrix S(a) with S(a) b = a x b."""
+    """The skew-symmetric matrix S(a) with S(a) b = a x b."""
     (x, u), (y, v), (z, w) = _parts(_vector(name, arguments[0], 3))
     zero = (dag.zero, None)
     parts = [
@@ -137,7 +137,7 @@ def skew(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
 
 
 def diag(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
-    """A diagonal matrix of a vector, or the diagonal of a square matrix."""
+    """The diagonal matrix of a vector, or the diagonal of a square matrix."""
     value = arguments[0].value
     if len(value.shape) == 2:
         _require_square(name, arguments[0])
@@ -162,7 +162,7 @@ def _require_square(name: str, operand: Operand) -> int:
 
 
 def stack(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
-    """Scalars and vectors end to end; matrices of equal width one above the other."""
+    """Concatenate scalars and vectors, or matrices of equal width row by row."""
     first = arguments[0]
     for argument in arguments[1:]:
         matrices = len(first.shape) == 2 or len(argument.shape) == 2
@@ -202,14 +202,14 @@ def inv(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
 
 
 def filled(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
-    """`zeros(n)`, `ones(n)` vectors, `zeros(m, n)`, `ones(m, n)` matrices."""
+    """A vector (`zeros(n)`, `ones(n)`) or matrix (`zeros(m, n)`) of equal numbers."""
     shape = tuple(_size_argument(dag, name, argument) for argument in arguments)
     require_size(span, prod(shape), "this value")
     return Value.uniform(shape, [dag.zero if name == "zeros" else dag.one] * prod(shape))
 
 
 def eye(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
-    """`eye(n)`: the identity matrix."""
+    """The identity matrix."""
     size = _size_argument(dag, name, arguments[0])
     require_size(span, size * size, "this matrix")
     return Value.matrix(linalg.identity(dag, size))
