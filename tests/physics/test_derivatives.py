@@ -40,6 +40,7 @@ ENTIRE: Mapping[Op, Callable[[complex], complex]] = {
     Op.TANH: cmath.tanh, Op.SINH: cmath.sinh, Op.COSH: cmath.cosh, Op.ATAN: cmath.atan,
     Op.ASIN: cmath.asin, Op.ACOS: cmath.acos, Op.LOG: cmath.log, Op.SQRT: cmath.sqrt,
 }  # fmt: skip
+STEPS = {Op.SIGN, Op.FLOOR, Op.CEIL, Op.LT, Op.LE, Op.EQ, Op.AND, Op.OR, Op.NOT}
 
 
 def complex_value(op: Op, x: tuple[complex, ...]) -> complex:
@@ -74,8 +75,9 @@ def complex_value(op: Op, x: tuple[complex, ...]) -> complex:
             return a if a.real >= b.real else b
         case _ if op in ENTIRE:
             return ENTIRE[op](x[0])
-        case _:  # comparisons and steps: what is constant on both sides
-            return complex(apply(op, *(a.real for a in x)))
+        case _:
+            assert op in STEPS, op.name
+            return complex(apply(op, *(a.real for a in x)))  # piecewise constant
 
 
 def rates(program: Program, values: Mapping[Symbol, complex]) -> list[complex]:

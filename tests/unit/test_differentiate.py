@@ -18,47 +18,6 @@ def value(dag: Dag, node: int, x: list[float], **others: object) -> float:
     return evaluate_nodes(dag, [node], at(x, **others))[0]
 
 
-def difference(dag: Dag, node: int, x: list[float], k: int, step: float = 1e-5) -> float:
-    def central(h: float) -> float:
-        ahead, behind = ([*x[:k], x[k] + s, *x[k + 1 :]] for s in (h, -h))
-        return (value(dag, node, ahead) - value(dag, node, behind)) / (2 * h)
-
-    return (4 * central(step) - central(2 * step)) / 3
-
-
-UNARY = {
-    Op.NEG: 0.3, Op.SIN: 0.3, Op.COS: 0.3, Op.TAN: 0.3, Op.ASIN: 0.3, Op.ACOS: 0.3,
-    Op.ATAN: 0.3, Op.SINH: 0.3, Op.COSH: 0.3, Op.TANH: 0.3, Op.EXP: 0.3, Op.LOG: 0.3,
-    Op.SQRT: 0.3, Op.ABS: -0.3, Op.SIGN: 0.3, Op.FLOOR: 0.3, Op.CEIL: 0.3, Op.ASINH: 0.3,
-    Op.ACOSH: 1.3, Op.ATANH: 0.3, Op.CBRT: -0.3, Op.ERF: 0.3, Op.LOG10: 0.3, Op.EXPM1: 0.3,
-    Op.LOG1P: 0.3, Op.NOT: 0.3,
-}  # fmt: skip
-BINARY = {
-    Op.ADD: (0.3, 0.7), Op.SUB: (0.3, 0.7), Op.MUL: (0.3, 0.7), Op.DIV: (0.3, 0.7),
-    Op.POW: (0.3, 0.7), Op.LT: (0.3, 0.7), Op.LE: (0.3, 0.7), Op.EQ: (0.3, 0.7),
-    Op.AND: (0.3, 0.7), Op.OR: (0.3, 0.7), Op.ATAN2: (0.3, -0.7), Op.MIN: (0.3, 0.7),
-    Op.MAX: (0.3, 0.7), Op.FMOD: (7.3, 0.7), Op.HYPOT: (0.3, 0.7),
-}  # fmt: skip
-
-
-def test_every_operation_is_tried() -> None:
-    assert {*UNARY, *BINARY, Op.SELECT, Op.CONST, Op.SYMBOL} == set(Op)
-
-
-@pytest.mark.parametrize("op", [*UNARY, *BINARY], ids=lambda op: op.name)
-def test_rules_agree_with_differences(op: Op) -> None:
-    dag = Dag()
-    point = [UNARY[op]] if op in UNARY else list(BINARY[op])
-    x = states(dag, len(point))
-    node = dag.apply(op, tuple(x))
-    by_gradient = gradient(dag, node, x)
-    for k, symbol in enumerate(x):
-        expected = pytest.approx(difference(dag, node, point, k), rel=1e-8, abs=1e-9)
-        along = directional_derivative(dag, node, {symbol: dag.one})
-        assert value(dag, along, point) == expected
-        assert value(dag, by_gradient[k], point) == expected
-
-
 def test_a_choice_has_the_derivative_of_what_it_chooses() -> None:
     dag = Dag()
     x, y = states(dag, 2)
