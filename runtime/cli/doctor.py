@@ -11,7 +11,7 @@ from bgc.runtime.cli.app import AT_FAULT
 @click.pass_context
 def doctor(context: click.Context) -> None:
     """Say what bgc found on this machine; status 1 where something needed is missing."""
-    from bgc.runtime.doctor import examine, is_well, report
+    from bgc.runtime.cli.machine import examine, is_well, report
 
     findings = examine()
     click.echo(report(findings))

@@ -111,7 +111,7 @@ def stress(
     if out is not None:
         write_csv(found, out)
     if plot is not None:
-        from bgc.runtime.stress.picture import draw
+        from bgc.runtime.stress.plot import draw
 
         draw(found, plot)
     context.exit(AT_FAULT if found.wrong else 0)

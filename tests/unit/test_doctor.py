@@ -2,7 +2,7 @@ import pytest
 
 from bgc.building import toolchain
 from bgc.runtime import doctor
-from bgc.runtime.doctor import Finding, Health, examine, is_well, report
+from bgc.runtime.cli.machine import Finding, Health, examine, is_well, report
 
 
 def named(findings: tuple[Finding, ...], name: str) -> Finding:
