@@ -18,15 +18,10 @@ from bgc.diagnostics.catalogue.run import step_too_long
 from bgc.diagnostics.catalogue.trade import nothing_measured
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.options import Options
-from bgc.runtime.linear.state_space import (
-    Complex,
-    Linearisation,
-    Mode,
-    modes_of,
-    pencil_eigenvalues,
-)
+from bgc.runtime.linear.state_space import Linearisation, Mode, modes_of, pencil_eigenvalues
+from bgc.runtime.results.arrays import Array, Complex
 from bgc.runtime.results.result import Result
-from bgc.runtime.running.binding import Array, Instance, Library, Status, VarInfo, text
+from bgc.runtime.running.binding import Instance, Library, Status, VarInfo, text
 from bgc.runtime.running.failures import RunInterrupted, SimulationError, explain, require
 from bgc.runtime.running.parameters import Parameters, Quantity
 from bgc.runtime.running.rows import row_times

@@ -22,7 +22,7 @@ from bgc.runtime.compiling import load_model
 from bgc.runtime.measuring.errors import largest_errors, quantities_of, worst_of
 from bgc.runtime.measuring.timed import Run, timed_run
 from bgc.runtime.model import Model
-from bgc.runtime.running.binding import Array
+from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.rows import row_times
 from bgc.runtime.running.run import Method, choose_method

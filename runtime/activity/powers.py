@@ -18,7 +18,7 @@ from bgc.algebra.dag import Kind
 from bgc.driver import compile_scene
 from bgc.ir.graph import FlatGraph, Observation, Resistor, Storage
 from bgc.runtime.model import Model
-from bgc.runtime.running.binding import Array
+from bgc.runtime.results.arrays import Array
 
 _NAME = "power of port"  # no name of a scene holds a blank
 

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from bgc.runtime.linear.state_space import Real
+from bgc.runtime.results.arrays import Array
 
 _SWEEPS = 100
 _WORTH_SCALING = 0.9  # of the squares of a row and a column
@@ -20,7 +20,7 @@ _ROUNDING = 1e-8  # of which the square is rounding
 _CERTAIN = 1e-3  # in the count of modes
 
 
-def balancing(matrix: Real) -> Real:
+def balancing(matrix: Array) -> Array:
     """Powers of two s that make rows and columns of `diag(1/s) matrix diag(s)` alike in size.
 
     In the 2-norm, the diagonal left out (B. N. Parlett and C. Reinsch, Numerische Mathematik 13,
@@ -47,7 +47,7 @@ def balancing(matrix: Real) -> Real:
     return scale
 
 
-def fast_projector(matrix: Real, limit: float) -> tuple[Real, int, float]:
+def fast_projector(matrix: Array, limit: float) -> tuple[Array, int, float]:
     """The spectral projector on the eigenvalues of size beyond a limit.
 
     Eigenvalues whose sizes agree to a millionth stay together, as fast ones. The matrix should be
@@ -84,7 +84,7 @@ def fast_projector(matrix: Real, limit: float) -> tuple[Real, int, float]:
     return projector, fast, radius
 
 
-def _sign(matrix: Real) -> Real:
+def _sign(matrix: Array) -> Array:
     """The sign of a matrix without eigenvalues on the imaginary axis."""
     change = math.inf
     for _ in range(_ITERATIONS):

@@ -13,7 +13,8 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.analysis import no_range, no_response
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.linear.state_space import Complex, Linearisation, Mode, Real
+from bgc.runtime.linear.state_space import Linearisation, Mode
+from bgc.runtime.results.arrays import Array, Complex
 from bgc.runtime.results.files import written_whole
 
 _POINTS_A_DECADE = 60
@@ -33,21 +34,21 @@ class Response:
     input: str
     output: str
     unit: str
-    omega: Real
+    omega: Array
     value: Complex
 
     @property
-    def magnitude(self) -> Real:
+    def magnitude(self) -> Array:
         """20 log10 |G|, dB; minus infinity where the response is zero."""
         with np.errstate(divide="ignore"):
             return np.asarray(20 * np.log10(np.abs(self.value)), dtype=np.float64)
 
     @property
-    def phase(self) -> Real:
+    def phase(self) -> Array:
         """The phase in degrees, without jumps of 360 from point to point."""
         return np.asarray(np.rad2deg(np.unwrap(np.angle(self.value))), dtype=np.float64)
 
-    def rows(self) -> Real:
+    def rows(self) -> Array:
         """Columns as `HEADER` names them, (k, 5)."""
         parts = (self.omega, self.magnitude, self.phase, self.value.real, self.value.imag)
         return np.column_stack(parts)
@@ -106,7 +107,7 @@ def _range(modes: Sequence[Mode]) -> tuple[float, float]:
     return 10.0 ** max(first, last - _MOST_DECADES), 10.0**last
 
 
-def _frequencies(modes: Sequence[Mode], low: float, high: float) -> Real:
+def _frequencies(modes: Sequence[Mode], low: float, high: float) -> Array:
     decades = math.log10(high) - math.log10(low)
     count = max(2, math.ceil(_POINTS_A_DECADE * decades) + 1)
     grids = [np.geomspace(low, high, count)]

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-Real: TypeAlias = NDArray[np.float64]
-Complex: TypeAlias = NDArray[np.complex128]
+from bgc.runtime.results.arrays import Array, Complex
 
 _ROUNDING = 1e-14
 _WELL_CONDITIONED = 1e12
@@ -70,16 +68,16 @@ class Linearisation:
         The operating point: values of the states, (n,), and the time, s.
     """
 
-    A: Real
-    B: Real
-    C: Real
-    D: Real
-    E: Real
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    E: Array
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     units: dict[str, str]
-    point: Real
+    point: Array
     time: float
 
     @property
@@ -107,7 +105,7 @@ class Linearisation:
             found.append(_mode(complex(values[k]), shares))
         return _by_frequency(found)
 
-    def response(self, omega: Real) -> Complex:
+    def response(self, omega: Array) -> Complex:
         """The transfer matrix `C (i w E - A)^-1 B + D` at angular frequencies in rad/s, (k, p, m).
 
         Not a number where a frequency is that of an undamped mode exactly.
@@ -121,7 +119,7 @@ class Linearisation:
         return values
 
 
-def pencil_eigenvalues(matrix: Real, mass: Real) -> Complex:
+def pencil_eigenvalues(matrix: Array, mass: Array) -> Complex:
     """Eigenvalues of `mass dy' = matrix dy` in 1/s, by rising real, then imaginary part.
 
     As many as `mass` has rank, of an equation without hidden constraints: what only algebraic
@@ -143,8 +141,8 @@ def modes_of(eigenvalues: Complex) -> tuple[Mode, ...]:
 
 
 def without_algebraic(
-    A: Real, B: Real, C: Real, D: Real, E: Real
-) -> tuple[Real, Real, Real, Real, Real, NDArray[np.intp]]:
+    A: Array, B: Array, C: Array, D: Array, E: Array
+) -> tuple[Array, Array, Array, Array, Array, NDArray[np.intp]]:
     """Solve algebraic equations for states without a rate, and the rates from a regular E.
 
     Returns A, B, C, D, E and the indices of the states that are left. E is the identity then,
@@ -172,7 +170,7 @@ def without_algebraic(
     return state, input_, output, direct, mass, every[left]
 
 
-def _regular(matrix: Real) -> bool:
+def _regular(matrix: Array) -> bool:
     """Whether a matrix can be solved with, whatever the units of its rows and columns."""
     if not len(matrix):
         return True
@@ -181,7 +179,7 @@ def _regular(matrix: Real) -> bool:
     return bool(np.linalg.cond(by_both) < _WELL_CONDITIONED)
 
 
-def _finite(matrix: Real, mass: Real) -> Complex:
+def _finite(matrix: Array, mass: Array) -> Complex:
     """Finite eigenvalues of `mass dy' = matrix dy`."""
     from scipy.linalg import eigvals
 

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from bgc.printing.tables import Table, elided
-from bgc.runtime.linear.state_space import Linearisation, Mode, Real
+from bgc.runtime.linear.state_space import Linearisation, Mode
+from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import written_whole
 
 _COLUMNS, _ROWS, _MODES = 8, 16, 48  # of a matrix and of the modes, shown without --full
@@ -81,7 +82,7 @@ def _point_table(linear: Linearisation, full: bool) -> Table:
 
 
 def _matrix_table(
-    title: str, matrix: Real, rows: Sequence[str], columns: Sequence[str], full: bool
+    title: str, matrix: Array, rows: Sequence[str], columns: Sequence[str], full: bool
 ) -> Table:
     cells = [
         (name, *(_short(value) for value in row))

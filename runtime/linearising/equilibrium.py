@@ -10,9 +10,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from bgc.runtime.linear.state_space import Real
+from bgc.runtime.results.arrays import Array
 
-Function: TypeAlias = Callable[[Real], Real]
+Function: TypeAlias = Callable[[Array], Array]
 
 _ITERATIONS = 200
 _HALVINGS = 30
@@ -23,7 +23,7 @@ _SHORTER = 0.1
 _WORSE = 10.0  # of the rates, from one step to the next, is too much
 
 
-def find_zero(residuals: Function, slope: Function, start: Real) -> tuple[Real, Real]:
+def find_zero(residuals: Function, slope: Function, start: Array) -> tuple[Array, Array]:
     """Solve `residuals(x) = 0` by Newton's method; returns x and what is left of the residuals.
 
     Steps are halved until the residuals shrink.
@@ -47,8 +47,8 @@ def find_zero(residuals: Function, slope: Function, start: Real) -> tuple[Real, 
 
 
 def find_rest(
-    rates: Function, slope: Function, mass: Real, start: Real, project: Function
-) -> tuple[Real, Real]:
+    rates: Function, slope: Function, mass: Array, start: Array, project: Function
+) -> tuple[Array, Array]:
     """Follow `M x' = rates(x)` until it rests; returns x and what is left of the rates.
 
     Implicit Euler steps `(M/h - slope) dx = rates` with h growing beyond all bounds, so that the

@@ -19,8 +19,9 @@ from bgc.ir.graph import Node
 from bgc.linearising.linear_form import LinearForm, linear_form
 from bgc.linearising.opening import Opened, open_scene
 from bgc.options import Options
-from bgc.runtime.linear.state_space import Linearisation, Real, without_algebraic
+from bgc.runtime.linear.state_space import Linearisation, without_algebraic
 from bgc.runtime.linearising.equilibrium import find_rest, find_zero
+from bgc.runtime.results.arrays import Array
 
 Mask: TypeAlias = NDArray[np.bool_]
 
@@ -32,8 +33,8 @@ class OperatingPoint:
     """Time, s, states and INPUT symbols, SI, of the opened program."""
 
     time: float
-    state: Real
-    inputs: Real
+    state: Array
+    inputs: Array
 
 
 class OpenedModel:
@@ -145,14 +146,14 @@ class OpenedModel:
         values.update((Symbol(Kind.INPUT, k), x) for k, x in enumerate(point.inputs.tolist()))
         return values
 
-    def _numbers(self, nodes: Sequence[Node], values: Mapping[Symbol, float]) -> Real:
+    def _numbers(self, nodes: Sequence[Node], values: Mapping[Symbol, float]) -> Array:
         return np.array(evaluate_nodes(self._form.dag, nodes, values), dtype=float)
 
-    def rates(self, point: OperatingPoint) -> Real:
+    def rates(self, point: OperatingPoint) -> Array:
         """The right-hand sides f of M x' = f."""
         return self._numbers(self._form.rates, self._values(point))
 
-    def by_state(self, point: OperatingPoint) -> Real:
+    def by_state(self, point: OperatingPoint) -> Array:
         """df/dx, dense."""
         n = len(self.opened.program.states)
         entries = tuple(entry for entry in self._form.by_state if entry[0] < n)
@@ -163,14 +164,14 @@ class OpenedModel:
         entries: Sequence[tuple[int, int, Node]],
         shape: tuple[int, int],
         point: OperatingPoint,
-    ) -> Real:
+    ) -> Array:
         dense = np.zeros(shape)
         numbers = self._numbers([node for _, _, node in entries], self._values(point))
         for (row, column, _), value in zip(entries, numbers, strict=True):
             dense[row, column] = value + 0.0  # no negative zeros
         return dense
 
-    def mass(self) -> Real:
+    def mass(self) -> Array:
         """M, dense."""
         program = self.opened.program
         if program.mass is None:
@@ -207,33 +208,33 @@ class _Block:
         self._rows, self._columns = rows, columns
         self._within = np.ix_(rows, columns)
         self._by_scale = model.scale / model.scale[:, None]
-        self.start: Real = (point.state / model.scale)[columns]
-        self.mass: Real = (model.mass() * self._by_scale)[self._within]
+        self.start: Array = (point.state / model.scale)[columns]
+        self.mass: Array = (model.mass() * self._by_scale)[self._within]
         self._allowed = _STILL * max(1.0, float(np.abs(self.rates(self.start)).max(initial=0.0)))
 
-    def _moved(self, y: Real) -> OperatingPoint:
+    def _moved(self, y: Array) -> OperatingPoint:
         state = self._point.state.copy()
         state[self._columns] = y * self._model.scale[self._columns]
         return OperatingPoint(self._point.time, state, self._point.inputs)
 
-    def rates(self, y: Real) -> Real:
+    def rates(self, y: Array) -> Array:
         """The right-hand sides."""
-        found: Real = (self._model.rates(self._moved(y)) / self._model.scale)[self._rows]
+        found: Array = (self._model.rates(self._moved(y)) / self._model.scale)[self._rows]
         return found
 
-    def slope(self, y: Real) -> Real:
+    def slope(self, y: Array) -> Array:
         """Their derivatives."""
-        found: Real = (self._model.by_state(self._moved(y)) * self._by_scale)[self._within]
+        found: Array = (self._model.by_state(self._moved(y)) * self._by_scale)[self._within]
         return found
 
-    def projected(self, y: Real) -> Real:
+    def projected(self, y: Array) -> Array:
         """The states after what a run sets after each step."""
-        found: Real = (self._model.projected(self._moved(y)).state / self._model.scale)[
+        found: Array = (self._model.projected(self._moved(y)).state / self._model.scale)[
             self._columns
         ]
         return found
 
-    def solved(self, y: Real, left: Real) -> OperatingPoint:
+    def solved(self, y: Array, left: Array) -> OperatingPoint:
         """The point found; BG082 where right-hand sides are left."""
         if not np.abs(left).max(initial=0.0) <= self._allowed:
             worst = int(np.flatnonzero(self._rows)[np.argmax(np.abs(left))])

@@ -14,7 +14,8 @@ import numpy as np
 from bgc.building.built import ENERGY_ACCOUNTS
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.model import Model
-from bgc.runtime.running.binding import Array, Instance, Status
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.binding import Instance, Status
 from bgc.runtime.running.run import Method, watched
 
 _PACED = 60_000  # periods of a run that are looked at one by one

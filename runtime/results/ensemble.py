@@ -15,9 +15,9 @@ import numpy as np
 from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.results.result import UnknownColumn
-from bgc.runtime.running.binding import Array
 
 DONE, FAILED, INTERRUPTED = "done", "failed", "interrupted"
 

@@ -17,8 +17,8 @@ from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.catalogue.run import out_of_balance, value_not_finite
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import written_whole
-from bgc.runtime.running.binding import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

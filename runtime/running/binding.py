@@ -14,15 +14,14 @@ from pathlib import Path
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bgc.diagnostics.catalogue.machine import cannot_load
 from bgc.diagnostics.catalogue.run import no_memory
 from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.results.arrays import Array
 
 ABI = 5
 
-Array: TypeAlias = NDArray[np.float64]
 _Fields: TypeAlias = list[tuple[str, Any]]
 
 

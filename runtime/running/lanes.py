@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from ctypes import POINTER, byref, c_double, c_int, c_size_t, c_uint, c_void_p
 from pathlib import Path
 
-from bgc.runtime.running.binding import Array, Instance, Library, Status
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.binding import Instance, Library, Status
 
 _Doubles = POINTER(c_double)
 

@@ -27,8 +27,9 @@ from bgc.building.recall import processors
 from bgc.diagnostics.catalogue.ensembles import no_instances, source_changed, uneven_values
 from bgc.diagnostics.catalogue.run import no_memory
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.ensemble import DONE, FAILED, INTERRUPTED, Ensemble, EnsembleInterrupted
-from bgc.runtime.running.binding import Array, Instance, Library, Status, text
+from bgc.runtime.running.binding import Instance, Library, Status, text
 from bgc.runtime.running.failures import require
 from bgc.runtime.running.lanes import LaneLibrary
 from bgc.runtime.running.parameters import Parameters, Quantity

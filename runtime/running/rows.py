@@ -9,7 +9,7 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.arguments import bad_option, too_many_rows
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.running.binding import Array
+from bgc.runtime.results.arrays import Array
 
 DEFAULT_ROWS = 1000
 

@@ -22,15 +22,8 @@ from bgc.diagnostics.catalogue.arguments import (
 )
 from bgc.diagnostics.catalogue.backends import solver_does_not_serve
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.running.binding import (
-    Array,
-    Instance,
-    Library,
-    OptionsStruct,
-    Status,
-    backend_run,
-    text,
-)
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.binding import Instance, Library, OptionsStruct, Status, backend_run, text
 from bgc.runtime.running.progress import ProgressBar
 
 ADAPTIVE_DEFAULT = "rodas5p"

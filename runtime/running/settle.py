@@ -13,7 +13,8 @@ import numpy as np
 from bgc.diagnostics.catalogue.run import not_separable, not_settled
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.fast_modes import balancing, fast_projector
-from bgc.runtime.linear.state_space import Real, without_algebraic
+from bgc.runtime.linear.state_space import without_algebraic
+from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, Status
 
 _ITERATIONS = 50
@@ -63,7 +64,9 @@ def settle(instance: Instance, frequency: float) -> Status:
     raise BgError([not_settled(frequency)])
 
 
-def _correction(jacobian: Real, rates: Real, mass: Real, limit: float) -> tuple[Real, Real, int]:
+def _correction(
+    jacobian: Array, rates: Array, mass: Array, limit: float
+) -> tuple[Array, Array, int]:
     """The change of all states that takes the fast modes to their rest, what balances the states
     (infinite for those without a rate), and how many modes are fast.
     """
@@ -80,7 +83,7 @@ def _correction(jacobian: Real, rates: Real, mass: Real, limit: float) -> tuple[
     return follow @ step + direct[:, 0], everywhere, fast
 
 
-def _fast_newton(slope: Real, rate: Real, limit: float) -> tuple[Real, Real, int]:
+def _fast_newton(slope: Array, rate: Array, limit: float) -> tuple[Array, Array, int]:
     """`-A^-1 P f` with the projector P on the modes of A beyond the limit, what balances A, and
     the number of these modes; not a number where P cannot be told.
     """

@@ -10,7 +10,7 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.ensembles import bad_range, too_many_instances, varied_twice
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.running.binding import Array
+from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.parameters import Parameters
 from bgc.runtime.running.quantity import read_quantity
 

@@ -11,8 +11,9 @@ import numpy as np
 from bgc.runtime.measuring.errors import combined, largest_errors, quantities_of
 from bgc.runtime.measuring.timed import Run, timed_run
 from bgc.runtime.model import Model
+from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.result import unbalanced
-from bgc.runtime.running.binding import Array, Status
+from bgc.runtime.running.binding import Status
 from bgc.runtime.running.run import Method
 from bgc.runtime.stress.ringing import ringing_at_start
 

@@ -16,7 +16,8 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.fast_modes import balancing
 from bgc.runtime.linear.state_space import without_algebraic
 from bgc.runtime.model import Model
-from bgc.runtime.running.binding import Array, Instance, Status
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.binding import Instance, Status
 from bgc.runtime.running.run import Method
 
 _MOST = 400  # states: beyond, eigenvalues take too long

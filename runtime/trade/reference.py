@@ -11,7 +11,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.measuring.errors import Quantity, combined, largest_errors, quantities_of
 from bgc.runtime.measuring.timed import Run
 from bgc.runtime.model import Model
-from bgc.runtime.running.binding import Array
+from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.run import Method
 
 METHODS = ("radau5", "rodas5p", "rodas4p2", "dopri5")  # the first two that complete the run

@@ -12,7 +12,7 @@ import numpy as np
 from bgc.runtime.measuring.errors import combined, largest_errors, quantities_of
 from bgc.runtime.measuring.timed import Run, paced_worst, timed_run
 from bgc.runtime.model import Model
-from bgc.runtime.running.binding import Array
+from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.run import Method
 from bgc.runtime.trade.configurations import Configuration

@@ -25,7 +25,8 @@ from bgc.building.build import runtime_directory
 from bgc.building.toolchain import find_toolchain
 from bgc.driver import Stages, compile_scene
 from bgc.options import Options
-from bgc.runtime.running.binding import Array, Instance, Library, OptionsStruct, Status
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.binding import Instance, Library, OptionsStruct, Status
 
 HERE = Path(__file__).parent
 BODIES = ("vessel", "column", "boom", "jib")

@@ -26,7 +26,8 @@ import numpy as np
 from crane import COPIES, HERE, copies, crane, instance, parameters, positions, run, shared_object
 from table import Row
 
-from bgc.runtime.running.binding import Array, Instance, Library, OptionsStruct, Status
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.binding import Instance, Library, OptionsStruct, Status
 
 _KERNELS = ("rhs", "jacobian", "factor", "solve")
 _STEPS = (

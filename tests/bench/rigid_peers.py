@@ -24,7 +24,8 @@ from crane import copies, crane, instance, run, shared_object
 from kernels import median_times, step_time
 from table import Row
 
-from bgc.runtime.running.binding import Array, Library, Status
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.binding import Library, Status
 
 _Doubles = POINTER(c_double)
 _CALLS, _BATCHES = 2000, 15

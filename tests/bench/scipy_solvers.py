@@ -20,7 +20,8 @@ from scipy.integrate import solve_ivp
 from sundials import reference, run_ours
 from table import Row
 
-from bgc.runtime.running.binding import Array, Instance
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.binding import Instance
 
 _STIFFNESS, _DAMPING = 1e8, 0.1
 _DURATION = 1.0

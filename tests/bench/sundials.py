@@ -20,7 +20,8 @@ import numpy as np
 from crane import copies, crane, instance, parameters, positions, run, shared_object
 from table import Row
 
-from bgc.runtime.running.binding import Array, Instance, Status
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.binding import Instance, Status
 
 _FLAGS = (
     "-I/usr/include/suitesparse", "-lsundials_cvode", "-lsundials_nvecserial",
