@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.files import written_whole
+from bgc.runtime.results.files import write_arrays, written_whole
 from bgc.runtime.results.result import UnknownColumn
 
 DONE, FAILED, INTERRUPTED = "done", "failed", "interrupted"
@@ -137,10 +136,7 @@ class Ensemble:
             "about": np.array(json.dumps(about)),
             **{f"parameter:{name}": values for name, values in self.parameters.items()},
         }
-        with written_whole(path) as aside, ZipFile(aside, "w", ZIP_DEFLATED) as archive:
-            for name, array in arrays.items():
-                with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
-                    np.lib.format.write_array(file, np.asanyarray(array), allow_pickle=False)
+        write_arrays(path, arrays)
 
     def to_xarray(self) -> Any:
         """An xarray DataArray over `instance`, `time` and `output`.
@@ -148,7 +144,7 @@ class Ensemble:
         The varied parameters and the status are coordinates along `instance`.
         """
         try:
-            import xarray as xr
+            import xarray as xr  # optional, and slow to load
         except ImportError as problem:
             raise BgError([package_missing("xarray", "`to_xarray`", "xarray")]) from problem
         along: dict[str, Any] = {name: ("instance", v) for name, v in self.parameters.items()}

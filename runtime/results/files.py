@@ -1,12 +1,16 @@
-"""Write a file whole or not at all."""
+"""Files written whole or not at all."""
 
 from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
+from zipfile import ZIP_DEFLATED, ZipFile
+
+import numpy as np
 
 from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError
@@ -39,6 +43,17 @@ def written_whole(path: str | Path) -> Iterator[Path]:
             aside.unlink(missing_ok=True)
     except OSError as problem:
         raise BgError([cannot_write(str(path), problem.strerror or str(problem))]) from problem
+
+
+def write_arrays(path: str | Path, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
+    """Write a NumPy archive, compressed, with any names.
+
+    `np.savez` has an argument `file` of its own, so that no array could have that name.
+    """
+    with written_whole(path) as aside, ZipFile(aside, "w", ZIP_DEFLATED) as archive:
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                np.lib.format.write_array(file, np.asanyarray(array), allow_pickle=False)
 
 
 def _umask() -> int:

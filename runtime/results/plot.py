@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import cycle
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import matplotlib
 import numpy as np
@@ -16,10 +16,8 @@ from bgc.building.built import Panel
 from bgc.diagnostics.catalogue.arguments import bad_panel
 from bgc.diagnostics.catalogue.machine import nothing_to_draw, unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import written_whole
-
-if TYPE_CHECKING:
-    from bgc.runtime.results.result import Result
 
 KINDS = (".png", ".svg", ".pdf")
 
@@ -42,6 +40,37 @@ STYLE: dict[Any, Any] = {
 }
 
 
+class Columns(Protocol):
+    """Named columns over time: the part of a `Result` that is drawn."""
+
+    @property
+    def scene(self) -> str:
+        """The title."""
+
+    @property
+    def status(self) -> str:
+        """`done`, or how the run ended early."""
+
+    @property
+    def time(self) -> Array:
+        """Times of the rows, s, (n,)."""
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """SI units by column."""
+
+    @property
+    def panels(self) -> Sequence[Panel]:
+        """The panels that the scene wants."""
+
+    def expand(self, names: Sequence[str]) -> list[str]:
+        """Replace the names of vectors by those of their columns."""
+
+    def __getitem__(self, name: str) -> Array: ...
+
+    def __iter__(self) -> Iterator[str]: ...
+
+
 def read_panel(text: str) -> Panel:
     """Read `tip.z, handle.z` or `force against elevation`; BG069 where it is neither."""
     first, against, second = text.partition(" against ")
@@ -53,7 +82,7 @@ def read_panel(text: str) -> Panel:
 
 
 def plot_result(
-    result: Result,
+    result: Columns,
     path: str | Path | None,
     columns: Sequence[str] | None,
     panels: Sequence[str] | None,
@@ -87,14 +116,14 @@ def write_figure(figure: Figure, path: str | Path) -> None:
         figure.savefig(aside, format=kind, dpi=150, metadata=undated)
 
 
-def _panels_by_unit(result: Result, columns: Sequence[str]) -> list[Panel]:
+def _panels_by_unit(result: Columns, columns: Sequence[str]) -> list[Panel]:
     by_unit: dict[str, list[str]] = {}
     for column in columns:
         by_unit.setdefault(result.units.get(column, ""), []).append(column)
     return [Panel(tuple(names)) for names in by_unit.values()]
 
 
-def _draw(result: Result, panels: Sequence[Panel]) -> Figure:
+def _draw(result: Columns, panels: Sequence[Panel]) -> Figure:
     heights = [_PANEL_HEIGHT if p.across == "time" else _SQUARE_HEIGHT for p in panels]
     figure = Figure(figsize=(_WIDTH, sum(heights) + _MARGIN), layout="constrained")
     grid = figure.add_gridspec(len(panels), 1, height_ratios=heights)
@@ -115,7 +144,7 @@ def _draw(result: Result, panels: Sequence[Panel]) -> Figure:
     return figure
 
 
-def _draw_panel(result: Result, panel: Panel, axes: Any) -> None:
+def _draw_panel(result: Columns, panel: Panel, axes: Any) -> None:
     """Draw one panel; what does not fit the left scale gets the one at the right."""
     across = result[panel.across]
     left, right = _sides(result, panel)
@@ -142,7 +171,7 @@ def _draw_panel(result: Result, panel: Panel, axes: Any) -> None:
         )
 
 
-def _sides(result: Result, panel: Panel) -> tuple[list[str], list[str]]:
+def _sides(result: Columns, panel: Panel) -> tuple[list[str], list[str]]:
     """Share a panel's columns between the scales at its left and at its right.
 
     At the right are columns of a second unit; of a pair in one unit, the second where it spans
@@ -159,11 +188,11 @@ def _sides(result: Result, panel: Panel) -> tuple[list[str], list[str]]:
     return list(panel.columns), []
 
 
-def _axis_label(columns: Sequence[str], result: Result) -> str:
+def _axis_label(columns: Sequence[str], result: Columns) -> str:
     return _label(columns[0], result) if len(columns) == 1 else _bracketed(result.units[columns[0]])
 
 
-def _label(name: str, result: Result) -> str:
+def _label(name: str, result: Columns) -> str:
     unit = "s" if name == "time" else result.units[name]
     return f"{name} {_bracketed(unit)}".strip()
 

@@ -18,7 +18,7 @@ from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.catalogue.run import out_of_balance, value_not_finite
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.files import written_whole
+from bgc.runtime.results.files import write_arrays, written_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -175,8 +175,6 @@ class Result(Mapping[str, Array]):
 
         `about` is a JSON text with the units, the scene, the solver and the status.
         """
-        from zipfile import ZIP_DEFLATED, ZipFile
-
         about = {
             "scene": self.scene,
             "solver": self.solver,
@@ -185,16 +183,12 @@ class Result(Mapping[str, Array]):
             "units": {"time": "s", **self.units},
         }
         arrays = {**self.columns, "time": self.time, "about": np.array(json.dumps(about))}
-        # Not np.savez, whose own argument `file` a column might be called.
-        with written_whole(path) as aside, ZipFile(aside, "w", ZIP_DEFLATED) as archive:
-            for name, array in arrays.items():
-                with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
-                    np.lib.format.write_array(file, np.asanyarray(array), allow_pickle=False)
+        write_arrays(path, arrays)
 
     def to_pandas(self) -> Any:
         """A pandas DataFrame with a column for each name and `time` as its index."""
         try:
-            import pandas as pd
+            import pandas as pd  # optional, and slow to load
         except ImportError as problem:
             raise BgError([package_missing("pandas", "`to_pandas`", "pandas")]) from problem
         frame = pd.DataFrame(dict(self.columns), index=pd.Index(self.time, name="time"))
@@ -219,6 +213,7 @@ class Result(Mapping[str, Array]):
             What each panel shows, instead: `"tip.z, handle.z"` against time, or
             `"force against elevation"`.
         """
+        # Loads matplotlib, which takes longer than most runs.
         from bgc.runtime.results.plot import plot_result
 
         return plot_result(self, path, columns, panels)
