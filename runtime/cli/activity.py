@@ -6,6 +6,9 @@ from pathlib import Path
 
 import click
 
+from bgc.runtime.activity.activity import activity_report
+from bgc.runtime.activity.tables import as_json as report_json
+from bgc.runtime.activity.tables import tables
 from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import (
     model_file,
@@ -15,6 +18,9 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
+from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.compiling import compile_model
+from bgc.runtime.running.quantity import read_quantity
 
 
 @click.command()
@@ -61,13 +67,6 @@ def activity(
     Parts that carry little are made rigid, simpler or switched off, one by one and together; each
     change is run and compared with the scene as it is, and the lines that do it are printed.
     """
-    from bgc.runtime.activity.activity import activity_report
-    from bgc.runtime.activity.tables import as_json as json_text
-    from bgc.runtime.activity.tables import tables
-    from bgc.runtime.cli.printing import print_tables
-    from bgc.runtime.compiling import compile_model
-    from bgc.runtime.running.quantity import read_quantity
-
     model = compile_model(
         file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
     )
@@ -81,6 +80,6 @@ def activity(
         progress=not quiet,
     )
     if as_json:
-        click.echo(json_text(report))
+        click.echo(report_json(report))
     else:
         print_tables(tables(report, elements))

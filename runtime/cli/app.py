@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sys
+import traceback
 from collections.abc import Iterable
 from importlib import import_module
 from typing import Any, NoReturn
@@ -84,6 +85,10 @@ def application() -> None:
 
 def print_diagnostics(diagnostics: Iterable[Diagnostic]) -> None:
     """Print diagnostics to standard error, in colour on a terminal."""
+    diagnostics = tuple(diagnostics)
+    if not diagnostics:
+        return
+    # `--help`, and what ends without warnings, do without it.
     from bgc.diagnostics.render import render
 
     if text := render(diagnostics, colour=_colour_wanted()):
@@ -103,8 +108,6 @@ def _colour_wanted() -> bool:
 def _confess(problem: Exception) -> int:
     """Say that bgc itself is at fault; the traceback on request only."""
     if os.environ.get("BGC_DEBUG"):
-        import traceback
-
         traceback.print_exc()
     else:
         kind = type(problem).__name__

@@ -5,12 +5,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
+import numpy as np
 
 from bgc.diagnostics.catalogue.analysis import several_components
 from bgc.diagnostics.diagnostic import BgError
+from bgc.options import Options
+from bgc.printing.tables import Table
 from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import (
     check_target,
@@ -25,9 +27,9 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
-
-if TYPE_CHECKING:
-    from bgc.runtime.linear.frequency import Response
+from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.linear.frequency import Response, frequency_response
+from bgc.runtime.linearising.operating import OpenedModel
 
 _TABLES = (".csv",)
 _PICTURES = (".png", ".svg", ".pdf")
@@ -64,10 +66,6 @@ def bode(
     Linearised at the initial state, at a time or in equilibrium. The input is a source's effort
     or flow (supply.e), a parameter (mass) or a device's channel.
     """
-    from bgc.options import Options
-    from bgc.runtime.linear.frequency import frequency_response
-    from bgc.runtime.linearising.operating import OpenedModel
-
     check_target(out, (*_TABLES, "-"))
     check_target(plot, _PICTURES)
     point = read_point(at, steady)
@@ -83,6 +81,7 @@ def bode(
     elif out is not None:
         response.to_csv(Path(out))
     if plot is not None:
+        # Loads matplotlib.
         from bgc.runtime.linear.bode_plot import plot_bode
 
         plot_bode(response, Path(plot))
@@ -97,11 +96,6 @@ def _require_one(option: str, text: str, names: Sequence[str]) -> None:
 
 def _summarise(response: Response) -> None:
     """A few values over the range: a line for each decade, and the peak."""
-    import numpy as np
-
-    from bgc.printing.tables import Table
-    from bgc.runtime.cli.printing import print_tables
-
     rows = response.rows()
     finite = np.isfinite(rows[:, 1])
     decades = np.arange(

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError
+from bgc.options import Options
 from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import (
     model_file,
@@ -24,9 +23,8 @@ from bgc.runtime.cli.options import (
     verify_option,
     whole_option,
 )
-
-if TYPE_CHECKING:
-    from bgc.options import Options
+from bgc.runtime.results.files import written_whole
+from bgc.runtime.running.compiling import load_or_compile
 
 
 @click.command()
@@ -66,9 +64,6 @@ def build(
     timings: bool,
 ) -> None:
     """Compile a scene of FILE to C or to a shared object, and print its path."""
-    from bgc.options import Options
-    from bgc.runtime.results.files import written_whole
-
     if out == "-" and target != "c":
         raise click.UsageError("only --target c can be written to standard output")
     options = Options(
@@ -94,6 +89,7 @@ def build(
 
 
 def _c_file(file: Path, options: Options) -> tuple[bytes, Mapping[str, float]]:
+    # The compiler is slow to load, and a shared object from the cache does without it.
     from bgc.building.build import runtime_directory
     from bgc.driver import compile_scene
     from bgc.emission.emit import amalgamate
@@ -105,16 +101,8 @@ def _c_file(file: Path, options: Options) -> tuple[bytes, Mapping[str, float]]:
 
 
 def _shared_object(file: Path, options: Options) -> tuple[bytes, Mapping[str, float]]:
-    from bgc.building.recall import recall
-
-    start = time.perf_counter()
-    built = recall(file, options)
-    seconds: Mapping[str, float] = {"from the cache": time.perf_counter() - start}
-    if built is None:
-        from bgc.driver import compile_scene
-
-        stages = compile_scene(file, options)
-        built, seconds = stages.built, stages.seconds
+    seconds: dict[str, float] = {}
+    built = load_or_compile(file, options, seconds)
     print_diagnostics(built.warnings)
     return built.library.read_bytes(), seconds
 

@@ -7,6 +7,9 @@ from pathlib import Path
 import click
 
 from bgc.diagnostics.diagnostic import BgError
+from bgc.driver import compile_scene
+from bgc.options import Options
+from bgc.printing.causality import causality_tables, stroke_table
 from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import (
     model_file,
@@ -16,6 +19,7 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
+from bgc.runtime.cli.printing import print_tables
 
 
 @click.command()
@@ -30,11 +34,6 @@ def causality(
 
     A stroke, |-> or ->|, stands at the end of the bond that is given the effort.
     """
-    from bgc.driver import compile_scene
-    from bgc.options import Options
-    from bgc.printing.causality import causality_tables, stroke_table
-    from bgc.runtime.cli.printing import print_tables
-
     options = Options(scene, read_assignments(assignments), uses=read_uses(uses))
     try:
         stages = compile_scene(file, options, until="equations")

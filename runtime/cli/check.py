@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, as_error
+from bgc.driver import check_source
 from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
 from bgc.runtime.cli.options import MODEL_FILE, scene_option, strict_option, verify_option
 
@@ -21,8 +22,6 @@ def check(
     context: click.Context, files: tuple[Path, ...], scene: str | None, strict: bool, verify: bool
 ) -> None:
     """Say what is wrong with FILES, up to their equations, in all scenes or one."""
-    from bgc.driver import check_source
-
     found: list[Diagnostic] = []
     for file in files:
         try:

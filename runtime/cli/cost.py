@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from bgc.emission.cost import Cost
+from bgc.options import Options
+from bgc.printing.tables import Table
 from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import (
     model_file,
@@ -18,11 +21,9 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
-
-if TYPE_CHECKING:
-    from bgc.emission.cost import Cost
-    from bgc.printing.tables import Table
-    from bgc.runtime.measuring.cost import CostReport, VariantCost
+from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.measuring.cost import CostReport, VariantCost, cost_report
+from bgc.slicing.report import dropped_lines, folded_lines
 
 _MOST_VARIANTS = 60
 
@@ -53,10 +54,6 @@ def cost(
     quiet: bool,
 ) -> None:
     """Tell what a scene of FILE costs, what it left out and why, and what variants would cost."""
-    from bgc.options import Options
-    from bgc.runtime.cli.printing import print_tables
-    from bgc.runtime.measuring.cost import cost_report
-
     options = Options(scene, read_assignments(assignments), uses=read_uses(uses))
     report = cost_report(file, options, most, progress=not quiet)
     print_diagnostics(report.warnings)
@@ -70,9 +67,6 @@ def cost(
 
 
 def _tables(report: CostReport) -> list[Table]:
-    from bgc.printing.tables import Table
-    from bgc.slicing.report import dropped_lines, folded_lines
-
     scene = f"{report.scene} of {report.model}" if report.scene else report.model
     return [
         Table(scene, ("", "written", "compiled"), _sizes(report), _speed(report)),
@@ -112,8 +106,6 @@ def _speed(report: CostReport) -> str:
 
 
 def _variants(report: CostReport) -> Table:
-    from bgc.printing.tables import Table
-
     header = ("slot", "type", "states", "f", "J", "LU", "stiffness", "a step")
     base = (*_counts(report.cost), _rate(report.stiffness), _time(report.estimate(report.cost)))
     fitting = [v for v in report.variants if v.cost is not None]

@@ -5,14 +5,13 @@ from __future__ import annotations
 import click
 
 from bgc.runtime.cli.app import AT_FAULT
+from bgc.runtime.cli.machine import examine, is_well, report
 
 
 @click.command()
 @click.pass_context
 def doctor(context: click.Context) -> None:
     """Say what bgc found on this machine; status 1 where something needed is missing."""
-    from bgc.runtime.cli.machine import examine, is_well, report
-
     findings = examine()
     click.echo(report(findings))
     if not is_well(findings):

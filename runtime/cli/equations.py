@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from bgc.diagnostics.catalogue.machine import unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError
+from bgc.driver import compile_scene
+from bgc.ir.program import Program
+from bgc.options import Options
+from bgc.printing.latex import latex_equations
+from bgc.printing.stages import show_equations, symbol_names
+from bgc.printing.tables import Table
 from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import (
     input_option,
@@ -22,10 +27,9 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
-
-if TYPE_CHECKING:
-    from bgc.ir.program import Program
-    from bgc.options import Options
+from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.linear.tables import linear_tables, write_csv, write_npz
+from bgc.runtime.linearising.operating import OpenedModel
 
 _LINES = 300  # of equations that are printed without --full
 _KINDS = (".csv", ".npz")
@@ -68,9 +72,6 @@ def equations(
     Inputs are a source's effort or flow (supply.e), a parameter (mass) or a device's channel;
     by default those of the devices. Outputs are what the scene observes, or any expressions.
     """
-    from bgc.driver import compile_scene
-    from bgc.options import Options
-
     if latex and linear:
         raise click.UsageError("--latex is for the equations; --linear has --out FILE")
     if not linear and (inputs or outputs or at is not None or steady or out is not None):
@@ -82,9 +83,6 @@ def equations(
     stages = compile_scene(file, options, until="optimise")
     print_diagnostics(stages.warnings)
     if latex:
-        from bgc.printing.latex import latex_equations
-        from bgc.printing.stages import symbol_names
-
         program = stages.optimised
         click.echo(latex_equations(program, symbol_names(program)), nl=False)
     else:
@@ -93,10 +91,6 @@ def equations(
 
 def _print_equations(program: Program, full: bool) -> None:
     """Print the equations as text, or a summary of very long ones."""
-    from bgc.printing.stages import show_equations
-    from bgc.printing.tables import Table
-    from bgc.runtime.cli.printing import print_tables
-
     text = show_equations(program) or "no states, and nothing is observed\n"
     length = text.count("\n")
     if full or length <= _LINES:
@@ -123,10 +117,6 @@ def _print_linear(
     full: bool,
     out: str | None,
 ) -> None:
-    from bgc.runtime.cli.printing import print_tables
-    from bgc.runtime.linear.tables import linear_tables, write_csv, write_npz
-    from bgc.runtime.linearising.operating import OpenedModel
-
     if out is not None and Path(out).suffix.lower() not in _KINDS:
         raise BgError([unknown_file_kind(out, _KINDS)])
     point = read_point(at, steady)

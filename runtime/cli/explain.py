@@ -6,6 +6,8 @@ from collections.abc import Mapping
 
 import click
 
+from bgc.diagnostics.catalogue.pages import find_page, near_pages, topics
+
 
 @click.command()
 @click.argument("code", required=False)
@@ -14,8 +16,6 @@ def explain(code: str | None) -> None:
 
     Without a code, or with a word instead of one, list the diagnostics there are.
     """
-    from bgc.diagnostics.catalogue.pages import find_page, near_pages, topics
-
     if code is None:
         blocks = (f"{title}\n{_listed(found)}" for title, found in topics())
         click.echo("\n".join(blocks), nl=False)

@@ -7,8 +7,11 @@ from pathlib import Path
 import click
 
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.grammar.files import read_source
+from bgc.grammar.format import format_source
 from bgc.runtime.cli.app import AT_FAULT, print_diagnostics, printable
 from bgc.runtime.cli.options import MODEL_FILE
+from bgc.runtime.results.files import written_whole
 
 
 @click.command()
@@ -17,10 +20,6 @@ from bgc.runtime.cli.options import MODEL_FILE
 @click.pass_context
 def fmt(context: click.Context, files: tuple[Path, ...], check: bool) -> None:
     """Bring files to canonical form, in place; comments stay."""
-    from bgc.grammar.files import read_source
-    from bgc.grammar.format import format_source
-    from bgc.runtime.results.files import written_whole
-
     problems: list[Diagnostic] = []
     changed = 0
     for file in files:

@@ -9,8 +9,12 @@ import click
 
 from bgc.diagnostics.catalogue.machine import unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError
+from bgc.driver import compile_scene
+from bgc.options import Options
+from bgc.printing.draw import lay_out, to_dot
 from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import model_file, read_assignments, scene_option, set_option
+from bgc.runtime.results.files import written_whole
 
 _KINDS = (".svg", ".dot", ".pdf", ".png")
 
@@ -22,11 +26,6 @@ _KINDS = (".svg", ".dot", ".pdf", ".png")
 @click.option("-o", "--out", metavar="FILE", help="Where: .svg, .pdf, .png or .dot; FILE.svg.")
 def graph(file: Path, scene: str | None, assignments: tuple[str, ...], out: str | None) -> None:
     """Draw the bond graph of a scene: half arrows, causal strokes, names."""
-    from bgc.driver import compile_scene
-    from bgc.options import Options
-    from bgc.printing.draw import lay_out, to_dot
-    from bgc.runtime.results.files import written_whole
-
     target = Path(out) if out is not None else Path(f"{file.stem}.svg")
     kind = target.suffix.lower()
     if kind not in _KINDS:

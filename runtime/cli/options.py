@@ -11,6 +11,7 @@ import click
 from bgc.diagnostics.catalogue.arguments import bad_assignment, bad_option
 from bgc.diagnostics.catalogue.machine import cannot_write, unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.running.quantity import read_quantity
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
@@ -98,8 +99,6 @@ def point_options(command: _Command) -> _Command:
 
 def read_point(at: str | None, steady: bool) -> float | Literal["steady"] | None:
     """Read where to linearise: a time in s, in equilibrium, or None for the initial state."""
-    from bgc.runtime.running.quantity import read_quantity
-
     if at is not None and steady:
         raise click.UsageError("--at and --steady exclude each other")
     if at is not None:
@@ -122,8 +121,6 @@ def read_uses(texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
 
 def read_times(**texts: str | None) -> dict[str, float | None]:
     """Read options that are times, in s, by their names; None where one is not given."""
-    from bgc.runtime.running.quantity import read_quantity
-
     return {
         name: None if text is None else read_quantity(text, f"--{name}", "s")
         for name, text in texts.items()

@@ -32,6 +32,7 @@ def print_tables(tables: Iterable[Table]) -> None:
 
 
 def _print_rich(table: Table) -> None:
+    # Slow to load, and a pipe does without it.
     from rich import box
     from rich.console import Console
     from rich.table import Table as RichTable

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -23,9 +22,11 @@ from bgc.runtime.cli.options import (
     use_option,
     whole_option,
 )
-
-if TYPE_CHECKING:
-    from bgc.runtime.results.result import Result
+from bgc.runtime.compiling import compile_model
+from bgc.runtime.results.result import Result
+from bgc.runtime.results.summary import summarise
+from bgc.runtime.running.failures import RunInterrupted, SimulationError
+from bgc.runtime.running.quantity import read_quantity
 
 _TABLES = (".csv", ".npz")
 _PICTURES = (".png", ".svg", ".pdf")
@@ -84,11 +85,6 @@ def run(
 
     A run that fails, or that Ctrl-C or SIGTERM ends, still writes the rows up to there.
     """
-    from bgc.runtime.compiling import compile_model
-    from bgc.runtime.results.summary import summarise
-    from bgc.runtime.running.failures import RunInterrupted, SimulationError
-    from bgc.runtime.running.quantity import read_quantity
-
     if panels and plot is None:
         raise click.UsageError("--panel needs --plot FILE")
     check_target(out, (*_TABLES, "-"))

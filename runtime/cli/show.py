@@ -6,6 +6,9 @@ from pathlib import Path
 
 import click
 
+from bgc.driver import compile_scene
+from bgc.options import Options
+from bgc.printing.stages import PASSES, needed_for, show_pass
 from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.cli.options import (
     model_file,
@@ -34,10 +37,6 @@ def show(
     name: str,
 ) -> None:
     """Print the result of one pass of the compiler."""
-    from bgc.driver import compile_scene
-    from bgc.options import Options
-    from bgc.printing.stages import PASSES, needed_for, show_pass
-
     chosen = next((known for known in PASSES if known == name), None)
     if chosen is None:
         raise click.UsageError(f"there is no pass {name}; there are {', '.join(PASSES)}")

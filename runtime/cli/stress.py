@@ -17,6 +17,11 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
+from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.compiling import compile_model
+from bgc.runtime.stress.stress import stress as stress_map
+from bgc.runtime.stress.tables import as_json as map_json
+from bgc.runtime.stress.tables import summary, tables, write_csv
 
 
 @click.command()
@@ -74,12 +79,6 @@ def stress(
     against other methods. What was found is kept: after Ctrl-C or the end of its budget, the
     command goes on where it was. The exit status is 1 where numbers are wrong without a word.
     """
-    from bgc.runtime.cli.printing import print_tables
-    from bgc.runtime.compiling import compile_model
-    from bgc.runtime.stress.stress import stress as drive_all
-    from bgc.runtime.stress.tables import as_json as json_text
-    from bgc.runtime.stress.tables import summary, tables, write_csv
-
     if grid and len(drives) != 2:
         raise click.UsageError("--grid takes two --drive")
     check_target(out, (".csv",))
@@ -89,7 +88,7 @@ def stress(
         file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
     )
     print_diagnostics(model.warnings)
-    found = drive_all(
+    found = stress_map(
         model,
         drives,
         grid=grid,
@@ -103,7 +102,7 @@ def stress(
         progress=not quiet,
     )
     if as_json:
-        click.echo(json_text(found))
+        click.echo(map_json(found))
     elif quiet:
         click.echo(summary(found))
     else:
@@ -111,6 +110,7 @@ def stress(
     if out is not None:
         write_csv(found, out)
     if plot is not None:
+        # Loads matplotlib.
         from bgc.runtime.stress.plot import draw
 
         draw(found, plot)

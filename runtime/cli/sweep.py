@@ -17,6 +17,9 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
+from bgc.runtime.compiling import compile_model
+from bgc.runtime.results.ensemble import EnsembleInterrupted
+from bgc.runtime.running.sweep import points, read_range
 
 _TABLES = (".csv", ".npz")
 _SHOWN = 3  # failures
@@ -69,10 +72,6 @@ def sweep(
 
     Every combination of the values is an instance; with --sample, N points among them.
     """
-    from bgc.runtime.compiling import compile_model
-    from bgc.runtime.results.ensemble import EnsembleInterrupted
-    from bgc.runtime.running.sweep import points, read_range
-
     check_target(out, _TABLES)
     times = read_times(step=step, every=every, time=duration)
     model = compile_model(

@@ -16,6 +16,12 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
+from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.compiling import compile_model
+from bgc.runtime.running.quantity import read_quantity
+from bgc.runtime.trade.configurations import KEEPS, RTOLS
+from bgc.runtime.trade.tables import tables
+from bgc.runtime.trade.trade import trade as measure_trade
 
 _PICTURES = (".png", ".svg", ".pdf")
 
@@ -73,13 +79,6 @@ def trade(
     on, and tells the cheapest that meets the scene's `require` and `deadline`; `solver auto` in
     the scene takes it. An interrupted command goes on where it was.
     """
-    from bgc.runtime.cli.printing import print_tables
-    from bgc.runtime.compiling import compile_model
-    from bgc.runtime.running.quantity import read_quantity
-    from bgc.runtime.trade.configurations import KEEPS, RTOLS
-    from bgc.runtime.trade.tables import tables
-    from bgc.runtime.trade.trade import trade as measure
-
     check_target(out, (".csv",))
     check_target(plot, _PICTURES)
     check_target(html, (".html",))
@@ -88,7 +87,7 @@ def trade(
     )
     print_diagnostics(chosen.warnings)
     try:
-        found = measure(
+        found = measure_trade(
             chosen,
             solvers=_split(solvers) or None,
             rtols=_numbers(rtols, "--rtols") or RTOLS,
@@ -122,6 +121,4 @@ def _split(text: str | None) -> list[str]:
 
 
 def _numbers(text: str | None, option: str) -> list[float]:
-    from bgc.runtime.running.quantity import read_quantity
-
     return [read_quantity(part, option, "") for part in _split(text)]

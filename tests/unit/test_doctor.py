@@ -1,7 +1,7 @@
 import pytest
 
 from bgc.building import toolchain
-from bgc.runtime import doctor
+from bgc.runtime.cli import machine
 from bgc.runtime.cli.machine import Finding, Health, examine, is_well, report
 
 
@@ -52,7 +52,7 @@ def test_an_unwritable_cache_is_no_illness(monkeypatch, tmp_path):
 
 
 def test_missing_packages_are_named(monkeypatch):
-    monkeypatch.setattr(doctor, "find_spec", lambda name: None if name == "lark" else name)
+    monkeypatch.setattr(machine, "find_spec", lambda name: None if name == "lark" else name)
     packages = named(examine(), "Python packages")
     assert (packages.health, packages.remedy) == (Health.MISSING, "pip install lark")
 
