@@ -8,15 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from bgc.building.cache import Cache, digest_of
 from bgc.building.recall import machine_identity
 from bgc.diagnostics.catalogue.backends import solver_not_installed
 from bgc.diagnostics.diagnostic import BgError
-
-if TYPE_CHECKING:  # a warm start knows the names of backends, and compiles nothing
-    from bgc.building.toolchain import Toolchain
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,14 +48,16 @@ BACKENDS = {
 }
 
 
-def build_backend(backend: Backend, toolchain: Toolchain, cache: Cache) -> Path:
+def build_backend(backend: Backend, cache: Cache) -> Path:
     """Compile a backend, or find it in the cache, and return its shared object.
 
     Raises BgError BG046 where what it needs is not installed.
     """
+    # A warm start needs the names of backends alone, and does without what compiles.
     from bgc.building.build import runtime_directory
-    from bgc.building.toolchain import RUNTIME_FLAGS
+    from bgc.building.toolchain import RUNTIME_FLAGS, find_toolchain
 
+    toolchain = find_toolchain()
     folder = runtime_directory()
     source = folder / "backends" / f"{backend.name}.c"
     texts = [path.read_text("utf-8") for path in (source, *sorted(folder.glob("*.h")))]

@@ -18,11 +18,11 @@ from bgc.options import Options
 from bgc.runtime.activity.changes import Candidate, possible_changes
 from bgc.runtime.activity.powers import Activity, activities, metered_model
 from bgc.runtime.activity.store import keep_variants
-from bgc.runtime.compiling import load_model
 from bgc.runtime.measuring.errors import largest_errors, quantities_of, worst_of
 from bgc.runtime.measuring.timed import Run, timed_run
-from bgc.runtime.model import Model
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.compiling import load_model
+from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.rows import row_times
 from bgc.runtime.running.run import Method, choose_method
@@ -93,7 +93,7 @@ class ActivityReport:
 
 
 def activity_report(
-    model: Model,
+    model: LoadedModel,
     *,
     duration: float | None = None,
     negligible: float = NEGLIGIBLE,
@@ -187,7 +187,7 @@ class _Session:
     within: float
     cost: Cost
 
-    def begin(self, model: Model) -> None:
+    def begin(self, model: LoadedModel) -> None:
         """Run the scene as it is; BG089 where it does not."""
         self._requirements = dict(model.facts.requirements)
         self._names = [variable.name for variable in model.measured]
@@ -206,7 +206,7 @@ class _Session:
         """The error up to which a change will do."""
         return 1.0 if self.required else self.within
 
-    def _timed(self, model: Model, limit: float) -> Run:
+    def _timed(self, model: LoadedModel, limit: float) -> Run:
         """A run with the median time of a few."""
         runs = [
             timed_run(model, self.method, self.times, accounts=False, limit=limit)

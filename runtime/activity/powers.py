@@ -17,8 +17,8 @@ import numpy as np
 from bgc.algebra.dag import Kind
 from bgc.driver import compile_scene
 from bgc.ir.graph import FlatGraph, Observation, Resistor, Storage
-from bgc.runtime.model import Model
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.loaded import LoadedModel
 
 _NAME = "power of port"  # no name of a scene holds a blank
 
@@ -37,7 +37,7 @@ class Activity:
         return self.element.rpartition(".")[0]
 
 
-def metered_model(model: Model) -> tuple[Model, FlatGraph]:
+def metered_model(model: LoadedModel) -> tuple[LoadedModel, FlatGraph]:
     """The scene of a model with the power of every port of C, I and R observed, and its graph.
 
     Parts that the scene does without are compiled too, since their powers are observed.
@@ -45,7 +45,7 @@ def metered_model(model: Model) -> tuple[Model, FlatGraph]:
     assert model.origin is not None
     path, options = model.origin
     stages = compile_scene(path, options, prepare=_metered)
-    return Model(stages.built, model.folder), stages.graph
+    return LoadedModel(stages.built, model.folder), stages.graph
 
 
 def _metered(graph: FlatGraph) -> FlatGraph:
@@ -64,7 +64,7 @@ def _metered(graph: FlatGraph) -> FlatGraph:
 
 
 def activities(
-    model: Model, graph: FlatGraph, times: Array, rows: Array
+    model: LoadedModel, graph: FlatGraph, times: Array, rows: Array
 ) -> tuple[tuple[Activity, ...], float]:
     """The activities from the rows of a metered model, the largest first.
 

@@ -9,18 +9,18 @@ from typing import Any, cast
 
 from bgc.building.cache import digest_of, open_cache, read_note, write_note
 from bgc.elaboration.scenes.variants import Change
-from bgc.runtime.model import Model
 from bgc.runtime.running.identity import scene_identity
+from bgc.runtime.running.loaded import LoadedModel
 
 
-def keep_variants(model: Model, variants: Sequence[Sequence[Change]]) -> None:
+def keep_variants(model: LoadedModel, variants: Sequence[Sequence[Change]]) -> None:
     """Store the variants of a scene as it is compiled, with its present parameters."""
     value = [[asdict(change) for change in one] for one in variants]
     with suppress(OSError):  # a full disk: `bgc trade` will look for itself
         write_note(open_cache().root, _key(model), value)
 
 
-def stored_variants(model: Model) -> tuple[tuple[Change, ...], ...] | None:
+def stored_variants(model: LoadedModel) -> tuple[tuple[Change, ...], ...] | None:
     """The variants that were found; None where the scene as it is was not looked at."""
     value = cast(Any, read_note(open_cache().root, _key(model)))
     with suppress(TypeError):  # nothing, or damaged
@@ -28,5 +28,5 @@ def stored_variants(model: Model) -> tuple[tuple[Change, ...], ...] | None:
     return None
 
 
-def _key(model: Model) -> str:
+def _key(model: LoadedModel) -> str:
     return digest_of(("activity", *scene_identity(model), repr(model.facts.requirements)))

@@ -93,6 +93,7 @@ class Linearisation:
         """Modes by rising frequency, one of each conjugate pair, with their states."""
         if not self.is_explicit or not len(self.A):
             return modes_of(self.eigenvalues())
+        # Slow to load; NumPy has no left eigenvectors.
         from scipy.linalg import eig
 
         values, left, right = eig(self.A, left=True, right=True)
@@ -181,6 +182,7 @@ def _regular(matrix: Array) -> bool:
 
 def _finite(matrix: Array, mass: Array) -> Complex:
     """Finite eigenvalues of `mass dy' = matrix dy`."""
+    # Slow to load; NumPy has no generalised eigenvalues.
     from scipy.linalg import eigvals
 
     above, below = eigvals(matrix, mass, homogeneous_eigvals=True)

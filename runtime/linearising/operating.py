@@ -12,8 +12,12 @@ from numpy.typing import NDArray
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
+from bgc.building.built import run_facts
+from bgc.building.cache import digest_of, open_cache
 from bgc.diagnostics.catalogue.analysis import no_equilibrium
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.driver import build_model
+from bgc.emission.emit import emit_model
 from bgc.ir.defaults import default_values
 from bgc.ir.graph import Node
 from bgc.linearising.linear_form import LinearForm, linear_form
@@ -22,6 +26,8 @@ from bgc.options import Options
 from bgc.runtime.linear.state_space import Linearisation, without_algebraic
 from bgc.runtime.linearising.equilibrium import find_rest, find_zero
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.simulate import state_after
 
 Mask: TypeAlias = NDArray[np.bool_]
 
@@ -89,16 +95,10 @@ class OpenedModel:
 
     def at_time(self, time: float) -> OperatingPoint:
         """The state after a simulation up to a time in s, and what devices give then."""
-        from bgc.building.built import run_facts
-        from bgc.building.cache import digest_of, open_cache
-        from bgc.driver import build_model
-        from bgc.emission.emit import emit_model
-        from bgc.runtime.model import Model
-
         program = self.opened.program
         emitted = emit_model(program, digest_of(self.opened.sources))
         built = build_model(emitted, run_facts(program.scene), Options(), (), open_cache())
-        state, inputs = Model(built, self._folder).state_at(time)
+        state, inputs = state_after(LoadedModel(built, self._folder), time)
         return OperatingPoint(time, state, inputs)
 
     def steady(self) -> OperatingPoint:

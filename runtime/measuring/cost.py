@@ -21,9 +21,10 @@ from bgc.ir.program import Dropped
 from bgc.options import Options
 from bgc.resolution.modules import Package
 from bgc.resolution.resolve import load
-from bgc.runtime.compiling import load_model
 from bgc.runtime.linear.state_space import pencil_eigenvalues
+from bgc.runtime.running.compiling import load_model
 from bgc.runtime.running.progress import ProgressBar
+from bgc.runtime.running.simulate import method_of, simulate, times_of
 
 _MOST_STATES = 1500  # of a Jacobian whose eigenvalues are looked for
 _FIXED_STEPS = 2000  # of a run that is measured
@@ -184,7 +185,9 @@ def _measured(path: Path, options: Options) -> tuple[Measured | None, str]:
         step, duration = model.facts.step, model.facts.duration
         longest = _ADAPTIVE_SECONDS if step is None else _FIXED_STEPS * step
         end = longest if duration is None else min(duration, longest)
-        runs = [model.simulate(end, every=end) for _ in range(_RUNS)]
+        method, _ = method_of(model)
+        times = times_of(model, method, end, every=end)
+        runs = [simulate(model, method, times) for _ in range(_RUNS)]
     except BgError as problem:
         return None, problem.diagnostics[0].message
     best = min(runs, key=lambda run: run.counts["run_seconds"])

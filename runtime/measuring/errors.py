@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bgc.runtime.model import Variable
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.loaded import Variable
 
 _HARDLY_MOVES = 1e-6  # of the largest quantity of its unit
 _COMPONENT = re.compile(r"\[[^\]]*\]$")

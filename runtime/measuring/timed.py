@@ -13,9 +13,9 @@ import numpy as np
 
 from bgc.building.built import ENERGY_ACCOUNTS
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.model import Model
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, Status
+from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method, watched
 
 _PACED = 60_000  # periods of a run that are looked at one by one
@@ -38,7 +38,7 @@ class Run:
 
 
 def timed_run(
-    model: Model,
+    model: LoadedModel,
     method: Method,
     times: Array,
     *,
@@ -56,7 +56,7 @@ def timed_run(
     width = len(model.measured) + (len(ENERGY_ACCOUNTS) if accounts else 0)
     rows = np.full((len(times), width), np.nan)
     try:
-        with model.started(method.seeing(times, model.facts.timed), accounts) as instance:
+        with model.started(method.with_capped_step(times, model.facts.timed), accounts) as instance:
             status, seconds, stopped = _run_in_thread(instance, times, rows, limit, busy, watch)
             counts = instance.counts
             if stopped and status is Status.INTERRUPTED:
@@ -115,7 +115,7 @@ def _spent(clocks: Sequence[int]) -> float:
 
 
 def paced_worst(
-    model: Model, method: Method, period: float, duration: float, repeats: int
+    model: LoadedModel, method: Method, period: float, duration: float, repeats: int
 ) -> float:
     """The longest that one period of a run takes, in s of the thread's processor time.
 
@@ -132,7 +132,7 @@ def paced_worst(
     return float(np.max(least, initial=0.0))
 
 
-def _paced(model: Model, method: Method, times: Array) -> Array | None:
+def _paced(model: LoadedModel, method: Method, times: Array) -> Array | None:
     """The processor time of each interval between times, less that of a call which does nothing."""
     clock = time.thread_time
     row = np.empty((1, len(model.measured) + (len(ENERGY_ACCOUNTS) if model.accounts else 0)))

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, assert_never
+from typing import assert_never
 
 from bgc.building.built import Place, Places
 from bgc.diagnostics.catalogue import run
 from bgc.diagnostics.catalogue.arguments import parameter_out_of_range
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.results.result import Result
 from bgc.runtime.running.binding import Instance, Status, text
-
-if TYPE_CHECKING:
-    from bgc.runtime.results.result import Result
-
 
 _NOWHERE = Places()
 

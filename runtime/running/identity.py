@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from importlib.metadata import PackageNotFoundError, version
 from types import MappingProxyType
 
 from bgc.building.cache import file_digest
-from bgc.runtime.model import Model
 from bgc.runtime.running.binding import text
+from bgc.runtime.running.loaded import LoadedModel
 
 _PRESENT: Mapping[str, float] = MappingProxyType({})
 
 
-def scene_identity(model: Model, parameters: Mapping[str, float] = _PRESENT) -> tuple[str, ...]:
+def scene_identity(
+    model: LoadedModel, parameters: Mapping[str, float] = _PRESENT
+) -> tuple[str, ...]:
     """What was compiled, its parameters, its start, the files of its devices, and this bgc.
 
     Parameters have their present values, but for those that are given, SI.
@@ -29,7 +30,7 @@ def scene_identity(model: Model, parameters: Mapping[str, float] = _PRESENT) -> 
     )
 
 
-def _device_files(model: Model) -> list[str]:
+def _device_files(model: LoadedModel) -> list[str]:
     """The contents of the files that the devices read, as hashes."""
     struct = model.library.model
     found = []
@@ -44,6 +45,9 @@ def _device_files(model: Model) -> list[str]:
 
 def bgc_version() -> str:
     """The version of this bgc; empty where it is not installed."""
+    # Loads the parser of e-mails that metadata is written in: 10 ms, seldom needed.
+    from importlib.metadata import PackageNotFoundError, version
+
     try:
         return version("bgc-lang")
     except PackageNotFoundError:

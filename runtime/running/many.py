@@ -17,12 +17,11 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, TypeAlias, TypeGuard
+from typing import TypeAlias, TypeGuard
 
 import numpy as np
 
 from bgc.building.backends import BACKENDS
-from bgc.building.built import ENERGY_ACCOUNTS
 from bgc.building.recall import processors
 from bgc.diagnostics.catalogue.ensembles import no_instances, source_changed, uneven_values
 from bgc.diagnostics.catalogue.run import no_memory
@@ -30,16 +29,15 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.ensemble import DONE, FAILED, INTERRUPTED, Ensemble, EnsembleInterrupted
 from bgc.runtime.running.binding import Instance, Library, Status, text
+from bgc.runtime.running.compiling import load_or_compile
 from bgc.runtime.running.failures import require
 from bgc.runtime.running.lanes import LaneLibrary
-from bgc.runtime.running.parameters import Parameters, Quantity
+from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.parameters import Parameters, ParameterValue
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.run import Method, open_devices, set_method, start
 
-if TYPE_CHECKING:
-    from bgc.runtime.model import Model
-
-Sets: TypeAlias = Mapping[str, Quantity] | Sequence[Mapping[str, Quantity]]
+Sets: TypeAlias = Mapping[str, ParameterValue] | Sequence[Mapping[str, ParameterValue]]
 """Values by parameter, one for each instance; or a set of parameters for each instance."""
 
 _FEWEST = 4  # instances that are worth compiling for
@@ -48,7 +46,7 @@ _OTHERS = frozenset(("radau5", "midpoint", "gauss4", *BACKENDS))
 _WATCH_SECONDS = 0.05
 
 
-def parameter_sets(given: Sets) -> list[Mapping[str, Quantity]]:
+def parameter_sets(given: Sets) -> list[Mapping[str, ParameterValue]]:
     """One mapping for each instance; a number or a text in a mapping of lists is for all.
 
     Raises BgError: BG740 where lists differ in length, BG741 where there is no instance.
@@ -71,7 +69,7 @@ def parameter_sets(given: Sets) -> list[Mapping[str, Quantity]]:
     return sets
 
 
-def _is_list(value: Quantity) -> TypeGuard[Sequence[Quantity]]:
+def _is_list(value: ParameterValue) -> TypeGuard[Sequence[ParameterValue]]:
     return not isinstance(value, str) and np.ndim(np.asarray(value, dtype=object)) > 0
 
 
@@ -79,7 +77,7 @@ def _is_list(value: Quantity) -> TypeGuard[Sequence[Quantity]]:
 class _Work:
     """What the threads share. Each writes only what belongs to its own instances."""
 
-    model: Model
+    model: LoadedModel
     library: Library
     parameters: Parameters
     method: Method
@@ -184,23 +182,22 @@ class _Work:
 
 
 def simulate_many(
-    model: Model,
+    model: LoadedModel,
     method: Method,
-    sets: Sequence[Mapping[str, Quantity]],
+    sets: Sequence[Mapping[str, ParameterValue]],
     times: Array,
     progress: bool,
     vectorised: bool,
     notices: Sequence[Diagnostic] = (),
 ) -> Ensemble:
     """Run a model with all parameter sets, each to all times; see `Model.simulate_many`."""
-    accounts = bool(model.accounts)
+    method = method.with_capped_step(times, model.facts.timed)
     numbers = [model.parameters.given(each) for each in sets]
     alone = _why_alone(model, method, len(sets), vectorised)
     library = model.library if alone else _lane_library(model)
     preset = model.parameters.given({})
     given = dict.fromkeys(name for each in numbers for name in each)
     varied = [n for n in given if n not in preset or len({each[n] for each in numbers}) > 1]
-    width = len(model.measured) + (len(ENERGY_ACCOUNTS) if accounts else 0)
     work = _Work(
         model=model,
         library=library,
@@ -209,7 +206,7 @@ def simulate_many(
         sets=numbers,
         varied=varied,
         times=times,
-        rows=np.full((len(sets), len(times), width), np.nan),
+        rows=np.full((len(sets), len(times), model.row_width), np.nan),
         values=np.full((len(sets), len(varied)), np.nan),
     )
     _run_all(work, progress)
@@ -240,7 +237,7 @@ def _run_all(work: _Work, progress: bool) -> None:
         future.result()
 
 
-def _why_alone(model: Model, method: Method, count: int, vectorised: bool) -> str:
+def _why_alone(model: LoadedModel, method: Method, count: int, vectorised: bool) -> str:
     """Why batches do not serve a run of so many instances; nothing where they do."""
     info = model.library.model
     rates = set(info.mass_row[: info.n_mass]) if info.n_mass else set(range(info.n_state))
@@ -259,10 +256,8 @@ def _why_alone(model: Model, method: Method, count: int, vectorised: bool) -> st
     return next((reason for reason, holds in reasons.items() if holds), "")
 
 
-def _lane_library(model: Model) -> LaneLibrary:
+def _lane_library(model: LoadedModel) -> LaneLibrary:
     """Compile a model for batches, or take it from the cache; BG742 where its source changed."""
-    from bgc.runtime.compiling import load_or_compile
-
     assert model.origin is not None
     path, options = model.origin
     library = LaneLibrary(load_or_compile(path, replace(options, lanes=True)).library)
@@ -274,9 +269,7 @@ def _lane_library(model: Model) -> LaneLibrary:
 def _labelled(work: _Work, alone: str, notices: Sequence[Diagnostic]) -> Ensemble:
     """Name what was computed, the outputs in the scene's order."""
     model = work.model
-    accounts = (model.accounts.get(account, "") for account in ENERGY_ACCOUNTS)
-    place = {n: k for k, n in enumerate((*(v.name for v in model.measured), *accounts))}
-    order = [place[variable.name] for variable in model.outputs]
+    order = model.row_places()
     as_it_is = order == list(range(work.rows.shape[2]))
     return Ensemble(
         scene=model.facts.scene,

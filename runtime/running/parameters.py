@@ -19,7 +19,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.running.binding import Instance, Library, text
 from bgc.runtime.running.quantity import read_quantity
 
-Quantity: TypeAlias = float | str | Sequence[Any] | NDArray[Any]
+ParameterValue: TypeAlias = float | str | Sequence[Any] | NDArray[Any]
 """An SI number, a text with a unit (`"7 t"`), or a vector or matrix of these."""
 
 
@@ -55,7 +55,7 @@ class Parameters(Mapping[str, Parameter]):
     def __getitem__(self, name: str) -> Parameter:
         return self._describe(self._find(name), self.instance({}))
 
-    def __setitem__(self, name: str, value: Quantity) -> None:
+    def __setitem__(self, name: str, value: ParameterValue) -> None:
         self._given.update(self._checked(name, value))
 
     def __delitem__(self, name: str) -> None:
@@ -79,7 +79,7 @@ class Parameters(Mapping[str, Parameter]):
         compiled_in = [f"compiled in, see `folded`: {len(self.folded)}"] if self.folded else []
         return "\n".join(("parameters:", *lines, *compiled_in))
 
-    def can_set(self, name: str, value: Quantity) -> bool:
+    def can_set(self, name: str, value: ParameterValue) -> bool:
         """Whether there is a parameter of that name, or a vector for a vector's values."""
         if name in self._index:
             return True
@@ -89,7 +89,7 @@ class Parameters(Mapping[str, Parameter]):
             and not isinstance(value, str)
         )
 
-    def instance(self, changes: Mapping[str, Quantity]) -> Instance:
+    def instance(self, changes: Mapping[str, ParameterValue]) -> Instance:
         """Make an instance with these parameters, and `changes` to them, not yet reset."""
         instance = Instance(self._library)
         for name, number in self.given(changes).items():
@@ -103,7 +103,7 @@ class Parameters(Mapping[str, Parameter]):
             return None
         return value if self._library.model.param[index].value >= 0 else None
 
-    def given(self, changes: Mapping[str, Quantity]) -> dict[str, float]:
+    def given(self, changes: Mapping[str, ParameterValue]) -> dict[str, float]:
         """The values that were set, and some more, SI, by the names of scalar parameters."""
         values = dict(self._given)
         for name, value in changes.items():
@@ -130,7 +130,7 @@ class Parameters(Mapping[str, Parameter]):
         value = instance.parameter(index)
         return Parameter(text(info.name), text(info.unit), value, info.value, info.low, info.high)
 
-    def _checked(self, name: str, value: Quantity) -> dict[str, float]:
+    def _checked(self, name: str, value: ParameterValue) -> dict[str, float]:
         """SI values by the names of parameters, components one by one."""
         if isinstance(value, (int, float, str)) or np.ndim(value) == 0:
             return {name: self._number(name, value)}

@@ -50,6 +50,7 @@ class ProgressBar:
         bar.update(task, completed=reached)
 
     def _draw(self) -> tuple[Progress, TaskID]:
+        # Slow to load: a bar is drawn for long runs on a terminal alone.
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 

@@ -37,6 +37,7 @@ def spelled_time(seconds: float) -> str:
 
 def _factor(given: str, name: str, unit: str) -> float:
     """How many SI units of `unit`'s kind one `given` is."""
+    # The compiler's units are slow to load, and a number in SI does without them.
     from bgc.values.units import DIMENSIONLESS, parse_unit
 
     parsed = parse_unit(given)

@@ -25,6 +25,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, Library, OptionsStruct, Status, backend_run, text
 from bgc.runtime.running.progress import ProgressBar
+from bgc.runtime.running.settle import settle
 
 ADAPTIVE_DEFAULT = "rodas5p"
 FIXED_DEFAULT = "ros34prw"
@@ -42,7 +43,8 @@ _Outcome = TypeVar("_Outcome")
 class Method:
     """An integration method with its options, SI; 0 where the runtime is to choose.
 
-    `measured` says that what `bgc trade` found is wanted, and this only where there is nothing.
+    `auto` says that the recommendation of `bgc trade` is wanted, and this method only where there
+    is none.
     """
 
     name: str
@@ -54,13 +56,12 @@ class Method:
     max_steps: int = 0
     keep: int = 0
     settle: float = 0.0
-    measured: bool = False
+    auto: bool = False
 
-    def seeing(self, times: Array, timed: bool) -> Method:
-        """The same for a `timed` model: no step of an adaptive method beyond a few of the rows.
+    def with_capped_step(self, times: Array, timed: bool) -> Method:
+        """Cap the step of an adaptive method at a few row intervals where a model is `timed`.
 
-        Error control knows nothing of a source that stirs between two stages of a long step; who
-        asks for rows is to see what happens between them.
+        Error control cannot see a source that acts between two stages of a long step.
         """
         if not timed or self.fixed or self.max_step or len(times) < 2:
             return self
@@ -106,8 +107,8 @@ def choose_method(
         wanted = f"a part of a value, between {_TIGHTEST:g} and {_LOOSEST:g}"
         raise BgError([bad_option("rtol", options["rtol"], wanted)])
     name = solver or facts.solver or ""
-    # What a caller asks for goes before what was measured without it.
-    measured = name == AUTO and all(value is None for value in asked.values())
+    # A recommendation was measured without the caller's options, which go first.
+    auto = name == AUTO and all(value is None for value in asked.values())
     if name in ("", AUTO):
         name = FIXED_DEFAULT if options.get("step") or facts.step else ADAPTIVE_DEFAULT
     known = (*library.methods(), *backends)
@@ -128,7 +129,7 @@ def choose_method(
         max_steps=int(options.get("max_steps", 0)),
         keep=int(options.get("keep", 0)),
         settle=options.get("settle", 0.0),
-        measured=measured,
+        auto=auto,
     )
 
 
@@ -136,8 +137,6 @@ def start(instance: Instance, method: Method) -> Status:
     """Put an instance at its initial state, fast modes at rest where the method asks for that."""
     status = instance.reset()
     if status is Status.OK and method.settle > 0:
-        from bgc.runtime.running.settle import settle
-
         return settle(instance, method.settle)
     return status
 
@@ -159,9 +158,7 @@ def set_method(instance: Instance, method: Method, accounts: bool) -> Status:
     for applies, reason in unfit:
         if applies:
             raise BgError([solver_does_not_serve(method.name, reason)])
-    from bgc.building.toolchain import find_toolchain
-
-    path = build_backend(BACKENDS[method.name], find_toolchain(), open_cache())
+    path = build_backend(BACKENDS[method.name], open_cache())
     instance.backend = backend_run(path, method.name)
     return instance.set_options(replace(method, name=ADAPTIVE_DEFAULT).struct(accounts))
 

@@ -75,6 +75,7 @@ def latin_hypercube(ranges: Sequence[Range], count: int) -> dict[str, Array]:
     Latin hypercube sampling: M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21 (1979).
     The same points every time.
     """
+    # Slow to load; a grid does without it.
     from scipy.stats import qmc
 
     points = qmc.LatinHypercube(d=len(ranges), seed=0).random(count)

@@ -10,10 +10,10 @@ import numpy as np
 
 from bgc.runtime.measuring.errors import combined, largest_errors, quantities_of
 from bgc.runtime.measuring.timed import Run, timed_run
-from bgc.runtime.model import Model
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.result import unbalanced
 from bgc.runtime.running.binding import Status
+from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
 from bgc.runtime.stress.ringing import ringing_at_start
 
@@ -95,7 +95,9 @@ class Agreement:
     steps: float = 0.0
 
 
-def limited_run(model: Model, method: Method, times: Array, *, accounts: bool, limit: float) -> Run:
+def limited_run(
+    model: LoadedModel, method: Method, times: Array, *, accounts: bool, limit: float
+) -> Run:
     """A run of at most `limit` s of processor time, which others on the machine do not shorten."""
     most = _OF_WALL_TIME * limit
     return timed_run(model, method, times, accounts=accounts, limit=most, busy=limit)
@@ -109,7 +111,7 @@ class Judge:
     times that were found before.
     """
 
-    model: Model
+    model: LoadedModel
     times: Array
     tolerance: Tolerance
     limit: float

@@ -15,9 +15,9 @@ import numpy as np
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.fast_modes import balancing
 from bgc.runtime.linear.state_space import without_algebraic
-from bgc.runtime.model import Model
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, Status
+from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
 
 _MOST = 400  # states: beyond, eigenvalues take too long
@@ -37,7 +37,7 @@ class Ringing:
     amplitude: Array
 
 
-def ringing_at_start(model: Model, duration: float) -> tuple[Ringing, ...]:
+def ringing_at_start(model: LoadedModel, duration: float) -> tuple[Ringing, ...]:
     """The modes that ring at the start of a run, as far as they can be told.
 
     By the eigenvectors v of the Jacobian A, the start is off the rest of a mode by its part of

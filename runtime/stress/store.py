@@ -9,8 +9,8 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, cast
 
 from bgc.building.cache import digest_of, open_cache, read_note, write_note
-from bgc.runtime.model import Model
 from bgc.runtime.running.identity import scene_identity
+from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
 from bgc.runtime.stress.judge import Judgement, Tolerance, Verdict
 
@@ -54,7 +54,7 @@ class Store:
 
 
 def open_store(
-    model: Model, method: Method, tolerance: Tolerance, duration: float | None, fresh: bool
+    model: LoadedModel, method: Method, tolerance: Tolerance, duration: float | None, fresh: bool
 ) -> Store:
     """What is known of a scene with its present parameters, a method, and what is asked of it."""
     key = digest_of(("stress", *scene_identity(model), repr((method, tolerance, duration))))

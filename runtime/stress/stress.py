@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,9 @@ from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.catalogue.stress import nominal_run_failed, nothing_to_judge
 from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene
-from bgc.runtime.compiling import compile_model
 from bgc.runtime.measuring.timed import timed_run
-from bgc.runtime.model import Model
+from bgc.runtime.running.compiling import load_model
+from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.run import ADAPTIVE_DEFAULT, FIXED_DEFAULT, Method, choose_method
 from bgc.runtime.stress.drives import (
@@ -97,7 +97,7 @@ class StressMap:
 
 
 def stress(
-    model: Model,
+    model: LoadedModel,
     drives: Sequence[str] = (),
     *,
     grid: bool = False,
@@ -231,7 +231,9 @@ def _told(method: Method) -> str:
     )
 
 
-def _nominal(model: Model, method: Method, duration: float, limit: float) -> tuple[float, float]:
+def _nominal(
+    model: LoadedModel, method: Method, duration: float, limit: float
+) -> tuple[float, float]:
     """The seconds and the steps that the scene takes as it is; BG089 where it does not run."""
     run = timed_run(model, method, np.array([0.0, duration]), accounts=False, limit=limit)
     if run.status != "done":
@@ -247,7 +249,7 @@ class _Session:
     steps.
     """
 
-    model: Model
+    model: LoadedModel
     method: Method
     duration: float
     tolerance: Tolerance
@@ -331,7 +333,7 @@ class _Session:
                 del model.parameters[name]
         return judgement
 
-    def _model_with(self, values: Mapping[str, float]) -> Model:
+    def _model_with(self, values: Mapping[str, float]) -> LoadedModel:
         """The model with parameters set; compiled anew for those that are compiled in."""
         model = self.model
         if all(name in model.parameters for name in values):
@@ -341,9 +343,7 @@ class _Session:
         assert model.origin is not None
         path, options = model.origin
         given: dict[str, Any] = {**dict(options.overrides), **values}
-        return compile_model(
-            path, options.scene, given, whole=options.whole, uses=dict(options.uses)
-        )
+        return load_model(path, replace(options, overrides=(), strict=False, preview=False), given)
 
     def _method_with(self, told: Mapping[str, float]) -> Method:
         """The method with another step or tolerance; the default of its kind where it has none."""

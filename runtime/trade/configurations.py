@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
+from typing import TypeAlias
 
 from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.running.quantity import spelled_time
@@ -15,6 +16,9 @@ RTOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 KEEPS = (1, 2, 5)
 _FACTORS = (5.0, 2.0, 1.0, 0.5, 0.2)  # of the scene's step, or of a typical one
 EXPLICIT = ("rk4", "heun", "dopri5")  # without a Jacobian
+
+Variant: TypeAlias = tuple[Change, ...]
+"""Lines that are changed together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +33,7 @@ class Configuration:
     rtol: float = 0.0
     step: float = 0.0
     keep: int = 1
-    changes: tuple[Change, ...] = ()
+    changes: Variant = ()
 
     @property
     def fixed(self) -> bool:
@@ -68,7 +72,7 @@ class Configuration:
         return f"solver {self.solver}({', '.join(options)});"
 
     @property
-    def ladder(self) -> tuple[str, int, tuple[Change, ...]]:
+    def ladder(self) -> tuple[str, int, Variant]:
         """What configurations that differ in their step or tolerance alone have in common."""
         return self.solver, self.keep, self.changes
 

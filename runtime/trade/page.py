@@ -6,13 +6,14 @@ import io
 from datetime import UTC, datetime
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import matplotlib
 
 from bgc.runtime.measuring.errors import combined
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.trade.measurement import Measurement
+from bgc.runtime.trade.plot import plot_trade
+from bgc.runtime.trade.result import TradeResult
 from bgc.runtime.trade.tables import (
     VARIANT_HEADER,
     VARIANT_NOTE,
@@ -25,9 +26,6 @@ from bgc.runtime.trade.tables import (
     unfinished,
     variant_rows,
 )
-
-if TYPE_CHECKING:
-    from bgc.runtime.trade.trade import Trade
 
 _STYLE = """
 :root { color-scheme: light dark; }
@@ -68,13 +66,13 @@ for (const table of document.querySelectorAll("table.sort")) {
 """
 
 
-def write_page(trade: Trade, path: str | Path) -> None:
+def write_page(trade: TradeResult, path: str | Path) -> None:
     """Write the page."""
     with written_whole(path) as aside:
         aside.write_text(page(trade), encoding="utf-8")
 
 
-def page(trade: Trade) -> str:
+def page(trade: TradeResult) -> str:
     """The page as text."""
     title = f"{trade.scene} of {trade.model}: speed against accuracy"
     warnings = "".join(f'<p class="warning">{escape(text)}</p>\n' for text in trade.warnings)
@@ -119,9 +117,7 @@ def _with_code(text: str) -> str:
     return "".join(f"<code>{p}</code>" if k % 2 else p for k, p in enumerate(pieces))
 
 
-def _svg(trade: Trade) -> str:
-    from bgc.runtime.trade.plot import plot_trade
-
+def _svg(trade: TradeResult) -> str:
     if not any(row.done for row in trade.measurements):
         return ""
     file = io.StringIO()
@@ -131,7 +127,7 @@ def _svg(trade: Trade) -> str:
     return text[text.index("<svg") :]
 
 
-def _configurations(trade: Trade) -> str:
+def _configurations(trade: TradeResult) -> str:
     names = ("", "method", "setting", "variant")
     heads = "".join(
         f"<th{' class=name' if name in names else ''}>{escape(name)}</th>" for name in header(trade)
@@ -140,7 +136,7 @@ def _configurations(trade: Trade) -> str:
     return f'<table class="sort"><thead><tr>{heads}</tr></thead><tbody>\n{rows}</tbody></table>'
 
 
-def _row(trade: Trade, row: Measurement) -> str:
+def _row(trade: TradeResult, row: Measurement) -> str:
     best = row.configuration == trade.recommended
     on_front = row.configuration in trade.verdict.front
     kind = " ".join([*(["best"] if best else []), *(["front"] if on_front else [])])
@@ -153,7 +149,7 @@ def _row(trade: Trade, row: Measurement) -> str:
     return f'<tr class="{kind}">{"".join(tds)}</tr>\n'
 
 
-def _sort_keys(trade: Trade, row: Measurement) -> dict[str, float]:
+def _sort_keys(trade: TradeResult, row: Measurement) -> dict[str, float]:
     """What cells with units are sorted by."""
     keys = {
         "error/required": trade.target.error(row),
@@ -168,7 +164,7 @@ def _sort_keys(trade: Trade, row: Measurement) -> dict[str, float]:
     return keys | {head: row.counts.get(name, 0.0) for head, name in counts.items()}
 
 
-def _variants(trade: Trade) -> str:
+def _variants(trade: TradeResult) -> str:
     """The error that each variant brings, and what it saves."""
     found = variant_rows(trade)
     if not found:
@@ -189,7 +185,7 @@ def _variants(trade: Trade) -> str:
     )
 
 
-def _quantities(trade: Trade) -> str:
+def _quantities(trade: TradeResult) -> str:
     """The errors of each quantity, in its unit, of the configurations on the front."""
     front = [row for row in ordered(trade) if row.configuration in trade.verdict.front]
     heads = "".join(
@@ -210,7 +206,7 @@ def _quantities(trade: Trade) -> str:
     )
 
 
-def _not_measured(trade: Trade) -> str:
+def _not_measured(trade: TradeResult) -> str:
     rows = [row for row in ordered(trade) if not row.done]
     if not rows:
         return ""

@@ -5,21 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import cycle
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import matplotlib
 from matplotlib.figure import Figure
 
 from bgc.diagnostics.catalogue.machine import nothing_to_draw, unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError
-from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.results.plot import COLOURS, KINDS, STYLE, write_figure
+from bgc.runtime.trade.configurations import Variant
 from bgc.runtime.trade.judge import spelled
 from bgc.runtime.trade.measurement import Measurement
+from bgc.runtime.trade.result import TradeResult
 from bgc.runtime.trade.tables import letter
-
-if TYPE_CHECKING:
-    from bgc.runtime.trade.trade import Trade
 
 _MARKERS = "osD^vPX<>ph8"
 _SIZE = (9.0, 6.0)  # inches
@@ -27,7 +25,7 @@ _BEYOND = 1e4  # times the limit: errors larger than that are not worth the room
 _LEAST = 1e-17
 
 
-def plot_trade(trade: Trade, path: str | Path | None = None) -> Figure:
+def plot_trade(trade: TradeResult, path: str | Path | None = None) -> Figure:
     """Draw a trade, and write the figure where a path is given."""
     if path is not None and Path(path).suffix.lower() not in KINDS:
         raise BgError([unknown_file_kind(str(path), KINDS)])
@@ -40,7 +38,7 @@ def plot_trade(trade: Trade, path: str | Path | None = None) -> Figure:
     return figure
 
 
-def _draw(trade: Trade) -> Figure:
+def _draw(trade: TradeResult) -> Figure:
     figure = Figure(figsize=_SIZE, layout="constrained")
     axes: Any = figure.add_subplot()
     axes.set_xscale("log")
@@ -78,7 +76,7 @@ def _draw(trade: Trade) -> Figure:
     return figure
 
 
-def _name_variant(trade: Trade, axes: Any, rows: Sequence[Measurement], colour: str) -> None:
+def _name_variant(trade: TradeResult, axes: Any, rows: Sequence[Measurement], colour: str) -> None:
     """The letter of a variant at the coarse end of its line."""
     if changes := rows[0].configuration.changes:
         axes.annotate(
@@ -93,9 +91,9 @@ def _name_variant(trade: Trade, axes: Any, rows: Sequence[Measurement], colour: 
         )
 
 
-def _lines(trade: Trade) -> dict[tuple[str, int, tuple[Change, ...]], list[Measurement]]:
+def _lines(trade: TradeResult) -> dict[tuple[str, int, Variant], list[Measurement]]:
     """The completed measurements by what their line has in common, coarse to fine."""
-    found: dict[tuple[str, int, tuple[Change, ...]], list[Measurement]] = {}
+    found: dict[tuple[str, int, Variant], list[Measurement]] = {}
     for row in trade.measurements:
         if row.done and trade.target.error(row) <= _BEYOND * max(trade.target.limit, 1.0):
             found.setdefault(row.configuration.ladder, []).append(row)
@@ -104,11 +102,11 @@ def _lines(trade: Trade) -> dict[tuple[str, int, tuple[Change, ...]], list[Measu
     return found
 
 
-def _height(trade: Trade, row: Measurement) -> float:
+def _height(trade: TradeResult, row: Measurement) -> float:
     return max(trade.target.error(row), _LEAST)
 
 
-def _draw_front(trade: Trade, axes: Any) -> None:
+def _draw_front(trade: TradeResult, axes: Any) -> None:
     front: Sequence[Measurement] = sorted(
         (row for row in trade.measurements if row.configuration in trade.verdict.front),
         key=lambda row: row.cpu,
@@ -136,7 +134,7 @@ def _draw_front(trade: Trade, axes: Any) -> None:
         )
 
 
-def _draw_limits(trade: Trade, axes: Any) -> None:
+def _draw_limits(trade: TradeResult, axes: Any) -> None:
     """Lines that must not be crossed, and the accuracy of the reference."""
     target = trade.target
     what = "require" if target.required else f"{target.limit:g} of the range"

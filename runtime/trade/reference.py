@@ -10,8 +10,8 @@ from bgc.diagnostics.catalogue.trade import no_reference
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.measuring.errors import Quantity, combined, largest_errors, quantities_of
 from bgc.runtime.measuring.timed import Run
-from bgc.runtime.model import Model
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
 
 METHODS = ("radau5", "rodas5p", "rodas4p2", "dopri5")  # the first two that complete the run
@@ -54,7 +54,7 @@ class Reference:
 
 
 def find_reference(
-    model: Model, requirements: Mapping[str, float], solve: Solve, seconds: float
+    model: LoadedModel, requirements: Mapping[str, float], solve: Solve, seconds: float
 ) -> Reference:
     """Tighten the tolerances of two methods as long as they agree better for it.
 
@@ -108,7 +108,7 @@ def find_reference(
 
 
 def _compared(
-    model: Model, requirements: Mapping[str, float], runs: Mapping[str, Run], rtol: float
+    model: LoadedModel, requirements: Mapping[str, float], runs: Mapping[str, Run], rtol: float
 ) -> Reference:
     (one, first), (other, second) = runs.items()
     quantities: tuple[Quantity, ...] = quantities_of(model.measured, first.rows, requirements)

@@ -11,8 +11,8 @@ import numpy as np
 
 from bgc.runtime.measuring.errors import combined, largest_errors, quantities_of
 from bgc.runtime.measuring.timed import Run, paced_worst, timed_run
-from bgc.runtime.model import Model
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.run import Method
 from bgc.runtime.trade.configurations import Configuration
@@ -44,13 +44,13 @@ class Session:
     model with its energy accounts, where the model itself has none.
     """
 
-    model: Model
+    model: LoadedModel
     store: Store
     times: Array
     repeats: int
     budget: float
     progress: bool = False
-    audited: Model | None = None
+    audited: LoadedModel | None = None
     reserve: float = 0.0
     started: float = field(default_factory=time.monotonic)
 

@@ -14,24 +14,22 @@ import platform
 import shutil
 import tempfile
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from bgc.building.cache import digest_of, open_cache, write_aside
-from bgc.building.recall import machine_identity
-from bgc.grammar.places import cache_directory
-from bgc.runtime.model import Model
-from bgc.runtime.running.identity import bgc_version, scene_identity
+from bgc.runtime.running.identity import bgc_version
+from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.recommended import keep_recommendation, scene_folder
 from bgc.runtime.running.run import Method
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.measurement import Measurement, measurement_from_json
 from bgc.runtime.trade.reference import Reference
 
-_FOLDER = "trades"
 _DAMAGED = (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile)
 
 
@@ -101,21 +99,10 @@ class Store:
             finally:
                 aside.unlink(missing_ok=True)
 
-    def answer(self, model: Model) -> Method | None:
-        """The method recommended for what the scene requires."""
-        with suppress(*_DAMAGED):
-            value = json.loads(self._answer(model).read_text(encoding="utf-8"))
-            os.utime(self.folder)  # the last use, for when the cache is pruned
-            return Method(**value)
-        return None
-
-    def keep_answer(self, model: Model, method: Method | None) -> None:
-        """Store what is recommended, or that nothing is."""
-        path = self._answer(model)
-        if method is None:
-            path.unlink(missing_ok=True)
-            return
-        self._write(path, asdict(method))
+    def keep_answer(self, model: LoadedModel, method: Method | None) -> None:
+        """Store the method that is recommended, or that none is."""
+        with self._noted():
+            keep_recommendation(self.folder, model, method)
 
     def _write(self, path: Path, value: object) -> None:
         with self._noted():
@@ -133,38 +120,10 @@ class Store:
     def _row(self, content: str, configuration: Configuration) -> Path:
         return self.folder / "rows" / f"{digest_of((content, repr(configuration)))}.json"
 
-    def _answer(self, model: Model) -> Path:
-        """By what is asked: another tolerance or deadline has another answer from the same rows."""
-        facts = model.facts
-        asked = digest_of((repr(facts.requirements), repr(facts.deadline)))
-        return self.folder / f"answer-{asked}.json"
 
-
-def open_store(model: Model, duration: float, every: float | None) -> Store:
+def open_store(model: LoadedModel, duration: float, every: float | None) -> Store:
     """The store for a model with its present parameters, over so many seconds; may be written."""
-    return Store(open_cache().root / _FOLDER / _key(model, {}, duration, every))
-
-
-def stored_answer(model: Model, parameters: Mapping[str, float]) -> Method | None:
-    """What was recommended for the whole of a scene, as it is now and on this machine."""
-    facts = model.facts
-    if facts.duration is None:
-        return None
-    try:
-        root = cache_directory()
-    except RuntimeError:  # no home directory
-        return None
-    return Store(root / _FOLDER / _key(model, parameters, facts.duration, facts.every)).answer(
-        model
-    )
-
-
-def _key(
-    model: Model, parameters: Mapping[str, float], duration: float, every: float | None
-) -> str:
-    return digest_of(
-        (*scene_identity(model, parameters), repr((duration, every)), machine_identity())
-    )
+    return Store(open_cache().root / scene_folder(model, {}, duration, every))
 
 
 def machine_description() -> str:

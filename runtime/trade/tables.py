@@ -5,17 +5,15 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bgc.printing.tables import Table
+from bgc.runtime.measuring.errors import Quantity
 from bgc.runtime.results.files import written_whole
+from bgc.runtime.trade.configurations import Variant
 from bgc.runtime.trade.judge import spelled, times_real_time
 from bgc.runtime.trade.measurement import FAILED, OUT_OF_BUDGET, REFUSED, Measurement
-
-if TYPE_CHECKING:
-    from bgc.runtime.measuring.errors import Quantity
-    from bgc.runtime.trade.trade import Trade
-    from bgc.runtime.trade.variants import Variant
+from bgc.runtime.trade.result import TradeResult
 
 _COUNTS = (
     "steps",
@@ -31,17 +29,17 @@ _SPARE = ("LU", "J", "f", "steps", "residual", "a step")  # where a terminal is 
 _MOST_ROWS = 24  # on a terminal; all with `--all`, in the CSV and on the page
 
 
-def records(trade: Trade) -> list[dict[str, Any]]:
+def records(trade: TradeResult) -> list[dict[str, Any]]:
     """A record for each configuration, cheapest first, then what did not finish."""
     return [_record(trade, row) for row in ordered(trade)]
 
 
-def ordered(trade: Trade) -> list[Measurement]:
+def ordered(trade: TradeResult) -> list[Measurement]:
     """The measurements, cheapest first, then what did not finish."""
     return sorted(trade.measurements, key=lambda r: (not r.done, r.status == "skipped", r.cpu))
 
 
-def _record(trade: Trade, row: Measurement) -> dict[str, Any]:
+def _record(trade: TradeResult, row: Measurement) -> dict[str, Any]:
     configuration, done = row.configuration, row.done
     target, verdict = trade.target, trade.verdict
     errors = row.errors if done else (None,) * len(trade.quantities)
@@ -79,7 +77,7 @@ def _whole(count: float | None) -> int | None:
     return None if count is None else int(count)
 
 
-def write_csv(trade: Trade, path: str | Path) -> None:
+def write_csv(trade: TradeResult, path: str | Path) -> None:
     """Write the records, cells of what was not measured empty; times in s, errors in SI units."""
     rows = records(trade)
     with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
@@ -91,7 +89,7 @@ def write_csv(trade: Trade, path: str | Path) -> None:
 # --- for people -------------------------------------------------------------------------------
 
 
-def header(trade: Trade) -> tuple[str, ...]:
+def header(trade: TradeResult) -> tuple[str, ...]:
     """Headings of the columns that people read."""
     worst = "worst sample" if _sampled(trade) else "worst step"
     error = "error/required" if trade.target.required else "error/range"
@@ -113,7 +111,7 @@ def header(trade: Trade) -> tuple[str, ...]:
     )
 
 
-def cells(trade: Trade, row: Measurement) -> tuple[str, ...]:
+def cells(trade: TradeResult, row: Measurement) -> tuple[str, ...]:
     """The same of one configuration; a `*` is on the front, `=>` is recommended."""
     configuration, target = row.configuration, trade.target
     mark = "*" if configuration in trade.verdict.front else ""
@@ -137,14 +135,14 @@ def cells(trade: Trade, row: Measurement) -> tuple[str, ...]:
     )
 
 
-def _remark(trade: Trade, row: Measurement) -> str:
+def _remark(trade: TradeResult, row: Measurement) -> str:
     """Of a worst time: that it is too long, or may be."""
     if trade.target.late(row):
         return " late"
     return "" if row.certain else " ?"
 
 
-def tables(trade: Trade, everything: bool = False) -> list[Table]:
+def tables(trade: TradeResult, everything: bool = False) -> list[Table]:
     """The tables of a terminal: what is most worth seeing, or everything."""
     found = ordered(trade)
     done = [row for row in found if row.done]
@@ -164,7 +162,7 @@ def tables(trade: Trade, everything: bool = False) -> list[Table]:
     ]
 
 
-def legend(trade: Trade) -> tuple[str, ...]:
+def legend(trade: TradeResult) -> tuple[str, ...]:
     """What the marks and the headings of a table mean."""
     lines = [
         "* on the Pareto front, => recommended, < no larger than the reference's own error",
@@ -179,7 +177,7 @@ def legend(trade: Trade) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def reference_lines(trade: Trade) -> tuple[tuple[str, ...], ...]:
+def reference_lines(trade: TradeResult) -> tuple[tuple[str, ...], ...]:
     """What errors are measured against, and in what."""
     reference = trade.reference
     one, other = reference.methods
@@ -211,7 +209,7 @@ VARIANT_HEADER = (
 VARIANT_NOTE = "its error: of its most accurate run, in which little but the change is left"
 
 
-def variant_rows(trade: Trade) -> tuple[tuple[str, ...], ...]:
+def variant_rows(trade: TradeResult) -> tuple[tuple[str, ...], ...]:
     """For each variant the error that it brings, and the cheapest way to run it that will do."""
     best = trade.verdict.recommended
     by_variant: dict[Variant, list[Measurement]] = {}
@@ -235,7 +233,7 @@ def variant_rows(trade: Trade) -> tuple[tuple[str, ...], ...]:
     return tuple(found)
 
 
-def letter(trade: Trade, variant: Variant) -> str:
+def letter(trade: TradeResult, variant: Variant) -> str:
     """A short name for a variant, in the order in which they were asked for; none for the scene."""
     if not variant:
         return ""
@@ -249,7 +247,7 @@ def _scaled(quantity: Quantity) -> str:
     return f"{quantity.name} ({of} {quantity.scale:.3g} {quantity.unit}".rstrip() + ")"
 
 
-def _worth_seeing(trade: Trade, done: Sequence[Measurement]) -> list[Measurement]:
+def _worth_seeing(trade: TradeResult, done: Sequence[Measurement]) -> list[Measurement]:
     """The front and the recommended, and of the others those nearest to it in time."""
     front = trade.verdict.front
     chosen = [r for r in done if r.configuration in front or r.configuration == trade.recommended]
@@ -259,7 +257,7 @@ def _worth_seeing(trade: Trade, done: Sequence[Measurement]) -> list[Measurement
     return [row for row in done if row in chosen]
 
 
-def _excess(trade: Trade, row: Measurement, front: Sequence[Measurement]) -> float:
+def _excess(trade: TradeResult, row: Measurement, front: Sequence[Measurement]) -> float:
     """How many times the time of the cheapest of at least the same accuracy it takes."""
     if not trade.target.tells(row):
         return float("inf")
@@ -301,9 +299,9 @@ def _subject(row: Measurement) -> str:
     return f"{configuration.solver}{with_}"
 
 
-def _sampled(trade: Trade) -> bool:
+def _sampled(trade: TradeResult) -> bool:
     return trade.target.sample is not None
 
 
-def _varied(trade: Trade) -> bool:
+def _varied(trade: TradeResult) -> bool:
     return any(row.configuration.changes for row in trade.measurements)

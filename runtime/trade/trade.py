@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,10 +10,10 @@ from bgc.building.backends import BACKENDS
 from bgc.diagnostics.catalogue.arguments import bad_option, no_duration, unknown_solver
 from bgc.diagnostics.catalogue.trade import nothing_to_measure
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.compiling import compile_model
-from bgc.runtime.measuring.errors import Quantity
-from bgc.runtime.model import Model
-from bgc.runtime.running.parameters import Quantity as Value
+from bgc.options import Options
+from bgc.runtime.running.compiling import load_model
+from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.rows import row_times
 from bgc.runtime.running.run import ADAPTIVE_DEFAULT
 from bgc.runtime.trade.configurations import (
@@ -25,11 +24,13 @@ from bgc.runtime.trade.configurations import (
     scene_configurations,
     step_ladder,
 )
-from bgc.runtime.trade.judge import Target, Verdict, judge
+from bgc.runtime.trade.judge import Target, judge
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 from bgc.runtime.trade.reference import Reference
+from bgc.runtime.trade.result import TradeResult
 from bgc.runtime.trade.session import FOR_REPETITIONS, FOR_VARIANTS, Session
 from bgc.runtime.trade.store import machine_description, open_store
+from bgc.runtime.trade.tables import records, write_csv
 from bgc.runtime.trade.variants import ACTIVITY, audited, chosen_variants, measure_variants
 
 if TYPE_CHECKING:
@@ -40,94 +41,41 @@ REPEATS = 3
 _TYPICAL_RTOL = 1e-6
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Trade:
-    """What was measured of a scene.
+class Trade(TradeResult):
+    """A trade study of a scene, to be printed, drawn and written.
 
-    Attributes
-    ----------
-    scene, model, machine
-        What was run, and where.
-    duration
-        Seconds of the scene.
-    measurements
-        One for each configuration, those that failed among them.
-    quantities
-        What errors are measured in, with their scales.
-    target
-        What the scene requires.
-    reference
-        The solution that errors are measured against.
-    verdict
-        The Pareto front and the recommendation.
-    complete
-        Whether the scene's whole duration was measured, so that `solver auto` takes the answer.
-    warnings
-        What is to be known before the numbers are believed.
+    Attributes are those of `TradeResult`.
     """
-
-    scene: str
-    model: str
-    machine: str
-    duration: float
-    measurements: tuple[Measurement, ...]
-    target: Target
-    reference: Reference
-    verdict: Verdict
-    complete: bool
-    warnings: tuple[str, ...] = ()
-
-    @property
-    def quantities(self) -> tuple[Quantity, ...]:
-        """What errors are measured in, with their scales."""
-        return self.target.quantities
-
-    @property
-    def recommended(self) -> Configuration | None:
-        """The cheapest configuration that meets `require` and `deadline`; None if none does."""
-        best = self.verdict.recommended
-        return best.configuration if best is not None else None
-
-    @property
-    def sentence(self) -> str:
-        """The recommendation in words, or why there is none and what would do."""
-        return self.verdict.sentence
 
     @property
     def table(self) -> list[dict[str, Any]]:
         """A row for each configuration, as `to_csv` writes them; times in s, errors in SI units."""
-        from bgc.runtime.trade.tables import records
-
         return records(self)
-
-    def __repr__(self) -> str:
-        done = sum(row.done for row in self.measurements)
-        return f"<bgc trade of {self.scene}: {done} of {len(self.measurements)}; {self.sentence}>"
 
     def to_csv(self, path: str | Path) -> None:
         """Write the table."""
-        from bgc.runtime.trade.tables import write_csv
-
         write_csv(self, path)
 
     def to_html(self, path: str | Path) -> None:
-        """Write a page that needs nothing else: plot, table, reference and machine."""
+        """Write one self-contained page: plot, table, reference and machine."""
+        # Loads matplotlib, which most trades do without.
         from bgc.runtime.trade.page import write_page
 
         write_page(self, path)
 
     def plot(self, path: str | Path | None = None) -> Figure:
         """Draw error against time, with the Pareto front; written where a path is given."""
+        # Loads matplotlib, which most trades do without.
         from bgc.runtime.trade.plot import plot_trade
 
         return plot_trade(self, path)
 
 
 def trade(
-    model: str | Path | Model,
+    model: str | Path | LoadedModel,
     scene: str | None = None,
     *,
-    parameters: Mapping[str, Value] | None = None,
+    parameters: Mapping[str, ParameterValue] | None = None,
     uses: Mapping[str, str] | None = None,
     solvers: Sequence[str] | None = None,
     rtols: Sequence[float] = RTOLS,
@@ -236,16 +184,17 @@ def trade(
 
 
 def _loaded(
-    model: str | Path | Model,
+    model: str | Path | LoadedModel,
     scene: str | None,
-    parameters: Mapping[str, Value] | None,
+    parameters: Mapping[str, ParameterValue] | None,
     uses: Mapping[str, str] | None,
-) -> Model:
-    if isinstance(model, Model):
+) -> LoadedModel:
+    if isinstance(model, LoadedModel):
         if scene or parameters or uses:
             raise ValueError("a model is traded as it is: give `bgc.compile` what is to change")
         return model
-    return compile_model(model, scene, parameters, uses=uses)
+    options = Options(scene, uses=tuple((uses or {}).items()))
+    return load_model(Path(model), options, parameters or {})
 
 
 def _check(
@@ -262,7 +211,7 @@ def _check(
             raise BgError([bad_option("keep", keep, "a whole number", "5")])
 
 
-def _methods(model: Model, solvers: Sequence[str] | None) -> tuple[list[str], list[str]]:
+def _methods(model: LoadedModel, solvers: Sequence[str] | None) -> tuple[list[str], list[str]]:
     """Adaptive and fixed-step methods, of those that are asked for."""
     known = (*model.solvers, *BACKENDS)
     for name in solvers or ():

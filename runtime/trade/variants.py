@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TypeAlias
 
 from bgc.diagnostics.catalogue.arguments import bad_assignment
 from bgc.diagnostics.catalogue.trade import no_such_slot
@@ -16,16 +15,13 @@ from bgc.elaboration.scenes.variants import Change, variants_of, with_changes
 from bgc.options import Options
 from bgc.runtime.activity.activity import activity_report
 from bgc.runtime.activity.store import stored_variants
-from bgc.runtime.compiling import load_model
-from bgc.runtime.model import Model
-from bgc.runtime.trade.configurations import EXPLICIT, Configuration
+from bgc.runtime.running.compiling import load_model
+from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.trade.configurations import EXPLICIT, Configuration, Variant
 from bgc.runtime.trade.judge import Target, front
 from bgc.runtime.trade.measurement import REFUSED, Measurement
 from bgc.runtime.trade.reference import Reference
 from bgc.runtime.trade.session import Session
-
-Variant: TypeAlias = tuple[Change, ...]
-"""Lines that are changed together."""
 
 ALL, ACTIVITY = "all", "activity"
 _ACTIVITY_SHARE = 0.25  # of the budget, to find what the scene can do without
@@ -157,7 +153,7 @@ def _session_of(session: Session, variant: Variant) -> Session:
     return replace(session, model=model, audited=audited(model))
 
 
-def audited(model: Model) -> Model | None:
+def audited(model: LoadedModel) -> LoadedModel | None:
     """The model with its energy accounts, where it has none; None where they are not to be had."""
     if model.accounts or model.origin is None:
         return None
@@ -168,7 +164,7 @@ def audited(model: Model) -> Model | None:
     return found
 
 
-def _origin(model: Model) -> tuple[Path, Options]:
+def _origin(model: LoadedModel) -> tuple[Path, Options]:
     if model.origin is None:
         raise ValueError("a model without its source has no variants")
     return model.origin

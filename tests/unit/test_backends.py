@@ -11,7 +11,6 @@ from bgc.building import backends
 from bgc.building.backends import BACKENDS, Backend, build_backend
 from bgc.building.build import runtime_directory
 from bgc.building.cache import open_cache
-from bgc.building.toolchain import find_toolchain
 
 RLC = """
 model RLC {
@@ -71,7 +70,7 @@ def compiled(folder, text):
 @pytest.fixture(scope="session")
 def sundials():
     try:
-        build_backend(BACKENDS["cvode"], find_toolchain(), open_cache())
+        build_backend(BACKENDS["cvode"], open_cache())
     except bgc.BgError as missing:
         assert [d.code for d in missing.diagnostics] == ["BG046"]
         pytest.skip("SUNDIALS is not installed")

@@ -15,9 +15,9 @@ from bgc.building.built import Built, RunFacts
 from bgc.building.cache import Cache
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.catalogue.pages import pages
-from bgc.runtime import compiling
 from bgc.runtime import model as runtime_model
 from bgc.runtime.cli.app import application
+from bgc.runtime.running import compiling
 
 OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
 COLUMNS = ("q", "v", "r[1]", "r[2]", "energy.stored", "energy.residual")
@@ -205,7 +205,8 @@ def script(built: Built, tmp_path: Path) -> list[str]:
     text = f"""
         from pathlib import Path
         from bgc.building.built import Built, RunFacts
-        from bgc.runtime import cli, compiling
+        from bgc.runtime import cli
+        from bgc.runtime.running import compiling
         facts = RunFacts("swing", "Oscillator", ("q",), duration=1e5)
         compiling.load_or_compile = lambda path, options: Built(Path({str(built.library)!r}), facts)
         print("ready", flush=True)

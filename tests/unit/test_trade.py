@@ -224,12 +224,12 @@ def test_an_interrupted_trade_goes_on_where_it_was(
     whole = counted_runs(monkeypatch)
     expected = quick(path, fresh=True)
     monkeypatch.undo()
-    monkeypatch.setattr("bgc.runtime.trade.store._FOLDER", str(tmp_path / "other"))
+    monkeypatch.setattr("bgc.runtime.running.recommended.FOLDER", str(tmp_path / "other"))
     before = counted_runs(monkeypatch, stop_at=len(whole) // 2)
     with pytest.raises(KeyboardInterrupt):
         quick(path)
     monkeypatch.undo()
-    monkeypatch.setattr("bgc.runtime.trade.store._FOLDER", str(tmp_path / "other"))
+    monkeypatch.setattr("bgc.runtime.running.recommended.FOLDER", str(tmp_path / "other"))
     after = counted_runs(monkeypatch)
     found = quick(path)
     assert len(before) == len(whole) // 2

@@ -9,7 +9,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.measuring.errors import Quantity, combined, quantities_of
 from bgc.runtime.measuring.timed import Run
-from bgc.runtime.model import Variable
+from bgc.runtime.running.loaded import Variable
 from bgc.runtime.running.quantity import spelled_time
 from bgc.runtime.trade.configurations import (
     Configuration,

@@ -1,0 +1,141 @@
+"""A compiled model in memory: its library, its parameters, its scene's facts, its start."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from bgc.building.built import ENERGY_ACCOUNTS, Built, RunFacts
+from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.options import Options
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.binding import Instance, Library, Status, VarInfo, text
+from bgc.runtime.running.failures import explain, require
+from bgc.runtime.running.parameters import Parameters, ParameterValue
+from bgc.runtime.running.run import Method, open_devices, set_method, start
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A state or an output: its name and its SI unit."""
+
+    name: str
+    unit: str
+
+
+class LoadedModel:
+    """A loaded model. Runs share nothing: each starts from the initial state.
+
+    Attributes
+    ----------
+    parameters
+        Run-time parameters by name; set one with `model.parameters["boom.mass"] = "7 t"`.
+    states, outputs
+        Names and units of the states and of the quantities that the scene observes.
+    accounts
+        Columns of the energy accounts that it observes: `{"residual": "energy.residual"}`.
+    facts
+        The scene's statements about its run.
+    warnings
+        Warnings of the compiler.
+    measured
+        Columns of the rows that C writes, without accounts: the observed quantities and those
+        that `require` names.
+    folder
+        The scene file's folder, to which the paths of device files are relative.
+    origin
+        The compiled file and its options; None for a model without a source.
+    warm
+        Whether the model was loaded from the cache, with nothing compiled.
+    """
+
+    def __init__(
+        self,
+        built: Built,
+        folder: Path = Path(),
+        origin: tuple[Path, Options] | None = None,
+    ) -> None:
+        self.folder = folder
+        self.origin = origin
+        self.library = Library(built.library)
+        self._places = built.places
+        self.facts: RunFacts = built.facts
+        self.warnings: tuple[Diagnostic, ...] = built.warnings
+        self.warm = built.warm
+        self.parameters = Parameters(self.library, built.facts.folded)
+        model = self.library.model
+        self.states = tuple(_variable(model.state[k]) for k in range(model.n_state))
+        self.measured = tuple(_variable(model.output[k]) for k in range(model.n_output))
+        self.accounts = _account_columns(self.facts, self.measured)
+        units = {v.name: v.unit for v in self.measured}
+        self.outputs = tuple(Variable(c, units.get(c, "J")) for c in self.facts.columns)
+
+    def __repr__(self) -> str:
+        return (
+            f"<bgc model {self.facts.scene}: {len(self.states)} states, "
+            f"{len(self.parameters)} parameters, {len(self.outputs)} outputs>"
+        )
+
+    @property
+    def solvers(self) -> tuple[str, ...]:
+        """Names of the integration methods."""
+        return self.library.methods()
+
+    @property
+    def row_width(self) -> int:
+        """Numbers in a row of a run: the measured columns, then the energy accounts if any."""
+        return len(self.measured) + (len(ENERGY_ACCOUNTS) if self.accounts else 0)
+
+    def row_places(self) -> list[int]:
+        """Columns of a row, as indices, in the order of `outputs`."""
+        accounts = (self.accounts.get(account, "") for account in ENERGY_ACCOUNTS)
+        names = (*(v.name for v in self.measured), *accounts)
+        place = {name: k for k, name in enumerate(names)}
+        return [place[variable.name] for variable in self.outputs]
+
+    @contextmanager
+    def started(
+        self, method: Method, accounts: bool, parameters: Mapping[str, ParameterValue] | None = None
+    ) -> Iterator[Instance]:
+        """Give an instance at the initial state, its devices open, ready to run with a method.
+
+        `accounts` says whether its rows end with the energy accounts. The scene's `settle` holds
+        unless the method has its own.
+        """
+        instance = self.parameters.instance(parameters or {})
+        require(instance, set_method(instance, method, accounts))
+        with open_devices(instance, self.folder):
+            scene_settle = dict(self.facts.solver_options).get("settle", 0.0)
+            settled = method if method.settle > 0 else replace(method, settle=scene_settle)
+            require(instance, start(instance, settled), self._places)
+            yield instance
+
+    def instance_at(
+        self,
+        state: Array | None,
+        time: float,
+        parameters: Mapping[str, ParameterValue] | None = None,
+    ) -> Instance:
+        """Make an instance at a time and a state, (n,) SI; by default the initial state."""
+        instance = self.parameters.instance(parameters or {})
+        require(instance, instance.reset(time), self._places)
+        if state is not None:
+            instance.state[:] = state
+        return instance
+
+    def explain(self, instance: Instance, status: Status) -> Diagnostic:
+        """Explain the failure of one of this model's instances."""
+        return explain(instance, status, self._places)
+
+
+def _variable(info: VarInfo) -> Variable:
+    return Variable(text(info.name), text(info.unit))
+
+
+def _account_columns(facts: RunFacts, observed: tuple[Variable, ...]) -> dict[str, str]:
+    """Columns of the energy accounts: those that are not outputs, in the accounts' order."""
+    outputs = {variable.name for variable in observed}
+    columns = [column for column in facts.columns if column not in outputs]
+    return dict(zip(facts.accounts, columns, strict=True))

@@ -1,0 +1,151 @@
+"""A whole run of a model, from the choice of its method to its named columns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+
+from bgc.building.backends import BACKENDS
+from bgc.diagnostics.catalogue.arguments import no_duration
+from bgc.diagnostics.catalogue.physics import negative_value
+from bgc.diagnostics.catalogue.run import step_too_long
+from bgc.diagnostics.catalogue.trade import nothing_measured
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.result import Result
+from bgc.runtime.running.binding import Instance, Status
+from bgc.runtime.running.failures import RunInterrupted, SimulationError, explain, require
+from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.parameters import ParameterValue
+from bgc.runtime.running.recommended import recommended_method
+from bgc.runtime.running.rows import row_times
+from bgc.runtime.running.run import Method, choose_method, run_watched
+
+_NONE: Mapping[str, ParameterValue] = MappingProxyType({})
+
+
+def simulate(
+    model: LoadedModel,
+    method: Method,
+    times: Array,
+    parameters: Mapping[str, ParameterValue] = _NONE,
+    progress: bool = False,
+    notices: Sequence[Diagnostic] = (),
+) -> Result:
+    """Run from the initial state to all times, s, and name the columns.
+
+    `notices` are warnings about the method, to be shown with the result.
+
+    Raises
+    ------
+    SimulationError, RunInterrupted
+        The run ended early; `result` holds the rows up to there.
+    BgError
+        A parameter is at fault, or there is no initial state.
+    """
+    rows = np.full((len(times), model.row_width), np.nan)
+    capped = method.with_capped_step(times, model.facts.timed)
+    with model.started(capped, bool(model.accounts), parameters) as instance:
+        status, done, interrupted = run_watched(instance, times, rows, progress)
+    result = _named(model, times[:done], rows[:done], method, instance, notices)
+    if interrupted or status is Status.INTERRUPTED:
+        diagnostic = explain(instance, Status.INTERRUPTED)
+        raise RunInterrupted(diagnostic, result.ended("interrupted", diagnostic.message))
+    if status is not Status.OK:
+        diagnostic = model.explain(instance, status)
+        raise SimulationError(diagnostic, result.ended("failed", diagnostic.message))
+    return result
+
+
+def method_of(
+    model: LoadedModel,
+    solver: str | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    step: float | None = None,
+    settle: float | None = None,
+    parameters: Mapping[str, ParameterValue] = _NONE,
+) -> tuple[Method, tuple[Diagnostic, ...]]:
+    """Choose the method of a run: the caller's, else the scene's, else the default.
+
+    `solver auto` takes the method that `bgc trade` recommended; where there is no recommendation,
+    the default with a notice (BG090).
+    """
+    method = choose_method(model.library, model.facts, solver, rtol, atol, step, settle, BACKENDS)
+    if not method.auto:
+        return method, ()
+    recommended = recommended_method(model, parameters)
+    if recommended is not None:
+        return recommended, ()
+    return method, (nothing_measured(model.facts.scene, method.name),)
+
+
+def times_of(
+    model: LoadedModel,
+    method: Method,
+    duration: float | None = None,
+    every: float | None = None,
+    instances: int = 1,
+) -> Array:
+    """Times of the rows of a run, s: the caller's, else the scene's.
+
+    Raises BgError where there is no duration or where the rows of all instances would not fit in
+    memory.
+    """
+    facts = model.facts
+    end = facts.duration if duration is None else duration
+    if end is None:
+        raise BgError([no_duration(facts.scene)])
+    interval = facts.every if every is None else every
+    step = method.step if method.fixed else None
+    return row_times(end, interval, step, model.row_width * instances)
+
+
+def state_after(model: LoadedModel, time: float) -> tuple[Array, Array]:
+    """Run to a time, s, with the scene's method; return the state and the device inputs then."""
+    method, _ = method_of(model)
+    times = row_times(time, time, None, len(model.measured))
+    rows = np.full((len(times), len(model.measured)), np.nan)
+    with model.started(method, accounts=False) as instance:
+        status, _, _ = run_watched(instance, times, rows, progress=False)
+    require(instance, status)
+    return instance.state.copy(), instance.input.copy()
+
+
+def _named(
+    model: LoadedModel,
+    times: Array,
+    rows: Array,
+    method: Method,
+    instance: Instance,
+    notices: Sequence[Diagnostic],
+) -> Result:
+    """Name the columns of the rows, in the scene's order."""
+    counts = instance.counts
+    pairs = zip(model.outputs, model.row_places(), strict=True)
+    return Result(
+        scene=model.facts.scene,
+        time=times,
+        columns={variable.name: rows[:, place] for variable, place in pairs},
+        units={v.name: v.unit for v in model.outputs},
+        solver=method.name,
+        counts=counts,
+        panels=model.facts.panels,
+        accounts=model.accounts,
+        notices=(*notices, *_warnings(model, instance, counts, method)),
+    )
+
+
+def _warnings(
+    model: LoadedModel, instance: Instance, counts: Mapping[str, float], method: Method
+) -> Iterator[Diagnostic]:
+    """Warn of parameters set to negative values (BG460) and of steps too long (BG719)."""
+    for name, what, element in model.facts.passive:
+        value = model.parameters.turned_negative(instance, name)
+        if value is not None:
+            yield negative_value(None, element, what, value, f", as `{name}` is given")
+    if counts["coarsest"] > 0:
+        state = model.states[int(counts["coarsest_state"])].name
+        yield step_too_long(counts["coarsest_at"], state, counts["coarsest"], method.step)
