@@ -1,1 +1,1 @@
-"""The runtime: compiled models loaded, run and plotted, and the `bgc` command."""
+"""The runtime: load, run, analyse and plot compiled models; the `bgc` command."""

@@ -47,19 +47,19 @@ class Model(LoadedModel):
         duration, every
             End time and interval between rows, s; by default the scene's. Without an interval
             there is a row for each step of a fixed-step method, else there are 1,000 intervals.
-            Where the time itself stands in the model, adaptive methods take no step longer than
-            five rows, unless the scene says `max_step`.
+            If the equations depend explicitly on time, adaptive methods take no step longer than
+            five row intervals, unless the scene gives `max_step`.
         solver, rtol, atol, step
             Method and its options; by default the scene's, else `rodas5p`, or `ros34prw` where
-            the scene gives a step. `atol` is one for all states, SI; without it each state has
-            its own, from its unit's scale.
+            the scene gives a step. `atol` applies to all states, SI; without it each state has
+            its own, from the scale of its unit.
         settle
-            A frequency in Hz: modes faster than that start at rest, stiff springs under their
-            loads, and energy is counted from there. By default the scene's, else none.
+            A frequency in Hz: faster modes start at rest, with stiff springs under their loads,
+            and energy is counted from that state. By default the scene's, else none.
         parameters
             Values for this run alone, SI numbers or texts with a unit.
         progress
-            Show a progress bar on a terminal when the run takes longer than a second.
+            Whether to show a progress bar on a terminal when the run takes longer than a second.
 
         Raises
         ------
@@ -89,36 +89,36 @@ class Model(LoadedModel):
         progress: bool = False,
         vectorised: bool = True,
     ) -> Ensemble:
-        """Run many parameter sets at once, and return what they observe as one array.
+        """Run many parameter sets at once, and return their observed values as one array.
 
-        Several instances go in one vector register (eight with AVX-512), and batches of these on
-        all processors. Instances in a batch take the same steps: under error control the ones
-        that the most demanding of them needs. What batches do not serve (`running.many`) is
-        run one by one, and `Ensemble.alone` says why. The first call compiles what it needs, once
-        and for all.
+        Several instances share a vector register (eight with AVX-512), and batches of them run on
+        all processors. Instances in a batch take the same steps: under error control those of the
+        most demanding instance. Models and methods that batches do not support (see
+        `running.many`) are run one by one; `Ensemble.alone` has the reason. The first call
+        compiles the batch code, which is cached.
 
         Parameters
         ----------
         parameters
             A mapping `{"m": values, "k": values}` with one value for each instance (a number or
             a text with a unit is for all; of a vector, one vector for each), or a list of
-            mappings as `simulate` takes them, one for each instance.
+            mappings as for `simulate`, one for each instance.
         duration, every, solver, rtol, atol, step, settle
             As for `simulate`.
         progress
-            Show a progress bar on a terminal when it takes longer than a second.
+            Whether to show a progress bar on a terminal when it takes longer than a second.
         vectorised
-            Whether to use vector registers; without, instances are run one by one.
+            Whether to use vector registers; otherwise instances are run one by one.
 
         Returns
         -------
         Ensemble
-            Also where instances failed: its `status` and `failures` tell which and why.
+            Also if instances failed: `status` and `failures` name them with their errors.
 
         Raises
         ------
         EnsembleInterrupted
-            Ctrl-C; its `result` holds what was computed up to there.
+            Ctrl-C; its `result` holds the rows up to there.
         BgError
             An argument or a parameter is at fault.
         """
@@ -188,7 +188,7 @@ class Model(LoadedModel):
         Parameters
         ----------
         inputs
-            What is varied: a source's effort or flow (`"supply.e"`), a parameter (`"F"`), a
+            The inputs: a source's effort or flow (`"supply.e"`), a parameter (`"F"`), a
             device's channel (`"hand.position[3]"`); by default all channels of the devices.
         outputs
             Names that the scene observes, or any expressions; by default all it observes.
@@ -197,7 +197,7 @@ class Model(LoadedModel):
             initial state. By default the initial state itself.
         state, time
             The operating point itself, in the order of `states`. A state that only `inputs` or
-            `outputs` bring into play is as at the start.
+            `outputs` need keeps its initial value.
         parameters
             Values for this call alone, SI numbers or texts with a unit.
 

@@ -1,1 +1,1 @@
-"""Linear systems: state space, modes, frequency response."""
+"""Linear models: state space, modes, frequency response; NumPy and SciPy alone."""

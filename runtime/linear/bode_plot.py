@@ -37,6 +37,6 @@ def plot_bode(response: Response, path: Path) -> Figure:
 
 
 def _phase_step(response: Response) -> float:
-    """Degrees between ticks, so that there are not too many."""
+    """Choose the degrees between ticks, so that there are at most eight."""
     span = float(response.phase.max() - response.phase.min())
     return next((s for s in _PHASE_STEPS if span / s <= _MOST_TICKS), 360.0 * (1 + span // 2880))

@@ -1,6 +1,6 @@
-"""The fast modes of a matrix: what balances it, and the projector on those beyond a frequency.
+"""The fast modes of a matrix: balancing, and the projector on modes beyond a frequency.
 
-With NumPy alone, so that a run need not wait for SciPy to be loaded.
+Only NumPy is used, since SciPy takes longer to load than most runs.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from bgc.runtime.results.arrays import Array
 
 _SWEEPS = 100
 _WORTH_SCALING = 0.9  # of the squares of a row and a column
-_TOGETHER = 1 - 1e-6  # eigenvalues of sizes in this ratio are not parted
+_TOGETHER = 1 - 1e-6  # ratio of sizes from which on eigenvalues are not separated
 _ITERATIONS = 50
-_SETTING_IN = 1e-2  # changes below this shrink quadratically
-_ROUNDING = 1e-8  # of which the square is rounding
-_CERTAIN = 1e-3  # in the count of modes
+_QUADRATIC = 1e-2  # changes below this shrink quadratically
+_ROUNDING = 1e-8  # a change whose square is rounding
+_CERTAIN = 1e-3  # error allowed in the trace, which is the number of fast modes
 
 
 def balancing(matrix: Array) -> Array:
-    """Powers of two s that make rows and columns of `diag(1/s) matrix diag(s)` alike in size.
+    """Find powers of two s so that rows and columns of `diag(1/s) matrix diag(s)` have equal norms.
 
-    In the 2-norm, the diagonal left out (B. N. Parlett and C. Reinsch, Numerische Mathematik 13,
-    1969; R. James, J. Langou and B. R. Lowery, arXiv:1401.5766).
+    The 2-norm is used, without the diagonal (B. N. Parlett and C. Reinsch, Numerische Mathematik
+    13, 1969; R. James, J. Langou and B. R. Lowery, arXiv:1401.5766).
     """
     scale = np.ones(len(matrix))
     largest = np.abs(matrix).max(initial=0.0)
@@ -48,13 +48,13 @@ def balancing(matrix: Array) -> Array:
 
 
 def fast_projector(matrix: Array, limit: float) -> tuple[Array, int, float]:
-    """The spectral projector on the eigenvalues of size beyond a limit.
+    """Compute the spectral projector on the eigenvalues with a modulus above a limit.
 
-    Eigenvalues whose sizes agree to a millionth stay together, as fast ones. The matrix should be
-    balanced. A Moebius map takes a circle between the slow eigenvalues and the fast ones to the
-    imaginary axis; Newton's method for the matrix sign function does the rest (J. D. Roberts,
-    Int. J. Control 32, 1980; scaled by norms, N. J. Higham, Functions of Matrices, 5.5). On
-    stiff mechanics it is more accurate than an ordered Schur form.
+    Eigenvalues whose moduli agree to a millionth stay together and count as fast. The matrix
+    should be balanced. A Moebius map takes a circle between the slow and the fast eigenvalues to
+    the imaginary axis; the matrix sign function, by Newton's method, separates them (J. D. Roberts,
+    Int. J. Control 32, 1980; scaled by norms, N. J. Higham, Functions of Matrices, 5.5). For stiff
+    mechanics this is more accurate than an ordered Schur form.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def fast_projector(matrix: Array, limit: float) -> tuple[Array, int, float]:
     Raises
     ------
     numpy.linalg.LinAlgError
-        Where the eigenvalues cannot be told apart in double precision.
+        If the eigenvalues cannot be separated in double precision.
     """
     same = np.eye(len(matrix))
     sizes = np.sort(np.abs(np.linalg.eigvals(matrix)))
@@ -74,10 +74,10 @@ def fast_projector(matrix: Array, limit: float) -> tuple[Array, int, float]:
     fast = len(sizes) - slow
     if slow == 0 or fast == 0:
         return same if fast else np.zeros_like(same), fast, limit
-    # Not where slow modes of size zero, or rounding, would take it.
+    # A slow eigenvalue of zero, or of rounding, must not draw the circle to zero.
     inside, outside = max(sizes[slow - 1], 1e-6 * sizes[slow]), sizes[slow]
     radius = math.sqrt(inside * outside)
-    with np.errstate(all="ignore"):  # what overflows is not certain, below
+    with np.errstate(all="ignore"):  # an overflow fails the test of the trace below
         projector = (same + _sign(same - 2 * np.linalg.inv(matrix / radius + same))) / 2
     if not abs(np.trace(projector) - fast) < _CERTAIN:
         raise np.linalg.LinAlgError("no gap between fast and slow eigenvalues")
@@ -85,17 +85,17 @@ def fast_projector(matrix: Array, limit: float) -> tuple[Array, int, float]:
 
 
 def _sign(matrix: Array) -> Array:
-    """The sign of a matrix without eigenvalues on the imaginary axis."""
+    """Compute the sign of a matrix without eigenvalues on the imaginary axis."""
     change = math.inf
     for _ in range(_ITERATIONS):
         inverse = np.linalg.inv(matrix)
         factor = 1.0
-        if change > _SETTING_IN:
+        if change > _QUADRATIC:
             factor = math.sqrt(np.linalg.norm(inverse, 1) / np.linalg.norm(matrix, 1))
         following = (factor * matrix + inverse / factor) / 2
         before = change
         change = float(np.linalg.norm(following - matrix, 1) / np.linalg.norm(following, 1))
         matrix = following
-        if change < _ROUNDING or (change < _SETTING_IN and change > before / 2):
+        if change < _ROUNDING or (change < _QUADRATIC and change > before / 2):
             break
     return matrix

@@ -1,4 +1,4 @@
-"""Frequency response of one output to one input: where to compute it, what it is, files."""
+"""Frequency response of one output to one input, its grid of frequencies, and its files."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _POINTS_A_DECADE = 60
 _NEAR_A_MODE = 15  # points on either side of a resonance
 _MOST_DECADES = 12.0
 _ALMOST_ZERO = 1e-9  # of the largest eigenvalue
-_FAINT = 1e-9  # of the largest response: its last digits are rounding
-_LIGHTLY = 0.7  # damping ratio below which a mode has a resonance
+_NEGLIGIBLE = 1e-9  # of the largest response: its last digits are rounding
+_RESONANT = 0.7  # damping ratio below which a mode has a resonance
 
 HEADER = ("omega", "magnitude_db", "phase_deg", "real", "imag")
 
@@ -54,7 +54,7 @@ class Response:
         return np.column_stack(parts)
 
     def write_csv(self, file: TextIO) -> None:
-        """Write a line for each frequency, every digit that matters."""
+        """Write a line for each frequency, in full precision."""
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(HEADER)
         writer.writerows(map(repr, row) for row in self.rows().tolist())
@@ -68,16 +68,16 @@ class Response:
 def frequency_response(
     linear: Linearisation, low: float | None = None, high: float | None = None
 ) -> Response:
-    """The response of a linear model of one input and one output.
+    """Compute the response of a linear model with one input and one output.
 
-    Frequencies from `low` to `high` in rad/s, by default a decade beyond the slowest and the
-    fastest mode, or up to where the response has faded to 1e-9 of its largest value (-180 dB);
-    close together around resonances.
+    Frequencies run from `low` to `high` in rad/s, more closely around resonances. By default they
+    extend a decade beyond the slowest and the fastest mode, but end where the response has fallen
+    to 1e-9 of its largest value (-180 dB).
 
     Raises
     ------
     BgError
-        BG085 where the range is none, BG086 where the response is zero throughout.
+        BG085 if the range is empty, BG086 if the response is zero throughout.
     """
     modes = linear.modes()
     first, last = _range(modes)
@@ -89,14 +89,14 @@ def frequency_response(
     value = linear.response(omega)[:, 0, 0]
     if not value.any():
         raise BgError([no_response(linear.inputs[0], linear.outputs[0])])
-    if high is None:  # beyond all modes it fades, in the end into rounding
-        loud = np.flatnonzero(np.abs(value) > _FAINT * np.nanmax(np.abs(value)))[-1] + 1
-        omega, value = omega[:loud], value[:loud]
+    if high is None:  # beyond all modes the response falls, until only rounding is left
+        kept = np.flatnonzero(np.abs(value) > _NEGLIGIBLE * np.nanmax(np.abs(value)))[-1] + 1
+        omega, value = omega[:kept], value[:kept]
     return Response(linear.inputs[0], linear.outputs[0], _per(above, below), omega, value)
 
 
 def _range(modes: Sequence[Mode]) -> tuple[float, float]:
-    """A decade beyond the modes, to whole decades."""
+    """Extend the range of the modes by a decade on each side, to whole decades."""
     sizes = [abs(mode.eigenvalue) for mode in modes]
     largest = max(sizes, default=0.0)
     sizes = [size for size in sizes if size > _ALMOST_ZERO * largest]
@@ -108,22 +108,23 @@ def _range(modes: Sequence[Mode]) -> tuple[float, float]:
 
 
 def _frequencies(modes: Sequence[Mode], low: float, high: float) -> Array:
+    """Space frequencies logarithmically, with further ones around lightly damped modes."""
     decades = math.log10(high) - math.log10(low)
     count = max(2, math.ceil(_POINTS_A_DECADE * decades) + 1)
     grids = [np.geomspace(low, high, count)]
     for mode in modes:
         centre = mode.eigenvalue.imag
-        if centre > 0 and abs(mode.damping) < _LIGHTLY:
+        if centre > 0 and abs(mode.damping) < _RESONANT:
             width = max(abs(mode.eigenvalue.real), 1e-6 * centre)
             ends = max(1.0, math.log10(centre / width))
-            beside = width * np.logspace(-1, ends - 0.5, _NEAR_A_MODE)
-            grids += [centre - beside, centre + beside]
+            offsets = width * np.logspace(-1, ends - 0.5, _NEAR_A_MODE)
+            grids += [centre - offsets, centre + offsets]
     every = np.unique(np.concatenate(grids))
     return np.asarray(every[(every >= low) & (every <= high)], dtype=np.float64)
 
 
 def _per(above: str, below: str) -> str:
-    """The unit of a quotient as people read it."""
+    """Write the unit of a quotient."""
     if above == below or below in ("", "1"):
         return above if above != below and above != "1" else ""
     compound = any(sign in below for sign in "*/")

@@ -17,12 +17,11 @@ _WELL_CONDITIONED = 1e12
 
 @dataclass(frozen=True, slots=True)
 class Mode:
-    """One mode: its eigenvalue, 1/s; `period` is that of the damped oscillation, s.
+    """A mode: its eigenvalue, 1/s, and the period of its damped oscillation, s.
 
-    `damping` is the damping ratio, 1 where the mode does not oscillate (and infinite period).
-    `shares` gives the states that take part in it, the most involved first, with their
-    participation factors (the products of left and right eigenvectors, of sum 1); empty where
-    only eigenvalues were asked for.
+    `damping` is the damping ratio, 1 where the mode does not oscillate; its period is infinite
+    then. `shares` are the states by falling participation factor (products of left and right
+    eigenvectors, of sum 1); empty where only eigenvalues were computed.
     """
 
     eigenvalue: complex
@@ -37,13 +36,13 @@ class Mode:
 
     @property
     def natural_period(self) -> float:
-        """Period that it would have without its damping, s: 2 pi / |eigenvalue|."""
+        """Period without damping, s: 2 pi / |eigenvalue|."""
         size = abs(self.eigenvalue)
         return 2 * math.pi / size if size > 0 and self.eigenvalue.imag > 0 else math.inf
 
     @property
     def time_constant(self) -> float:
-        """Time in which it decays to 1/e, s; negative where it grows."""
+        """Time of decay to 1/e, s; negative where the mode grows."""
         real = self.eigenvalue.real
         return -1 / real if real != 0 else math.inf
 
@@ -82,7 +81,7 @@ class Linearisation:
 
     @property
     def is_explicit(self) -> bool:
-        """Whether E is the identity."""
+        """True if E is the identity."""
         return np.array_equal(self.E, np.eye(len(self.E)))
 
     def eigenvalues(self) -> Complex:
@@ -107,9 +106,9 @@ class Linearisation:
         return _by_frequency(found)
 
     def response(self, omega: Array) -> Complex:
-        """The transfer matrix `C (i w E - A)^-1 B + D` at angular frequencies in rad/s, (k, p, m).
+        """Compute the transfer matrix `C (i w E - A)^-1 B + D` at frequencies in rad/s, (k, p, m).
 
-        Not a number where a frequency is that of an undamped mode exactly.
+        NaN at a frequency that is exactly that of an undamped mode.
         """
         values = np.empty((len(omega), len(self.outputs), len(self.inputs)), dtype=np.complex128)
         for k, w in enumerate(omega):
@@ -121,10 +120,10 @@ class Linearisation:
 
 
 def pencil_eigenvalues(matrix: Array, mass: Array) -> Complex:
-    """Eigenvalues of `mass dy' = matrix dy` in 1/s, by rising real, then imaginary part.
+    """Compute the eigenvalues of `mass dy' = matrix dy`, 1/s, by rising real, then imaginary part.
 
-    As many as `mass` has rank, of an equation without hidden constraints: what only algebraic
-    equations determine has none.
+    For an equation without hidden constraints, their number is the rank of `mass`: variables that
+    algebraic equations determine have none.
     """
     if np.array_equal(mass, np.eye(len(mass))):
         found = np.linalg.eigvals(matrix)
@@ -137,18 +136,18 @@ def pencil_eigenvalues(matrix: Array, mass: Array) -> Complex:
 
 
 def modes_of(eigenvalues: Complex) -> tuple[Mode, ...]:
-    """Modes by rising frequency, one of each conjugate pair."""
+    """Make modes of eigenvalues, by rising frequency, one of each conjugate pair."""
     return _by_frequency([_mode(value) for value in eigenvalues.tolist() if value.imag >= 0])
 
 
 def without_algebraic(
     A: Array, B: Array, C: Array, D: Array, E: Array
 ) -> tuple[Array, Array, Array, Array, Array, NDArray[np.intp]]:
-    """Solve algebraic equations for states without a rate, and the rates from a regular E.
+    """Eliminate the states without a rate by the algebraic equations, and invert a regular E.
 
-    Returns A, B, C, D, E and the indices of the states that are left. E is the identity then,
-    unless it is singular in what is left, or the algebraic equations do not determine the states
-    without a rate: such a system is returned as it is.
+    Returns A, B, C, D, E and the indices of the remaining states. E is the identity then, unless
+    it is singular in the remaining states. If the algebraic equations do not determine the states
+    without a rate, the system is returned unchanged.
     """
     every = np.arange(len(A))
     rows, columns = ~E.any(axis=1), ~E.any(axis=0)
@@ -172,7 +171,7 @@ def without_algebraic(
 
 
 def _regular(matrix: Array) -> bool:
-    """Whether a matrix can be solved with, whatever the units of its rows and columns."""
+    """Return whether a matrix is well conditioned after scaling its rows and columns."""
     if not len(matrix):
         return True
     by_row = matrix / np.maximum(np.abs(matrix).max(axis=1, keepdims=True), 1e-300)
@@ -181,7 +180,7 @@ def _regular(matrix: Array) -> bool:
 
 
 def _finite(matrix: Array, mass: Array) -> Complex:
-    """Finite eigenvalues of `mass dy' = matrix dy`."""
+    """Compute the finite eigenvalues of `mass dy' = matrix dy`."""
     # Slow to load; NumPy has no generalised eigenvalues.
     from scipy.linalg import eigvals
 

@@ -1,4 +1,4 @@
-"""A linear model as tables and as files of numbers."""
+"""Tables and files of a linear model."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import written_whole
 
 _COLUMNS, _ROWS, _MODES = 8, 16, 48  # of a matrix and of the modes, shown without --full
-_SHARE = 0.15  # of a mode, below which a state is not named
-_NAMED = 3  # states of a mode
+_SHARE = 0.15  # of a mode: a state with a smaller participation is not named
+_NAMED = 3  # states at most that are named for a mode
 _ALMOST_ZERO = 1e-12  # of the largest eigenvalue: rounding
 
 
 def linear_tables(linear: Linearisation, full: bool) -> list[Table]:
-    """The operating point, the matrices and the modes; large ones in part unless `full`."""
+    """Tabulate the operating point, the matrices and the modes, in full or abridged."""
     rates = [f"{name}'" for name in linear.states]
     matrices = [
         ("A: rates by states", linear.A, rates, linear.states),
@@ -39,14 +39,14 @@ def linear_tables(linear: Linearisation, full: bool) -> list[Table]:
 
 
 def mode_table(modes: Sequence[Mode], full: bool) -> Table:
-    """Eigenvalues by rising frequency with what follows from them, and the states in each.
+    """Tabulate modes by rising frequency: eigenvalue, period, damping, time constant, states.
 
-    One that is zero but for rounding is shown as zero, before the others.
+    Eigenvalues that are zero to rounding are shown as zero, before the others.
     """
     zero = _ALMOST_ZERO * max((abs(mode.eigenvalue) for mode in modes), default=0.0)
-    still = [mode for mode in modes if abs(mode.eigenvalue) <= zero]
+    at_rest = [mode for mode in modes if abs(mode.eigenvalue) <= zero]
     moving = [mode for mode in modes if abs(mode.eigenvalue) > zero]
-    rows = [_mode_row(mode, zero) for mode in (*still, *moving)]
+    rows = [_mode_row(mode, zero) for mode in (*at_rest, *moving)]
     header = (
         "eigenvalue 1/s", "period s", "natural period s", "damping", "time constant s", "states",
     )  # fmt: skip
@@ -100,14 +100,14 @@ def _matrix_table(
 
 
 def _short(value: float) -> str:
-    """Six digits, and nothing of what is infinite."""
+    """Write six digits; nothing for infinity."""
     return f"{value:.6g}" if math.isfinite(value) else ""
 
 
 def write_csv(linear: Linearisation, path: Path) -> None:
-    """Write `[A B; C D]` with the names of rows and columns, every digit that matters.
+    """Write `[A B; C D]` with the names of rows and columns, in full precision.
 
-    A model whose E is not the identity gets its columns between those of A and B, named `E`.
+    If E is not the identity, its columns come before those of A, named after the rates.
     """
     blocks = [np.hstack((linear.A, linear.B)), np.hstack((linear.C, linear.D))]
     names = [*linear.states, *linear.inputs]

@@ -1,1 +1,1 @@
-"""Results: rows as named columns, their plots and their files."""
+"""Results of runs: named columns, their plots and their files."""

@@ -1,4 +1,4 @@
-"""Many runs of a model as one labelled array, and the ways to take them elsewhere."""
+"""Many runs of a model as one labelled array, and its export to files and xarray."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Ensemble:
     Attributes
     ----------
     scene, solver
-        What was run, and by which method.
+        The scene, and the integration method.
     time
         Times of the rows, s, (rows,).
     values
@@ -39,17 +39,17 @@ class Ensemble:
     names, units
         Outputs in the scene's order, and their SI units.
     parameters
-        The varied ones by name, SI, (n,) each.
+        The varied parameters by name, SI, (n,) each.
     status
-        Of each instance: `done`, `failed` or `interrupted`.
+        `done`, `failed` or `interrupted`, for each instance.
     failures
-        Why, by the number of the instance (from 0).
+        The errors, by the number of the instance (from 0).
     together
-        How many were computed in the lanes of vector registers, not alone.
+        The number of instances computed in the lanes of vector registers, not alone.
     alone
-        Why all were run one by one; empty where vector registers were used.
+        The reason why all were run one by one; empty where vector registers were used.
     warnings
-        What there was to say of how they were run.
+        Warnings about the method of the runs.
     """
 
     scene: str
@@ -90,14 +90,14 @@ class Ensemble:
 
     @property
     def done(self) -> Array:
-        """Which instances have all their rows, (n,) of bool: an index for `values`."""
+        """Mask of the instances with all their rows, (n,) of bool: an index for `values`."""
         return np.array([status == DONE for status in self.status])
 
     def _place_of(self, name: str) -> int:
         return self.names.index(name) if name in self.names else -1
 
     def _places(self, name: str) -> list[int]:
-        """Columns of an output, or of a vector's components in order."""
+        """Find the columns of an output, or of a vector's components in order."""
         if name in self.names:
             return [self.names.index(name)]
         count = 0
@@ -120,7 +120,7 @@ class Ensemble:
         """Write NumPy's compressed archive: `values`, `time`, `names`, `status` and `about`.
 
         Each varied parameter is an array `parameter:<name>`. `about` is a JSON text with the
-        units, the scene, the solver and what went wrong.
+        units, the scene, the solver and the failures.
         """
         about = {
             "scene": self.scene,
@@ -163,7 +163,7 @@ class Ensemble:
 
 
 class EnsembleInterrupted(KeyboardInterrupt):
-    """Ctrl-C while an ensemble ran; `result` holds what was computed up to there."""
+    """Ctrl-C while an ensemble ran; `result` holds the rows computed by then."""
 
     def __init__(self, result: Ensemble) -> None:
         done = result.status.count(DONE)

@@ -18,9 +18,9 @@ from bgc.diagnostics.diagnostic import BgError
 
 @contextmanager
 def written_whole(path: str | Path) -> Iterator[Path]:
-    """Give a path to write to, and move what was written to `path` when all went well.
+    """Yield a temporary path to write to; move the file to `path` if no error occurs.
 
-    An earlier file of that name stays untouched until then. What is no ordinary file
+    An earlier file of that name stays untouched until then. A path that is not an ordinary file
     (`/dev/stdout`, a named pipe) is written directly. Raises BgError BG055 where the operating
     system refuses.
     """

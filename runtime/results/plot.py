@@ -1,4 +1,4 @@
-"""Plots of a result: time plots stacked by unit, or panels of the user's choice."""
+"""Plots of a result: time plots stacked by unit, or the user's own panels."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Columns(Protocol):
 
 
 def read_panel(text: str) -> Panel:
-    """Read `tip.z, handle.z` or `force against elevation`; BG069 where it is neither."""
+    """Read `tip.z, handle.z` or `force against elevation`; BG069 for other texts."""
     first, against, second = text.partition(" against ")
     columns = tuple(name.strip() for name in re.split(r",(?![^\[]*\])", first))
     across = second.strip() if against else "time"
@@ -145,7 +145,7 @@ def _draw(result: Columns, panels: Sequence[Panel]) -> Figure:
 
 
 def _draw_panel(result: Columns, panel: Panel, axes: Any) -> None:
-    """Draw one panel; what does not fit the left scale gets the one at the right."""
+    """Draw one panel, with a right-hand scale for columns that do not fit the left one."""
     across = result[panel.across]
     left, right = _sides(result, panel)
     other: Any = axes.twinx() if right else None
@@ -172,10 +172,10 @@ def _draw_panel(result: Columns, panel: Panel, axes: Any) -> None:
 
 
 def _sides(result: Columns, panel: Panel) -> tuple[list[str], list[str]]:
-    """Share a panel's columns between the scales at its left and at its right.
+    """Divide a panel's columns between its left and its right scale.
 
-    At the right are columns of a second unit; of a pair in one unit, the second where it spans
-    a far smaller or larger range than the first.
+    Columns of a second unit go to the right. Of two columns in one unit, the second goes to the
+    right if its range is far smaller or larger than that of the first.
     """
     units = list(dict.fromkeys(result.units[column] for column in panel.columns))
     if len(units) == 2:

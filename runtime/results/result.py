@@ -1,4 +1,4 @@
-"""What a run computed: named columns over time, and the ways to take them elsewhere."""
+"""The result of a run: named columns over time, and their export to files and pandas."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ if TYPE_CHECKING:
 
 _COMPONENT = re.compile(r"(.*)\[(\d+)\]")
 _ROWS_AT_ONCE = 4096
-_UNBALANCED = 0.005  # of the energy exchanged: a residual that is no rounding and no tolerance
+_UNBALANCED = 0.005  # of the energy exchanged: beyond rounding and the usual tolerances
 
 
 def unbalanced(residual: float, exchanged: float) -> bool:
-    """Whether an energy residual is too large beside the energy exchanged, both in J.
+    """Return whether an energy residual is too large compared with the energy exchanged, both in J.
 
-    A bond graph conserves energy, whatever its laws: the residual is the method's alone.
+    A bond graph conserves energy whatever its laws, so the residual is an error of the method.
     """
     return residual > _UNBALANCED * exchanged > 0
 
 
 class UnknownColumn(BgError, KeyError):
-    """A result was asked for a column that it does not have."""
+    """A result has no column of the requested name."""
 
     __str__ = BgError.__str__
 
@@ -52,24 +52,24 @@ class Result(Mapping[str, Array]):
     Attributes
     ----------
     scene, solver
-        What was run, and by which method.
+        The scene, and the integration method.
     time
         Times of the rows, s, (n,).
     columns, units
         Observed columns by name, in the scene's order, and their SI units.
     counts
-        What the run cost: steps, evaluations, seconds.
+        Steps, evaluations and seconds of the run.
     status, message
         `done`; or `failed` or `interrupted` with the reason, and the rows up to there.
     panels
-        What the scene wants plotted.
+        The plots that the scene specifies.
     accounts
         Columns of the energy accounts: `{"residual": "energy.residual"}`.
     notices
-        What there was to say of how it was run.
+        Warnings about the method and the parameters of the run.
     warnings
-        These, and what is odd about the rows: a value that is not finite, energies that do not
-        balance.
+        The notices, and warnings about the rows: a value that is not finite, energies that do
+        not balance.
     """
 
     scene: str
@@ -86,7 +86,7 @@ class Result(Mapping[str, Array]):
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
-        """The notices, and what is odd about the rows: BG712, BG716."""
+        """The notices, and warnings about the rows: BG712, BG716."""
         return (*self.notices, *self._not_finite(), *self._unbalanced())
 
     def _unbalanced(self) -> Iterator[Diagnostic]:
@@ -109,7 +109,7 @@ class Result(Mapping[str, Array]):
             yield value_not_finite(name, float(self.time[row]), to_the_end)
 
     def ended(self, status: str, message: str) -> Result:
-        """The same rows, of a run that ended early."""
+        """Return the same rows, marked as those of a run that ended early."""
         return replace(self, status=status, message=message)
 
     def __getitem__(self, name: str) -> Array:
@@ -136,7 +136,7 @@ class Result(Mapping[str, Array]):
         return f"<bgc result of {self.scene}: {len(self.time)} rows to {end}{ended}>"
 
     def _components(self, name: object) -> list[str]:
-        """Columns of a vector, in order; empty where `name` is none."""
+        """Find the columns of a vector, in order; empty where `name` is not a vector."""
         matches = [(column, _COMPONENT.fullmatch(column)) for column in self.columns]
         found = [(int(m[2]), column) for column, m in matches if m is not None and m[1] == name]
         return [column for _, column in sorted(found)]
@@ -146,7 +146,7 @@ class Result(Mapping[str, Array]):
         return list(dict.fromkeys(m[1] for m in matches if m is not None))
 
     def expand(self, names: Sequence[str]) -> list[str]:
-        """Replace the names of vectors by those of their columns; BG065 for what is unknown."""
+        """Replace the names of vectors by those of their columns; BG065 for unknown names."""
         columns: list[str] = []
         for name in names:
             if name in self.columns or name == "time":
@@ -158,7 +158,7 @@ class Result(Mapping[str, Array]):
         return columns
 
     def to_csv(self, path: str | Path) -> None:
-        """Write `time,<name>,..` and a line for each row; SI, every digit that matters."""
+        """Write `time,<name>,..` and a line for each row; SI, in full precision."""
         with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
             self.write_csv(file)
 
@@ -186,7 +186,7 @@ class Result(Mapping[str, Array]):
         write_arrays(path, arrays)
 
     def to_pandas(self) -> Any:
-        """A pandas DataFrame with a column for each name and `time` as its index."""
+        """Return a pandas DataFrame with a column for each name and `time` as its index."""
         try:
             import pandas as pd  # optional, and slow to load
         except ImportError as problem:
@@ -201,16 +201,16 @@ class Result(Mapping[str, Array]):
         columns: Sequence[str] | None = None,
         panels: Sequence[str] | None = None,
     ) -> Figure:
-        """Plot what the scene says, else all columns stacked by unit; returns the figure.
+        """Plot the scene's panels, or else all columns stacked by unit; return the figure.
 
         Parameters
         ----------
         path
-            Where to write it (`.png`, `.svg`, `.pdf`); not written by default.
+            The file to write (`.png`, `.svg`, `.pdf`); none by default.
         columns
             Columns or vectors to show against time, stacked by unit.
         panels
-            What each panel shows, instead: `"tip.z, handle.z"` against time, or
+            The contents of each panel instead: `"tip.z, handle.z"` against time, or
             `"force against elevation"`.
         """
         # Loads matplotlib, which takes longer than most runs.

@@ -1,4 +1,4 @@
-"""What a run came to, in a few lines."""
+"""A summary of a run in a few lines."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from bgc.runtime.results.result import Result
 
 
 def summarise(result: Result) -> str:
-    """Tell how far a run went, what it cost, and how well it kept its energy."""
+    """Summarise the time reached, the steps and seconds spent, and the energy residual."""
     counts = result.counts
     reached = float(result.time[-1]) if len(result.time) else 0.0
     spent = counts["run_seconds"]
@@ -33,7 +33,7 @@ def _count(number: float, word: str) -> str:
 
 
 def _residual(result: Result) -> str:
-    """The energy residual, and its share of the largest account that is observed."""
+    """Describe the energy residual, and its share of the largest observed account."""
     columns = {account: result[column] for account, column in result.accounts.items()}
     if "residual" not in columns or not len(result.time):
         return ""

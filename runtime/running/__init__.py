@@ -1,1 +1,1 @@
-"""Compiled models loaded and run."""
+"""Compiled models: load them, set their parameters, run them."""

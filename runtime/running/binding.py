@@ -217,7 +217,7 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
 
 
 class Library:
-    """A loaded shared object: the model's constant data and the runtime's functions."""
+    """A loaded shared object: the model's constant data and the functions of the C runtime."""
 
     def __init__(self, path: Path) -> None:
         try:
@@ -247,12 +247,12 @@ class Library:
         return tuple(names)
 
     def is_fixed(self, method: str) -> bool:
-        """Whether a method takes steps of a given length."""
+        """Return whether a method takes steps of a fixed length."""
         return bool(self.functions.bgc_method_is_fixed(method.encode()) == 1)
 
 
 def backend_run(path: Path, solver: str) -> Any:
-    """The function of a backend's shared object that does what `bgc_run` does."""
+    """Load the function of a backend that replaces `bgc_run`."""
     result, arguments = _ON_INSTANCE["bgc_run"]
     try:
         function = getattr(ctypes.CDLL(str(path)), f"bgc_{solver}_run")
@@ -264,7 +264,7 @@ def backend_run(path: Path, solver: str) -> Any:
 
 
 def text(value: bytes | None) -> str:
-    """Decode a C string; none is the empty one."""
+    """Decode a C string; NULL gives the empty text."""
     return "" if value is None else value.decode("utf-8", "replace")
 
 
@@ -273,7 +273,7 @@ class Instance:
 
     def __init__(self, library: Library) -> None:
         self.library = library
-        self.backend: Any = None  # what takes the place of `bgc_run`, see `backend_run`
+        self.backend: Any = None  # replaces `bgc_run`, see `backend_run`
         self._data = library.functions.bgc_new(library.pointer)
         if not self._data:
             raise BgError([no_memory()])
@@ -292,7 +292,7 @@ class Instance:
 
     @property
     def address(self) -> int:
-        """Where the instance's `bgc_data` is; valid as long as the instance is kept."""
+        """Address of the instance's `bgc_data`; valid as long as the instance is kept."""
         return int(self._data)
 
     def set_parameter(self, index: int, value: float) -> None:
@@ -304,11 +304,11 @@ class Instance:
         return float(self._call("bgc_get_param", index))
 
     def reset(self, time: float = 0.0) -> Status:
-        """Compute what depends on parameters and take the initial state."""
+        """Compute the constants that depend on parameters, and take the initial state."""
         return Status(self._call("bgc_reset", time))
 
     def restart(self) -> Status:
-        """Start anew from the state that has been written."""
+        """Start again from the state that has been written to `state`."""
         return Status(self._call("bgc_restart"))
 
     @property
@@ -323,7 +323,7 @@ class Instance:
 
     @property
     def scale(self) -> Array:
-        """What absolute tolerances of the states are parts of, after a reset; a view."""
+        """Scales of the states, of which absolute tolerances are a part; a view, set by a reset."""
         return self._view("bgc_scale", self.library.model.n_state)
 
     @property
@@ -339,7 +339,7 @@ class Instance:
 
     @property
     def failed_parameter(self) -> int:
-        """Index of the parameter at fault, or n_param plus that of a check."""
+        """Index of the parameter at fault, or n_param plus the index of a failed check."""
         return int(self._ask("bgc_failed_parameter"))
 
     @property
@@ -359,7 +359,7 @@ class Instance:
 
     @property
     def counts(self) -> dict[str, float]:
-        """What the run cost so far: steps, evaluations, seconds."""
+        """Steps, evaluations and seconds of the run so far."""
         counts = self._ask("bgc_get_counts").contents
         return {name: getattr(counts, name) for name, _ in CountsStruct._fields_}
 
@@ -379,7 +379,7 @@ class Instance:
         return status, dense, by_time
 
     def mass(self) -> tuple[Status, Array]:
-        """M of M y' = f, dense; the parameters alone determine it."""
+        """M of M y' = f, dense; it depends on parameters alone."""
         model = self.library.model
         if model.n_mass == 0:
             return Status.OK, np.eye(model.n_state)
@@ -399,9 +399,9 @@ class Instance:
         return Status(self._call("bgc_set_options", byref(options)))
 
     def run(self, times: Array, rows: Array) -> tuple[Status, int]:
-        """Integrate to all times, fill their rows; returns how many rows are finished.
+        """Integrate to all times and fill their rows; return the number of finished rows.
 
-        Lets other threads run meanwhile; one of them may call `stop`.
+        The interpreter lock is released: another thread may call `stop`.
         """
         assert rows.flags.c_contiguous and len(rows) == len(times)
         done = c_size_t(0)
@@ -410,16 +410,16 @@ class Instance:
         return Status(run(self.library.pointer, self._data, *where)), done.value
 
     def stop(self) -> None:
-        """Make a `run` in another thread return soon."""
+        """Make a `run` in another thread return after its present step."""
         self._ask("bgc_stop")
 
     def find_driver(self, name: bytes) -> int | None:
-        """Address of a device driver, None when there is none of that name."""
+        """Return the address of a device driver, or None if the name is unknown."""
         address: int | None = self.library.functions.bgc_find_driver(name)
         return address
 
     def open_device(self, index: int, driver: int, options: str) -> tuple[Status, str]:
-        """Open a device with `key=value` lines as options; returns the driver's message too."""
+        """Open a device with `key=value` lines as options; return the driver's message too."""
         message = ctypes.create_string_buffer(512)
         size = len(message)
         lines = os.fsencode(options)
@@ -427,7 +427,7 @@ class Instance:
         return Status(status), message.value.decode("utf-8", "backslashreplace")
 
     def close_devices(self) -> None:
-        """Close all devices, their forces zero first."""
+        """Set the forces of all devices to zero, and close them."""
         self._call("bgc_close_devices")
 
 

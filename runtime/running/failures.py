@@ -1,4 +1,4 @@
-"""What a status of the C runtime means to the user."""
+"""Errors of a run: from a status of the C runtime to a diagnostic."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class RunInterrupted(KeyboardInterrupt):
 
 
 def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Diagnostic:
-    """Say what went wrong with an instance, in the names of its model and at its places."""
+    """Make the diagnostic of a failed instance, with its model's names and source positions."""
     model = instance.library.model
     time = instance.time
     match status:
@@ -76,7 +76,7 @@ def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Di
 
 
 def require(instance: Instance, status: Status, places: Places = _NOWHERE) -> None:
-    """Raise a BgError unless the status is good."""
+    """Raise a BgError unless the status is OK."""
     if status is not Status.OK:
         raise BgError([explain(instance, status, places)])
 

@@ -1,4 +1,4 @@
-"""What tells a scene from all others: what results that are kept between runs belong to."""
+"""The identity of a scene, by which results are kept between runs."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _PRESENT: Mapping[str, float] = MappingProxyType({})
 def scene_identity(
     model: LoadedModel, parameters: Mapping[str, float] = _PRESENT
 ) -> tuple[str, ...]:
-    """What was compiled, its parameters, its start, the files of its devices, and this bgc.
+    """Identify a scene by its compiled content, parameters, start, device files and version of bgc.
 
-    Parameters have their present values, but for those that are given, SI.
+    `parameters` replace present values, SI.
     """
     values = {**model.parameters.given({}), **parameters}
     return (
@@ -31,7 +31,7 @@ def scene_identity(
 
 
 def _device_files(model: LoadedModel) -> list[str]:
-    """The contents of the files that the devices read, as hashes."""
+    """Hash the files that the devices read."""
     struct = model.library.model
     found = []
     for index in range(struct.n_device):
@@ -44,8 +44,8 @@ def _device_files(model: LoadedModel) -> list[str]:
 
 
 def bgc_version() -> str:
-    """The version of this bgc; empty where it is not installed."""
-    # Loads the parser of e-mails that metadata is written in: 10 ms, seldom needed.
+    """Return the version of bgc; empty if it is not installed."""
+    # Loads the parser of e-mail, the format of metadata: 10 ms that most runs do without.
     from importlib.metadata import PackageNotFoundError, version
 
     try:

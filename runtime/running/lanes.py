@@ -1,4 +1,4 @@
-"""The functions of a shared object that run several instances at once."""
+"""Several instances in the lanes of one vector register: the C interface."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _Doubles = POINTER(c_double)
 class LaneLibrary(Library):
     """A loaded shared object that was compiled with lanes.
 
-    `width` is how many instances go in one batch: the doubles of a vector register.
+    `width` is the number of instances in a batch: the doubles of a vector register.
     """
 
     def __init__(self, path: Path) -> None:
@@ -29,11 +29,11 @@ class LaneLibrary(Library):
     def run(
         self, batch: Sequence[Instance], times: Array, rows: Sequence[Array]
     ) -> tuple[Status, list[bool]]:
-        """Run instances in lockstep to all times; returns which of them have all their rows.
+        """Run instances in lockstep to all times; return which of them have all their rows.
 
-        They have been reset and have the same options; `rows` has an array for each. One that
-        could not keep up has to be reset and run alone. Lets other threads run meanwhile; one of
-        them may call `stop` of the first instance.
+        The instances have been reset and have the same options; `rows` has an array for each. An
+        instance without all its rows must be reset and run alone. The interpreter lock is
+        released: another thread may call `stop` of the first instance.
         """
         assert 0 < len(batch) == len(rows) <= self.width
         assert all(each.flags.c_contiguous and len(each) == len(times) for each in rows)

@@ -1,4 +1,4 @@
-"""A compiled model in memory: its library, its parameters, its scene's facts, its start."""
+"""A compiled model in memory: library, parameters, facts of the scene, initial state."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class LoadedModel:
     def started(
         self, method: Method, accounts: bool, parameters: Mapping[str, ParameterValue] | None = None
     ) -> Iterator[Instance]:
-        """Give an instance at the initial state, its devices open, ready to run with a method.
+        """Yield an instance at the initial state, its devices open, ready to run with a method.
 
         `accounts` says whether its rows end with the energy accounts. The scene's `settle` holds
         unless the method has its own.

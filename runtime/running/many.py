@@ -2,13 +2,14 @@
 
 Instances of a model go in batches of as many as a vector register holds. A batch takes one step
 for all its instances (`runtime/c/lanes`). Each has devices of its own, sampled at the same times;
-where a law of one may switch in a step, that instance takes the step by itself. One that cannot
-keep up (a law is undefined, an assertion does not hold, static pivots lose digits) leaves the batch
-and is run alone, as `simulate` does, which also tells what is wrong with it.
+where a law of one may switch in a step, that instance takes the step by itself. An instance leaves
+the batch where a law is undefined, an assertion does not hold, or static pivots lose digits; it is
+then run alone, as by `simulate`, which also explains its errors.
 
-So are all instances, one on each processor, where batches do not serve: algebraic equations,
-methods that are no Rosenbrock or explicit ones (`radau5`, `midpoint`, `gauss4`, `cvode`), and
-models so large that their iteration matrices are factorised in loops. `Ensemble.alone` tells.
+All instances are run one by one, on all processors, where batches are not supported: algebraic
+equations, methods other than Rosenbrock and explicit ones (`radau5`, `midpoint`, `gauss4`,
+`cvode`), and models so large that their iteration matrices are factorised in loops.
+`Ensemble.alone` has the reason.
 """
 
 from __future__ import annotations
@@ -40,16 +41,16 @@ from bgc.runtime.running.run import Method, open_devices, set_method, start
 Sets: TypeAlias = Mapping[str, ParameterValue] | Sequence[Mapping[str, ParameterValue]]
 """Values by parameter, one for each instance; or a set of parameters for each instance."""
 
-_FEWEST = 4  # instances that are worth compiling for
+_FEWEST = 4  # instances from which on compiling for batches pays
 _EXPLICIT = frozenset(("dopri5", "rk4", "heun"))
 _OTHERS = frozenset(("radau5", "midpoint", "gauss4", *BACKENDS))
 _WATCH_SECONDS = 0.05
 
 
 def parameter_sets(given: Sets) -> list[Mapping[str, ParameterValue]]:
-    """One mapping for each instance; a number or a text in a mapping of lists is for all.
+    """Make one mapping for each instance; in a mapping of lists, other values are for all.
 
-    Raises BgError: BG740 where lists differ in length, BG741 where there is no instance.
+    Raises BgError: BG740 if lists differ in length, BG741 if there is no instance.
     """
     if not isinstance(given, Mapping):
         sets = list(given)
@@ -75,7 +76,7 @@ def _is_list(value: ParameterValue) -> TypeGuard[Sequence[ParameterValue]]:
 
 @dataclass(slots=True)
 class _Work:
-    """What the threads share. Each writes only what belongs to its own instances."""
+    """Data shared by the threads. Each writes only the entries of its own instances."""
 
     model: LoadedModel
     library: Library
@@ -89,7 +90,7 @@ class _Work:
     failures: dict[int, Diagnostic] = field(default_factory=dict)
     completed: set[int] = field(default_factory=set)
     together: set[int] = field(default_factory=set)
-    running: dict[int, list[Instance]] = field(default_factory=dict)  # by the first's number
+    running: dict[int, list[Instance]] = field(default_factory=dict)  # by the number of the first
     stopping: bool = False
 
     @property
@@ -98,7 +99,7 @@ class _Work:
         return self.library.width if isinstance(self.library, LaneLibrary) else 1
 
     def run_batch(self, start: int) -> None:
-        """Run the instances from one on, together and, where that fails, alone."""
+        """Run a batch of instances from `start` on together, and those that fail again alone."""
         if self.stopping:
             return
         numbers = range(start, min(start + self.width, len(self.sets)))
@@ -122,7 +123,7 @@ class _Work:
         return instance
 
     def _run_together(self, library: LaneLibrary, batch: Mapping[int, Instance]) -> None:
-        """Run a batch in lockstep. Those without an initial state are left to run alone."""
+        """Run a batch in lockstep, without the instances that have no initial state."""
         with ExitStack() as devices:
             for instance in batch.values():
                 devices.enter_context(open_devices(instance, self.model.folder))
@@ -140,7 +141,7 @@ class _Work:
 
     def _run_alone(self, number: int, instance: Instance) -> None:
         rows = self.rows[number]
-        rows[:] = np.nan  # what a batch wrote that it left
+        rows[:] = np.nan  # erase rows from before it left its batch
         with open_devices(instance, self.model.folder):
             if problem := self._start(instance):
                 self.failures[number] = problem
@@ -152,7 +153,7 @@ class _Work:
             self.failures[number] = self.model.explain(instance, status)
 
     def _start(self, instance: Instance) -> Diagnostic | None:
-        """Put an instance at its initial state; why there is none."""
+        """Put an instance at its initial state; return the error if there is none."""
         try:
             status = start(instance, self.method)
         except BgError as problem:  # its fast modes do not come to rest
@@ -160,13 +161,13 @@ class _Work:
         return None if status is Status.OK else self.model.explain(instance, status)
 
     def status_of(self, number: int) -> str:
-        """What became of an instance."""
+        """Return `done`, `failed` or `interrupted` for an instance."""
         if number in self.completed:
             return DONE
         return FAILED if number in self.failures else INTERRUPTED
 
     def reached(self) -> float:
-        """How many instances are done, with the parts of those that run."""
+        """Count finished instances, with the finished parts of running ones."""
         end = float(self.times[-1])
         parts = (
             len(batch) * min(1.0, batch[0].time / end) for batch in list(self.running.values())
@@ -174,7 +175,7 @@ class _Work:
         return min(float(len(self.sets)), len(self.completed) + len(self.failures) + sum(parts))
 
     def stop(self) -> None:
-        """Make all threads return soon."""
+        """Make all threads return after their present steps."""
         self.stopping = True
         for batch in list(self.running.values()):
             for instance in batch:
@@ -217,7 +218,7 @@ def simulate_many(
 
 
 def _run_all(work: _Work, progress: bool) -> None:
-    """Run all batches on all processors; Ctrl-C ends them soon."""
+    """Run all batches on all processors; Ctrl-C stops them."""
     starts = range(0, len(work.sets), work.width)
     with (
         ProgressBar(float(len(work.sets)), progress, unit=" instances") as bar,
@@ -238,7 +239,7 @@ def _run_all(work: _Work, progress: bool) -> None:
 
 
 def _why_alone(model: LoadedModel, method: Method, count: int, vectorised: bool) -> str:
-    """Why batches do not serve a run of so many instances; nothing where they do."""
+    """Return the reason for running instances one by one; empty where batches are supported."""
     info = model.library.model
     rates = set(info.mass_row[: info.n_mass]) if info.n_mass else set(range(info.n_state))
     explicit = method.name in _EXPLICIT
@@ -257,7 +258,7 @@ def _why_alone(model: LoadedModel, method: Method, count: int, vectorised: bool)
 
 
 def _lane_library(model: LoadedModel) -> LaneLibrary:
-    """Compile a model for batches, or take it from the cache; BG742 where its source changed."""
+    """Compile a model for batches, or load it from the cache; BG742 if its source changed."""
     assert model.origin is not None
     path, options = model.origin
     library = LaneLibrary(load_or_compile(path, replace(options, lanes=True)).library)
@@ -267,15 +268,15 @@ def _lane_library(model: LoadedModel) -> LaneLibrary:
 
 
 def _labelled(work: _Work, alone: str, notices: Sequence[Diagnostic]) -> Ensemble:
-    """Name what was computed, the outputs in the scene's order."""
+    """Name the computed values, with outputs in the scene's order."""
     model = work.model
     order = model.row_places()
-    as_it_is = order == list(range(work.rows.shape[2]))
+    in_order = order == list(range(work.rows.shape[2]))
     return Ensemble(
         scene=model.facts.scene,
         solver=work.method.name,
         time=work.times,
-        values=work.rows if as_it_is else work.rows[:, :, order],
+        values=work.rows if in_order else work.rows[:, :, order],
         names=tuple(variable.name for variable in model.outputs),
         units={variable.name: variable.unit for variable in model.outputs},
         parameters={name: work.values[:, k] for k, name in enumerate(work.varied)},

@@ -1,4 +1,4 @@
-"""The run-time parameters of a model: read, and set without compiling again."""
+"""The run-time parameters of a model, set without compiling again."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ParameterValue: TypeAlias = float | str | Sequence[Any] | NDArray[Any]
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One parameter: its present value in `unit` (SI), its default and its range."""
+    """A parameter: its present value in `unit` (SI), its default and its range."""
 
     name: str
     unit: str
@@ -38,14 +38,14 @@ class Parameter:
 class Parameters(Mapping[str, Parameter]):
     """A model's parameters by name.
 
-    `parameters["boom.mass"] = 7e3` or `= "7 t"` sets one for all later runs, and what follows
-    from it follows; `del parameters["boom.mass"]` puts it back to its default. A vector is its
-    components `axis[1]`, `axis[2]`, ..; `parameters["axis"] = [0, 0, 1]` sets them all. Those
-    that were compiled in, and cannot be set any more, are in `folded` with their values.
+    `parameters["boom.mass"] = 7e3` or `= "7 t"` sets a value for all later runs; parameters whose
+    defaults are computed from it change too. `del parameters["boom.mass"]` restores the default.
+    A vector has components `axis[1]`, `axis[2]`, ..; `parameters["axis"] = [0, 0, 1]` sets them
+    all. `folded` has the values of parameters that were compiled in and can no longer be set.
     """
 
     def __init__(self, library: Library, folded: Iterable[tuple[str, float]] = ()) -> None:
-        """Read the parameters of a library; `folded` are those that were compiled in."""
+        """Read the parameters of a library; `folded` were compiled in."""
         self._library = library
         self.folded = dict(folded)
         model = library.model
@@ -80,7 +80,7 @@ class Parameters(Mapping[str, Parameter]):
         return "\n".join(("parameters:", *lines, *compiled_in))
 
     def can_set(self, name: str, value: ParameterValue) -> bool:
-        """Whether there is a parameter of that name, or a vector for a vector's values."""
+        """Return whether a value can be set: a parameter of that name, or a vector for a vector."""
         if name in self._index:
             return True
         return (
@@ -90,21 +90,21 @@ class Parameters(Mapping[str, Parameter]):
         )
 
     def instance(self, changes: Mapping[str, ParameterValue]) -> Instance:
-        """Make an instance with these parameters, and `changes` to them, not yet reset."""
+        """Make an instance with these parameters and `changes`; it is not reset yet."""
         instance = Instance(self._library)
         for name, number in self.given(changes).items():
             instance.set_parameter(self._index[name], number)
         return instance
 
     def turned_negative(self, instance: Instance, name: str) -> float | None:
-        """The value of a parameter that is below zero by what was set; None of any other."""
+        """Return the value of a parameter if it is negative and its default is not, else None."""
         index = self._index.get(name)
         if index is None or (value := instance.parameter(index)) >= 0:
             return None
         return value if self._library.model.param[index].value >= 0 else None
 
     def given(self, changes: Mapping[str, ParameterValue]) -> dict[str, float]:
-        """The values that were set, and some more, SI, by the names of scalar parameters."""
+        """Return the values that were set, with `changes`, SI, by the names of scalars."""
         values = dict(self._given)
         for name, value in changes.items():
             values.update(self._checked(name, value))
@@ -119,7 +119,7 @@ class Parameters(Mapping[str, Parameter]):
         raise BgError([unknown_parameter(name, self._index)])
 
     def _components(self, name: str) -> list[str]:
-        """Names of a vector's or matrix's components, in order; none of a scalar."""
+        """List the components of a vector or matrix in order; empty for a scalar."""
         return [known for known in self._index if known.startswith(f"{name}[")]
 
     def _folded_components(self, name: str) -> list[str]:
@@ -131,7 +131,7 @@ class Parameters(Mapping[str, Parameter]):
         return Parameter(text(info.name), text(info.unit), value, info.value, info.low, info.high)
 
     def _checked(self, name: str, value: ParameterValue) -> dict[str, float]:
-        """SI values by the names of parameters, components one by one."""
+        """Check a value; return SI values by the names of parameters or components."""
         if isinstance(value, (int, float, str)) or np.ndim(value) == 0:
             return {name: self._number(name, value)}
         known = {*self._components(name), *self._folded_components(name)}

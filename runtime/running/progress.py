@@ -1,4 +1,4 @@
-"""A progress bar on the terminal for runs that take longer than a moment."""
+"""A progress bar on the terminal for runs longer than a second."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ _AFTER_SECONDS = 1.0
 
 
 class ProgressBar:
-    """Shows how much of the simulated time (or of other work) is done, after one second.
+    """A bar for simulated time or other work, shown after one second.
 
-    Nothing is drawn, and nothing loaded, unless `wanted` and standard error is a terminal.
+    Nothing is drawn or imported unless `wanted` and standard error is a terminal.
     """
 
     def __init__(
-        self, end: float, wanted: bool, what: str = "simulating", unit: str = " s"
+        self, end: float, wanted: bool, label: str = "simulating", unit: str = " s"
     ) -> None:
         self._end = end
-        self._what, self._unit = what, unit
+        self._label, self._unit = label, unit
         self._start = time.monotonic()
         self._wanted = wanted and sys.stderr.isatty()
         self._drawn: tuple[Progress, TaskID] | None = None
@@ -41,7 +41,7 @@ class ProgressBar:
             self._drawn[0].stop()
 
     def show(self, reached: float) -> None:
-        """Draw that the run has reached a time."""
+        """Update the bar: the run has reached a time."""
         if not self._wanted or time.monotonic() - self._start < _AFTER_SECONDS:
             return
         if self._drawn is None:
@@ -50,12 +50,12 @@ class ProgressBar:
         bar.update(task, completed=reached)
 
     def _draw(self) -> tuple[Progress, TaskID]:
-        # Slow to load: a bar is drawn for long runs on a terminal alone.
+        # Slow to load, and only long runs on a terminal draw a bar.
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
         bar = Progress(
-            TextColumn(self._what),
+            TextColumn(self._label),
             BarColumn(),
             TextColumn("{task.completed:.3g} of {task.total:.3g}" + self._unit),
             TimeRemainingColumn(),
@@ -63,4 +63,4 @@ class ProgressBar:
             transient=True,
         )
         bar.start()
-        return bar, bar.add_task(self._what, total=self._end)
+        return bar, bar.add_task(self._label, total=self._end)

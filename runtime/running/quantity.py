@@ -1,4 +1,4 @@
-"""Numbers with units, as a user gives and gets them at run time: `7`, `7 t`, `45 deg`."""
+"""Numbers with units, read from and written for users: `7`, `7 t`, `45 deg`."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 def read_quantity(text: str, name: str, unit: str) -> float:
     """Read a number, or a number, a blank and a unit, as an SI value of the given unit.
 
-    `name` is what the value is for, in messages. Raises BgError BG062 where the text is no
-    such thing, BG063 where its unit measures something else.
+    `name` names the value in messages. Raises BgError: BG062 if the text is not a number with an
+    optional unit, BG063 if the unit has another dimension.
     """
     match = _NUMBER.match(text.strip())
     if match is None:
@@ -28,7 +28,7 @@ def read_quantity(text: str, name: str, unit: str) -> float:
 
 
 def spelled_time(seconds: float) -> str:
-    """A time with the unit that suits it, in digits that lose nothing."""
+    """Write a time in s, ms, us or ns, whichever fits, with up to 12 digits."""
     for size, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "us")):
         if seconds >= 0.999999 * size:
             return f"{seconds / size:.12g} {unit}"
@@ -36,8 +36,8 @@ def spelled_time(seconds: float) -> str:
 
 
 def _factor(given: str, name: str, unit: str) -> float:
-    """How many SI units of `unit`'s kind one `given` is."""
-    # The compiler's units are slow to load, and a number in SI does without them.
+    """Return the factor from the unit `given` to SI; it must have the dimension of `unit`."""
+    # The compiler's units are slow to load, and SI numbers do without them.
     from bgc.values.units import DIMENSIONLESS, parse_unit
 
     parsed = parse_unit(given)

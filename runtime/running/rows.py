@@ -1,4 +1,4 @@
-"""When a run writes its rows."""
+"""Times of the rows of a run."""
 
 from __future__ import annotations
 
@@ -15,11 +15,14 @@ DEFAULT_ROWS = 1000
 
 
 def row_times(duration: float, every: float | None, step: float | None, columns: int) -> Array:
-    """Times of all rows of a run from 0 to `duration`, both included, in s.
+    """Compute the times of all rows from 0 to `duration`, both included, in s.
 
-    Rows come at multiples of `every`; without it at multiples of `step`, where the method's
-    step is fixed, else at 1,000 equal intervals. The last row is at the end time exactly, even
-    if the interval before it is shorter. `columns` serves to refuse what memory cannot hold.
+    Rows are at multiples of `every`; without it at multiples of `step`, the step of a fixed-step
+    method; without both at 1,000 equal intervals. The last row is exactly at the end, even if the
+    interval before it is shorter.
+
+    Raises BgError: BG066 for times that are not positive, BG068 if rows of so many `columns`
+    exceed half of the memory.
     """
     for name, value in (("duration (--time)", duration), ("every", every), ("step", step)):
         if value is not None and not (math.isfinite(value) and value > 0):
@@ -39,7 +42,7 @@ def row_times(duration: float, every: float | None, step: float | None, columns:
 
 
 def _memory() -> float:
-    """Bytes of the machine's memory; 8 GiB where it does not say."""
+    """Return the bytes of the machine's memory; 8 GiB if unknown."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     except (AttributeError, ValueError, OSError):

@@ -1,4 +1,4 @@
-"""One run of a model: its method, its devices, and a watch over it while it goes."""
+"""One run of a model: its method, its devices, and its supervision from Python."""
 
 from __future__ import annotations
 
@@ -33,18 +33,17 @@ AUTO = "auto"
 
 _TIGHTEST, _LOOSEST = 1e-15, 0.5  # relative tolerances: from rounding to no accuracy at all
 _ROWS_IN_A_STEP = 5
-_MESSAGE_LENGTH = 300  # characters of what a driver says
-_WATCH_SECONDS = 0.05  # how often a run is looked at: bounds the wait after Ctrl-C
+_MESSAGE_LENGTH = 300  # characters of a driver's message
+_WATCH_SECONDS = 0.05  # between two checks of a run: bounds the wait after Ctrl-C
 
 _Outcome = TypeVar("_Outcome")
 
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """An integration method with its options, SI; 0 where the runtime is to choose.
+    """An integration method with its options, SI; 0 where the C runtime chooses.
 
-    `auto` says that the recommendation of `bgc trade` is wanted, and this method only where there
-    is none.
+    `auto` means that the recommendation of `bgc trade` goes first, if there is one.
     """
 
     name: str
@@ -69,7 +68,7 @@ class Method:
         return replace(self, max_step=_ROWS_IN_A_STEP * interval)
 
     def struct(self, accounts: bool) -> OptionsStruct:
-        """The options as C takes them."""
+        """Make the options structure of C."""
         return OptionsStruct(
             name=self.name.encode(),
             rtol=self.rtol,
@@ -92,23 +91,26 @@ def choose_method(
     settle: float | None = None,
     backends: Iterable[str] = (),
 ) -> Method:
-    """Settle the method of a run: what the caller asks for, else what the scene says.
+    """Choose the method of a run: the caller's options go before those of the scene.
 
-    Without a solver, and for `auto` until it is settled, it is `rodas5p`, or `ros34prw` where a
-    step is given. `backends` are solvers of others that may be chosen too.
+    Without a solver, and for `auto` without a recommendation, the method is `rodas5p`, or
+    `ros34prw` where a step is given. `backends` are external solvers that may be chosen too.
+
+    Raises BgError: BG066 for a bad option, BG071 for an unknown solver, BG072 for a fixed-step
+    method without a step.
     """
     options = dict(facts.solver_options)
-    asked = {"rtol": rtol, "atol": atol, "step": step, "settle": settle}
-    options.update({name: value for name, value in asked.items() if value is not None})
+    given = {"rtol": rtol, "atol": atol, "step": step, "settle": settle}
+    options.update({name: value for name, value in given.items() if value is not None})
     for name, value in options.items():
         if not (math.isfinite(value) and value > 0):
             raise BgError([bad_option(name, value, "a positive number")])
     if not _TIGHTEST <= options.get("rtol", _TIGHTEST) <= _LOOSEST:
-        wanted = f"a part of a value, between {_TIGHTEST:g} and {_LOOSEST:g}"
-        raise BgError([bad_option("rtol", options["rtol"], wanted)])
+        allowed = f"a part of a value, between {_TIGHTEST:g} and {_LOOSEST:g}"
+        raise BgError([bad_option("rtol", options["rtol"], allowed)])
     name = solver or facts.solver or ""
     # A recommendation was measured without the caller's options, which go first.
-    auto = name == AUTO and all(value is None for value in asked.values())
+    auto = name == AUTO and all(value is None for value in given.values())
     if name in ("", AUTO):
         name = FIXED_DEFAULT if options.get("step") or facts.step else ADAPTIVE_DEFAULT
     known = (*library.methods(), *backends)
@@ -134,7 +136,7 @@ def choose_method(
 
 
 def start(instance: Instance, method: Method) -> Status:
-    """Put an instance at its initial state, fast modes at rest where the method asks for that."""
+    """Put an instance at its initial state; bring fast modes to rest if the method has `settle`."""
     status = instance.reset()
     if status is Status.OK and method.settle > 0:
         return settle(instance, method.settle)
@@ -142,20 +144,20 @@ def start(instance: Instance, method: Method) -> Status:
 
 
 def set_method(instance: Instance, method: Method, accounts: bool) -> Status:
-    """Give an instance its method; a solver of others is compiled first, if need be.
+    """Set the method of an instance; an external solver is compiled first if necessary.
 
-    Raises BgError: BG046 where that is not installed, BG047 where it does not serve the model.
+    Raises BgError: BG046 if the solver is not installed, BG047 if it does not support the model.
     """
     if method.name not in BACKENDS:
         return instance.set_options(method.struct(accounts))
     model = instance.library.model
-    unfit = (
+    unsupported = (
         (model.n_device > 0, "it reads a device"),
         (model.n_input > 0, "its inputs are written while it runs"),
         (model.n_mass > 0, "its rates are coupled, or it has algebraic equations"),
         (model.n_state == 0, "it has no states"),
     )
-    for applies, reason in unfit:
+    for applies, reason in unsupported:
         if applies:
             raise BgError([solver_does_not_serve(method.name, reason)])
     path = build_backend(BACKENDS[method.name], open_cache())
@@ -165,9 +167,9 @@ def set_method(instance: Instance, method: Method, accounts: bool) -> Status:
 
 @contextmanager
 def open_devices(instance: Instance, folder: Path) -> Iterator[None]:
-    """Open the scene's devices, and close them, their forces zero, whatever happens.
+    """Open the scene's devices; on exit set their forces to zero and close them, also after errors.
 
-    `folder` is that of the scene's file, from which the files of devices are named.
+    `folder` is that of the scene's file: paths of device files are relative to it.
     """
     model = instance.library.model
     try:
@@ -188,13 +190,13 @@ def open_devices(instance: Instance, folder: Path) -> Iterator[None]:
 
 
 def _quotable(message: str) -> str:
-    """A driver's words, and what of its file it quotes, fit for a terminal."""
+    """Make a driver's message, which may quote its file, safe for a terminal."""
     shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message)
     return shown if len(shown) <= _MESSAGE_LENGTH else f"{shown[:_MESSAGE_LENGTH]}..."
 
 
 def _located(options: str, folder: Path) -> str:
-    """Name the file of a device's options from where the scene's file is."""
+    """Make the path of a device's file relative to the scene's folder."""
     lines = (line.partition("=") for line in options.splitlines())
     return "".join(
         f"{key}={folder / value if key == 'file' else value}\n" for key, _, value in lines
@@ -204,9 +206,9 @@ def _located(options: str, folder: Path) -> str:
 def run_watched(
     instance: Instance, times: Array, rows: Array, progress: bool
 ) -> tuple[Status, int, bool]:
-    """Run to all times, with a progress bar if asked; Ctrl-C stops it within 0.2 s.
+    """Run to all times, with a progress bar if requested; Ctrl-C stops the run within 0.2 s.
 
-    Returns the status, the number of finished rows, and whether Ctrl-C was seen.
+    Returns the status, the number of finished rows, and whether Ctrl-C was pressed.
     """
     with ProgressBar(float(times[-1]), progress) as bar:
         (status, done), interrupted = watched(
@@ -218,12 +220,11 @@ def run_watched(
 def watched(
     instance: Instance, run: Callable[[], _Outcome], watch: Callable[[], None]
 ) -> tuple[_Outcome, bool]:
-    """Run an instance in a thread of its own, calling `watch` now and then; Ctrl-C stops it.
+    """Run an instance in a thread, calling `watch` every 0.05 s; Ctrl-C stops the run.
 
-    The C code runs in one piece, so that neither the watching nor the length of its intervals can
-    change a bit of the result.
+    The C code runs uninterrupted, so that watching cannot change the result.
 
-    Returns what `run` does, and whether Ctrl-C was seen.
+    Returns the result of `run`, and whether Ctrl-C was pressed.
     """
     outcome: list[_Outcome] = []
     finished = Event()
@@ -237,7 +238,7 @@ def watched(
     interrupted = False
     Thread(target=work, daemon=True).start()
     while not finished.is_set():
-        # An event, since Ctrl-C in Thread.join makes Python take the thread for ended.
+        # An event: after Ctrl-C in Thread.join, Python would consider the thread ended.
         try:
             finished.wait(_WATCH_SECONDS)
             watch()

@@ -1,7 +1,7 @@
-"""A consistent start: fast modes at rest on their slow manifold.
+"""A consistent start: fast modes at rest on the slow manifold.
 
-Stiff springs start unloaded, and without damping ring for ever; a step then has to follow them.
-Settled, they start with the deflections that the slow motion gives them.
+Stiff springs that start unloaded oscillate, without damping for ever, and steps have to resolve
+that. A settled start gives them the deflections that the slow motion causes.
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, Status
 
 _ITERATIONS = 50
-_AT_REST = 1e-10  # of the state or the first change, whichever is the larger, both balanced
-_ROUNDING = 1e-6  # changes below this that shrink no more are rounding
+_AT_REST = 1e-10  # of the larger of the state and the first change, both balanced
+_ROUNDING = 1e-6  # changes below this that no longer shrink are rounding
 
 
 def settle(instance: Instance, frequency: float) -> Status:
-    """Bring the modes faster than a frequency in Hz to rest, the slow ones unchanged.
+    """Bring modes faster than a frequency, Hz, to rest; slow modes are unchanged.
 
     With the spectral projector P of the fast modes (eigenvalues beyond 2 pi times the frequency)
     of the Jacobian A, `x <- x - A^-1 P f(x)` until P f vanishes: Newton's method for the leading
     term of the slow manifold (N. Fenichel, J. Differential Equations 31, 1979). States without a
-    rate follow their equations.
+    rate follow from their algebraic equations.
 
-    Returns the status of an evaluation that failed.
+    Returns OK, or the status of an evaluation that failed.
 
     Raises
     ------
     BgError
-        BG717 where the modes do not come to rest nearby or change their number, BG718 where
-        rates cannot be solved for.
+        BG717 if the modes do not come to rest nearby or change their number, BG718 if the equations
+        cannot be solved for the rates.
     """
     status, mass = instance.mass()
     first, before, modes = 0.0, math.inf, -1
@@ -67,31 +67,35 @@ def settle(instance: Instance, frequency: float) -> Status:
 def _correction(
     jacobian: Array, rates: Array, mass: Array, limit: float
 ) -> tuple[Array, Array, int]:
-    """The change of all states that takes the fast modes to their rest, what balances the states
-    (infinite for those without a rate), and how many modes are fast.
+    """Compute one Newton step of all states towards rest of the fast modes.
+
+    Returns the step, the scales that balance the states (infinite for those without a rate), and
+    the number of fast modes.
     """
     n = len(rates)
-    every, none = np.eye(n), np.zeros((n, 1))
-    slope, rate, follow, direct, left_mass, left = without_algebraic(
-        jacobian, rates[:, None], every, none, mass
+    identity, zero = np.eye(n), np.zeros((n, 1))
+    slope, rate, follow, direct, kept_mass, kept = without_algebraic(
+        jacobian, rates[:, None], identity, zero, mass
     )
-    if not np.array_equal(left_mass, np.eye(len(slope))):
+    if not np.array_equal(kept_mass, np.eye(len(slope))):
         raise BgError([not_separable()])
     step, scale, fast = _fast_newton(slope, rate[:, 0], limit)
-    everywhere = np.full(n, np.inf)
-    everywhere[left] = scale
-    return follow @ step + direct[:, 0], everywhere, fast
+    all_scales = np.full(n, np.inf)
+    all_scales[kept] = scale
+    return follow @ step + direct[:, 0], all_scales, fast
 
 
 def _fast_newton(slope: Array, rate: Array, limit: float) -> tuple[Array, Array, int]:
-    """`-A^-1 P f` with the projector P on the modes of A beyond the limit, what balances A, and
-    the number of these modes; not a number where P cannot be told.
+    """Compute `-A^-1 P f` with the projector P on the modes of A beyond the limit.
+
+    Returns also the scales that balance A and the number of these modes. The step is NaN if fast
+    and slow modes cannot be separated.
     """
     scale = balancing(slope)
     balanced = slope * scale / scale[:, None]
     try:
         projector, fast, between = fast_projector(balanced, limit)
-        # P f on the fast modes; what P leaves out stays zero, whatever A makes of it.
+        # Solve A x = P f on the fast modes; on the others, x stays zero whatever A is.
         others = between * (np.eye(len(rate)) - projector)
         step = np.linalg.solve(balanced @ projector + others, projector @ (-rate / scale))
     except np.linalg.LinAlgError:

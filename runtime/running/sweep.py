@@ -1,4 +1,4 @@
-"""Ranges of parameters, as `bgc sweep` takes them, and the sets of values they stand for."""
+"""Ranges of parameters for `bgc sweep`, and the points of a grid or a sample of them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.parameters import Parameters
 from bgc.runtime.running.quantity import read_quantity
 
-_COUNT = 10  # values of a range that does not say
+_COUNT = 10  # default number of values of a range
 _MOST = 1_000_000  # instances of a sweep
 
 
@@ -29,11 +29,11 @@ class Range:
 
 
 def read_range(text: str, parameters: Parameters) -> Range:
-    """Read `name=low..high unit:count`, of which the unit and the count may be left out.
+    """Read `name=low..high unit:count`; the unit and the count are optional.
 
-    A unit of its own is for `low` alone.
+    A unit after `low` applies to `low` alone.
 
-    Raises BgError: BG743 where it is no such thing, and what a wrong name or unit raises.
+    Raises BgError: BG743 for another form, and the errors of a wrong name or unit.
     """
     name, equals, rest = (part.strip() for part in text.partition("="))
     span, colon, count = (part.strip() for part in rest.partition(":"))
@@ -48,9 +48,9 @@ def read_range(text: str, parameters: Parameters) -> Range:
 
 
 def points(ranges: Sequence[Range], sample: int | None) -> dict[str, Array]:
-    """Values for each instance: every combination, or so many points among them.
+    """Compute the values of all instances: every combination, or a sample of so many points.
 
-    Raises BgError: BG744 where a parameter has two ranges, BG745 where there are too many.
+    Raises BgError: BG744 if a parameter has two ranges, BG745 if there are too many instances.
     """
     names = [each.name for each in ranges]
     for name in names:
@@ -63,19 +63,18 @@ def points(ranges: Sequence[Range], sample: int | None) -> dict[str, Array]:
 
 
 def grid(ranges: Sequence[Range]) -> dict[str, Array]:
-    """All combinations of the ranges' values: one value for each instance, by parameter."""
+    """Combine all values of the ranges: one value for each instance, by parameter."""
     axes = [np.linspace(each.low, each.high, each.count) for each in ranges]
     points = np.meshgrid(*axes, indexing="ij")
     return {each.name: p.ravel() for each, p in zip(ranges, points, strict=True)}
 
 
 def latin_hypercube(ranges: Sequence[Range], count: int) -> dict[str, Array]:
-    """`count` points spread over the ranges, each of which is covered evenly.
+    """Spread `count` points over the ranges by Latin hypercube sampling, with a fixed seed.
 
-    Latin hypercube sampling: M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21 (1979).
-    The same points every time.
+    M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21 (1979).
     """
-    # Slow to load; a grid does without it.
+    # Slow to load, and a grid does without it.
     from scipy.stats import qmc
 
     points = qmc.LatinHypercube(d=len(ranges), seed=0).random(count)
