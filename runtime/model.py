@@ -122,7 +122,7 @@ class Model(LoadedModel):
         BgError
             An argument or a parameter is at fault.
         """
-        # 6 % of a warm `bgc run`, which has no ensemble, went to loading this.
+        # Loading this would take 6 % of a warm `bgc run`, which has no ensemble.
         from bgc.runtime.running.many import parameter_sets, simulate_many
 
         sets = parameter_sets(parameters)
@@ -206,7 +206,7 @@ class Model(LoadedModel):
         BgError
             An input or output does not exist, or there is no equilibrium.
         """
-        # Loads the compiler, which takes longer than most runs and which they do without.
+        # Loads the compiler, which takes longer than most runs; they do without it.
         from bgc.runtime.linearising.operating import OpenedModel
 
         if self.origin is None:

@@ -1,1 +1,1 @@
-"""Where the energy of a scene goes, and which parts it can do without."""
+"""Activities of elements, and the simplifications of a scene that they suggest."""

@@ -1,4 +1,4 @@
-"""`bgc activity`: shares of parts, and changes to the scene, each verified by running it."""
+"""`bgc activity`: activities of parts, and simplifications of the scene, verified by runs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from bgc.options import Options
 from bgc.runtime.activity.changes import Candidate, possible_changes
 from bgc.runtime.activity.powers import Activity, activities, metered_model
 from bgc.runtime.activity.store import keep_variants
-from bgc.runtime.measuring.errors import largest_errors, quantities_of, worst_of
+from bgc.runtime.measuring.errors import largest_errors, quantities_of, worst_error
 from bgc.runtime.measuring.timed import Run, timed_run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.compiling import load_model
@@ -37,11 +37,11 @@ _PATIENCE = 10.0  # times the scene's own run
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """Changes that were made together, and what came of them; without an error if `refused`.
+    """Changes made together, and their effect; `error` is None if they were `refused`.
 
-    `activity` is that of the elements they concern, J. `error` is the largest of what the scene
-    observes, over its range or over what `require` asks for, and `worst` the quantity that has it;
-    `time` the processor time, over that of the scene as it is.
+    `activity` is that of the elements concerned, J. `error` is the largest error of the observed
+    quantities, relative to their range or to the accuracy of `require`, and `worst` the quantity
+    that has it. `time` is the processor time relative to that of the unchanged scene.
     """
 
     changes: tuple[Change, ...]
@@ -55,11 +55,12 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class ActivityReport:
-    """`activities` of all elements, the largest first; `spread` is how far rows decide on them.
+    """The activities of a scene, and the trials of simplifications.
 
-    `trials` are the changes tried one by one; `together` those within the limit, all at once, as
-    many of them as keep to it. `limit` is 1 where errors are in terms of `require`. `left` counts
-    changes for which there was no time.
+    `activities` are those of all elements, the largest first; `spread` is the relative change of
+    their sum with every second row alone. `trials` are the changes tried one by one; `together`
+    are as many of the acceptable ones as are acceptable at once. `limit` is 1 where errors are
+    relative to `require`. `left` counts changes for which there was no time.
     """
 
     scene: str
@@ -79,14 +80,14 @@ class ActivityReport:
         """The activity of all elements, J."""
         return sum(activity.activity for activity in self.activities)
 
-    def will_do(self, trial: Trial) -> bool:
-        """Whether the error of a trial is within the limit."""
+    def is_acceptable(self, trial: Trial) -> bool:
+        """Return whether the error of a trial is within the limit."""
         return trial.error is not None and trial.error <= self.limit
 
     @property
     def variants(self) -> tuple[tuple[Change, ...], ...]:
-        """The scenes that would do and take fewer operations, all together before one by one."""
-        cheaper = [t for t in self.trials if self.will_do(t) and _saves(t, self.cost)]
+        """Acceptable changes that save operations: first those made together, then single ones."""
+        cheaper = [t for t in self.trials if self.is_acceptable(t) and _saves(t, self.cost)]
         cheaper.sort(key=lambda trial: trial.time or 0.0)
         together = [self.together] if self.together is not None else []
         return tuple(dict.fromkeys(trial.changes for trial in (*together, *cheaper)))
@@ -101,9 +102,9 @@ def activity_report(
     budget: float = BUDGET,
     progress: bool = False,
 ) -> ActivityReport:
-    """Measure where the energy of a scene goes, and try what it could do without.
+    """Measure the activities of a scene, and try to simplify parts with little activity.
 
-    What would do is stored for `bgc trade`.
+    Acceptable simplifications are stored for `bgc trade`.
 
     Parameters
     ----------
@@ -112,17 +113,17 @@ def activity_report(
     duration
         How much of the scene to run, s; by default all.
     negligible
-        The share of activity up to which a part is tried to be left out or simplified.
+        The share of activity up to which a part is simplified or switched off in trials.
     within
-        The error that may cost, relative to the range of each observed quantity; where the scene
-        says `require`, that decides instead.
+        The acceptable error relative to the range of each observed quantity; `require` in the scene
+        replaces it.
     budget
-        Roughly how long the trials may take, s.
+        The approximate time for the trials, s.
 
     Raises
     ------
     BgError
-        BG088, BG089.
+        BG088 if the scene observes nothing, BG089 if it does not run.
     """
     started = time.monotonic()
     for name, value in (("within", within), ("budget", budget)):
@@ -171,14 +172,14 @@ def activity_report(
 
 
 def _saves(trial: Trial, base: Cost) -> bool:
-    """Whether a step takes fewer operations than that of the scene as it is."""
+    """Return whether a step takes fewer operations than one of the unchanged scene."""
     found = trial.cost
     return found is not None and found.operations(1, 1, 1, 1) < base.operations(1, 1, 1, 1)
 
 
 @dataclass
 class _Session:
-    """The scene as it is, and trials against it."""
+    """The unchanged scene, and trials compared with it."""
 
     path: Path
     options: Options
@@ -188,7 +189,7 @@ class _Session:
     cost: Cost
 
     def begin(self, model: LoadedModel) -> None:
-        """Run the scene as it is; BG089 where it does not."""
+        """Run the unchanged scene; BG089 if it does not run."""
         self._requirements = dict(model.facts.requirements)
         self._names = [variable.name for variable in model.measured]
         self._base = self._timed(model, 600.0)
@@ -198,16 +199,16 @@ class _Session:
 
     @property
     def required(self) -> bool:
-        """Whether `require` decides."""
+        """True if the scene has requirements."""
         return bool(self._requirements)
 
     @property
     def limit(self) -> float:
-        """The error up to which a change will do."""
+        """The largest acceptable error."""
         return 1.0 if self.required else self.within
 
     def _timed(self, model: LoadedModel, limit: float) -> Run:
-        """A run with the median time of a few."""
+        """Run a few times; return a run with the median time."""
         runs = [
             timed_run(model, self.method, self.times, accounts=False, limit=limit)
             for _ in range(_REPEATS)
@@ -219,7 +220,7 @@ class _Session:
         return Run("done", "", done[0].rows, middle, done[0].counts)
 
     def tried(self, candidates: Sequence[Candidate]) -> Trial:
-        """The scene with changes, run and compared."""
+        """Run the scene with changes, and compare."""
         changes = tuple(candidate.change for candidate in candidates)
         activity = sum(candidate.activity for candidate in candidates)
         options = with_changes(self.options, changes)
@@ -235,7 +236,7 @@ class _Session:
         if run.status != "done":
             return Trial(changes, activity, refused=run.message)
         errors = largest_errors(run.rows, self._base.rows)
-        quantity, error = worst_of(errors, self._quantities)
+        quantity, error = worst_error(errors, self._quantities)
         return Trial(
             changes,
             activity,
@@ -246,9 +247,9 @@ class _Session:
         )
 
     def together(self, trials: Sequence[Trial]) -> Trial | None:
-        """The changes that will do and save something, the least error first, all at once.
+        """Try all acceptable changes that save operations at once, by rising error.
 
-        The last ones are given up as long as all together do not. Of changes that exclude each
+        The last ones are dropped until the error is acceptable. Of changes that exclude each
         other, the first is taken.
         """
         good = [t for t in trials if t.error is not None and t.error <= self.limit]

@@ -1,4 +1,4 @@
-"""What a scene could do without: parts made simpler or rigid, elements switched off."""
+"""Possible simplifications of a scene: other parts in slots, elements switched off."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bgc.runtime.activity.powers import Activity, below
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A change to try, and the activity of the elements it concerns, J."""
+    """A change to try, and the activity of the elements concerned, J."""
 
     change: Change
     activity: float
@@ -26,9 +26,9 @@ class Candidate:
 def possible_changes(
     package: Package, graph: FlatGraph, found: Sequence[Activity], negligible: float
 ) -> tuple[Candidate, ...]:
-    """What concerns no more than a share `negligible` of all activity, the least first.
+    """List changes that concern at most a share `negligible` of all activity, the least first.
 
-    Slots filled otherwise, and parameters which at zero leave an element without an effect.
+    A change puts another part into a slot, or sets a parameter to zero that switches elements off.
     """
     most = negligible * sum(activity.activity for activity in found)
     candidates = [*_uses(package, graph, found), *_zeros(graph, found)]
@@ -43,15 +43,15 @@ def _uses(package: Package, graph: FlatGraph, found: Sequence[Activity]) -> Iter
 
 
 def _zeros(graph: FlatGraph, found: Sequence[Activity]) -> Iterator[Candidate]:
-    """Parameters that switch elements off, and nothing else.
+    """Find parameters that only switch elements off.
 
-    One whose value of zero makes all nodes of some laws zero, and which no other law holds.
+    At zero, such a parameter makes all nodes of some laws zero, and no other law contains it.
     """
     by_name = {activity.element: activity.activity for activity in found}
     values = default_values(graph.dag, graph.parameters)
-    offs, others = _holders(graph, values)
+    switched, others = _holders(graph, values)
     for parameter in graph.parameters:
-        elements = offs.get(parameter.index, ())
+        elements = switched.get(parameter.index, ())
         if not elements or parameter.index in others:
             continue
         if (parameter.low is None or parameter.low <= 0) and _given(parameter.index, values) != 0:
@@ -66,9 +66,9 @@ def _given(index: int, values: Mapping[Symbol, float]) -> float:
 def _holders(
     graph: FlatGraph, values: Mapping[Symbol, float]
 ) -> tuple[dict[int, list[str]], set[int]]:
-    """Parameters by the elements they switch off, and those that laws of others hold."""
+    """Find the elements that each parameter switches off, and parameters of other laws."""
     dag = graph.dag
-    offs: dict[int, list[str]] = {}
+    switched: dict[int, list[str]] = {}
     others: set[int] = set()
     for element in graph.elements:
         if not isinstance(element, (Storage, Resistor)):
@@ -81,7 +81,7 @@ def _holders(
                 continue
             zeroed = {**values, symbol: 0.0}
             if constant and not any(evaluate_nodes(dag, nodes, zeroed)):
-                offs.setdefault(symbol.index, []).append(element.name)
+                switched.setdefault(symbol.index, []).append(element.name)
             else:
                 others.add(symbol.index)
-    return offs, others
+    return switched, others

@@ -1,10 +1,10 @@
-"""The powers of elements over a run, for which the scene is compiled with them observed.
+"""Powers of elements over a run; the scene is compiled anew to observe them.
 
 The activity of an element is the integral over time of the absolute power that it exchanges; its
 share of the sum is its activity index: L. S. Louca, J. L. Stein, G. M. Hulbert, J. Sprague, Proper
 model generation: an energy-based methodology, Proc. ICBGM 1997. An element of several ports counts
-the power of each: a spring that turns a motion into another one is active, though it stores no
-more.
+the power of each port: a spring that passes power from one port to another is active even while
+its stored energy is constant.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from bgc.ir.graph import FlatGraph, Observation, Resistor, Storage
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded import LoadedModel
 
-_NAME = "power of port"  # no name of a scene holds a blank
+_NAME = "power of port"  # names in a scene contain no blanks
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Activity:
 
     @property
     def part(self) -> str:
-        """The part that the element belongs to; empty for one of the scene's own model."""
+        """The part that the element belongs to; empty for an element of the scene's own model."""
         return self.element.rpartition(".")[0]
 
 
@@ -66,10 +66,9 @@ def _metered(graph: FlatGraph) -> FlatGraph:
 def activities(
     model: LoadedModel, graph: FlatGraph, times: Array, rows: Array
 ) -> tuple[tuple[Activity, ...], float]:
-    """The activities from the rows of a metered model, the largest first.
+    """Compute the activities from the rows of a metered model, the largest first.
 
-    And how far their sum depends on the rows: by how much it changes, relatively, with every
-    second row alone.
+    Returns also the relative change of their sum if every second row is left out.
     """
     sums: dict[int, tuple[float, float]] = {}
     for column, variable in enumerate(model.measured):
@@ -93,9 +92,9 @@ def activities(
 
 
 def by_part(found: Sequence[Activity]) -> dict[str, float]:
-    """The activities of parts, those of their elements together, the largest first.
+    """Add up the activities of the elements of each part, the largest first.
 
-    Elements of the scene's own model stand for themselves.
+    Elements of the scene's own model are listed by themselves.
     """
     sums: dict[str, float] = {}
     for activity in found:
@@ -105,6 +104,6 @@ def by_part(found: Sequence[Activity]) -> dict[str, float]:
 
 
 def below(found: Sequence[Activity], part: str) -> float | None:
-    """The activity of a part with all its parts; None where they have no C, I or R."""
+    """Add up the activities inside a part; None if it has no C, I or R."""
     inside = [a.activity for a in found if a.element.startswith(f"{part}.")]
     return sum(inside) if inside else None

@@ -1,4 +1,4 @@
-"""What `bgc activity` found that a scene could do without, kept for `bgc trade`."""
+"""Simplifications that `bgc activity` found, stored for `bgc trade`."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from bgc.runtime.running.loaded import LoadedModel
 
 
 def keep_variants(model: LoadedModel, variants: Sequence[Sequence[Change]]) -> None:
-    """Store the variants of a scene as it is compiled, with its present parameters."""
+    """Store the variants of a compiled scene with its present parameters."""
     value = [[asdict(change) for change in one] for one in variants]
-    with suppress(OSError):  # a full disk: `bgc trade` will look for itself
+    with suppress(OSError):  # a full disk: `bgc trade` repeats the search
         write_note(open_cache().root, _key(model), value)
 
 
 def stored_variants(model: LoadedModel) -> tuple[tuple[Change, ...], ...] | None:
-    """The variants that were found; None where the scene as it is was not looked at."""
+    """Read the stored variants; None if the scene in this form was not examined."""
     value = cast(Any, read_note(open_cache().root, _key(model)))
     with suppress(TypeError):  # nothing, or damaged
         return tuple(tuple(Change(**change) for change in one) for one in value)

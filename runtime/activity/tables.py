@@ -11,11 +11,11 @@ from bgc.runtime.activity.activity import ActivityReport, Trial
 from bgc.runtime.activity.powers import by_part
 from bgc.runtime.running.quantity import spelled_time
 
-_SHOWN = 0.9999  # of all activity: the parts that make it up are listed one by one
+_SHOWN = 0.9999  # of all activity: parts beyond it are summed up in a note
 
 
 def tables(report: ActivityReport, elements: bool) -> list[Table]:
-    """Shares of parts (or of elements), what could go, and the lines to add to the scene."""
+    """Tabulate shares of parts or elements, trials of changes, and lines to add to the scene."""
     return [_shares(report, elements), _trials(report), _advice(report)]
 
 
@@ -38,9 +38,9 @@ def _shares(report: ActivityReport, elements: bool) -> Table:
     if left:
         notes.insert(0, f"and {left} more, together {_share(report.total - reached, report)}")
     if not rows:
-        notes = ["there is no C, I or R whose power could be looked at"]
+        notes = ["there is no C, I or R with a power to integrate"]
     if report.spread > 0.01:
-        notes.append(f"rows decide on {report.spread:.0%} of the sum: faster modes are guessed")
+        notes.append(f"rows too coarse for fast modes: the sum is uncertain by {report.spread:.0%}")
     title = f"{report.scene}: {length}, {report.method}"
     first = "element" if elements else "part"
     return Table(title, (first, "activity", "share", "up to here"), tuple(rows), "\n".join(notes))
@@ -53,17 +53,17 @@ def _share(activity: float, report: ActivityReport) -> str:
 
 def _trials(report: ActivityReport) -> Table:
     header = ("change", "share", "states", "f", "J", "LU", "time", "error", "")
-    first = ("as it is", "", *_sizes(report.cost), "1", "", "")
+    first = ("unchanged", "", *_sizes(report.cost), "1", "", "")
     rows = [first, *(_row(trial, report) for trial in report.trials)]
-    asked = "the limit of `require`" if report.required else "the range"
-    notes = [f"errors are parts of {asked}, against the scene as it is; both were run"]
+    scale = "the limit of `require`" if report.required else "the range"
+    notes = [f"errors are relative to {scale}, against the unchanged scene; both were run"]
     if report.left:
         notes.append(f"{report.left} more were not tried: raise --budget")
     return Table(
-        "what carries little of it, changed",
+        "changes to parts with little activity",
         header,
         tuple(rows) if report.trials else (),
-        "\n".join(notes) if report.trials else "no part that carries little can be changed",
+        "\n".join(notes) if report.trials else "no part with little activity can be changed",
         spare=("LU", "J", "f"),
     )
 
@@ -74,14 +74,14 @@ def _row(trial: Trial, report: ActivityReport) -> tuple[str, ...]:
     share = _share(trial.activity, report)
     if trial.error is None or trial.cost is None or trial.time is None:
         return (name, share, "", "", "", "", "", "", trial.refused)
-    fits = "will do" if report.will_do(trial) else f"too far off in {trial.worst}"
+    verdict = "acceptable" if report.is_acceptable(trial) else f"error too large in {trial.worst}"
     return (
         name,
         share,
         *_sizes(trial.cost),
         f"{trial.time:.2f}",
         f"{trial.error:.1e}",
-        fits,
+        verdict,
     )
 
 
@@ -106,7 +106,7 @@ def _advice(report: ActivityReport) -> Table:
 
 
 def as_json(report: ActivityReport) -> str:
-    """All of it, SI."""
+    """Write the whole report as JSON, SI."""
     value: dict[str, Any] = {
         "scene": report.scene,
         "method": report.method,

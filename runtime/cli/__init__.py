@@ -9,14 +9,14 @@ from types import FrameType
 
 from bgc.runtime.cli.app import INTERRUPTED, TERMINATED, application
 
-_ALLOCATIONS = 50_000  # between two looks for garbage; a compiler makes much and drops little
+_ALLOCATIONS = 50_000  # between two garbage collections: a compiler makes little garbage
 
 
 def main() -> None:
-    """Run the command line; the exit status says how it went.
+    """Run the command line, and exit with its status.
 
-    0 done, 1 the model, the run or the machine is at fault, 2 wrong usage, 70 a bug of bgc,
-    130 interrupted, 143 ended by SIGTERM (which a batch system sends), rows kept as by Ctrl-C.
+    0 done; 1 the model, the run or the machine is at fault; 2 wrong usage; 70 a bug in bgc;
+    130 interrupted; 143 ended by SIGTERM (which a batch system sends), rows kept as after Ctrl-C.
     """
     gc.set_threshold(_ALLOCATIONS)
     terminated = False

@@ -1,4 +1,4 @@
-"""The group of commands, and what becomes of their errors."""
+"""The group of commands; errors become messages and exit statuses."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 
 DONE, AT_FAULT, USAGE, BUG, INTERRUPTED, TERMINATED = 0, 1, 2, 70, 130, 143
 
-_NOT_UTF8 = re.compile("[\udc80-\udcff]")  # as Python has them in names
+_NOT_UTF8 = re.compile("[\udc80-\udcff]")  # surrogates for bytes of file names
 
-# Each command is a module of this package; none is imported before it is needed.
+# Each command is a module of this package, imported when it is named. So the modules import at
+# their top what they need, and `bgc run` does not wait for what `bgc trade` imports.
 _COMMANDS = {
     "check": "say what is wrong with models, without compiling them",
     "build": "compile a scene to C or to a shared object",
@@ -73,7 +74,7 @@ class Application(click.Group):
             print_diagnostics(problem.diagnostics)
             status = AT_FAULT
         except Exception as problem:
-            status = _confess(problem)
+            status = _report_bug(problem)
         sys.exit(status or DONE)
 
 
@@ -88,7 +89,7 @@ def print_diagnostics(diagnostics: Iterable[Diagnostic]) -> None:
     diagnostics = tuple(diagnostics)
     if not diagnostics:
         return
-    # `--help`, and what ends without warnings, do without it.
+    # `--help` and runs without warnings do without it.
     from bgc.diagnostics.render import render
 
     if text := render(diagnostics, colour=_colour_wanted()):
@@ -105,13 +106,13 @@ def _colour_wanted() -> bool:
     return sys.stderr.isatty() and not plain
 
 
-def _confess(problem: Exception) -> int:
-    """Say that bgc itself is at fault; the traceback on request only."""
+def _report_bug(problem: Exception) -> int:
+    """Report an error of bgc itself, with the traceback if BGC_DEBUG is set."""
     if os.environ.get("BGC_DEBUG"):
         traceback.print_exc()
     else:
         kind = type(problem).__name__
-        click.echo(printable(f"this is a bug of bgc: {kind}: {problem}"), err=True)
+        click.echo(printable(f"this is a bug in bgc: {kind}: {problem}"), err=True)
         click.echo(
             "please report it with the model that shows it, and with what is printed when the "
             "variable BGC_DEBUG is set to 1",

@@ -95,7 +95,7 @@ def _require_one(option: str, text: str, names: Sequence[str]) -> None:
 
 
 def _summarise(response: Response) -> None:
-    """A few values over the range: a line for each decade, and the peak."""
+    """Print a line for each decade, and the peak."""
     rows = response.rows()
     finite = np.isfinite(rows[:, 1])
     decades = np.arange(

@@ -116,7 +116,7 @@ def _make(folder: Path) -> None:
 
 
 def _table(seconds: Mapping[str, float]) -> str:
-    """Stages with their seconds, and the sum."""
+    """Tabulate the seconds of the stages, and their sum."""
     rows = [*seconds.items(), ("together", sum(seconds.values()))]
     width = max(len(name) for name, _ in rows)
     return "\n".join(f"{name:<{width}} {spent:8.3f} s" for name, spent in rows)

@@ -42,7 +42,7 @@ def check(
 
 
 def _each_once(found: list[Diagnostic]) -> list[Diagnostic]:
-    """Drop what an import of several files repeats."""
+    """Drop diagnostics that imports by several files repeat."""
     kept: dict[tuple[object, ...], Diagnostic] = {}
     for diagnostic in found:
         span = diagnostic.span

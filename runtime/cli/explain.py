@@ -33,5 +33,5 @@ def explain(code: str | None) -> None:
 
 
 def _listed(pages: Mapping[str, str]) -> str:
-    """A line for each page: its code and its title."""
+    """List the code and the title of each page."""
     return "".join(f"  {page.partition(chr(10))[0]}\n" for page in pages.values())

@@ -1,4 +1,4 @@
-"""Looks at the machine: what bgc needs, what it may use, and how to get what is missing."""
+"""Examination of the machine: required and optional software, and its installation."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _DISTRIBUTION = "bgc-lang"
 
 
 class Health(Enum):
-    """How it is: fine, missing but not needed, or missing and needed."""
+    """Found, missing but optional, or missing and required."""
 
     GOOD = "ok"
     OPTIONAL = "--"
@@ -29,7 +29,7 @@ class Health(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing looked for: what was found, and what to do where it is missing."""
+    """The result for one item, and a remedy if it is missing."""
 
     name: str
     health: Health
@@ -38,8 +38,8 @@ class Finding:
 
 
 def examine() -> tuple[Finding, ...]:
-    """Look for everything."""
-    looks: tuple[Callable[[], Finding], ...] = (
+    """Examine all items."""
+    checks: tuple[Callable[[], Finding], ...] = (
         _python,
         _packages,
         _compiler,
@@ -47,16 +47,16 @@ def examine() -> tuple[Finding, ...]:
         _graphviz,
         _pandas,
     )
-    return tuple(look() for look in looks)
+    return tuple(check() for check in checks)
 
 
 def is_well(findings: tuple[Finding, ...]) -> bool:
-    """Whether nothing that is needed is missing."""
+    """Return whether nothing required is missing."""
     return all(finding.health is not Health.MISSING for finding in findings)
 
 
 def report(findings: tuple[Finding, ...]) -> str:
-    """Print findings as a table, each remedy below what it is for."""
+    """Write findings as a table, with remedies below them."""
     width = max(len(finding.name) for finding in findings)
     lines = []
     for finding in findings:

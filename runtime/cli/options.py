@@ -89,7 +89,7 @@ def _named(option: str, argument: str, text: str, multiple: bool) -> Callable[[_
 
 
 def point_options(command: _Command) -> _Command:
-    """Add `--at` and `--steady`, of which one may be given."""
+    """Add `--at` and `--steady`, which exclude each other."""
     steady = click.option(
         "--steady", is_flag=True, help="In equilibrium, found from the initial state."
     )
@@ -120,7 +120,7 @@ def read_uses(texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
 
 
 def read_times(**texts: str | None) -> dict[str, float | None]:
-    """Read options that are times, in s, by their names; None where one is not given."""
+    """Read options that are times, s, by their names; None for an option that is not given."""
     return {
         name: None if text is None else read_quantity(text, f"--{name}", "s")
         for name, text in texts.items()
@@ -138,7 +138,7 @@ def _read_pairs(texts: tuple[str, ...], example: str) -> tuple[tuple[str, str], 
 
 
 def check_target(path: str | None, kinds: tuple[str, ...]) -> None:
-    """Refuse what could not be written after all the work before it."""
+    """Refuse a file of an unknown kind, or in a missing directory, before any work is done."""
     if path is None or path == "-":
         return
     if Path(path).suffix.lower() not in kinds and not _is_special(Path(path)):

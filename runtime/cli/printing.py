@@ -1,4 +1,4 @@
-"""Tables on a terminal and in a pipe, and files of numbers."""
+"""Tables on a terminal and in a pipe."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import click
 from bgc.printing.tables import Table, fitted, table_text
 
 _BETWEEN = 2  # characters between columns
-_SHORT = 24  # characters of a cell that is not broken
+_SHORT = 24  # characters of a cell that is not wrapped
 
 
 def print_tables(tables: Iterable[Table]) -> None:
-    """Print tables as they come: with rules and colours on a terminal, else as text.
+    """Print tables in order: with rules and colours on a terminal, else as text.
 
     A table without rows and note is left out.
     """
@@ -32,7 +32,7 @@ def print_tables(tables: Iterable[Table]) -> None:
 
 
 def _print_rich(table: Table) -> None:
-    # Slow to load, and a pipe does without it.
+    # Slow to load, and output to a pipe does without it.
     from rich import box
     from rich.console import Console
     from rich.table import Table as RichTable

@@ -1,1 +1,1 @@
-"""A scene linearised about an operating point."""
+"""Linearisation of a scene about an operating point."""

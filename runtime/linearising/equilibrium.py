@@ -1,6 +1,6 @@
-"""Roots of equations: a damped Newton method, and the way into an equilibrium.
+"""Roots of equations by a damped Newton method, and equilibria by pseudo-transient continuation.
 
-Variables should be scaled to sizes about one.
+Variables should be scaled to magnitudes about one.
 """
 
 from __future__ import annotations
@@ -17,62 +17,62 @@ Function: TypeAlias = Callable[[Array], Array]
 _ITERATIONS = 200
 _HALVINGS = 30
 _NO_STEP = 1e-12
-_LONGEST = 1e12  # pseudo-time step, in the time that the first step of size one takes
+_LONGEST = 1e12  # largest pseudo-time step, in units of the first one
 _LONGER = 4.0
 _SHORTER = 0.1
-_WORSE = 10.0  # of the rates, from one step to the next, is too much
+_WORSE = 10.0  # growth of the rates for which a step is rejected
 
 
 def find_zero(residuals: Function, slope: Function, start: Array) -> tuple[Array, Array]:
-    """Solve `residuals(x) = 0` by Newton's method; returns x and what is left of the residuals.
+    """Solve `residuals(x) = 0` by Newton's method; return x and the remaining residuals.
 
-    Steps are halved until the residuals shrink.
+    Steps are halved until the norm of the residuals decreases.
     """
-    x, left = start, residuals(start)
+    x, remaining = start, residuals(start)
     for _ in range(_ITERATIONS):
-        step = np.linalg.lstsq(slope(x), -left, rcond=None)[0]
+        step = np.linalg.lstsq(slope(x), -remaining, rcond=None)[0]
         fraction = 1.0
         for _ in range(_HALVINGS):
             tried = x + fraction * step
             after = residuals(tried)
-            if np.linalg.norm(after) < np.linalg.norm(left):
-                x, left = tried, after
+            if np.linalg.norm(after) < np.linalg.norm(remaining):
+                x, remaining = tried, after
                 break
             fraction /= 2
         else:
             break
         if np.abs(step).max(initial=0.0) <= _NO_STEP:
             break
-    return x, left
+    return x, remaining
 
 
-def find_rest(
+def find_equilibrium(
     rates: Function, slope: Function, mass: Array, start: Array, project: Function
 ) -> tuple[Array, Array]:
-    """Follow `M x' = rates(x)` until it rests; returns x and what is left of the rates.
+    """Follow `M x' = rates(x)` into an equilibrium; return x and the remaining rates.
 
-    Implicit Euler steps `(M/h - slope) dx = rates` with h growing beyond all bounds, so that the
-    first follow the system roughly and the last are Newton's (pseudo-transient continuation;
-    Kelley and Keyes 1998). What the system conserves, a charge that only circulates or a place
-    that nothing holds, therefore ends as the system itself would leave it. `project` is applied
-    after each step.
+    Pseudo-transient continuation (C. T. Kelley and D. E. Keyes 1998): implicit Euler steps
+    `(M/h - slope) dx = rates` with growing h, so that the first steps follow the system roughly
+    and the last are Newton steps. Conserved quantities, such as a charge that only circulates or
+    the position of a free body, therefore take the values to which the system itself would move.
+    `project` is applied after each step.
     """
-    x, left = start, rates(start)
-    first = 1.0 / max(float(np.abs(left).max(initial=0.0)), 1e-9)
+    x, remaining = start, rates(start)
+    first = 1.0 / max(float(np.abs(remaining).max(initial=0.0)), 1e-9)
     time = first
     for _ in range(_ITERATIONS):
         try:
-            step = np.linalg.solve(mass / time - slope(x), left)
+            step = np.linalg.solve(mass / time - slope(x), remaining)
             tried = project(x + step)
             after = rates(tried)
         except np.linalg.LinAlgError:
             time *= _SHORTER
             continue
-        if not np.linalg.norm(after) <= _WORSE * np.linalg.norm(left):
+        if not np.linalg.norm(after) <= _WORSE * np.linalg.norm(remaining):
             time *= _SHORTER
             continue
-        x, left = tried, after
+        x, remaining = tried, after
         if time >= _LONGEST * first and np.abs(step).max(initial=0.0) <= _NO_STEP:
             break
         time = min(time * _LONGER, _LONGEST * first)
-    return x, left
+    return x, remaining

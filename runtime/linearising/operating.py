@@ -1,4 +1,4 @@
-"""Linearise a scene about an operating point: at the start, at some time, in equilibrium."""
+"""Linearise a scene about an operating point: the start, a time, or an equilibrium."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ from bgc.linearising.linear_form import LinearForm, linear_form
 from bgc.linearising.opening import Opened, open_scene
 from bgc.options import Options
 from bgc.runtime.linear.state_space import Linearisation, without_algebraic
-from bgc.runtime.linearising.equilibrium import find_rest, find_zero
+from bgc.runtime.linearising.equilibrium import find_equilibrium, find_zero
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.simulate import state_after
 
 Mask: TypeAlias = NDArray[np.bool_]
 
-_STILL = 1e-8  # of a state's scale per second, or of the largest rate at the start
+_AT_REST = 1e-8  # of a state's scale per second, or of the largest rate at the start
 
 
 @dataclass(frozen=True, slots=True)
 class OperatingPoint:
-    """Time, s, states and INPUT symbols, SI, of the opened program."""
+    """Time, s, and values of the states and INPUT symbols of the opened program, SI."""
 
     time: float
     state: Array
@@ -44,9 +44,9 @@ class OperatingPoint:
 
 
 class OpenedModel:
-    """An opened scene with numbers for its parameters: evaluates it and its derivatives.
+    """An opened scene with numbers for its parameters, to evaluate it and its derivatives.
 
-    Parameters have the values of the file and of `options`, or those of `values`, SI.
+    `values`, SI, replace the parameter values of the file and of `options`.
     """
 
     def __init__(
@@ -67,19 +67,19 @@ class OpenedModel:
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
-        """What the compiler had to say."""
+        """Warnings of the compiler."""
         return self.opened.warnings
 
     # --- operating points ---------------------------------------------------------------------
 
     def operating_point(self, at: float | Literal["steady"] | None) -> OperatingPoint:
-        """The state at a time in s, or in equilibrium; by default the initial one."""
+        """Find the state at a time in s, or in equilibrium; by default the initial state."""
         if at is None:
             return self.at_start()
         return self.steady() if at == "steady" else self.at_time(at)
 
     def at_start(self) -> OperatingPoint:
-        """The initial state, device inputs zero; what algebraic equations determine is solved."""
+        """Find the initial state with zero device inputs, and solve algebraic equations."""
         program = self.opened.program
         inputs = np.zeros(program.inputs)
         nothing = OperatingPoint(0.0, np.zeros(len(program.states)), inputs)
@@ -94,7 +94,7 @@ class OpenedModel:
         return block.solved(*find_zero(block.rates, block.slope, block.start))
 
     def at_time(self, time: float) -> OperatingPoint:
-        """The state after a simulation up to a time in s, and what devices give then."""
+        """Simulate to a time, s; take the state and the device inputs then."""
         program = self.opened.program
         emitted = emit_model(program, digest_of(self.opened.sources))
         built = build_model(emitted, run_facts(program.scene), Options(), (), open_cache())
@@ -102,15 +102,15 @@ class OpenedModel:
         return OperatingPoint(time, state, inputs)
 
     def steady(self) -> OperatingPoint:
-        """The equilibrium that the initial state leads to; BG082 where none is found."""
+        """Find the equilibrium that the initial state leads to; BG082 if there is none."""
         point = self.at_start()
         every = np.ones(len(point.state), dtype=bool)
         block = _Block(self, point, every, every)
-        found = find_rest(block.rates, block.slope, block.mass, block.start, block.projected)
+        found = find_equilibrium(block.rates, block.slope, block.mass, block.start, block.projected)
         return block.solved(*found)
 
     def at_state(self, state: Mapping[str, float], time: float) -> OperatingPoint:
-        """The state with some values given by name, the others as at the start."""
+        """Take some values by name, and the others from the initial state."""
         start = self.at_start()
         states = self.opened.program.states
         values = [state.get(s.name, x) for s, x in zip(states, start.state, strict=True)]
@@ -119,7 +119,7 @@ class OpenedModel:
     # --- values at a point --------------------------------------------------------------------
 
     def linearise(self, point: OperatingPoint) -> Linearisation:
-        """The derivatives at a point, algebraic equations solved where they can be."""
+        """Compute the derivatives at a point, and eliminate algebraic equations if possible."""
         program, opened = self.opened.program, self.opened
         n, p, m = len(program.states), len(program.observations), len(opened.inputs)
         by_state = self._matrix(self._form.by_state, (n + p, n), point)
@@ -150,11 +150,11 @@ class OpenedModel:
         return np.array(evaluate_nodes(self._form.dag, nodes, values), dtype=float)
 
     def rates(self, point: OperatingPoint) -> Array:
-        """The right-hand sides f of M x' = f."""
+        """Evaluate the right-hand sides f of M x' = f."""
         return self._numbers(self._form.rates, self._values(point))
 
     def by_state(self, point: OperatingPoint) -> Array:
-        """df/dx, dense."""
+        """Evaluate df/dx, dense."""
         n = len(self.opened.program.states)
         entries = tuple(entry for entry in self._form.by_state if entry[0] < n)
         return self._matrix(entries, (n, n), point)
@@ -172,7 +172,7 @@ class OpenedModel:
         return dense
 
     def mass(self) -> Array:
-        """M, dense."""
+        """Evaluate M, dense."""
         program = self.opened.program
         if program.mass is None:
             return np.eye(len(program.states))
@@ -183,7 +183,7 @@ class OpenedModel:
         return dense
 
     def projected(self, point: OperatingPoint) -> OperatingPoint:
-        """The point with those states set that are after each step of a run."""
+        """Project the states that a run projects after each step."""
         projections = [
             (k, s.projection)
             for k, s in enumerate(self.opened.program.states)
@@ -199,7 +199,7 @@ class OpenedModel:
 
 
 class _Block:
-    """Some right-hand sides as functions of some of the states, in the states' scales."""
+    """Some right-hand sides as functions of some of the states, in units of the states' scales."""
 
     def __init__(
         self, model: OpenedModel, point: OperatingPoint, rows: Mask, columns: Mask
@@ -210,7 +210,7 @@ class _Block:
         self._by_scale = model.scale / model.scale[:, None]
         self.start: Array = (point.state / model.scale)[columns]
         self.mass: Array = (model.mass() * self._by_scale)[self._within]
-        self._allowed = _STILL * max(1.0, float(np.abs(self.rates(self.start)).max(initial=0.0)))
+        self._allowed = _AT_REST * max(1.0, float(np.abs(self.rates(self.start)).max(initial=0.0)))
 
     def _moved(self, y: Array) -> OperatingPoint:
         state = self._point.state.copy()
@@ -218,27 +218,27 @@ class _Block:
         return OperatingPoint(self._point.time, state, self._point.inputs)
 
     def rates(self, y: Array) -> Array:
-        """The right-hand sides."""
+        """Evaluate the right-hand sides."""
         found: Array = (self._model.rates(self._moved(y)) / self._model.scale)[self._rows]
         return found
 
     def slope(self, y: Array) -> Array:
-        """Their derivatives."""
+        """Evaluate their derivatives by the states."""
         found: Array = (self._model.by_state(self._moved(y)) * self._by_scale)[self._within]
         return found
 
     def projected(self, y: Array) -> Array:
-        """The states after what a run sets after each step."""
+        """Project the states as after a step of a run."""
         found: Array = (self._model.projected(self._moved(y)).state / self._model.scale)[
             self._columns
         ]
         return found
 
-    def solved(self, y: Array, left: Array) -> OperatingPoint:
-        """The point found; BG082 where right-hand sides are left."""
-        if not np.abs(left).max(initial=0.0) <= self._allowed:
-            worst = int(np.flatnonzero(self._rows)[np.argmax(np.abs(left))])
+    def solved(self, y: Array, remaining: Array) -> OperatingPoint:
+        """Return the operating point of a solution; BG082 if right-hand sides remain."""
+        if not np.abs(remaining).max(initial=0.0) <= self._allowed:
+            worst = int(np.flatnonzero(self._rows)[np.argmax(np.abs(remaining))])
             state = self._model.opened.program.states[worst]
-            rate = float(np.abs(left).max() * self._model.scale[worst])
+            rate = float(np.abs(remaining).max() * self._model.scale[worst])
             raise BgError([no_equilibrium(state.name, rate, state.unit)])
         return self._moved(y)

@@ -1,1 +1,1 @@
-"""Runs under a clock, and how far they are from others: what trade, stress and activity share."""
+"""Timed runs, errors against a reference, and costs: shared by trade, stress and activity."""

@@ -1,4 +1,4 @@
-"""What a scene costs as it is compiled, what it would cost whole, and with other variants."""
+"""Costs of a scene: as compiled, without slicing and folding, and with other parts in its slots."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ from bgc.runtime.running.compiling import load_model
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.simulate import method_of, simulate, times_of
 
-_MOST_STATES = 1500  # of a Jacobian whose eigenvalues are looked for
-_FIXED_STEPS = 2000  # of a run that is measured
+_MOST_STATES = 1500  # of a Jacobian whose eigenvalues are computed
+_FIXED_STEPS = 2000  # of a measured run
 _ADAPTIVE_SECONDS = 2.0
-_RUNS = 3  # of which the fastest counts
-# What a step takes beside the kernels, in operations of the kernels: fitted to the times of a
-# model of two states and of cranes of 37 and 70.
+_RUNS = 3  # the fastest counts
+# Cost of a step outside the kernels, in operations of the kernels: fitted to the times of a model
+# with two states and of cranes with 37 and 70.
 _STEP_OPERATIONS, _STATE_OPERATIONS = 4000, 40
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """A run of the built model: what a step takes, and how often kernels are called in one."""
+    """A measured run: the time of a step, and the calls of each kernel in a step."""
 
     solver: str
     step_seconds: float
@@ -48,14 +48,14 @@ class Measured:
     solutions: float
 
     def operations(self, cost: Cost) -> float:
-        """The operations of one step, with what stands for the stepping itself."""
+        """Count the operations of one step, including the stepping outside the kernels."""
         kernels = cost.operations(self.rhs, self.jacobians, self.factorisations, self.solutions)
         return kernels + _STEP_OPERATIONS + _STATE_OPERATIONS * cost.states
 
 
 @dataclass(frozen=True, slots=True)
 class VariantCost:
-    """A variant compiled: its cost, or in `refused` why it cannot stand there as it is."""
+    """The cost of a variant, or in `refused` the reason why it does not fit."""
 
     variant: Change
     cost: Cost | None
@@ -65,11 +65,12 @@ class VariantCost:
 
 @dataclass(frozen=True, slots=True)
 class CostReport:
-    """`whole` is the cost of all that is written, `cost` of what is compiled.
+    """The costs of a scene and of its variants.
 
-    `stiffness` is the spectral radius of the Jacobian at the start, 1/s, None where it is not
-    finite or too large to be looked for. `unmeasured` says why there is no measurement.
-    `skipped` counts variants beyond those that were asked for.
+    `whole` is the cost without slicing and folding, `cost` that of the compiled scene. `stiffness`
+    is the spectral radius of the Jacobian at the start, 1/s; None if it is not finite or the
+    Jacobian is too large. `unmeasured` is the reason why there is no measurement. `skipped` counts
+    the variants beyond the requested number.
     """
 
     scene: str
@@ -87,7 +88,7 @@ class CostReport:
     warnings: tuple[Diagnostic, ...]
 
     def estimate(self, cost: Cost) -> float | None:
-        """Seconds that a step would take, by its operations against the measured ones."""
+        """Estimate the seconds of a step from its operations, relative to the measured ones."""
         if self.measured is None:
             return None
         ratio = self.measured.operations(cost) / max(self.measured.operations(self.cost), 1.0)
@@ -97,14 +98,15 @@ class CostReport:
 def cost_report(
     path: Path, options: Options, most_variants: int, progress: bool = False
 ) -> CostReport:
-    """Compile a scene as it is, whole, and with up to so many variants of its slots.
+    """Compile a scene as it is, without slicing and folding, and with variants of its slots.
 
-    Only the first is built and run; nothing is measured without a C compiler.
+    At most `most_variants` are compiled. Only the scene itself is built and run; nothing is
+    measured without a C compiler.
 
     Raises
     ------
     BgError
-        The scene itself is at fault. A variant that is goes into the report.
+        The scene itself is at fault; errors of variants go into the report.
     """
     package = load(path)
     ours = compile_scene(path, options, package=package, until="lower")
@@ -147,7 +149,7 @@ def _variant_cost(path: Path, base: Options, package: Package, variant: Change) 
 
 
 def spectral_radius(lowered: Lowered) -> float | None:
-    """The largest modulus of the eigenvalues of the Jacobian at the start, 1/s.
+    """Compute the largest modulus of the eigenvalues of the Jacobian at the start, 1/s.
 
     Parameters have their defaults, devices are at rest, algebraic unknowns at their guess.
     """
@@ -159,7 +161,7 @@ def spectral_radius(lowered: Lowered) -> float | None:
     values = dict(default_values(dag, program.parameters))
     values[Symbol(Kind.TIME, 0)] = 0.0
     values.update({Symbol(Kind.INPUT, k): 0.0 for k in range(program.inputs)})
-    for k in range(len(lowered.switches)):  # without a mode: what the operation gives
+    for k in range(len(lowered.switches)):  # no mode is set: the comparison itself decides
         values[Symbol(Kind.INPUT, program.inputs + k)] = math.nan
     start = evaluate_nodes(dag, [state.initial for state in program.states], values)
     values.update({Symbol(Kind.STATE, k): x for k, x in enumerate(start)})
@@ -179,7 +181,7 @@ def spectral_radius(lowered: Lowered) -> float | None:
 
 
 def _measured(path: Path, options: Options) -> tuple[Measured | None, str]:
-    """The fastest of a few short runs from the start, or why there is none."""
+    """Measure the fastest of a few short runs, or return the reason why there is none."""
     try:
         model = load_model(path, options)
         step, duration = model.facts.step, model.facts.duration

@@ -1,4 +1,4 @@
-"""How far a run is from the reference, in what the scene observes."""
+"""Errors of a run against a reference, in the quantities that the scene observes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded import Variable
 
-_HARDLY_MOVES = 1e-6  # of the largest quantity of its unit
+_SMALLEST_RANGE = 1e-6  # of the largest quantity of its unit
 _COMPONENT = re.compile(r"\[[^\]]*\]$")
 
 
@@ -19,8 +19,8 @@ _COMPONENT = re.compile(r"\[[^\]]*\]$")
 class Quantity:
     """A quantity whose error is measured.
 
-    `scale` is what errors are divided by: the accuracy that is asked for where `required`, else
-    the range of the quantity. `decides` says that the combined error counts it.
+    Errors are divided by `scale`: the required accuracy where `required`, else the range of the
+    quantity. Only quantities with `decides` count in the combined error.
     """
 
     name: str
@@ -33,11 +33,12 @@ class Quantity:
 def quantities_of(
     variables: Sequence[Variable], reference: Array, requirements: Mapping[str, float]
 ) -> tuple[Quantity, ...]:
-    """The scales of all outputs, from a solution (n, m) and what is required.
+    """Compute the scales of all outputs from a solution (n, m) and the requirements.
 
-    Components of a vector share the widest range among them. What hardly moves is measured
-    against a millionth of the largest quantity of its unit, so that noise is not divided by noise;
-    what is zero all along, against 1 in its unit. Where something is required, that alone decides.
+    Components of a vector share the widest range among them. A range is at least a millionth of
+    the largest quantity of the same unit, so that noise is not divided by noise; for a quantity
+    that is always zero it is 1 in its unit. If anything is required, only required quantities
+    decide.
     """
     ranges = np.ptp(reference, axis=0)
     sizes = np.max(np.abs(reference), axis=0)
@@ -48,7 +49,7 @@ def quantities_of(
             i for i, v in enumerate(variables) if i == k or (vector and vector_of(v.name) == vector)
         ]
         of_unit = [i for i, v in enumerate(variables) if v.unit == variable.unit]
-        least = _HARDLY_MOVES * max(sizes[i] for i in of_unit)
+        least = _SMALLEST_RANGE * max(sizes[i] for i in of_unit)
         scales.append(float(max(least, *(ranges[i] for i in alike))) or 1.0)
     return tuple(
         Quantity(
@@ -63,22 +64,22 @@ def quantities_of(
 
 
 def vector_of(name: str) -> str:
-    """The vector that a component belongs to; empty for a scalar."""
+    """Return the name of the vector that a component belongs to; empty for a scalar."""
     return name[: found.start()] if (found := _COMPONENT.search(name)) else ""
 
 
 def largest_errors(rows: Array, reference: Array) -> tuple[float, ...]:
-    """The largest absolute difference of each column over the run, in its unit."""
+    """Compute the largest absolute difference of each column over the run, in its unit."""
     return tuple(np.max(np.abs(rows - reference), axis=0).tolist())
 
 
-def worst_of(errors: Sequence[float], quantities: Sequence[Quantity]) -> tuple[Quantity, float]:
-    """Of the quantities that decide, the one with the largest error over its scale; its error."""
+def worst_error(errors: Sequence[float], quantities: Sequence[Quantity]) -> tuple[Quantity, float]:
+    """Find the deciding quantity with the largest error over its scale; return it and its error."""
     pairs = [(q, e) for q, e in zip(quantities, errors, strict=True) if q.decides]
     return max(pairs, key=lambda pair: pair[1] / pair[0].scale)
 
 
 def combined(errors: Sequence[float], quantities: Sequence[Quantity]) -> float:
-    """The worst error of those that decide, over its scale."""
-    quantity, error = worst_of(errors, quantities)
+    """Compute the combined error: the largest of the deciding errors over their scales."""
+    quantity, error = worst_error(errors, quantities)
     return error / quantity.scale

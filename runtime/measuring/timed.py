@@ -1,4 +1,4 @@
-"""One run under a clock: rows, processor time, counts; stopped when it takes too long."""
+"""A timed run: rows, processor time and counts, with limits on its time."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from bgc.runtime.running.binding import Instance, Status
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method, watched
 
-_PACED = 60_000  # periods of a run that are looked at one by one
+_MOST_PERIODS = 60_000  # that are timed one by one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:
-    """What came of a run.
+    """The outcome of a timed run.
 
-    `status` is `done`, `stopped` at its limit, or with `message` `failed`, or `refused` before it
-    started. `rows` hold the model's outputs, then the four energy accounts if they were wanted,
-    those that were not reached as NaN. `seconds` is the processor time of the computation alone.
+    `status` is `done`, `stopped` at a limit, `failed`, or `refused` before the start; `message` is
+    the reason. `rows` have the model's outputs, then the four energy accounts if requested; rows
+    that were not reached are NaN. `seconds` is the processor time of the computation alone.
     """
 
     status: str
@@ -47,11 +47,11 @@ def timed_run(
     busy: float = math.inf,
     watch: Callable[[float], None] = lambda reached: None,
 ) -> Run:
-    """Run a model from its start over all times, for at most `limit` seconds.
+    """Run a model from its start over all times, within two limits.
 
-    And for at most `busy` seconds of processor time, which do not pass while others have the
-    machine. `watch` is told now and then which time is reached. Ctrl-C stops the run and goes on
-    up.
+    `limit` is in seconds of wall time, `busy` in seconds of processor time, which other processes
+    do not consume. `watch` is called regularly with the time reached, s. Ctrl-C stops the run
+    and is raised again.
     """
     width = len(model.measured) + (len(ENERGY_ACCOUNTS) if accounts else 0)
     rows = np.full((len(times), width), np.nan)
@@ -82,7 +82,7 @@ def _run_in_thread(
     busy: float,
     watch: Callable[[float], None],
 ) -> tuple[Status, float, bool]:
-    """The status, the thread's processor time, and whether a limit was reached."""
+    """Run; return the status, the thread's processor time, s, and whether a limit was reached."""
     clocks: list[int] = []
     started = time.monotonic()
     stopped = False
@@ -94,21 +94,21 @@ def _run_in_thread(
         status, _ = instance.run(times, rows)
         return status, time.thread_time() - start
 
-    def look() -> None:
+    def check_limits() -> None:
         nonlocal stopped
         watch(instance.time)
         stopped = stopped or time.monotonic() - started > limit or _spent(clocks) > busy
         if stopped:
             instance.stop()
 
-    (status, seconds), interrupted = watched(instance, run, look)
+    (status, seconds), interrupted = watched(instance, run, check_limits)
     if interrupted:
         raise KeyboardInterrupt
     return status, seconds, stopped
 
 
 def _spent(clocks: Sequence[int]) -> float:
-    """The processor time of the thread with that clock; 0 before it has one or after its end."""
+    """Read the clocks of threads, s; 0 before a thread has one and after its end."""
     with suppress(OSError):
         return sum(map(time.clock_gettime, clocks))
     return 0.0
@@ -117,12 +117,12 @@ def _spent(clocks: Sequence[int]) -> float:
 def paced_worst(
     model: LoadedModel, method: Method, period: float, duration: float, repeats: int
 ) -> float:
-    """The longest that one period of a run takes, in s of the thread's processor time.
+    """Measure the longest time that one period of a run takes, s of the thread's processor time.
 
-    The run is the same each time, so that of each period the least of `repeats` counts: what the
-    machine did meanwhile is left out. 0 where a run could not be completed.
+    The run is repeated, and the least time of each period counts: disturbances by the machine are
+    left out. 0 if a run could not be completed.
     """
-    count = min(round(duration / period), _PACED)
+    count = min(round(duration / period), _MOST_PERIODS)
     least = np.full(count, np.inf)
     for _ in range(repeats):
         spent = _paced(model, method, np.arange(1, count + 1, dtype=np.float64) * period)
@@ -133,7 +133,7 @@ def paced_worst(
 
 
 def _paced(model: LoadedModel, method: Method, times: Array) -> Array | None:
-    """The processor time of each interval between times, less that of a call which does nothing."""
+    """Time each interval between times, s of processor time, less the time of an empty call."""
     clock = time.thread_time
     row = np.empty((1, len(model.measured) + (len(ENERGY_ACCOUNTS) if model.accounts else 0)))
     spent = np.empty(len(times))

@@ -1,1 +1,1 @@
-"""A scene driven to its extremes: where it holds, where it degrades, where it fails."""
+"""Stress maps: a scene at extreme parameters, steps and tolerances, judged by other methods."""

@@ -1,7 +1,7 @@
-"""What a scene is driven by: parameters by their role in the bond graph, steps, tolerances.
+"""Drives of a stress map: parameters by their role in the bond graph, steps, tolerances, times.
 
-Nothing here knows what a model is about: a parameter is a stiffness because a C has it, whatever
-its domain. Parameters that are alike in all, as the stiffness of each joint, go together.
+Roles do not depend on the domain: a parameter is a stiffness because the law of a C contains it.
+Equal parameters of equal parts, as the stiffness of each joint, are driven together.
 """
 
 from __future__ import annotations
@@ -39,15 +39,15 @@ STEP, RTOL, TIME = "step", "rtol", "time"
 _UNITS = {STEP: "s", RTOL: "", TIME: "s"}
 
 _EXTREMES = (5e-324, 1e-300, 1e300, 1.7976931348623157e308)
-# s, multiples or parts of the usual periods of devices, which are then sampled alike
+# s; multiples and fractions of the usual periods of devices, which are then sampled equally
 _STEPS = (1e-6, 1e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 1e-1)
-_DECADES = 3.0  # from which on a range is taken by decades
-_EVEN = 9  # values of a narrower one
-_MOST = 16
+_DECADES = 3.0  # from which on a range is spaced logarithmically
+_EVEN = 9  # values of a narrower range
+_MOST = 16  # values of a wider range
 
 
 class Role(Enum):
-    """What a parameter is to the element that holds it, in the order in which one counts."""
+    """The role of a parameter in the law of an element; of several, the first counts."""
 
     ANGLE = "angle"
     STIFFNESS = "stiffness"
@@ -64,9 +64,9 @@ _ROLES = tuple(Role)
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """A parameter (or `step`, `rtol`, `time`), what it is, and the SI values it takes.
+    """A parameter (or `step`, `rtol`, `time`), its role, and the SI values that it takes.
 
-    `members` are the parameters that take them together, where `name` stands for several.
+    `members` are the parameters that are driven together, if `name` stands for several.
     """
 
     name: str
@@ -77,15 +77,14 @@ class Drive:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """What is set, but for steps, tolerances and durations."""
+        """The parameters to set; none for steps, tolerances and durations."""
         return self.members or (() if self.name in _UNITS else (self.name,))
 
 
 def all_drives(graph: FlatGraph, known: Iterable[Parameter], duration: float) -> tuple[Drive, ...]:
-    """The step, the tolerance and the duration, then the parameters by their roles.
+    """List drives: the step, the tolerance and the duration, then parameters by their roles.
 
-    One of each kind comes before the next, so that little time shows much: four masses are one
-    kind.
+    One drive of each kind comes before the second of any, so that a small budget shows much.
     """
     longer = tuple(10.0**k for k in range(-2, 5) if 10.0**k > 2 * duration)
     return (
@@ -97,14 +96,14 @@ def all_drives(graph: FlatGraph, known: Iterable[Parameter], duration: float) ->
 
 
 def _parameter_drives(graph: FlatGraph, known: Iterable[Parameter]) -> list[Drive]:
-    """A drive for each run-time parameter within its range, for those alike together.
+    """Make a drive for each run-time parameter within its range; equal ones are driven together.
 
-    A kind is a role and a unit; one unit of each role comes before the next. Of each kind, what
-    most parts have comes first.
+    A kind is a role and a unit. One drive of each kind comes before the second of any, starting
+    with the parameters that most parts have.
     """
     roles = _roles(graph)
     found: list[tuple[Role, Drive]] = []
-    for name, group in _alike(known, roles):
+    for name, group in _groups(known, roles):
         one = group[0]
         role = _role(one, roles)
         if values := _within(_ladder(role, one), one):
@@ -125,10 +124,10 @@ def _role(parameter: Parameter, roles: Mapping[str, Role]) -> Role:
     return Role.ANGLE if parameter.unit == "rad" else roles.get(parameter.name, Role.OTHER)
 
 
-def _alike(
+def _groups(
     known: Iterable[Parameter], roles: Mapping[str, Role]
 ) -> Iterator[tuple[str, list[Parameter]]]:
-    """Each parameter; those of parts of one name together, as `*.part.name`, if all are alike."""
+    """Group parameters of parts of one name, as `*.part.name`, if all of them are equal."""
     tails: defaultdict[str, list[Parameter]] = defaultdict(list)
     for parameter in known:
         parts = parameter.name.split(".")
@@ -169,7 +168,7 @@ def _ladder(role: Role, parameter: Parameter) -> tuple[float, ...]:
 
 
 def _within(values: Iterable[float], parameter: Parameter) -> tuple[float, ...]:
-    """Those in the declared range, its ends among them, by size."""
+    """Keep the values in the declared range, add its ends, and sort."""
     ends = (end for end in (parameter.low, parameter.high) if math.isfinite(end))
     allowed = {x for x in values if parameter.low <= x <= parameter.high}
     return tuple(sorted({*allowed, *ends}))
@@ -179,6 +178,7 @@ def _within(values: Iterable[float], parameter: Parameter) -> tuple[float, ...]:
 
 
 def _roles(graph: FlatGraph) -> Mapping[str, Role]:
+    """Find the role of each parameter in the laws of the elements."""
     found: dict[str, Role] = {}
     names = {p.index: p.name for p in graph.parameters}
     dag = graph.dag
@@ -214,15 +214,15 @@ def _storage_role(element: Storage) -> Role:
     return Role.STIFFNESS if by_charge else Role.COMPLIANCE
 
 
-# --- asked for --------------------------------------------------------------------------------
+# --- requested ------------------------------------------------------------------------------
 
 
 def read_drive(text: str, units: Mapping[str, str]) -> Drive:
-    """Read `NAME=LO..HI`, `NAME=LO..HI:COUNT` or `NAME=A,B,C`; BG087 where it is none of these.
+    """Read `NAME=LO..HI`, `NAME=LO..HI:COUNT` or `NAME=A,B,C`; BG087 for other forms.
 
-    `units` are those of the parameters. A `*` in the name stands for anything: all parameters of
-    such names take the values together. Values may have units of their own. A range of three
-    decades and more is taken by decades, and from zero by decades below its upper end.
+    `units` are those of the parameters. A `*` in the name matches any text; all matching
+    parameters are driven together. Values may have their own units. A range of three decades or
+    more is spaced by decades, a range from zero by decades below its upper end.
     """
     name, equals, given = (part.strip() for part in text.partition("="))
     if not (name and equals and given):

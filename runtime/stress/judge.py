@@ -1,4 +1,4 @@
-"""One point of the map: a run, the reference it is held against, and the verdict."""
+"""The judgement of one point of the map: a run, its reference, and the verdict."""
 
 from __future__ import annotations
 
@@ -17,38 +17,38 @@ from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
 from bgc.runtime.stress.ringing import ringing_at_start
 
-WRONG = 0.1  # of the range: an error from which on a number has nothing to say any more
-_OF_TOLERANCE = 100.0  # times the tolerance of a step: what a whole run may add up to
-_HARDLY_MOVES = 0.01  # of its size: a quantity whose range is less
+WRONG = 0.1  # of the range: larger errors make a number useless
+_OF_TOLERANCE = 100.0  # times the tolerance of a step: the error that a run may accumulate
+_SMALLEST_RANGE = 0.01  # of the size of a quantity
 DEFAULT_RTOL = 1e-6  # of the C runtime
 
 _UNSTABLE = "the reference changes with its step: the solution is unstable"
 _METHODS = ("radau5", "rodas5p", "rodas4p2")
 _RTOLS = (1e-8, 1e-10)
-_AGREED = 0.1  # of the error that is asked for: by how much two references may differ
+_AGREED = 0.1  # of the acceptable error: the largest difference of two references
 _SHORT_STEPS = 1000  # of a run
-_TELLS = 3.0  # times its accuracy: errors below that are not told from the reference's own
-_STEPS_IN_A_SWING = 4.0  # of a method that follows it
+_AT_THE_REFERENCE = 3.0  # times its accuracy: smaller errors may be the reference's own
+_STEPS_PER_PERIOD = 4.0  # of a method that resolves an oscillation
 _OF_WALL_TIME = 10.0  # times its processor time that a run may wait for the machine
 
 
 class Verdict(Enum):
-    """What a point came to."""
+    """The verdict on a point."""
 
     HOLDS = "holds"
-    DEGRADED = "degraded"  # the error is beyond what was asked for
-    WARNED = "warned"  # nothing is right any more, and the run says so
-    WRONG = "wrong"  # nothing is right any more, without a word
-    FAILS = "fails"  # ended with a status
+    DEGRADED = "degraded"  # the error is larger than acceptable
+    WARNED = "warned"  # the numbers are useless, and the run warns
+    WRONG = "wrong"  # the numbers are useless, and the run does not warn
+    FAILS = "fails"  # the run ended with an error
     SLOW = "too slow"  # stopped by the limit on its time
     UNJUDGED = "unjudged"  # completed, but two references do not agree
 
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """Up to where a number holds: `within` relative to the range of what is observed.
+    """The acceptable error: `within`, relative to the range of each observed quantity.
 
-    Where `by_scene`, it is what the scene requires instead, if it requires something.
+    With `by_scene`, the requirements of the scene replace it, if there are any.
     """
 
     within: float
@@ -57,16 +57,15 @@ class Tolerance:
 
     @property
     def required(self) -> bool:
-        """Whether the scene's `require` decides."""
+        """True if the requirements of the scene decide."""
         return self.by_scene and bool(self.requirements)
 
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """A verdict, with the error relative to what is observed, None where there is none.
+    """A verdict, with the relative error; None if there is none.
 
-    `residual` is that of the energy accounts over what was exchanged, where the scene observes
-    them.
+    `residual` is the energy residual over the energy exchanged, if the scene observes accounts.
     """
 
     verdict: Verdict
@@ -77,7 +76,7 @@ class Judgement:
 
 @dataclass(slots=True)
 class References:
-    """Solutions of one point, at a tolerance and by a method, as far as they were needed."""
+    """Solutions of one point by method and tolerance, as far as they were needed."""
 
     runs: dict[tuple[str, float], Run] = field(default_factory=dict)
     agreed: Agreement | None = None
@@ -85,9 +84,9 @@ class References:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Agreement:
-    """Rows that two methods agree on to `accuracy`; None where none are to be had.
+    """Rows on which two methods agree to `accuracy`; None if there are none.
 
-    `steps` is how many the one took whose rows they are.
+    `steps` is the number of steps of the method whose rows they are.
     """
 
     rows: Array | None
@@ -98,17 +97,17 @@ class Agreement:
 def limited_run(
     model: LoadedModel, method: Method, times: Array, *, accounts: bool, limit: float
 ) -> Run:
-    """A run of at most `limit` s of processor time, which others on the machine do not shorten."""
+    """Run for at most `limit` s of processor time, which other processes do not consume."""
     most = _OF_WALL_TIME * limit
     return timed_run(model, method, times, accounts=accounts, limit=most, busy=limit)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judge:
-    """Judges runs of a model, as its parameters stand, over the same times.
+    """Judges runs of a model with its present parameters over the same times.
 
-    `limit` bounds each run, s of processor time. `references` are those of the same parameters and
-    times that were found before.
+    `limit` bounds each run, s of processor time. `references` are earlier solutions for the same
+    parameters and times.
     """
 
     model: LoadedModel
@@ -118,10 +117,10 @@ class Judge:
     references: References
 
     def judge(self, run: Run, method: Method) -> Judgement:
-        """Hold a run by a method against others.
+        """Compare a run by a method with others.
 
-        It holds where another method, at a hundredth of the default tolerance, comes to the same.
-        Where not, two others have to agree before anything is said against it.
+        It holds if another method at a hundredth of the default tolerance agrees with it. If not,
+        two other methods must agree before the run is called degraded or wrong.
         """
         if run.status == "stopped":
             return Judgement(Verdict.SLOW, message=run.message)
@@ -132,25 +131,25 @@ class Judge:
         other = self._solved(_METHODS[method.name == _METHODS[0]], _RTOLS[0])
         if other.status == "done":
             error = self._error(rows, other.rows)
-            if self._holds(rows, other.rows, error):
-                return self._unless_it_rings(error, residual, other.rows, other.counts["steps"])
+            if self._is_acceptable(rows, other.rows, error):
+                return self._unless_ringing(error, residual, other.rows, other.counts["steps"])
         return self._against_two(rows, method, residual, warned)
 
     def _against_two(
         self, rows: Array, method: Method, residual: float | None, warned: bool
     ) -> Judgement:
-        """Judge by rows that two methods agree on."""
+        """Judge by rows on which two other methods agree."""
         known = self._agreed()
         if known.rows is None:
             message = "no two methods complete the run at a tight tolerance"
             return Judgement(Verdict.UNJUDGED, residual=residual, message=message)
         error = self._error(rows, known.rows)
-        # A reference that is worse than what is asked for can only tell what is far off.
-        if known.accuracy > self.tolerance.within and error <= _TELLS * known.accuracy:
+        # A reference worse than the acceptable error only shows larger errors than its own.
+        if known.accuracy > self.tolerance.within and error <= _AT_THE_REFERENCE * known.accuracy:
             message = f"two references differ by {known.accuracy:.1e}"
             return Judgement(Verdict.UNJUDGED, error, residual, message)
-        if self._holds(rows, known.rows, error):
-            return self._unless_it_rings(error, residual, known.rows, known.steps)
+        if self._is_acceptable(rows, known.rows, error):
+            return self._unless_ringing(error, residual, known.rows, known.steps)
         rtol = 0.0 if method.fixed else method.rtol or DEFAULT_RTOL
         if error <= max(WRONG, min(1.0, _OF_TOLERANCE * rtol)):
             return Judgement(Verdict.DEGRADED, error, residual)
@@ -158,26 +157,26 @@ class Judge:
             return Judgement(Verdict.UNJUDGED, error, residual, _UNSTABLE)
         return Judgement(Verdict.WARNED if warned else Verdict.WRONG, error, residual)
 
-    def _unless_it_rings(
+    def _unless_ringing(
         self, error: float, residual: float | None, reference: Array, steps: float
     ) -> Judgement:
-        """What holds, unless all methods passed over a ringing that lasts and is seen."""
+        """Let a run hold, unless all methods missed a lasting and observable oscillation."""
         duration = float(self.times[-1])
         interval = duration / (len(self.times) - 1)
         for mode in ringing_at_start(self.model, duration):
-            if mode.seconds < interval or steps >= _STEPS_IN_A_SWING * mode.swings:
+            if mode.seconds < interval or steps >= _STEPS_PER_PERIOD * mode.periods:
                 continue
             missed = self._error(reference + mode.amplitude, reference)
             if missed > self.tolerance.within:
                 message = (
                     f"it rings at {mode.frequency:.2g} Hz for {mode.seconds:.2g} s, which no "
-                    f"method followed: {missed:.1e}"
+                    f"method resolved: {missed:.1e}"
                 )
                 return Judgement(Verdict.UNJUDGED, error, residual, message)
         return Judgement(Verdict.HOLDS, error, residual)
 
     def _agreed(self) -> Agreement:
-        """Rows that two methods agree on to a tenth of what is asked for, or as well as they do."""
+        """Find rows on which two methods agree to a tenth of the acceptable error, or at best."""
         if self.references.agreed is None:
             self.references.agreed = self._agreement()
         return self.references.agreed
@@ -200,7 +199,7 @@ class Judge:
         return best
 
     def _solved(self, name: str, rtol: float) -> Run:
-        """A run at a tight tolerance, kept for all that share it."""
+        """Return a run at a tight tolerance, kept for further points."""
         key = name, rtol
         if key not in self.references.runs:
             self.references.runs[key] = self._run(Method(name, fixed=False, rtol=rtol))
@@ -210,7 +209,7 @@ class Judge:
         return limited_run(self.model, method, self.times, accounts=False, limit=self.limit)
 
     def _balance(self, run: Run) -> tuple[float | None, bool]:
-        """The residual over what was exchanged, None without accounts; whether a run warns."""
+        """Return the residual over the energy exchanged, or None, and whether the run warns."""
         accounts = run.rows[:, len(self.model.measured) :]
         too_long = run.counts["coarsest"] > 0
         if not accounts.shape[1]:
@@ -221,19 +220,19 @@ class Judge:
         return residual, too_long or unbalanced(worst, exchanged)
 
     def _is_confirmed(self, reference: Agreement) -> bool:
-        """Whether a third run, tighter and with short steps, agrees with the reference too.
+        """Return whether a third run, tighter and with short steps, agrees with the reference.
 
-        Where a solution is unstable, long steps hold two methods alike to what it leaves at once.
+        Long steps keep two methods near an unstable solution, which the true solution leaves.
         """
         longest = float(self.times[-1]) / _SHORT_STEPS
         for name in _METHODS[1:]:
             run = self._run(Method(name, fixed=False, rtol=_RTOLS[-1], max_step=longest))
             if run.status == "done" and reference.rows is not None:
                 error = self._error(run.rows, reference.rows)
-                return error <= max(self.tolerance.within, _TELLS * reference.accuracy)
+                return error <= max(self.tolerance.within, _AT_THE_REFERENCE * reference.accuracy)
         return False
 
-    def _holds(self, rows: Array, reference: Array, error: float) -> bool:
+    def _is_acceptable(self, rows: Array, reference: Array, error: float) -> bool:
         if not self.tolerance.required:
             return error <= self.tolerance.within
         quantities = quantities_of(
@@ -243,16 +242,16 @@ class Judge:
             return combined(largest_errors(rows, reference), quantities) <= 1
 
     def _error(self, rows: Array, reference: Array) -> float:
-        """The worst error over its scale; infinite where numbers overflow on the way.
+        """Compute the worst error over its scale; infinite if numbers overflow.
 
-        The scale is the range of a quantity; where it hardly moves, a part of its size. One that
-        moves by less than what the default tolerance leaves open is as good as zero: what is left
-        of a transient that is over between two rows.
+        The scale is the range of a quantity, but at least a part of its size and its resolution at
+        the default tolerance: smaller changes are the rest of a transient that decays between two
+        rows.
         """
         resolution = self._resolution()
         with np.errstate(over="ignore", invalid="ignore"):
             quantities = quantities_of(self.model.measured, reference, {})
-            least = resolution + _HARDLY_MOVES * np.max(np.abs(reference), axis=0)
+            least = resolution + _SMALLEST_RANGE * np.max(np.abs(reference), axis=0)
             scaled = [
                 replace(q, scale=max(q.scale, low))
                 for q, low in zip(quantities, least.tolist(), strict=True)
@@ -261,9 +260,9 @@ class Judge:
         return error if math.isfinite(error) else math.inf
 
     def _resolution(self) -> Array:
-        """What states leave open of each observed quantity over a run at the default tolerance.
+        """Estimate the error of each observed quantity over a run at the default tolerance.
 
-        That counts in finer scales where no state comes near its own.
+        The state scales are those that step control used: finer where no state comes near its own.
         """
         instance = self.model.parameters.instance({})
         found = np.zeros(len(self.model.measured))
@@ -278,5 +277,5 @@ class Judge:
             change = np.abs(moved - start)
             found += np.where(np.isfinite(change), change, 0.0)
         runs = self.references.runs.values()
-        lively = max((run.counts["liveliest"] for run in runs if run.counts), default=1.0)
-        return _OF_TOLERANCE * DEFAULT_RTOL * lively * found
+        scale = max((run.counts["liveliest"] for run in runs if run.counts), default=1.0)
+        return _OF_TOLERANCE * DEFAULT_RTOL * scale * found

@@ -1,4 +1,4 @@
-"""A map as a picture: a cell for each point, its colour the verdict, its text the error."""
+"""The picture of a stress map: a cell for each point, coloured by verdict, with its error."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bgc.runtime.results.plot import KINDS, STYLE, write_figure
 from bgc.runtime.stress.judge import Judgement, Verdict
 from bgc.runtime.stress.stress import Point, StressMap
 
-# Light to dark also in grey; green and red are told apart by their text and lightness.
+# The order is light to dark also in grey; green and red differ in lightness and text.
 _COLOURS: Mapping[Verdict, str] = MappingProxyType(
     {
         Verdict.HOLDS: "#b7e1b0",
@@ -34,7 +34,7 @@ _MARGIN = 3.4, 1.6
 
 
 def draw(found: StressMap, path: str | Path) -> Figure:
-    """Draw a map and write it: a row for each drive, or two drives against each other."""
+    """Draw a map and write it: a row for each drive, or a grid of two drives."""
     if Path(path).suffix.lower() not in KINDS:
         raise BgError([unknown_file_kind(str(path), KINDS)])
     with matplotlib.rc_context(STYLE):
@@ -90,7 +90,7 @@ def _drive_rows(found: StressMap) -> list[tuple[str, _Cells]]:
 
 
 def _grid_rows(found: StressMap) -> list[tuple[str, _Cells]]:
-    """Rows by the second drive, its largest value on top."""
+    """Make a row for each value of the second drive, the largest on top."""
     name = found.points[0].settings[1][0]
     heights = sorted({point.settings[1][1] for point in found.points}, reverse=True)
     return [
@@ -100,7 +100,7 @@ def _grid_rows(found: StressMap) -> list[tuple[str, _Cells]]:
 
 
 def _ordered(points: Sequence[Point]) -> _Cells:
-    """Points by the value of their first drive."""
+    """Sort points by the value of their first drive."""
     cells = ((point.settings[0][1], point.judgement) for point in points)
     return sorted(cells, key=lambda cell: cell[0])
 

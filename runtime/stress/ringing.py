@@ -1,8 +1,8 @@
-"""Ringing that no method followed.
+"""Oscillations that no method resolved.
 
-An L-stable method takes a mode that rings faster than its steps to rest at once, whether the mode
-is damped or not; two such methods agree on what is not so. From the eigenvalues at the start it can
-be told which modes last, and what they would add to what is observed.
+An L-stable method damps a mode faster than its steps at once, whether the mode is damped or not,
+and two such methods agree on a wrong solution. The eigenvalues at the start show which modes last,
+and how much they add to the observed quantities.
 """
 
 from __future__ import annotations
@@ -20,28 +20,28 @@ from bgc.runtime.running.binding import Instance, Status
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
 
-_MOST = 400  # states: beyond, eigenvalues take too long
+_MOST = 400  # states: with more, eigenvalues take too long
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ringing:
     """A mode excited at the start.
 
-    `frequency` in Hz; `swings` by which it turns and `seconds` until it has died away, or the run
-    is over; `amplitude` in each observed quantity, in its unit.
+    `frequency` is in Hz. It oscillates for so many `periods` or `seconds` until it has decayed or
+    the run ends; `amplitude` is that of each observed quantity, in its unit.
     """
 
     frequency: float
-    swings: float
+    periods: float
     seconds: float
     amplitude: Array
 
 
 def ringing_at_start(model: LoadedModel, duration: float) -> tuple[Ringing, ...]:
-    """The modes that ring at the start of a run, as far as they can be told.
+    """Find the modes that oscillate at the start of a run.
 
-    By the eigenvectors v of the Jacobian A, the start is off the rest of a mode by its part of
-    A^-1 f.
+    The start deviates from the equilibrium of a mode by the component of A^-1 f along its
+    eigenvector, with the Jacobian A. Empty if this cannot be computed.
     """
     try:
         with model.started(Method("rodas5p", fixed=False), accounts=False) as instance:
@@ -72,14 +72,14 @@ def _modes(instance: Instance, duration: float) -> tuple[Ringing, ...]:
         if value.imag > 0:
             away = follow @ (scale * vector) * (2 * part / value)
             seconds = min(duration, -1 / value.real) if value.real < 0 else duration
-            swings = seconds * value.imag / math.tau
-            amplitude = _seen(instance, away)
-            found.append(Ringing(value.imag / math.tau, swings, seconds, amplitude))
+            periods = seconds * value.imag / math.tau
+            amplitude = _observed(instance, away)
+            found.append(Ringing(value.imag / math.tau, periods, seconds, amplitude))
     return tuple(found)
 
 
-def _seen(instance: Instance, away: Array) -> Array:
-    """What moving the state by the complex amplitude of a mode makes of the outputs."""
+def _observed(instance: Instance, away: Array) -> Array:
+    """Compute the amplitude of the outputs from the complex amplitude of a mode in the states."""
     start = instance.state.copy()
     _, before = instance.outputs()
     moved = []

@@ -1,4 +1,4 @@
-"""What became of points, kept between runs of `bgc stress`: one that is interrupted goes on."""
+"""Judged points kept between runs of `bgc stress`, so that an interrupted map can continue."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
 from bgc.runtime.stress.judge import Judgement, Tolerance, Verdict
 
-_EVERY = 1.0  # s between two writings
+_EVERY = 1.0  # s between two writes
 
 Settings = tuple[tuple[str, float], ...]
 
 
 @dataclass(slots=True)
 class Store:
-    """The points of one scene as it is, by what was set and how long was run.
+    """The judged points of one scene, by settings and duration.
 
-    `nominal` is the time of the scene's own run in s, its steps, and the part of the scene that is
-    run: kept, so that another run of the command does the same.
+    `nominal` has the seconds and steps of the unchanged scene, and the part of its duration that is
+    run: it is stored so that the next run of the command uses the same part.
     """
 
     key: str
@@ -33,17 +33,17 @@ class Store:
     written: float = -_EVERY
 
     def found(self, settings: Settings, end: float) -> Judgement | None:
-        """What came of a point before."""
+        """Return the stored judgement of a point, if there is one."""
         return self.points.get(_name(settings, end))
 
     def keep(self, settings: Settings, end: float, judgement: Judgement) -> None:
-        """Remember a point."""
+        """Store the judgement of a point."""
         self.points[_name(settings, end)] = judgement
         if time.monotonic() - self.written > _EVERY:
             self.write()
 
     def write(self) -> None:
-        """Write what is known; a full disk is no reason to stop."""
+        """Write all points; a full disk is ignored."""
         points = {
             name: {**asdict(found), "verdict": found.verdict.value}
             for name, found in self.points.items()
@@ -56,7 +56,7 @@ class Store:
 def open_store(
     model: LoadedModel, method: Method, tolerance: Tolerance, duration: float | None, fresh: bool
 ) -> Store:
-    """What is known of a scene with its present parameters, a method, and what is asked of it."""
+    """Open the store of a scene with its present parameters, a method and a tolerance."""
     key = digest_of(("stress", *scene_identity(model), repr((method, tolerance, duration))))
     store = Store(key)
     if fresh:

@@ -1,4 +1,4 @@
-"""`bgc stress`: every drive, every value, within a budget of time."""
+"""`bgc stress`: run a scene at extreme values, one point after the other, within a budget."""
 
 from __future__ import annotations
 
@@ -42,18 +42,18 @@ WITHIN = 1e-3
 BUDGET = 120.0
 
 _ROWS = 200
-_WANTED = 100  # points that the budget should do for, if the scene can be shortened for it
+_WANTED = 100  # points that should fit in the budget, with a shortened scene if necessary
 _PORTIONS = (1.0, 0.5, 0.25)  # of the scene
-_RUNS = 6.0  # that a point takes about: its own and that of another method
+_RUNS = 6.0  # approximate cost of a point, with its references, in runs of the scene
 _PATIENCE = 10.0  # times the scene's own run
 _AT_LEAST = 1.0  # s for any run
-_OF_PATIENCE = 0.3  # that a run of short steps takes
-_COARSE = 3  # of so many values of a drive, one is looked at first
+_SHORT_STEPS_SHARE = 0.3  # of the time limit, for a run with short steps
+_COARSE = 3  # every third value of a drive comes first
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """A place of the map: what was set, how many seconds were run, and what came of it."""
+    """A point of the map: its settings, the seconds that were run, and the judgement."""
 
     settings: Settings
     duration: float
@@ -62,12 +62,12 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class StressMap:
-    """What `bgc stress` found.
+    """The result of `bgc stress`.
 
-    `drives` were driven one by one, with a point for each value; as a `grid`, two together.
-    `duration` is what was run of the scene, `scene_duration` what it says, s. `planned` points were
-    to be looked at; `skipped` are the drives of which the budget was too small for any, and
-    `needed` is the budget that the longest of the points left takes, s.
+    `drives` were driven one by one, with a point for each value, or two together in a `grid`.
+    `duration` is the part of the scene's `scene_duration` that was run, s. `planned` is the number
+    of points; `skipped` are the drives without any point within the budget, and `needed` is the
+    budget for the longest of the remaining points, s.
     """
 
     scene: str
@@ -83,16 +83,16 @@ class StressMap:
     needed: float
 
     def counts(self) -> Mapping[Verdict, int]:
-        """How many points came to each verdict."""
+        """Count the points of each verdict."""
         return Counter(point.judgement.verdict for point in self.points)
 
     @property
     def wrong(self) -> tuple[Point, ...]:
-        """Points with wrong numbers and no word of it."""
+        """Points with wrong numbers and no warning."""
         return tuple(p for p in self.points if p.judgement.verdict is Verdict.WRONG)
 
     def of_drive(self, drive: Drive) -> tuple[Point, ...]:
-        """The points along a drive, of a map that is no grid."""
+        """Return the points along a drive, in a map that is not a grid."""
         return tuple(p for p in self.points if p.settings and p.settings[0][0] == drive.name)
 
 
@@ -110,37 +110,36 @@ def stress(
     fresh: bool = False,
     progress: bool = False,
 ) -> StressMap:
-    """Drive a scene to its extremes, and hold each run against other methods.
+    """Run a scene at extreme values, and compare each run with other methods.
 
-    Points are kept in the cache as they are found: where the budget ends, or Ctrl-C, another call
-    goes on.
+    Points are stored in the cache as they are judged: after the end of the budget, or Ctrl-C,
+    another call continues.
 
     Parameters
     ----------
     model
         A model with its source, as `bgc.compile` gives it.
     drives
-        What is driven, as `"k=1e3..1e14 N/m"`, or `"*.lock.stiffness=.."` for all of that name
-        together; by default steps, tolerances, the duration, and every run-time parameter by its
-        role.
+        The drives, as `"k=1e3..1e14 N/m"`, or `"*.lock.stiffness=.."` for all parameters of such
+        names together; by default steps, tolerances, the duration, and every run-time parameter.
     grid
-        Whether two drives make a map of both together.
+        Whether to combine all values of two drives.
     solver, rtol, step
-        The method that is looked at; by default the scene's.
+        The method to judge; by default the scene's.
     duration
         How much of the scene to run, s; by default all, or a part where the budget is small.
     within
-        The error up to which a number holds, relative to the range of each observed quantity;
-        by default what the scene's `require` asks for, else 1e-3.
+        The acceptable error, relative to the range of each observed quantity; by default the
+        scene's `require`, else 1e-3.
     budget
-        Roughly how long it may take, s.
+        The approximate time for all points, s.
     fresh
-        Whether to forget what was found before.
+        Whether to delete stored points.
 
     Raises
     ------
     BgError
-        A drive is at fault; BG088, BG089.
+        A drive is at fault; BG088 if the scene observes nothing, BG089 if it does not run.
     """
     if not model.measured:
         raise BgError([nothing_to_judge(model.facts.scene)])
@@ -185,7 +184,7 @@ def stress(
     done = {point.settings[-1][0] for point in points}
     return StressMap(
         scene=model.facts.scene or model.facts.model,
-        method=_told(method),
+        method=_described(method),
         duration=session.duration,
         scene_duration=full,
         tolerance=tolerance,
@@ -199,13 +198,13 @@ def stress(
 
 
 def _grid(drives: Sequence[Drive]) -> list[Settings]:
-    """Row after row of the second drive, so that a budget cuts whole rows."""
+    """List the points of a grid row by row, so that the budget ends after whole rows."""
     across, up = drives
     return [((across.name, x), (up.name, y)) for y in up.values for x in across.values]
 
 
 def _in_order(drives: Sequence[Drive]) -> list[Settings]:
-    """One drive of each kind before the next, and of each every third value before the others."""
+    """Order points: one drive of each kind first, and every third value of it before the others."""
     seen: Counter[tuple[str, str]] = Counter()
     order: list[tuple[int, bool, Settings]] = []
     for drive in drives:
@@ -218,12 +217,12 @@ def _in_order(drives: Sequence[Drive]) -> list[Settings]:
 
 
 def _portion(seconds: float, budget: float) -> float:
-    """The part of the scene that lets the budget do for many points, if any does."""
+    """Choose the part of the scene's duration for which 100 points fit in the budget, if any."""
     affordable = budget / (_WANTED * _RUNS * max(seconds, 1e-9))
     return next((part for part in _PORTIONS if part <= affordable), _PORTIONS[-1])
 
 
-def _told(method: Method) -> str:
+def _described(method: Method) -> str:
     return (
         f"{method.name} at {method.step:g} s"
         if method.fixed
@@ -234,7 +233,7 @@ def _told(method: Method) -> str:
 def _nominal(
     model: LoadedModel, method: Method, duration: float, limit: float
 ) -> tuple[float, float]:
-    """The seconds and the steps that the scene takes as it is; BG089 where it does not run."""
+    """Run the unchanged scene; return its seconds and steps. BG089 if it does not run."""
     run = timed_run(model, method, np.array([0.0, duration]), accounts=False, limit=limit)
     if run.status != "done":
         raise BgError([nominal_run_failed(run.message)])
@@ -245,8 +244,8 @@ def _nominal(
 class _Session:
     """Runs points of one model, and keeps the references that several share.
 
-    `cost` is the processor time that a second of the scene takes as it is, s, and `density` its
-    steps.
+    `cost` is the processor time and `density` the number of steps per second of the unchanged
+    scene.
     """
 
     model: LoadedModel
@@ -260,7 +259,7 @@ class _Session:
     _references: dict[Settings, References] = field(default_factory=dict)
 
     def drives(self, texts: Iterable[str]) -> tuple[Drive, ...]:
-        """Those asked for, or all that the model has."""
+        """Read the requested drives, or list all of the model."""
         known = [self.model.parameters[name] for name in self.model.parameters]
         units = {p.name: p.unit for p in known}
         found = tuple(read_drive(text, units) for text in texts)
@@ -272,14 +271,14 @@ class _Session:
         return found
 
     def seconds(self, settings: Settings) -> float:
-        """What a point takes about, 0 where it is known. Free steps may become ever longer."""
+        """Estimate the time of a point, s; 0 if it is stored. Adaptive steps may grow with time."""
         end = self._end(settings)
         if self.store.found(settings, end) is not None:
             return 0.0
         return _RUNS * self.cost * (end if self._keeps_pace else min(end, self.duration))
 
     def point(self, settings: Settings, left: float) -> Point:
-        """What comes of some settings in the time that is left, or came of them before."""
+        """Judge settings in the remaining time, s, or return the stored judgement."""
         end = self._end(settings)
         known = self.store.found(settings, end)
         if known is None:
@@ -294,21 +293,22 @@ class _Session:
 
     @property
     def _keeps_pace(self) -> bool:
-        """Whether steps are as long later as they are at first."""
+        """True if steps do not become longer with time."""
         return self.method.fixed or self.model.library.model.n_device > 0
 
     def _end(self, settings: Settings) -> float:
-        """How much of the scene is run: as much as is worth the wait of short steps."""
-        told = dict(settings)
-        if TIME in told:
-            return told[TIME]
-        if STEP not in told:
+        """Choose the duration: shortened for short steps, so that a run stays within its limit."""
+        values = dict(settings)
+        if TIME in values:
+            return values[TIME]
+        if STEP not in values:
             return self.duration
-        steps = _OF_PATIENCE * self._limit(self.duration) * self.density / max(self.cost, 1e-12)
-        return min(self.duration, float(f"{steps * told[STEP]:.1g}"))
+        seconds = _SHORT_STEPS_SHARE * self._limit(self.duration)
+        steps = seconds * self.density / max(self.cost, 1e-12)
+        return min(self.duration, float(f"{steps * values[STEP]:.1g}"))
 
     def _limit(self, end: float) -> float:
-        """The longest that a run may take."""
+        """Limit the time of a run, s."""
         return max(_AT_LEAST, _PATIENCE * self.cost * end)
 
     def _judged(self, settings: Settings, end: float, limit: float) -> Judgement:
@@ -334,7 +334,7 @@ class _Session:
         return judgement
 
     def _model_with(self, values: Mapping[str, float]) -> LoadedModel:
-        """The model with parameters set; compiled anew for those that are compiled in."""
+        """Set parameters in the model; compile it again for parameters that are compiled in."""
         model = self.model
         if all(name in model.parameters for name in values):
             for name, value in values.items():
@@ -345,13 +345,13 @@ class _Session:
         given: dict[str, Any] = {**dict(options.overrides), **values}
         return load_model(path, replace(options, overrides=(), strict=False, preview=False), given)
 
-    def _method_with(self, told: Mapping[str, float]) -> Method:
-        """The method with another step or tolerance; the default of its kind where it has none."""
+    def _method_with(self, values: Mapping[str, float]) -> Method:
+        """Change the step or tolerance of the method; its kind's default method if it has none."""
         old = self.method
-        if STEP in told:
+        if STEP in values:
             name, keep = (old.name, old.keep) if old.fixed else (FIXED_DEFAULT, 0)
-            return Method(name, True, step=told[STEP], keep=keep)
-        if RTOL in told:
+            return Method(name, True, step=values[STEP], keep=keep)
+        if RTOL in values:
             name, atol = (ADAPTIVE_DEFAULT, 0.0) if old.fixed else (old.name, old.atol)
-            return Method(name, False, rtol=told[RTOL], atol=atol)
+            return Method(name, False, rtol=values[RTOL], atol=atol)
         return old

@@ -1,4 +1,4 @@
-"""A map as tables, CSV and JSON."""
+"""Tables, CSV and JSON of a stress map."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from bgc.runtime.stress.drives import STEP, Drive
 from bgc.runtime.stress.judge import Judgement, Verdict
 from bgc.runtime.stress.stress import Point, StressMap
 
-_NAMED = 6  # of many drives
+_NAMED = 6  # drives at most that a sentence names
 
 
 def tables(found: StressMap) -> list[Table]:
-    """A line for each stretch of a drive on which the verdict is the same, then the sums."""
+    """Make a row for each stretch of a drive with one verdict, then a summary."""
     header = ("driven", "as", "from", "to", "verdict", "worst error", "")
     rows: list[tuple[str, ...]] = []
     if found.grid:
@@ -39,7 +39,7 @@ def _title(found: StressMap) -> str:
 
 
 def _stretches(drive: Drive, points: Sequence[Point]) -> Iterator[tuple[str, ...]]:
-    """The points in the order of their values, those alike together."""
+    """Group the points of a drive, by value, into stretches with one verdict."""
     ordered = sorted(points, key=lambda point: point.settings[0][1])
     name, role = drive.name, drive.role
     for (verdict, _), group in groupby(ordered, key=_alike):
@@ -58,7 +58,7 @@ def _stretches(drive: Drive, points: Sequence[Point]) -> Iterator[tuple[str, ...
 
 
 def _shortened(points: Sequence[Point]) -> str:
-    """How much was run where short steps were not taken over all of it."""
+    """Describe the durations of points that were shortened for short steps."""
     ends = sorted({point.duration for point in points})
     if points[0].settings[0][0] != STEP or len(ends) == 1:
         return ""
@@ -94,13 +94,13 @@ def _worst(judgements: Iterable[Judgement]) -> str:
 
 
 def summary(found: StressMap) -> str:
-    """How many points came to what, up to where the scene can be trusted, what was left out."""
+    """Summarise verdicts, the trusted ranges of the drives, and the points that were left out."""
     counts = found.counts()
     parts = [f"{counts[v]} {v.value}" for v in Verdict if counts.get(v)]
-    asked = "what `require` asks for" if found.tolerance.required else f"{found.tolerance.within:g}"
+    allowed = "what `require` allows" if found.tolerance.required else f"{found.tolerance.within:g}"
     lines = [
         f"{len(found.points)} points: {', '.join(parts)}",
-        f"holds: another method at a tight tolerance comes to the same within {asked}; errors are "
+        f"holds: another method at a tight tolerance agrees within {allowed}; errors are "
         "relative to the range of each observed quantity, or to a hundredth of its size",
     ]
     if not found.grid:
@@ -110,16 +110,16 @@ def summary(found: StressMap) -> str:
         among = f", among them all of {_some(names)}" if names else ""
         longest = f'; the longest takes --budget "{found.needed:.0f} s"' if found.needed > 1 else ""
         lines.append(
-            f"for want of time {missing} of {found.planned} points are left{among}: run it again "
-            f"to go on{longest}"
+            f"{missing} of {found.planned} points did not fit in the budget{among}: run it again "
+            f"to continue{longest}"
         )
     if found.wrong:
-        lines.append("WRONG NUMBERS WITHOUT A WORD: take a smaller step or tolerance there")
+        lines.append("WRONG NUMBERS WITHOUT A WARNING: take a smaller step or tolerance there")
     return "\n".join(lines)
 
 
 def _trusted(found: StressMap) -> str:
-    """The sentence that the map comes to."""
+    """Say for which values the scene holds, and where numbers are wrong without a warning."""
     whole, parts, nowhere = [], [], []
     for drive in found.drives:
         points = found.of_drive(drive)
@@ -130,13 +130,13 @@ def _trusted(found: StressMap) -> str:
             parts.append(f"{drive.name} {_span(stretch, drive.unit)}")
         else:
             nowhere.append(drive.name)
-    holds = [*parts, *([f"all that was tried of {_some(whole)}"] if whole else [])]
+    holds = [*parts, *([f"all tried values of {_some(whole)}"] if whole else [])]
     said = f"the scene holds for {', '.join(holds)}" if holds else "the scene holds nowhere"
     if holds and nowhere:
         said += f", and nowhere for {_some(nowhere)}"
     wrong = dict.fromkeys(point.settings[0][0] for point in found.wrong)
     silent = f"for {_some([*wrong])} some are" if wrong else "no number is"
-    return f"{said}; {silent} wrong without a word"
+    return f"{said}; {silent} wrong without a warning"
 
 
 def _span(values: Sequence[float], unit: str) -> str:
@@ -145,13 +145,13 @@ def _span(values: Sequence[float], unit: str) -> str:
 
 
 def _some(names: Sequence[str]) -> str:
-    """The first of some names."""
+    """List the first few names."""
     more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
     return ", ".join(names[:_NAMED]) + more
 
 
 def _longest_hold(points: Sequence[Point]) -> list[float]:
-    """The values of the longest stretch that holds."""
+    """Find the values of the longest stretch that holds."""
     longest: list[float] = []
     ordered = sorted(points, key=lambda point: point.settings[0][1])
     for holds, group in groupby(ordered, key=lambda p: p.judgement.verdict is Verdict.HOLDS):
@@ -162,7 +162,7 @@ def _longest_hold(points: Sequence[Point]) -> list[float]:
 
 
 def write_csv(found: StressMap, path: str | Path) -> None:
-    """A line for each point: what was set, in SI, and what came of it."""
+    """Write a line for each point: its settings, SI, and its judgement."""
     with written_whole(path) as aside, aside.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         width = 2 if found.grid else 1
@@ -173,12 +173,12 @@ def write_csv(found: StressMap, path: str | Path) -> None:
             judgement = point.judgement
             settings = [item for pair in point.settings for item in (pair[0], repr(pair[1]))]
             numbers = ["" if x is None else repr(x) for x in (judgement.error, judgement.residual)]
-            told = judgement.verdict.value, *numbers, judgement.message
-            writer.writerow([*settings, repr(point.duration), *told])
+            outcome = judgement.verdict.value, *numbers, judgement.message
+            writer.writerow([*settings, repr(point.duration), *outcome])
 
 
 def as_json(found: StressMap) -> str:
-    """All of it; an error that is infinite is written as a text."""
+    """Write the whole map as JSON; an infinite error is written as a text."""
     counts = found.counts()
     value: dict[str, Any] = {
         "scene": found.scene,

@@ -1,1 +1,1 @@
-"""The trade between speed and accuracy, measured for a scene."""
+"""Studies of speed against accuracy: measure configurations, and recommend one."""

@@ -1,4 +1,4 @@
-"""What is tried: methods with a tolerance or a step, kept Jacobians, variants."""
+"""Configurations to measure: methods with tolerances or steps, kept Jacobians, variants."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from bgc.runtime.running.run import Method
 
 RTOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 KEEPS = (1, 2, 5)
-_FACTORS = (5.0, 2.0, 1.0, 0.5, 0.2)  # of the scene's step, or of a typical one
+_FACTORS = (5.0, 2.0, 1.0, 0.5, 0.2)  # times the scene's step, or a typical one
 EXPLICIT = ("rk4", "heun", "dopri5")  # without a Jacobian
 
 Variant: TypeAlias = tuple[Change, ...]
-"""Lines that are changed together."""
+"""Changed lines of a scene, which go together."""
 
 
 @dataclass(frozen=True, slots=True)
 class Configuration:
     """One way to run a scene: adaptive with `rtol`, or with a fixed `step` in s.
 
-    `keep` is the number of steps over which a Jacobian is kept, `changes` are lines that make
-    another scene of it, a variant.
+    `keep` is the number of steps over which a Jacobian is kept; `changes` are the changed lines of
+    a variant.
     """
 
     solver: str
@@ -37,33 +37,33 @@ class Configuration:
 
     @property
     def fixed(self) -> bool:
-        """Whether its step is given."""
+        """True for a fixed step."""
         return self.step > 0
 
     @property
     def method(self) -> Method:
-        """The same for a run."""
+        """The method and options of a run."""
         return Method(self.solver, self.fixed, rtol=self.rtol, step=self.step, keep=self.keep)
 
     @property
     def setting(self) -> str:
-        """The step or the tolerance, and how long a Jacobian is kept."""
+        """The step or the tolerance, and the number of steps that a Jacobian is kept."""
         main = spelled_time(self.step) if self.fixed else f"rtol {self.rtol:.2g}"
         return main if self.keep == 1 else f"{main}, keep {self.keep}"
 
     @property
     def variant(self) -> str:
-        """The lines that are changed, without `use` and `set`; empty for the scene as it is."""
+        """The changed lines without `use` and `set`; empty for the unchanged scene."""
         return ", ".join(f"{change.name}={change.value}" for change in self.changes)
 
     @property
     def label(self) -> str:
-        """All of it in a line."""
+        """Method, setting and variant in one line."""
         text = f"{self.solver} {self.setting}"
         return f"{text} with {self.variant}" if self.changes else text
 
     def statement(self, settle: float = 0.0) -> str:
-        """The line that a scene would say; `settle`, 1/s, is how its start is made, if not 0."""
+        """Write the statement for a scene; `settle`, Hz, is included if it is not 0."""
         options = [f"step = {spelled_time(self.step)}" if self.fixed else f"rtol = {self.rtol:g}"]
         if self.keep > 1:
             options.append(f"keep = {self.keep}")
@@ -73,7 +73,7 @@ class Configuration:
 
     @property
     def ladder(self) -> tuple[str, int, Variant]:
-        """What configurations that differ in their step or tolerance alone have in common."""
+        """The key of configurations that differ only in their step or tolerance."""
         return self.solver, self.keep, self.changes
 
 
@@ -84,10 +84,10 @@ def scene_configurations(
     steps: Sequence[float],
     keeps: Sequence[int],
 ) -> tuple[Configuration, ...]:
-    """All configurations of a scene as it is, in the order in which they are best measured.
+    """List all configurations of the unchanged scene in the order of measurement.
 
-    Methods, with fresh and with kept Jacobians, take turns from coarse to fine, so that little time
-    shows already the whole range, and what takes longest comes last.
+    Methods, with fresh and with kept Jacobians, take turns from coarse to fine: the whole range
+    shows early, and the slowest configurations come last.
     """
     rtols, steps = sorted(rtols, reverse=True), sorted(steps, reverse=True)
     ladders = [[Configuration(name, rtol=rtol) for rtol in rtols] for name in adaptive]
@@ -106,15 +106,15 @@ def _in_turns(ladders: Iterable[Sequence[Configuration]]) -> Iterator[Configurat
 
 
 def step_ladder(base: float, duration: float) -> tuple[float, ...]:
-    """Steps around a scene's own one, or around a typical one, in s.
+    """List steps around a base step, s, up to the duration of the run.
 
-    Those below divide it, so that devices see the same samples; none is longer than the run.
+    Shorter steps divide the base, so that devices see the same samples.
     """
     return tuple(step for step in (factor * base for factor in _FACTORS) if step <= duration)
 
 
 def round_step(step: float) -> float:
-    """The nearest 1, 2 or 5 times a power of ten."""
+    """Round to the nearest 1, 2 or 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(step))
     nearest = min((1.0, 2.0, 5.0, 10.0), key=lambda digit: abs(math.log(digit * power / step)))
     return float(f"{nearest * power:.1g}")

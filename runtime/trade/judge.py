@@ -1,4 +1,4 @@
-"""What the measurements say: the Pareto front, and the cheapest configuration that will do."""
+"""Judgement of measurements: the Pareto front, and the cheapest acceptable configuration."""
 
 from __future__ import annotations
 
@@ -6,26 +6,26 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from bgc.runtime.measuring.errors import Quantity, combined, vector_of, worst_of
+from bgc.runtime.measuring.errors import Quantity, combined, vector_of, worst_error
 from bgc.runtime.running.quantity import spelled_time
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
 
-DEFAULT_ACCURACY = 1e-3  # of the range, where a scene requires nothing
-_AT_THE_REFERENCE = 3.0  # times its accuracy: errors below it are not told from its own
-_USELESS = 1e3  # times the limit, or all of the range: nothing is known by that
-_BETTER = 0.95  # times an error: what is not below it is no gain
+DEFAULT_ACCURACY = 1e-3  # of the range, if a scene has no requirements
+_AT_THE_REFERENCE = 3.0  # times its accuracy: smaller errors may be the reference's own
+_USELESS = 1e3  # times the limit: larger errors carry no information
+_BETTER = 0.95  # times an error: an error must be below it to count as smaller
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """What is asked of a configuration.
+    """The demands on a configuration.
 
-    `required` says whether errors are in terms of `require`, and 1 is the limit; else they are
-    parts of the range. `deadline` is in s, None where there is none. `sample` is the period of the
-    scene's devices, s, None without devices: a longer step would take fewer samples than the scene
-    says. `floor` is the error below which the reference tells nothing, and `verified` whether that
-    is well below what is asked for. `settle` is the scene's option of that name, 1/s.
+    With `required`, errors are relative to `require` and the limit is 1; otherwise they are
+    relative to the range. `deadline` is in s, None if there is none. `sample` is the period of the
+    scene's devices, s, None without devices: a longer step takes fewer samples than the scene
+    specifies. `floor` is the accuracy of the reference; `verified` says that it is well below the
+    limit. `settle` is the scene's option of that name, Hz.
     """
 
     quantities: tuple[Quantity, ...]
@@ -38,51 +38,51 @@ class Target:
 
     @property
     def limit(self) -> float:
-        """The largest combined error that will do."""
+        """The largest acceptable combined error."""
         return 1.0 if self.required else DEFAULT_ACCURACY
 
     def error(self, row: Measurement) -> float:
-        """The combined error of a measurement; infinite where it has none."""
+        """Compute the combined error of a measurement; infinite for an incomplete run."""
         return combined(row.errors, self.quantities) if row.done else float("inf")
 
     def at_reference(self, row: Measurement) -> bool:
-        """Whether an error is no larger than the reference's own might be."""
+        """Return whether an error may be the reference's own."""
         return row.done and self.error(row) <= _AT_THE_REFERENCE * self.floor
 
     def accurate(self, row: Measurement) -> bool:
-        """Whether the error will do."""
+        """Return whether the error is acceptable."""
         return self.error(row) <= self.limit
 
     def timely(self, row: Measurement) -> bool:
-        """Whether it keeps the deadline, and up with time; with no deadline all that is done."""
+        """Return whether it keeps the deadline and real time; without a deadline, if it is done."""
         if not row.done or self.deadline is None:
             return row.done
         return row.worst <= self.deadline and row.cpu <= 1.0
 
     def late(self, row: Measurement) -> bool:
-        """Whether it certainly misses the deadline."""
+        """Return whether it misses the deadline for certain."""
         return row.done and not self.timely(row) and (row.certain or row.cpu > 1.0)
 
     def samples(self, row: Measurement) -> bool:
-        """Whether devices are sampled as often as the scene says."""
+        """Return whether devices are sampled as often as the scene specifies."""
         return self.sample is None or row.configuration.step <= self.sample * (1 + 1e-9)
 
-    def tells(self, row: Measurement) -> bool:
-        """Whether something is known by it, however little."""
+    def is_informative(self, row: Measurement) -> bool:
+        """Return whether its error carries any information."""
         return self.error(row) <= _USELESS * self.limit
 
     def fits(self, row: Measurement) -> bool:
-        """Whether it will do: accurate, in time, and with all samples."""
+        """Return whether it is acceptable: accurate, in time, and with all samples."""
         return self.accurate(row) and self.timely(row) and self.samples(row)
 
     def worst_quantity(self, row: Measurement) -> tuple[Quantity, float]:
-        """The quantity that decides, with its error."""
-        return worst_of(row.errors, self.quantities)
+        """Find the quantity with the combined error; return it and its error."""
+        return worst_error(row.errors, self.quantities)
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """`front`: no other is both cheaper and more accurate. `sentence`: what there is to say."""
+    """The recommendation, the Pareto front (cost against error), and both in a sentence."""
 
     recommended: Measurement | None
     front: frozenset[Configuration]
@@ -90,9 +90,9 @@ class Verdict:
 
 
 def judge(rows: Sequence[Measurement], target: Target) -> Verdict:
-    """Find the front, and the cheapest configuration that is accurate and timely.
+    """Find the front, and the cheapest configuration that is accurate and in time.
 
-    Nothing is recommended on a reference that is not verified.
+    Without a verified reference nothing is recommended.
     """
     found = front(rows, target)
     if not target.verified:
@@ -107,13 +107,13 @@ def judge(rows: Sequence[Measurement], target: Target) -> Verdict:
 
 
 def front(rows: Iterable[Measurement], target: Target) -> frozenset[Configuration]:
-    """The configurations that no other beats in both time and error.
+    """Find the configurations that no other beats in both time and error.
 
-    Errors at the reference's accuracy count as equal, and so do those that differ by a hair. What
-    is beyond all use is not on it.
+    Errors at the reference's accuracy count as equal, and so do errors within 5 %. Configurations
+    with uninformative errors are not on the front.
     """
     least, found = float("inf"), []
-    done = (row for row in rows if target.tells(row))
+    done = (row for row in rows if target.is_informative(row))
     for row in sorted(done, key=lambda row: (row.cpu, target.error(row))):
         error = max(target.error(row), _AT_THE_REFERENCE * target.floor)
         if error < _BETTER * least:
@@ -131,9 +131,9 @@ _UNVERIFIED = (
 
 
 def _of_best(row: Measurement, target: Target) -> str:
-    asked = [_limit(target), *(["the deadline"] if target.deadline is not None else [])]
+    demands = [_limit(target), *(["the deadline"] if target.deadline is not None else [])]
     statement = row.configuration.statement(target.settle)
-    text = f"The cheapest configuration within {' and '.join(asked)}: `{statement}`"
+    text = f"The cheapest configuration within {' and '.join(demands)}: `{statement}`"
     details = [_error(row, target), _cost(row)]
     if target.deadline is not None:
         details.append(f"worst {_worst(row, target)} of {spelled(target.deadline)}")
@@ -143,7 +143,9 @@ def _of_best(row: Measurement, target: Target) -> str:
 def _of_variant(row: Measurement, best: Measurement | None, target: Target) -> str:
     configuration = row.configuration
     lines = " ".join(change.statement for change in configuration.changes)
-    share = f"would do too, in {row.cpu / best.cpu:.0%} of that time" if best else "would do"
+    share = "is acceptable"
+    if best:
+        share += f" too, in {row.cpu / best.cpu:.0%} of that time"
     return (
         f"With `{lines}`, `{configuration.statement(target.settle)}` {share}: "
         f"{_error(row, target)}, {_cost(row)}."
@@ -151,7 +153,7 @@ def _of_variant(row: Measurement, best: Measurement | None, target: Target) -> s
 
 
 def _of_none(rows: Sequence[Measurement], target: Target) -> str:
-    """Why no configuration will do, and what would: the nearest on each side."""
+    """Say why no configuration is acceptable, and which come nearest in accuracy and time."""
     ours = [row for row in rows if not row.configuration.changes]
     done = [row for row in ours if row.done and target.samples(row)]
     if not done:
@@ -160,10 +162,10 @@ def _of_none(rows: Sequence[Measurement], target: Target) -> str:
         return "No configuration completed the run."
     accurate = [row for row in done if target.accurate(row)]
     timely = [row for row in done if target.timely(row)]
-    asked = [_limit(target)] if not accurate or timely else []
+    demands = [_limit(target)] if not accurate or timely else []
     if target.deadline is not None and (accurate or not timely):
-        asked.append(f"the deadline of {spelled(target.deadline)}")
-    sentences = [f"No configuration is within {' and '.join(asked)}."]
+        demands.append(f"the deadline of {spelled(target.deadline)}")
+    sentences = [f"No configuration is within {' and '.join(demands)}."]
     if accurate:
         sentences.append(_of_quickest(accurate, "Of those accurate enough, the quickest", target))
         if timely:
@@ -177,7 +179,7 @@ def _of_none(rows: Sequence[Measurement], target: Target) -> str:
 
 
 def _of_finest(rows: Sequence[Measurement], what: str, target: Target) -> str:
-    """The most accurate, and the `require` that it would meet."""
+    """Name the most accurate configuration, and the `require` that it would meet."""
     row = min(rows, key=target.error)
     text = f"{what} is {row.configuration.label} with {_error(row, target)}"
     short: dict[str, tuple[float, str]] = {}
@@ -195,7 +197,7 @@ def _of_finest(rows: Sequence[Measurement], what: str, target: Target) -> str:
 
 
 def _as_required(quantity: Quantity, target: Target) -> str:
-    """The name that a scene gives it: the vector's where all components are required alike."""
+    """Return the vector's name if all its components have the same requirement, else the name."""
     vector = vector_of(quantity.name)
     alike = [q for q in target.quantities if vector and vector_of(q.name) == vector]
     whole = alike and all(q.required and q.scale == quantity.scale for q in alike)
@@ -203,17 +205,17 @@ def _as_required(quantity: Quantity, target: Target) -> str:
 
 
 def _of_quickest(rows: Sequence[Measurement], what: str, target: Target) -> str:
-    """The one with the least worst time, and the deadline that it would keep."""
+    """Name the configuration with the least worst time, and the deadline that it would keep."""
     row = min(rows, key=lambda row: (not row.certain, row.worst))
     text = f"{what} is {row.configuration.label}: worst {_worst(row, target)}, {_cost(row)}."
     if row.cpu > 1.0:
-        return f"{text} It does not keep up with the time of the scene."
-    busy = "" if row.certain else ", if it was not the machine that was busy with something else"
+        return f"{text} It is slower than real time."
+    busy = "" if row.certain else ", unless the machine was busy with other work"
     return f"{text} A deadline of {spelled_time(float(_above(row.worst)))} would be kept{busy}."
 
 
 def _above(value: float) -> str:
-    """Two digits, rounded up."""
+    """Write two digits, rounded up."""
     unit = 10.0 ** (math.floor(math.log10(value)) - 1) if value > 0 else 1.0
     return f"{math.ceil(value / unit * (1 - 1e-12)) * unit:.12g}"
 
@@ -241,10 +243,10 @@ def _worst(row: Measurement, target: Target) -> str:
 
 
 def times_real_time(row: Measurement) -> str:
-    """How many times faster than time itself it runs, three digits."""
+    """Write how many times faster than real time it runs, with three digits."""
     return f"{float(f'{row.real_time_factor:.3g}'):,.15g}"
 
 
 def spelled(seconds: float) -> str:
-    """A measured time, three digits."""
+    """Write a measured time with three digits."""
     return spelled_time(float(f"{seconds:.3g}"))

@@ -1,4 +1,4 @@
-"""What was measured of one configuration, as a value that can be stored."""
+"""The measurement of one configuration, as a value that can be stored."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.trade.configurations import Configuration
 
 DONE, FAILED, REFUSED = "done", "failed", "refused"
-OUT_OF_BUDGET = "not run: the budget was spent; the same command goes on"
+OUT_OF_BUDGET = "not run: the budget was spent; the same command continues"
 
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """One configuration: how far from the reference, and at what cost.
+    """The error and the cost of one configuration.
 
     Attributes
     ----------
     configuration
-        What was run.
+        The measured configuration.
     status, message
         `done`; or `failed`, `stopped` (it took too long), `refused` (nothing was run) or
-        `skipped`, with the reason. All that follows is of the first only.
+        `skipped`, with the reason. All other attributes are for `done` only.
     errors
         Largest absolute error of each quantity, in its unit.
     residual
@@ -31,15 +31,15 @@ class Measurement:
     cpu
         Processor time for a second of the scene, s.
     mean_step, worst_step, worst_sample
-        Time that a step takes; that the longest one takes; and that all steps between two samples
-        of the devices take at the longest, 0 where there are none; s, by the wall clock.
+        Mean and longest time of a step, and longest time of all steps between two samples of the
+        devices (0 without devices); s of wall time.
     paced
-        The same as `worst_sample`, or as `worst_step` of a fixed step, without what the machine
-        did meanwhile: see `paced_worst`. 0 where it was not looked at.
+        As `worst_sample`, or `worst_step` for a fixed step, but without disturbances by the
+        machine: see `paced_worst`. 0 if not measured.
     repeats
-        Runs of which these times are medians.
+        The number of runs of which these times are medians.
     counts
-        Steps, evaluations and so on of one run.
+        Steps, evaluations and other counts of one run.
     """
 
     configuration: Configuration
@@ -57,24 +57,24 @@ class Measurement:
 
     @property
     def done(self) -> bool:
-        """Whether the run was completed."""
+        """True if the run was completed."""
         return self.status == DONE
 
     @property
     def worst(self) -> float:
-        """What has to be done by a deadline, s: the steps of a sample, or one step.
+        """The worst time of the work with a deadline, s: the steps of a sample, or one step.
 
-        The least of what is known of it: neither the machine nor the clock makes it shorter.
+        The smallest of the measured values, since disturbances only lengthen them.
         """
         longest = self.worst_sample or self.worst_step
         return min(self.paced, longest) if self.paced and longest else self.paced or longest
 
     @property
     def certain(self) -> bool:
-        """Whether the worst is the method's, and not what else the machine did in a single run.
+        """True if `worst` is the method's, and not a disturbance by the machine in a single run.
 
-        Adaptive steps of a scene without devices are not repeated one by one; there the median of
-        several runs counts.
+        Adaptive steps of a scene without devices cannot be repeated one by one; there the median
+        of several runs is taken.
         """
         adaptive = not self.configuration.fixed and not self.worst_sample
         return self.paced > 0 or (adaptive and self.repeats > 1)
@@ -85,12 +85,12 @@ class Measurement:
         return 1.0 / self.cpu if self.cpu > 0 else float("inf")
 
     def as_json(self) -> dict[str, Any]:
-        """The value for a JSON file."""
+        """Return the value for a JSON file."""
         return asdict(self)
 
 
 def measurement_from_json(value: Any) -> Measurement:
-    """Read what `as_json` made; KeyError, TypeError or ValueError where it is something else."""
+    """Read a value of `as_json`; KeyError, TypeError or ValueError for any other."""
     fields = dict(value)
     given = dict(fields.pop("configuration"))
     given["changes"] = tuple(Change(**change) for change in given["changes"])

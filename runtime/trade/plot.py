@@ -21,12 +21,12 @@ from bgc.runtime.trade.tables import letter
 
 _MARKERS = "osD^vPX<>ph8"
 _SIZE = (9.0, 6.0)  # inches
-_BEYOND = 1e4  # times the limit: errors larger than that are not worth the room
+_BEYOND = 1e4  # times the limit: larger errors are not drawn
 _LEAST = 1e-17
 
 
 def plot_trade(trade: TradeResult, path: str | Path | None = None) -> Figure:
-    """Draw a trade, and write the figure where a path is given."""
+    """Draw a trade; write the figure if a path is given."""
     if path is not None and Path(path).suffix.lower() not in KINDS:
         raise BgError([unknown_file_kind(str(path), KINDS)])
     if not any(row.done for row in trade.measurements):
@@ -43,12 +43,12 @@ def _draw(trade: TradeResult) -> Figure:
     axes: Any = figure.add_subplot()
     axes.set_xscale("log")
     axes.set_yscale("log")
-    looks: dict[str, tuple[str, str]] = {}
-    looks_left = zip(cycle(COLOURS), cycle(_MARKERS), strict=False)
+    styles: dict[str, tuple[str, str]] = {}
+    unused = zip(cycle(COLOURS), cycle(_MARKERS), strict=False)
     for (solver, keep, changes), rows in _lines(trade).items():
-        if solver not in looks:
-            looks[solver] = next(looks_left)
-        colour, marker = looks[solver]
+        if solver not in styles:
+            styles[solver] = next(unused)
+        colour, marker = styles[solver]
         first = solver not in axes.get_legend_handles_labels()[1]
         axes.plot(
             [row.cpu for row in rows],
@@ -77,7 +77,7 @@ def _draw(trade: TradeResult) -> Figure:
 
 
 def _name_variant(trade: TradeResult, axes: Any, rows: Sequence[Measurement], colour: str) -> None:
-    """The letter of a variant at the coarse end of its line."""
+    """Write the letter of a variant at the coarse end of its line."""
     if changes := rows[0].configuration.changes:
         axes.annotate(
             letter(trade, changes),
@@ -92,7 +92,7 @@ def _name_variant(trade: TradeResult, axes: Any, rows: Sequence[Measurement], co
 
 
 def _lines(trade: TradeResult) -> dict[tuple[str, int, Variant], list[Measurement]]:
-    """The completed measurements by what their line has in common, coarse to fine."""
+    """Group the completed measurements into lines, each from coarse to fine."""
     found: dict[tuple[str, int, Variant], list[Measurement]] = {}
     for row in trade.measurements:
         if row.done and trade.target.error(row) <= _BEYOND * max(trade.target.limit, 1.0):
@@ -135,7 +135,7 @@ def _draw_front(trade: TradeResult, axes: Any) -> None:
 
 
 def _draw_limits(trade: TradeResult, axes: Any) -> None:
-    """Lines that must not be crossed, and the accuracy of the reference."""
+    """Draw the limit of errors, real time, missed deadlines, and the accuracy of the reference."""
     target = trade.target
     what = "require" if target.required else f"{target.limit:g} of the range"
     axes.axhline(target.limit, color="#D55E00", linewidth=0.9, linestyle="-.", label=what)

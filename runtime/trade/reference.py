@@ -1,4 +1,4 @@
-"""The solution that errors are measured against, by two methods that have to agree."""
+"""The reference solution for errors, on which two methods must agree."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from bgc.runtime.running.run import Method
 
 METHODS = ("radau5", "rodas5p", "rodas4p2", "dopri5")  # the first two that complete the run
 RTOLS = (1e-8, 1e-10, 1e-12)
-_ROUNDING = 1e-12  # an agreement that no tighter tolerance betters
+_ROUNDING = 1e-12  # an agreement that no tighter tolerance improves
 _OF_REQUIRED = 0.1
 _OF_RANGE = 1e-4
 
 Solve = Callable[[Method, float], Run]
-"""Runs a method for at most so many seconds."""
+"""Run a method for at most the given number of seconds."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reference:
-    """A solution, its rows (n, m), and by how much two methods at `rtol` differ in it.
+    """A solution, its rows (n, m), and the difference of two methods at `rtol`.
 
-    `agreement` is the largest difference of each quantity, in its unit, `accuracy` the combined
-    one, in the terms of the combined error. `levels` has the agreement at each tolerance that was
-    tried. `seconds` is the time that the slower of the two methods took.
+    `agreement` is the largest difference of each quantity, in its unit; `accuracy` is the combined
+    difference, scaled as combined errors are. `levels` has the agreement at each tolerance that
+    was tried. `seconds` is the time of the slower method.
     """
 
     rows: Array
@@ -44,11 +44,11 @@ class Reference:
 
     @property
     def converged(self) -> bool:
-        """Whether the methods agree well below what is asked for, or below a part of the range."""
+        """True if the methods agree to a tenth of the requirements, or to 1e-4 of the range."""
         return self.accuracy <= (_OF_REQUIRED if self.required else _OF_RANGE)
 
-    def asked(self, quantities: Sequence[Quantity], required: bool) -> Reference:
-        """The same for other quantities or other tolerances that are required of them."""
+    def rescaled(self, quantities: Sequence[Quantity], required: bool) -> Reference:
+        """Return the same reference for other quantities, or other requirements on them."""
         accuracy = combined(self.agreement, quantities)
         return replace(self, accuracy=accuracy, required=required)
 
@@ -56,18 +56,18 @@ class Reference:
 def find_reference(
     model: LoadedModel, requirements: Mapping[str, float], solve: Solve, seconds: float
 ) -> Reference:
-    """Tighten the tolerances of two methods as long as they agree better for it.
+    """Tighten the tolerances of two methods as long as that improves their agreement.
 
     Parameters
     ----------
     model
-        Names the outputs.
+        The model, for the names of its outputs.
     requirements
-        Accuracies by the names of outputs.
+        Required accuracies by the names of outputs.
     solve
-        Runs a method.
+        Runs a method of the model.
     seconds
-        Roughly how long all this may take.
+        The approximate time for all runs.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def find_reference(
         runs: dict[str, Run] = {}
         for name in list(methods):
             left = end - time.monotonic()
-            # One that does not get through leaves time to the next.
+            # A method that does not complete the run leaves time for the next one.
             limit = left if runs or best is not None else left / 2
             run = solve(Method(name, fixed=False, rtol=rtol), limit)
             if run.status == "done":

@@ -1,4 +1,4 @@
-"""The result of a trade study, as plain data: what tables, plots and pages show."""
+"""The result of a trade study as plain data, for tables, plots and pages."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ class TradeResult:
     Attributes
     ----------
     scene, model, machine
-        What was run, and where.
+        The scene, its model, and the machine.
     duration
         Seconds of the scene.
     measurements
-        One for each configuration, those that failed among them.
+        One for each configuration, including failed ones.
     quantities
-        What errors are measured in, with their scales.
+        The quantities whose errors are measured, with their scales.
     target
-        What the scene requires.
+        The demands of the scene.
     reference
-        The solution that errors are measured against.
+        The reference solution.
     verdict
         The Pareto front and the recommendation.
     complete
-        Whether the scene's whole duration was measured, so that `solver auto` takes the answer.
+        True if the whole duration was measured, so that `solver auto` uses the recommendation.
     warnings
-        What is to be known before the numbers are believed.
+        Limits of the measurements.
     """
 
     scene: str
@@ -50,7 +50,7 @@ class TradeResult:
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """What errors are measured in, with their scales."""
+        """The quantities whose errors are measured, with their scales."""
         return self.target.quantities
 
     @property
@@ -61,7 +61,7 @@ class TradeResult:
 
     @property
     def sentence(self) -> str:
-        """The recommendation in words, or why there is none and what would do."""
+        """The recommendation in words, or the reason why there is none, with the nearest ones."""
         return self.verdict.sentence
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""The measuring itself: what is stored already, then the rest, as far as the budget goes."""
+"""Measurements of configurations within a budget; stored ones are not repeated."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from bgc.runtime.trade.measurement import DONE, OUT_OF_BUDGET, REFUSED, Measurem
 from bgc.runtime.trade.reference import Reference, find_reference
 from bgc.runtime.trade.store import Store
 
-_REFERENCE_SHARE = 0.4  # of what is left then, for the reference
+_REFERENCE_SHARE = 0.4  # of the remaining budget, for the reference
 _AT_LEAST = 5.0  # s that any configuration may take
-_AS_THE_REFERENCE = 3.0  # times the time of the reference, beyond which nothing is waited for
+_AS_THE_REFERENCE = 3.0  # times the time of the reference: the limit of a configuration
 _DEFAULT_SAMPLE = 1e-3  # s, of devices in a scene that gives no step: see bgc.h
-_SHORT = 0.05  # s: so short a run is repeated at once
-_MOST_REPEATS = 25  # of the shortest runs, whose times the machine disturbs most
+_SHORT = 0.05  # s: a shorter run is repeated at once
+_MOST_REPEATS = 25  # of the shortest runs, whose times are disturbed most
 _AUDITED = 3.0  # times the time of a run, for one with energy accounts
 _MOST_PACED = 12  # configurations that are tried for the deadline
-# Shares of what is left then kept from measuring: for repetitions, and for variants as well.
+# Shares of the remaining budget that are reserved: for repetitions, and with variants.
 FOR_REPETITIONS, FOR_VARIANTS = 0.25, 0.6
-_SAME = 0.01  # part by which errors and counts of steps may differ and still be the same
-_NEAR = 1.2  # times the time of a configuration on the front: may be on it, but for noise
+_SAME = 0.01  # relative difference of errors and step counts that are considered equal
+_NEAR = 1.2  # times the time of a configuration on the front: within noise of it
 
 
 @dataclass
@@ -40,8 +40,8 @@ class Session:
     """Measures configurations of one scene against one reference.
 
     `times` are those of the rows, s. `repeats` is the number of runs that times are medians of.
-    `budget` bounds the whole, s, of which measuring leaves `reserve` for later. `audited` is the
-    model with its energy accounts, where the model itself has none.
+    `budget` limits the whole study, s; measuring leaves `reserve` of it. `audited` is the model
+    with energy accounts, if the model itself has none.
     """
 
     model: LoadedModel
@@ -59,8 +59,8 @@ class Session:
         """Seconds of the budget that are left."""
         return self.budget - (time.monotonic() - self.started)
 
-    def keep_back(self, share: float) -> None:
-        """Let what follows leave a share of what is left."""
+    def reserve_share(self, share: float) -> None:
+        """Reserve a share of the remaining budget."""
         self.reserve = share * self.left
 
     @property
@@ -73,12 +73,12 @@ class Session:
         return bool(self.model.library.model.n_device)
 
     def reference(self) -> Reference:
-        """The stored reference in the terms of what is asked now, or a new one."""
+        """Return the stored reference, rescaled to the present requirements, or a new one."""
         requirements = dict(self.model.facts.requirements)
         if (stored := self.store.reference()) is not None:
             quantities = quantities_of(self.model.measured, stored.rows, requirements)
-            return stored.asked(quantities, bool(requirements))
-        self.store.clear()  # what was measured against another one
+            return stored.rescaled(quantities, bool(requirements))
+        self.store.clear()  # measurements against another reference
         with ProgressBar(self.duration, self.progress, "reference") as bar:
 
             def solve(method: Method, seconds: float) -> Run:
@@ -92,7 +92,7 @@ class Session:
         return found
 
     def target(self, reference: Reference) -> Target:
-        """What the scene asks for."""
+        """Collect the demands of the scene."""
         facts = self.model.facts
         requirements = dict(facts.requirements)
         return Target(
@@ -111,7 +111,7 @@ class Session:
         reference: Reference,
         target: Target,
     ) -> tuple[Measurement, ...]:
-        """Measure configurations in their order, except what a coarser one makes needless."""
+        """Measure configurations in order; skip those that a coarser one makes unnecessary."""
         rows: list[Measurement] = []
         given_up: dict[object, tuple[str, str]] = {}  # with a status and a reason
         coarser: dict[object, Measurement] = {}
@@ -135,7 +135,7 @@ class Session:
         return tuple(rows)
 
     def repeat(self, rows: Sequence[Measurement], target: Target) -> tuple[Measurement, ...]:
-        """The same, those on or near the front measured as often as is asked for."""
+        """Repeat the configurations on or near the front as often as requested."""
         near = _near_front(rows, target)
         count = sum(row.repeats < self.repeats for row in rows if row.configuration in near)
         finished: list[Measurement] = []
@@ -149,11 +149,13 @@ class Session:
                 finished.append(row)
         return tuple(finished)
 
-    def in_time(self, rows: Sequence[Measurement], target: Target) -> tuple[Measurement, ...]:
-        """The same, with the worst times of those that they matter for.
+    def with_worst_times(
+        self, rows: Sequence[Measurement], target: Target
+    ) -> tuple[Measurement, ...]:
+        """Measure the worst times of the configurations for which they matter.
 
-        Of the cheapest that are accurate, up to the first in time where there is a deadline; then
-        of those on the front.
+        With a deadline, these are the cheapest accurate ones, up to the first in time; then those
+        on the front.
         """
         found = {row.configuration: row for row in rows}
         fit = [row for row in rows if target.accurate(row) and target.samples(row)]
@@ -174,7 +176,7 @@ class Session:
         return tuple(found.values())
 
     def _paced(self, row: Measurement, period: float) -> Measurement:
-        """A measurement with its paced worst time; as it is when the budget is spent."""
+        """Add the paced worst time to a measurement, unless the budget is spent."""
         if row.paced or self.left <= 0:
             return row
         method = row.configuration.method
@@ -189,7 +191,7 @@ class Session:
         reference: Reference,
         watch: Callable[[float], None] = lambda reached: None,
     ) -> Measurement:
-        """The stored measurement of a configuration, or a new one."""
+        """Return the stored measurement of a configuration, or a new one."""
         content = self.model.facts.content
         if (stored := self.store.measurement(content, configuration)) is not None:
             return stored
@@ -199,7 +201,7 @@ class Session:
         found = self._measured(configuration, reference, limit, watch)
         if found.status == "stopped" and self.left <= self.reserve:
             return Measurement(configuration, "skipped", OUT_OF_BUDGET)
-        if found.status != REFUSED:  # what is missing may be installed
+        if found.status != REFUSED:  # a missing solver may be installed later
             self.store.keep(content, found)
         return found
 
@@ -224,7 +226,7 @@ class Session:
             runs += self._again(configuration, self._repeats(first.seconds) - 1)
         width = len(model.measured)
         residual = _residual(first, width) if accounts else None
-        if self.audited is not None:  # accounts cost time, which is not to be counted
+        if self.audited is not None:  # accounts cost time, which must not be counted
             audit = timed_run(
                 self.audited, method, times, accounts=True, limit=self.left, busy=_AUDITED * busy
             )
@@ -239,7 +241,7 @@ class Session:
         return self._timed(found, runs)
 
     def _repeated(self, row: Measurement) -> Measurement:
-        """A measurement with the medians of more runs; as it is when the budget is spent."""
+        """Replace times by the medians of more runs, unless the budget is spent."""
         if self.left <= 0:
             return row
         runs = self._again(row.configuration, self._repeats(row.cpu * self.duration))
@@ -250,7 +252,7 @@ class Session:
         return found
 
     def _repeats(self, seconds: float) -> int:
-        """How often to repeat a run of so many seconds: the shorter, the more often."""
+        """Return how often to repeat a run of so many seconds: the shorter, the more often."""
         return max(self.repeats, min(_MOST_REPEATS, int(_SHORT / max(seconds, 1e-9))))
 
     def _again(self, configuration: Configuration, count: int) -> list[Run]:
@@ -263,7 +265,7 @@ class Session:
         return [run for run in runs if run.status == DONE]
 
     def _timed(self, row: Measurement, runs: Sequence[Run]) -> Measurement:
-        """The medians of the times of runs."""
+        """Set the times of a measurement to the medians of runs."""
 
         def median(name: str) -> float:
             return statistics.median(run.counts[name] for run in runs)
@@ -280,7 +282,7 @@ class Session:
 
 
 def _why_no_finer(row: Measurement, coarser: Measurement | None, target: Target) -> str:
-    """Why a smaller step or tolerance of the same method is not worth its time; else empty."""
+    """Return the reason why a smaller step or tolerance is unnecessary; empty if there is none."""
     if row.done and coarser is not None and coarser.done and _same(row, coarser, target):
         return f"not run: {row.configuration.setting} takes the same steps as the one before"
     if row.status == "stopped":
@@ -291,7 +293,7 @@ def _why_no_finer(row: Measurement, coarser: Measurement | None, target: Target)
 
 
 def _same(row: Measurement, other: Measurement, target: Target) -> bool:
-    """Whether another tolerance made no difference, as where all steps end at samples."""
+    """Return whether another tolerance changed nothing, as when all steps end at samples."""
     error, steps = target.error(row), row.counts["steps"]
     return (
         abs(target.error(other) - error) <= _SAME * error
@@ -300,19 +302,19 @@ def _same(row: Measurement, other: Measurement, target: Target) -> bool:
 
 
 def _period(configuration: Configuration, target: Target) -> float | None:
-    """What has to be done by a deadline: a sample, or a fixed step; None of an adaptive step."""
+    """Return the period of the work with a deadline: a sample or a fixed step; None otherwise."""
     if target.sample is not None:
         return target.sample
     return configuration.step or None
 
 
 def _hopeless(row: Measurement, period: float, target: Target) -> bool:
-    """Whether the mean is over the deadline already."""
+    """Return whether even the mean time exceeds the deadline."""
     return target.deadline is not None and row.cpu * period > min(target.deadline, period)
 
 
 def _near_front(rows: Sequence[Measurement], target: Target) -> frozenset[Configuration]:
-    """Configurations that may be on the front, or the cheapest that will do, but for noise."""
+    """Find configurations that noise may keep off the front or from being the cheapest."""
     on_front = [row for row in rows if row.configuration in front(rows, target)]
     fit = [row for row in rows if target.fits(row)]
     on_front += sorted(fit, key=lambda row: row.cpu)[:1]
@@ -329,9 +331,9 @@ def _near_front(rows: Sequence[Measurement], target: Target) -> frozenset[Config
 
 
 def _residual(run: Run, first: int) -> float:
-    """The largest energy residual over the energy exchanged; the accounts are columns from `first`.
+    """Compute the largest energy residual over the energy exchanged; 0 if there is no energy.
 
-    0 where there is no energy.
+    The energy accounts are the columns from `first` on.
     """
     exchanged = run.counts["exchanged"]
     residual = float(np.max(np.abs(run.rows[:, first + 3]), initial=0.0))

@@ -1,9 +1,9 @@
-"""What was measured, kept between runs of `bgc trade`, and the answer that `solver auto` takes.
+"""Measurements kept between runs of `bgc trade`.
 
-A folder of the cache for each scene as it is compiled, with its parameters, on this machine; in
-it the reference, a file for each configuration, written when it is finished, and the answer to
-what is asked. Every file is written aside and moved into place: a run that is killed loses what
-it was at, no more, and two runs at once write the same files.
+Each compiled scene with its parameters on this machine has a folder in the cache. It has the
+reference, a file for each finished configuration, and the answers for `solver auto`
+(`running.recommended`). Files are written to a temporary name and renamed: a killed run loses
+only its present configuration, and two runs may write at the same time.
 """
 
 from __future__ import annotations
@@ -35,17 +35,17 @@ _DAMAGED = (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile)
 
 @dataclass(slots=True)
 class Store:
-    """The folder of one scene; `problem` says why something could not be written to it."""
+    """The folder of one scene; `problem` is the reason why something could not be written."""
 
     folder: Path
     problem: str = ""
 
     def clear(self) -> None:
-        """Forget all that was measured."""
+        """Delete all measurements."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def measurement(self, content: str, configuration: Configuration) -> Measurement | None:
-        """What was measured of a configuration, whose model has that content."""
+        """Read the measurement of a configuration of a model with that content, if there is one."""
         with suppress(*_DAMAGED):
             value = json.loads(self._row(content, configuration).read_text(encoding="utf-8"))
             found = measurement_from_json(value)
@@ -57,7 +57,7 @@ class Store:
         self._write(self._row(content, measurement.configuration), measurement.as_json())
 
     def reference(self) -> Reference | None:
-        """The stored reference."""
+        """Read the stored reference, if there is one."""
         with suppress(*_DAMAGED), np.load(self.folder / "reference.npz") as archive:
             about = json.loads(str(archive["about"]))
             return Reference(
@@ -73,7 +73,7 @@ class Store:
         return None
 
     def keep_reference(self, reference: Reference) -> None:
-        """Store the reference; rows measured against another one are forgotten."""
+        """Store the reference, and delete measurements against another one."""
         self.clear()
         about = {
             name: getattr(reference, name)
@@ -111,7 +111,7 @@ class Store:
 
     @contextmanager
     def _noted(self) -> Iterator[None]:
-        """Go on where the disk is full: what was measured is shown all the same."""
+        """Continue if the disk is full: measurements are shown all the same."""
         try:
             yield
         except OSError as problem:
@@ -122,12 +122,12 @@ class Store:
 
 
 def open_store(model: LoadedModel, duration: float, every: float | None) -> Store:
-    """The store for a model with its present parameters, over so many seconds; may be written."""
+    """Open the store of a model with its present parameters, for a duration and row interval, s."""
     return Store(open_cache().root / scene_folder(model, {}, duration, every))
 
 
 def machine_description() -> str:
-    """The processor and the system, for people."""
+    """Describe the processor and the system."""
     name = ""
     with suppress(OSError), Path("/proc/cpuinfo").open(encoding="ascii", errors="replace") as file:
         lines = (line.partition(":") for line in file)

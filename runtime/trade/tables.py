@@ -1,4 +1,4 @@
-"""A trade as tables: for the terminal, as records, as CSV."""
+"""Tables of a trade: for the terminal, as records, as CSV."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ _COUNTS = (
     "fallbacks",
     "events",
 )
-_SPARE = ("LU", "J", "f", "steps", "residual", "a step")  # where a terminal is narrow
+_SPARE = ("LU", "J", "f", "steps", "residual", "a step")  # left out on a narrow terminal
 _MOST_ROWS = 24  # on a terminal; all with `--all`, in the CSV and on the page
 
 
 def records(trade: TradeResult) -> list[dict[str, Any]]:
-    """A record for each configuration, cheapest first, then what did not finish."""
+    """Make a record for each configuration, cheapest first, unfinished ones last."""
     return [_record(trade, row) for row in ordered(trade)]
 
 
 def ordered(trade: TradeResult) -> list[Measurement]:
-    """The measurements, cheapest first, then what did not finish."""
+    """Order the measurements, cheapest first, unfinished ones last."""
     return sorted(trade.measurements, key=lambda r: (not r.done, r.status == "skipped", r.cpu))
 
 
@@ -78,7 +78,7 @@ def _whole(count: float | None) -> int | None:
 
 
 def write_csv(trade: TradeResult, path: str | Path) -> None:
-    """Write the records, cells of what was not measured empty; times in s, errors in SI units."""
+    """Write the records; times in s, errors in SI units, empty cells if not measured."""
     rows = records(trade)
     with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, rows[0], lineterminator="\n")
@@ -90,7 +90,7 @@ def write_csv(trade: TradeResult, path: str | Path) -> None:
 
 
 def header(trade: TradeResult) -> tuple[str, ...]:
-    """Headings of the columns that people read."""
+    """Return the headings of the columns for people."""
     worst = "worst sample" if _sampled(trade) else "worst step"
     error = "error/required" if trade.target.required else "error/range"
     return (
@@ -112,7 +112,7 @@ def header(trade: TradeResult) -> tuple[str, ...]:
 
 
 def cells(trade: TradeResult, row: Measurement) -> tuple[str, ...]:
-    """The same of one configuration; a `*` is on the front, `=>` is recommended."""
+    """Return the cells of one configuration; `*` is on the front, `=>` is recommended."""
     configuration, target = row.configuration, trade.target
     mark = "*" if configuration in trade.verdict.front else ""
     mark = "=>" if configuration == trade.recommended else mark
@@ -136,17 +136,17 @@ def cells(trade: TradeResult, row: Measurement) -> tuple[str, ...]:
 
 
 def _remark(trade: TradeResult, row: Measurement) -> str:
-    """Of a worst time: that it is too long, or may be."""
+    """Mark a worst time that is too long (late) or uncertain (?)."""
     if trade.target.late(row):
         return " late"
     return "" if row.certain else " ?"
 
 
 def tables(trade: TradeResult, everything: bool = False) -> list[Table]:
-    """The tables of a terminal: what is most worth seeing, or everything."""
+    """Make the tables for a terminal: the most relevant configurations, or all."""
     found = ordered(trade)
     done = [row for row in found if row.done]
-    shown = done if everything else _worth_seeing(trade, done)
+    shown = done if everything else _most_relevant(trade, done)
     hidden = len(done) - len(shown)
     notes = list(legend(trade)) if done else []
     if hidden:
@@ -163,22 +163,22 @@ def tables(trade: TradeResult, everything: bool = False) -> list[Table]:
 
 
 def legend(trade: TradeResult) -> tuple[str, ...]:
-    """What the marks and the headings of a table mean."""
+    """Explain the marks and headings of a table."""
     lines = [
         "* on the Pareto front, => recommended, < no larger than the reference's own error",
         "cpu/s: processor time for a second of the scene; residual: of the energy exchanged",
     ]
     if any(not trade.target.samples(row) for row in trade.measurements):
-        lines.append("† takes fewer samples of the devices than the scene says: not recommended")
+        lines.append("† takes fewer samples of the devices than the scene has: not recommended")
     if any(row.mean_step > row.worst for row in trade.measurements if row.done):
-        lines.append("a step: with its share of the rows, which the worst is without")
+        lines.append("a step: includes its share of writing rows, which the worst time does not")
     if any(_remark(trade, row) == " ?" for row in trade.measurements if row.done):
-        lines.append("? longest of one run, whatever else the machine did")
+        lines.append("? longest of one run, possibly disturbed by the machine")
     return tuple(lines)
 
 
 def reference_lines(trade: TradeResult) -> tuple[tuple[str, ...], ...]:
-    """What errors are measured against, and in what."""
+    """Describe the reference, the scales of errors, the deadline and the machine."""
     reference = trade.reference
     one, other = reference.methods
     agree = "agree to" if reference.converged else "differ by"
@@ -206,11 +206,11 @@ VARIANT_HEADER = (
     "of the scene's",
     "lines",
 )
-VARIANT_NOTE = "its error: of its most accurate run, in which little but the change is left"
+VARIANT_NOTE = "its error: that of its most accurate run, where the change dominates"
 
 
 def variant_rows(trade: TradeResult) -> tuple[tuple[str, ...], ...]:
-    """For each variant the error that it brings, and the cheapest way to run it that will do."""
+    """List each variant's error, and its cheapest acceptable configuration."""
     best = trade.verdict.recommended
     by_variant: dict[Variant, list[Measurement]] = {}
     for row in trade.measurements:
@@ -234,7 +234,7 @@ def variant_rows(trade: TradeResult) -> tuple[tuple[str, ...], ...]:
 
 
 def letter(trade: TradeResult, variant: Variant) -> str:
-    """A short name for a variant, in the order in which they were asked for; none for the scene."""
+    """Return a short name for a variant, by the order of requests; empty for the scene."""
     if not variant:
         return ""
     variants = dict.fromkeys(row.configuration.changes for row in trade.measurements)
@@ -247,8 +247,8 @@ def _scaled(quantity: Quantity) -> str:
     return f"{quantity.name} ({of} {quantity.scale:.3g} {quantity.unit}".rstrip() + ")"
 
 
-def _worth_seeing(trade: TradeResult, done: Sequence[Measurement]) -> list[Measurement]:
-    """The front and the recommended, and of the others those nearest to it in time."""
+def _most_relevant(trade: TradeResult, done: Sequence[Measurement]) -> list[Measurement]:
+    """Choose the front, the recommended one, and of the others those nearest in time."""
     front = trade.verdict.front
     chosen = [r for r in done if r.configuration in front or r.configuration == trade.recommended]
     others = (row for row in done if row not in chosen)
@@ -258,8 +258,8 @@ def _worth_seeing(trade: TradeResult, done: Sequence[Measurement]) -> list[Measu
 
 
 def _excess(trade: TradeResult, row: Measurement, front: Sequence[Measurement]) -> float:
-    """How many times the time of the cheapest of at least the same accuracy it takes."""
-    if not trade.target.tells(row):
+    """Compute its time over that of the cheapest configuration of the same accuracy."""
+    if not trade.target.is_informative(row):
         return float("inf")
     error = max(trade.target.error(row), trade.reference.accuracy)
     better = [other.cpu for other in front if trade.target.error(other) <= error and other.cpu > 0]
@@ -267,9 +267,9 @@ def _excess(trade: TradeResult, row: Measurement, front: Sequence[Measurement]) 
 
 
 def unfinished(rows: Sequence[Measurement]) -> tuple[tuple[str, str, str, str], ...]:
-    """Lines for configurations without numbers, those of a method with one kind of reason together.
+    """Make lines for unfinished configurations, grouped by method and kind of reason.
 
-    Of several reasons of a kind, which differ in their time, the first is shown.
+    Of several reasons of one kind, which differ in their time, the first is shown.
     """
     kinds: dict[tuple[str, str, str], list[Measurement]] = {}
     for row in rows:
@@ -289,7 +289,7 @@ def unfinished(rows: Sequence[Measurement]) -> tuple[tuple[str, str, str, str], 
 
 
 def _subject(row: Measurement) -> str:
-    """What has no numbers: a method, a variant, or nothing in particular."""
+    """Name the method or the variant of an unfinished configuration; empty if out of budget."""
     configuration = row.configuration
     if row.message == OUT_OF_BUDGET:
         return ""

@@ -1,4 +1,4 @@
-"""`bgc.trade`: run a scene over methods and settings, and say which is the cheapest fit."""
+"""`bgc.trade`: run a scene with many methods and settings, and recommend the cheapest."""
 
 from __future__ import annotations
 
@@ -88,41 +88,39 @@ def trade(
     fresh: bool = False,
     progress: bool = False,
 ) -> Trade:
-    """Measure the trade between speed and accuracy of a scene.
+    """Measure speed against accuracy of a scene over methods and settings.
 
-    What was measured before, of the same scene on the same machine, is taken from the cache; what
-    is recommended is stored there for `solver auto`.
+    Earlier measurements of the same scene on the same machine are taken from the cache; the
+    recommendation is stored there for `solver auto`.
 
-    Devices are sampled at the scene's step throughout, so that all configurations see the same
-    inputs; a fixed step longer than it takes fewer samples, which counts as its error, and is never
-    recommended.
+    Devices are sampled at the scene's step, so that all configurations see the same inputs. A
+    longer fixed step takes fewer samples, which counts as its error, and is never recommended.
 
     Parameters
     ----------
     model, scene
-        A `.bg` file and its scene, by default the first; or a model, as it is.
+        A `.bg` file and its scene, by default the first; or a model.
     parameters, uses
         As for `bgc.compile`.
     solvers
-        Methods; by default all, and the solvers of others that are installed.
+        Methods; by default all, and the installed external solvers.
     rtols, steps, keeps
         Tolerances of adaptive methods; steps of fixed-step ones, s, by default around the scene's
         step; numbers of steps over which a Jacobian is kept.
     variants
-        Other scenes to measure against this one: a slot's path, for each type that fits it; a
-        pattern with `*` for several slots together; `all` for each slot; `activity` for what
-        `bgc activity` finds that the scene can do without; or lines as a scene says them,
-        `"use link = Joined; set friction = 0"`. Their errors are against the scene as it is. They
-        are measured with what is on its front, and by explicit methods that did not get through
-        it.
+        Variants of the scene to measure: a slot's path, for each type that fits it; a pattern with
+        `*` for several slots together; `all` for each slot; `activity` for the simplifications
+        that `bgc activity` finds; or statements, `"use link = Joined; set friction = 0"`. Their
+        errors are against the unchanged scene. They are measured with the configurations on
+        its front, and with explicit methods that could not complete it.
     duration
         Seconds to simulate; by default the scene's.
     budget
-        Seconds that all this may take; what was not run is said so.
+        Seconds for the whole study; configurations beyond it are reported as not run.
     repeats
-        Runs that the times of configurations on or near the front are medians of.
+        The number of runs for the median times of configurations on or near the front.
     fresh
-        Whether to forget what was measured before.
+        Whether to delete earlier measurements.
     progress
         Whether to show a progress bar on a terminal.
 
@@ -153,11 +151,11 @@ def trade(
     configurations = scene_configurations(
         adaptive, fixed, rtols, ladder, [int(keep) for keep in keeps]
     )
-    session.keep_back(FOR_VARIANTS if others else FOR_REPETITIONS)
+    session.reserve_share(FOR_VARIANTS if others else FOR_REPETITIONS)
     rows = session.measure(configurations, reference, target)
-    rows = session.repeat(session.in_time(rows, target), target)
+    rows = session.repeat(session.with_worst_times(rows, target), target)
     if others:
-        session.keep_back(FOR_REPETITIONS)
+        session.reserve_share(FOR_REPETITIONS)
         rows += measure_variants(session, others, rows, reference, target)
     verdict = judge(rows, target)
     complete = end == facts.duration
@@ -166,9 +164,9 @@ def trade(
         store.keep_answer(loaded, best.configuration.method if best is not None else None)
     warnings = _warnings(reference, target, rows, complete)
     if ACTIVITY in variants and not others:
-        warnings.append("`activity`: nothing was found that the scene could do without")
+        warnings.append("`activity`: no simplification of the scene was found")
     if store.problem:
-        warnings.append(f"not all that was measured could be stored: {store.problem}")
+        warnings.append(f"some measurements could not be stored: {store.problem}")
     return Trade(
         scene=facts.scene or facts.model,
         model=facts.model,
@@ -191,7 +189,7 @@ def _loaded(
 ) -> LoadedModel:
     if isinstance(model, LoadedModel):
         if scene or parameters or uses:
-            raise ValueError("a model is traded as it is: give `bgc.compile` what is to change")
+            raise ValueError("give the scene, parameters and uses of a model to `bgc.compile`")
         return model
     options = Options(scene, uses=tuple((uses or {}).items()))
     return load_model(Path(model), options, parameters or {})
@@ -200,7 +198,7 @@ def _loaded(
 def _check(
     rtols: Sequence[float], steps: Sequence[float], keeps: Sequence[float], budget: float
 ) -> None:
-    """Raise BG066 for numbers that make no sense."""
+    """Raise BG066 for numbers that are not positive, or not whole where they must be."""
     named = {"rtols": rtols, "steps": steps, "keep": keeps, "budget": (budget,)}
     for name, values in named.items():
         for value in values:
@@ -212,7 +210,7 @@ def _check(
 
 
 def _methods(model: LoadedModel, solvers: Sequence[str] | None) -> tuple[list[str], list[str]]:
-    """Adaptive and fixed-step methods, of those that are asked for."""
+    """Divide the requested methods into adaptive and fixed-step ones."""
     known = (*model.solvers, *BACKENDS)
     for name in solvers or ():
         if name not in known:
@@ -223,7 +221,7 @@ def _methods(model: LoadedModel, solvers: Sequence[str] | None) -> tuple[list[st
 
 
 def _ladder(session: Session, reference: Reference, duration: float) -> tuple[float, ...]:
-    """Steps around the scene's; without one around those that the adaptive default takes."""
+    """List steps around the scene's, or around the mean step of the adaptive default."""
     step = session.model.facts.step
     if step is None:
         row = session.measured(Configuration(ADAPTIVE_DEFAULT, rtol=_TYPICAL_RTOL), reference)
@@ -240,13 +238,13 @@ def _warnings(
         found.append(
             f"the reference is not converged: {' and '.join(reference.methods)} differ by "
             f"{reference.accuracy:.2g} {of} at best, so errors mean little and nothing is stored "
-            "for `solver auto`; a shorter `--time` may converge, and a chaotic scene never does"
+            "for `solver auto`; a shorter `--time` may converge, a chaotic scene never does"
         )
     if not complete:
         found.append("only part of the scene was run: nothing is stored for `solver auto`")
     left = sum(row.message == OUT_OF_BUDGET for row in rows)
     if left:
         found.append(
-            f"{left} configurations were not run within the budget: the same command goes on"
+            f"{left} configurations were not run within the budget: the same command continues"
         )
     return found

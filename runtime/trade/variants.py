@@ -1,4 +1,4 @@
-"""Variants of a scene: which are tried, and how they do against the scene as it is."""
+"""Variants of a scene: their choice, and their measurement against the unchanged scene."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ from bgc.runtime.trade.reference import Reference
 from bgc.runtime.trade.session import Session
 
 ALL, ACTIVITY = "all", "activity"
-_ACTIVITY_SHARE = 0.25  # of the budget, to find what the scene can do without
+_ACTIVITY_SHARE = 0.25  # of the budget, to find simplifications of the scene
 
 
 def chosen_variants(session: Session, patterns: Sequence[str]) -> tuple[Variant, ...]:
-    """What to change, by the patterns that a user gives.
+    """Choose variants by the patterns that a user gives.
 
-    `crane.elbow.lock` is one slot, and `all` each slot by itself. A pattern with `*` exchanges all
-    slots that it matches together, by each type that fits all of them. `activity` is what
-    `bgc activity` finds that the scene can do without; lines with `=` are taken as they are:
+    `crane.elbow.lock` is one slot, and `all` each slot by itself. A pattern with `*` fills all
+    matching slots together, with each type that fits all of them. `activity` stands for the
+    simplifications that `bgc activity` finds; statements with `=` are used literally:
     `use crane.elbow.lock = Rigid[5]; set handle.damping = 0`.
 
     Raises
     ------
     BgError
-        BG064: a line is none, or what is wrong with it; BG093: a pattern matches no slot that
-        something else fits.
+        BG064 for a malformed statement, BG093 if no slot with another fitting type matches a
+        pattern, and the errors of elaboration.
     """
     path, options = _origin(session.model)
     by_slot = _types_by_slot(path, options)
@@ -47,14 +47,13 @@ def chosen_variants(session: Session, patterns: Sequence[str]) -> tuple[Variant,
     for pattern in patterns:
         if "=" in pattern:
             lines = _lines(pattern)
-            compile_scene(
-                path, with_changes(options, lines), until="elaborate"
-            )  # report a slip now
+            # Report errors in the statements now.
+            compile_scene(path, with_changes(options, lines), until="elaborate")
             found.append(lines)
         elif pattern == ALL and by_slot:
             found += [(Change(slot, type_),) for slot, types in by_slot.items() for type_ in types]
         elif pattern == ACTIVITY:
-            found += _spared(session)
+            found += _simplifications(session)
         else:
             found += _matching(pattern, by_slot)
     return tuple(dict.fromkeys(found))
@@ -69,7 +68,7 @@ def _types_by_slot(path: Path, options: Options) -> dict[str, list[str]]:
 
 
 def _lines(text: str) -> Variant:
-    """Lines of a scene: `use` or `set`, or a slot alone as `--use` takes it."""
+    """Read statements of a scene, `use` or `set`, or `SLOT=TYPE` as for `--use`."""
     changes = []
     for line in filter(None, (part.strip() for part in text.split(";"))):
         word, _, rest = line.partition(" ")
@@ -90,8 +89,8 @@ def _matching(pattern: str, by_slot: dict[str, list[str]]) -> list[Variant]:
     return [tuple(Change(slot, type_) for slot in slots) for type_ in common]
 
 
-def _spared(session: Session) -> tuple[Variant, ...]:
-    """What `bgc activity` found, or finds now."""
+def _simplifications(session: Session) -> tuple[Variant, ...]:
+    """Return the stored simplifications of `bgc activity`, or find them now."""
     if (stored := stored_variants(session.model)) is not None:
         return stored
     return activity_report(
@@ -109,14 +108,14 @@ def measure_variants(
     reference: Reference,
     target: Target,
 ) -> tuple[Measurement, ...]:
-    """Measure variants in what is on the front of the scene as it is.
+    """Measure variants with the configurations on the front of the unchanged scene.
 
-    And by explicit methods that do not get through that, and may do without its stiff parts; of
-    these only what is completed.
+    Explicit methods that could not complete the unchanged scene are tried too, since a variant may
+    lack its stiff parts; only their informative runs are returned.
     """
     on_front = front(rows, target)
     best = [row.configuration for row in rows if row.configuration in on_front]
-    through = {row.configuration.solver for row in rows if target.tells(row)}
+    through = {row.configuration.solver for row in rows if target.is_informative(row)}
     explicit = [row.configuration for row in rows if row.configuration.solver in EXPLICIT]
     more = [configuration for configuration in explicit if configuration.solver not in through]
     found: dict[Variant, tuple[Measurement, ...]] = {}
@@ -130,20 +129,20 @@ def measure_variants(
             refused = [replace(one, changes=variant) for one in best[:1]]
             found[variant] = tuple(Measurement(one, REFUSED, message) for one in refused)
     for variant, varied in sessions.items():
-        found[variant] = varied.measure(_with(best, variant), reference, target)
+        found[variant] = varied.measure(_changed(best, variant), reference, target)
     for variant, varied in sessions.items():
-        tried = varied.measure(_with(more, variant), reference, target)
-        found[variant] += tuple(row for row in tried if target.tells(row))
-        found[variant] = varied.repeat(varied.in_time(found[variant], target), target)
+        tried = varied.measure(_changed(more, variant), reference, target)
+        found[variant] += tuple(row for row in tried if target.is_informative(row))
+        found[variant] = varied.repeat(varied.with_worst_times(found[variant], target), target)
     return tuple(row for variant in variants for row in found[variant])
 
 
-def _with(configurations: Sequence[Configuration], variant: Variant) -> list[Configuration]:
+def _changed(configurations: Sequence[Configuration], variant: Variant) -> list[Configuration]:
     return [replace(configuration, changes=variant) for configuration in configurations]
 
 
 def _session_of(session: Session, variant: Variant) -> Session:
-    """A session of the same scene with lines changed."""
+    """Make a session for the scene with changed lines."""
     path, options = _origin(session.model)
     model = load_model(path, with_changes(options, variant))
     changed = {change.name for change in variant}
@@ -154,7 +153,7 @@ def _session_of(session: Session, variant: Variant) -> Session:
 
 
 def audited(model: LoadedModel) -> LoadedModel | None:
-    """The model with its energy accounts, where it has none; None where they are not to be had."""
+    """Load the model with energy accounts; None if it has them already or has no source."""
     if model.accounts or model.origin is None:
         return None
     path, options = model.origin

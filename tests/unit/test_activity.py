@@ -155,7 +155,7 @@ def test_the_command_prints_the_lines_for_the_scene():
     done = run("--scene", "train", "--negligible", "0.05")
     assert done.exit_code == 0
     assert "use link = Joined;" in done.output.split("lines for the scene")[1]
-    assert "too far off" in done.output
+    assert "error too large" in done.output
 
 
 def test_the_command_prints_json():

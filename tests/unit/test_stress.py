@@ -193,7 +193,7 @@ def test_where_a_budget_ends_another_run_goes_on():
     model = compile_model(MODELS, "circuit")
     part = stress(model, budget=0)
     assert len(part.points) == 1 and part.planned > 30
-    assert "run it again to go on" in summary(part)
+    assert "run it again to continue" in summary(part)
     whole = stress(model, budget=60)
     assert len(whole.points) > 30
     assert part.points[0] in whole.points  # the same part of the scene, whatever the budget
@@ -225,9 +225,9 @@ def test_a_scene_is_driven_to_ten_thousand_seconds():
 def test_the_sentence_says_up_to_where_the_scene_can_be_trusted():
     model = compile_model(MODELS, "undamped")
     text = summary(stress(model, ["k=1, 10, 100, 2e4 N/m"], solver="gauss4"))
-    assert "the scene holds for k 1 N/m to 100 N/m; for k some are wrong without a word" in text
+    assert "the scene holds for k 1 N/m to 100 N/m; for k some are wrong without a warning" in text
     text = summary(stress(model, ["k=1, 10 N/m"]))
-    assert "the scene holds for all that was tried of k; no number is wrong without a word" in text
+    assert "the scene holds for all tried values of k; no number is wrong without a warning" in text
 
 
 def test_drives_are_read_with_their_units():

@@ -186,7 +186,7 @@ def test_what_the_budget_does_not_allow_is_said_and_made_up_for_later(tmp_path: 
     path = written(tmp_path)
     first = quick(path, budget=1e-9)
     assert {row.status for row in first.measurements} == {"skipped"}
-    assert "the same command goes on" in first.warnings[-1]
+    assert "the same command continues" in first.warnings[-1]
     assert all(row.done for row in quick(path).measurements)
 
 
@@ -403,7 +403,7 @@ def test_ctrl_c_ends_the_command_with_a_word_on_how_to_go_on(
     counted_runs(monkeypatch, stop_at=3)
     outcome = CliRunner().invoke(application, ["trade", str(path)])
     assert outcome.exit_code == 130
-    assert "goes on" in outcome.output
+    assert "the same command continues" in outcome.output
 
 
 def test_a_configuration_can_be_written_into_the_scene_as_it_is_recommended(tmp_path: Path) -> None:

@@ -128,7 +128,9 @@ def test_a_variant_that_alone_will_do_is_named() -> None:
     rigid = Configuration("rk4", step=1e-3, changes=(Change("d", "0", is_use=False),))
     verdict = judge((ROWS[0], measured(rigid, 1e-3, cpu=0.0015)), target())
     assert verdict.recommended is None and "No configuration is within" in verdict.sentence
-    assert "With `set d = 0;`, `solver rk4(step = 1 ms);` would do: `tip` off" in verdict.sentence
+    assert (
+        "With `set d = 0;`, `solver rk4(step = 1 ms);` is acceptable: `tip` off" in verdict.sentence
+    )
 
 
 def test_a_worst_time_without_the_machines_noise_goes_before_one_with_it() -> None:
@@ -161,7 +163,7 @@ def test_a_variant_is_named_but_is_not_what_solver_auto_takes() -> None:
     verdict = judge((*ROWS, measured(rigid, 1e-3, cpu=0.0015)), target())
     assert verdict.recommended is ROWS[1]
     assert "With `use lock = Rigid[5];`, `solver ros34prw(step = 1 ms);`" in verdict.sentence
-    assert "would do too, in 50% of that time" in verdict.sentence
+    assert "is acceptable too, in 50% of that time" in verdict.sentence
 
 
 def test_what_tells_nothing_is_not_on_the_front() -> None:
