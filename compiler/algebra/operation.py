@@ -184,7 +184,7 @@ class Operation:
 
     name: str = ""
     doc: str = ""
-    arguments: tuple[str, ...]
+    arguments: tuple[str, ...] = ("x",)
     variadic: bool = False
     plain: bool = True
     unit_power: Fraction = Fraction(0)

@@ -171,7 +171,7 @@ class Op(IntEnum):
     )
     MAX = Operation(
         name="max",
-        doc="Largest argument, component by component; of one argument, its largest component.",
+        doc="Largest argument by component, or largest component of one vector; all of one unit.",
         arguments=("a", "b"),
         variadic=True,
         plain=False,
@@ -188,7 +188,7 @@ class Op(IntEnum):
     )
     MIN = Operation(
         name="min",
-        doc="Smallest argument, component by component; of one argument, its smallest component.",
+        doc="Smallest argument by component, or smallest component of one vector; all of one unit.",
         arguments=("a", "b"),
         variadic=True,
         plain=False,
@@ -208,8 +208,7 @@ class Op(IntEnum):
 
     SIGN = Operation(
         name="sign",
-        doc="Sign of a number: -1, 0 or 1. A jump: a run locates it and ends a step there.",
-        arguments=("x",),
+        doc="Sign of a number of any unit: -1, 0 or 1. It jumps: a run ends a step at the jump.",
         plain=False,
         evaluate=doubles.sign,
         exact=lambda x: (x > 0) - (x < 0),
@@ -312,8 +311,7 @@ class Op(IntEnum):
 
     SIN = Operation(
         name="sin",
-        doc="Sine of an angle in rad (`sin(30 deg)` is 0.5); the result has no unit.",
-        arguments=("x",),
+        doc="Sine of an angle in rad (`sin(30 deg)` is 0.5); result without unit.",
         evaluate=_LIMITED(math.sin, _OVERFLOW),
         points={0: 0},
         root=sine_of,
@@ -325,8 +323,7 @@ class Op(IntEnum):
     )
     COS = Operation(
         name="cos",
-        doc="Cosine of an angle in rad; the result has no unit.",
-        arguments=("x",),
+        doc="Cosine of an angle in rad; result without unit.",
         evaluate=_LIMITED(math.cos, _OVERFLOW),
         points={0: 1},
         root=cosine_of,
@@ -338,8 +335,7 @@ class Op(IntEnum):
     )
     TAN = Operation(
         name="tan",
-        doc="Tangent of an angle in rad; the result has no unit.",
-        arguments=("x",),
+        doc="Tangent of an angle in rad; result without unit.",
         evaluate=_LIMITED(math.tan, _OVERFLOW),
         points={0: 0},
         root=tangent_of,
@@ -351,8 +347,7 @@ class Op(IntEnum):
     )
     ASIN = Operation(
         name="asin",
-        doc="Angle in rad, from -pi/2 to pi/2, whose sine is a number from -1 to 1.",
-        arguments=("x",),
+        doc="Inverse sine of a number from -1 to 1; an angle in rad from -pi/2 to pi/2.",
         evaluate=_LIMITED(math.asin, _OVERFLOW),
         points={0: 0},
         partials=lambda d, y, x: (_one_over_root(d, d.one, d.mul(x, x)),),
@@ -363,8 +358,7 @@ class Op(IntEnum):
     )
     ACOS = Operation(
         name="acos",
-        doc="Angle in rad, from 0 to pi, whose cosine is a number from -1 to 1.",
-        arguments=("x",),
+        doc="Inverse cosine of a number from -1 to 1; an angle in rad from 0 to pi.",
         evaluate=_LIMITED(math.acos, _OVERFLOW),
         points={1: 0},
         partials=lambda d, y, x: (d.neg(_one_over_root(d, d.one, d.mul(x, x))),),
@@ -373,8 +367,7 @@ class Op(IntEnum):
     )
     ATAN = Operation(
         name="atan",
-        doc="Angle in rad, between -pi/2 and pi/2, whose tangent is a number without unit.",
-        arguments=("x",),
+        doc="Inverse tangent of a number without unit; an angle in rad between -pi/2 and pi/2.",
         evaluate=math.atan,
         points={0: 0},
         partials=lambda d, y, x: (d.div(d.one, d.add(d.one, d.mul(x, x))),),
@@ -385,7 +378,7 @@ class Op(IntEnum):
     )
     ATAN2 = Operation(
         name="atan2",
-        doc="Angle in rad, from -pi to pi, of the point (x, y); y comes first, both of one unit.",
+        doc="Angle in rad, from -pi to pi, of the point (x, y), whose coordinates have one unit.",
         arguments=("y", "x"),
         plain=False,
         evaluate=math.atan2,
@@ -397,8 +390,7 @@ class Op(IntEnum):
 
     SINH = Operation(
         name="sinh",
-        doc="Hyperbolic sine of a number without unit; the result has none either.",
-        arguments=("x",),
+        doc="Hyperbolic sine; argument and result without unit.",
         evaluate=_LIMITED(math.sinh, _OVERFLOW),
         points={0: 0},
         partials=lambda d, y, x: (d.call(Op.COSH, x),),
@@ -410,8 +402,7 @@ class Op(IntEnum):
     )
     COSH = Operation(
         name="cosh",
-        doc="Hyperbolic cosine of a number without unit; the result has none either.",
-        arguments=("x",),
+        doc="Hyperbolic cosine; argument and result without unit.",
         evaluate=_LIMITED(math.cosh, doubles.upwards),
         points={0: 1},
         partials=lambda d, y, x: (d.call(Op.SINH, x),),
@@ -423,8 +414,7 @@ class Op(IntEnum):
     )
     TANH = Operation(
         name="tanh",
-        doc="Hyperbolic tangent of a number without unit; from -1 to 1, without unit.",
-        arguments=("x",),
+        doc="Hyperbolic tangent; argument and result without unit.",
         evaluate=math.tanh,
         points={0: 0},
         partials=lambda d, y, x: (d.sub(d.one, d.mul(y, y)),),
@@ -436,8 +426,7 @@ class Op(IntEnum):
     )
     ASINH = Operation(
         name="asinh",
-        doc="Inverse of `sinh`: a number without unit to one without unit.",
-        arguments=("x",),
+        doc="Inverse hyperbolic sine; argument and result without unit.",
         evaluate=math.asinh,
         points={0: 0},
         partials=lambda d, y, x: (d.div(d.one, d.call(Op.SQRT, d.add(d.mul(x, x), d.one))),),
@@ -447,8 +436,7 @@ class Op(IntEnum):
     )
     ACOSH = Operation(
         name="acosh",
-        doc="Inverse of `cosh`, not negative: a number from 1 on, without unit, to one without.",
-        arguments=("x",),
+        doc="Inverse hyperbolic cosine of a number from 1 on, not negative; both without unit.",
         evaluate=_LIMITED(math.acosh, doubles.upwards),
         points={1: 0},
         partials=lambda d, y, x: (_one_over_root(d, d.mul(x, x), d.one),),
@@ -456,8 +444,7 @@ class Op(IntEnum):
     )
     ATANH = Operation(
         name="atanh",
-        doc="Inverse of `tanh`: a number between -1 and 1, without unit, to one without unit.",
-        arguments=("x",),
+        doc="Inverse hyperbolic tangent of a number between -1 and 1; both without unit.",
         evaluate=_LIMITED(math.atanh, _OVERFLOW, -1.0, 1.0),
         points={0: 0},
         partials=lambda d, y, x: (d.div(d.one, d.sub(d.one, d.mul(x, x))),),
@@ -467,8 +454,7 @@ class Op(IntEnum):
     )
     EXP = Operation(
         name="exp",
-        doc="Exponential e^x of a number without unit; the result has none either.",
-        arguments=("x",),
+        doc="Exponential function e^x; argument and result without unit.",
         evaluate=_LIMITED(math.exp, doubles.upwards),
         points={0: 1},
         partials=lambda d, y, x: (y,),
@@ -480,8 +466,7 @@ class Op(IntEnum):
     )
     EXPM1 = Operation(
         name="expm1",
-        doc="e^x - 1, accurate also for small x; of a number without unit, to one without unit.",
-        arguments=("x",),
+        doc="e^x - 1, accurate for small x too; argument and result without unit.",
         evaluate=_LIMITED(math.expm1, doubles.upwards),
         points={0: 0},
         partials=lambda d, y, x: (d.add(y, d.one),),
@@ -491,8 +476,7 @@ class Op(IntEnum):
     )
     LOG = Operation(
         name="log",
-        doc="Natural logarithm of a positive number without unit; the result has none either.",
-        arguments=("x",),
+        doc="Natural logarithm of a positive number; argument and result without unit.",
         evaluate=_LIMITED(math.log, doubles.downwards, 0.0),
         points={1: 0},
         partials=lambda d, y, x: (d.div(d.one, x),),
@@ -502,8 +486,7 @@ class Op(IntEnum):
     )
     LOG10 = Operation(
         name="log10",
-        doc="Decimal logarithm of a positive number without unit; the result has none either.",
-        arguments=("x",),
+        doc="Logarithm to base 10 of a positive number; argument and result without unit.",
         evaluate=_LIMITED(math.log10, doubles.downwards, 0.0),
         points={1: 0},
         partials=lambda d, y, x: (d.mul(d.const(_ONE_OVER_LN_10), d.div(d.one, x)),),
@@ -513,8 +496,7 @@ class Op(IntEnum):
     )
     LOG1P = Operation(
         name="log1p",
-        doc="log(1 + x), accurate also for small x; of a number without unit, to one without unit.",
-        arguments=("x",),
+        doc="log(1 + x), accurate for small x too; argument and result without unit.",
         evaluate=_LIMITED(math.log1p, doubles.downwards, -1.0),
         points={0: 0},
         partials=lambda d, y, x: (d.div(d.one, d.add(d.one, x)),),
@@ -526,8 +508,7 @@ class Op(IntEnum):
 
     SQRT = Operation(
         name="sqrt",
-        doc="Square root of a number that is not negative, of any unit; the unit's root.",
-        arguments=("x",),
+        doc="Square root of a number that is not negative; the unit is the root of its unit.",
         plain=False,
         unit_power=Fraction(1, 2),
         evaluate=_LIMITED(math.sqrt, doubles.upwards),
@@ -540,8 +521,7 @@ class Op(IntEnum):
     )
     CBRT = Operation(
         name="cbrt",
-        doc="Cube root of a number of any unit, negative ones too; the unit's cube root.",
-        arguments=("x",),
+        doc="Cube root of a number of either sign; the unit is the cube root of its unit.",
         plain=False,
         unit_power=Fraction(1, 3),
         evaluate=math.cbrt,
@@ -554,7 +534,7 @@ class Op(IntEnum):
     )
     HYPOT = Operation(
         name="hypot",
-        doc="sqrt(a^2 + b^2) of two numbers of one unit, without overflow; in the same unit.",
+        doc="sqrt(a^2 + b^2) without overflow; arguments and result have one unit.",
         arguments=("a", "b"),
         plain=False,
         unit_power=Fraction(1),
@@ -567,7 +547,6 @@ class Op(IntEnum):
     ABS = Operation(
         name="abs",
         doc="Absolute value of a number of any unit, in the same unit.",
-        arguments=("x",),
         plain=False,
         unit_power=Fraction(1),
         evaluate=abs,
@@ -581,8 +560,7 @@ class Op(IntEnum):
     )
     FLOOR = Operation(
         name="floor",
-        doc="Largest whole number that is not above a number without unit. A jump: see `sign`.",
-        arguments=("x",),
+        doc="Largest whole number not above a number without unit. It jumps, as `sign` does.",
         evaluate=doubles.rounding(math.floor),
         exact=math.floor,
         partials=_no_partials,
@@ -591,8 +569,7 @@ class Op(IntEnum):
     )
     CEIL = Operation(
         name="ceil",
-        doc="Smallest whole number that is not below a number without unit. A jump: see `sign`.",
-        arguments=("x",),
+        doc="Smallest whole number not below a number without unit. It jumps, as `sign` does.",
         evaluate=doubles.rounding(math.ceil),
         exact=math.ceil,
         partials=_no_partials,
@@ -601,7 +578,7 @@ class Op(IntEnum):
     )
     FMOD = Operation(
         name="fmod",
-        doc="Remainder of a / b with the sign of a; a, b and the result of one unit. It jumps.",
+        doc="Remainder of a / b with the sign of a, all of one unit. It jumps, as `sign` does.",
         arguments=("a", "b"),
         plain=False,
         unit_power=Fraction(1),
@@ -615,7 +592,6 @@ class Op(IntEnum):
     ERF = Operation(
         name="erf",
         doc="Error function, 2/sqrt(pi) times the integral of exp(-t^2) from 0 to x; no units.",
-        arguments=("x",),
         evaluate=math.erf,
         points={0: 0},
         partials=lambda d, y, x: (_error_function_slope(d, x),),
@@ -624,8 +600,7 @@ class Op(IntEnum):
     )
     ERFC = Operation(
         name="erfc",
-        doc="Complementary error function 1 - erf(x), accurate also for large x; no units.",
-        arguments=("x",),
+        doc="Complementary error function 1 - erf(x), accurate for large x too; no units.",
         evaluate=math.erfc,
         points={0: 1},
         partials=lambda d, y, x: (d.neg(_error_function_slope(d, x)),),

@@ -36,7 +36,7 @@ class Builtin:
     doc
         Its meaning in one line.
     shapes, units
-        Of the arguments and of the result, in one line each.
+        Shapes and units, in one line each, written `arguments -> result`.
     least, most
         How many arguments it takes; `most` is None for any number.
     apply
@@ -135,13 +135,13 @@ def _builtin_of(op: Op) -> Builtin:
     units = _describe_units(row)
     arguments = ", ".join(row.arguments)
     if row.variadic:
-        shapes = "values of one shape, or one vector; a value of that shape, or a scalar"
+        shapes = "values of one shape -> the same shape, or a vector -> a scalar"
         apply = partial(_of_several, op)
         return Builtin(f"{arguments}, ..", row.doc, shapes, units, 1, None, apply, jumps)
     if row.arity == 1:
-        shapes = "a scalar, or a vector component by component; the same shape"
+        shapes = "a scalar, or a vector component by component -> the same shape"
         return Builtin(arguments, row.doc, shapes, units, 1, 1, partial(_componentwise, op), jumps)
-    shapes = "scalars; a scalar"
+    shapes = "scalars -> a scalar"
     apply = partial(_of_two, op)
     return Builtin(arguments, row.doc, shapes, units, row.arity, row.arity, apply, jumps)
 
@@ -151,8 +151,8 @@ def _describe_units(row: Operation) -> str:
     several = row.arity > 1
     argument = "dimensionless" if row.plain else "any, the same for all" if several else "any"
     if row.unit_power in (0, 1):
-        return f"{argument}; {'the same' if row.unit_power else 'dimensionless'}"
-    return f"{argument}; that of x to the power {row.unit_power}"
+        return f"{argument} -> {'the same' if row.unit_power else 'dimensionless'}"
+    return f"{argument} -> that of x to the power {row.unit_power}"
 
 
 # --- the table ----------------------------------------------------------------------------------
@@ -162,8 +162,8 @@ BUILTINS: Mapping[str, Builtin] = {
     "dot": Builtin(
         "a, b",
         "Scalar product of two vectors.",
-        "two vectors of one length; a scalar",
-        "any whose products agree; that of the products",
+        "two vectors of one length -> a scalar",
+        "any whose products agree -> that of the products",
         2,
         2,
         vectors.dot,
@@ -171,8 +171,8 @@ BUILTINS: Mapping[str, Builtin] = {
     "cross": Builtin(
         "a, b",
         "Vector product of two vectors.",
-        "two vectors of 3; a vector of 3",
-        "any whose products agree; that of the products",
+        "two vectors of 3 -> a vector of 3",
+        "any whose products agree -> that of the products",
         2,
         2,
         vectors.cross,
@@ -180,8 +180,8 @@ BUILTINS: Mapping[str, Builtin] = {
     "norm": Builtin(
         "a",
         "Euclidean length of a vector.",
-        "a vector; a scalar",
-        "any, the same for all components; the same",
+        "a vector -> a scalar",
+        "any, the same for all components -> the same",
         1,
         1,
         vectors.norm,
@@ -189,8 +189,8 @@ BUILTINS: Mapping[str, Builtin] = {
     "sum": Builtin(
         "a",
         "Sum of all components.",
-        "any; a scalar",
-        "any, the same for all components; the same",
+        "any -> a scalar",
+        "any, the same for all components -> the same",
         1,
         1,
         vectors.total,
@@ -198,8 +198,8 @@ BUILTINS: Mapping[str, Builtin] = {
     "length": Builtin(
         "a",
         "Number of components of a vector, known when the model is compiled.",
-        "a vector; a scalar",
-        "any; dimensionless",
+        "a vector -> a scalar",
+        "any -> dimensionless",
         1,
         1,
         vectors.length,
@@ -207,8 +207,8 @@ BUILTINS: Mapping[str, Builtin] = {
     "transpose": Builtin(
         "a",
         "Transpose of a matrix; a vector, which is a column, becomes a matrix of one row.",
-        "an m x n matrix or a vector of n; an n x m or a 1 x n matrix",
-        "any; those of the components",
+        "an m x n matrix or a vector of n -> an n x m or a 1 x n matrix",
+        "any -> those of the components",
         1,
         1,
         vectors.transpose,
@@ -216,8 +216,8 @@ BUILTINS: Mapping[str, Builtin] = {
     "outer": Builtin(
         "a, b",
         "Matrix of the products of every component of a with every component of b.",
-        "vectors of m and n; an m x n matrix",
-        "any; those of the products",
+        "vectors of m and n -> an m x n matrix",
+        "any -> those of the products",
         2,
         2,
         vectors.outer,
@@ -225,8 +225,8 @@ BUILTINS: Mapping[str, Builtin] = {
     "skew": Builtin(
         "a",
         "Skew-symmetric matrix S with S b = cross(a, b).",
-        "a vector of 3; a 3 x 3 matrix",
-        "any; those of the components",
+        "a vector of 3 -> a 3 x 3 matrix",
+        "any -> those of the components",
         1,
         1,
         vectors.skew,
@@ -234,8 +234,8 @@ BUILTINS: Mapping[str, Builtin] = {
     "diag": Builtin(
         "a",
         "Diagonal matrix of a vector, or the diagonal of a square matrix.",
-        "a vector of n; an n x n matrix; or the other way round",
-        "any; those of the components",
+        "a vector of n -> an n x n matrix, or an n x n matrix -> a vector of n",
+        "any -> those of the components",
         1,
         1,
         vectors.diag,
@@ -243,8 +243,8 @@ BUILTINS: Mapping[str, Builtin] = {
     "stack": Builtin(
         "a, ..",
         "Scalars and vectors end to end, or matrices of one width above each other.",
-        "scalars and vectors, or matrices of one width; a vector, or a matrix",
-        "any; those of the components",
+        "scalars and vectors, or matrices of one width -> a vector, or a matrix",
+        "any -> those of the components",
         1,
         None,
         vectors.stack,
@@ -252,8 +252,8 @@ BUILTINS: Mapping[str, Builtin] = {
     "inv": Builtin(
         "a",
         "Inverse of a square matrix of constants and parameters.",
-        "a scalar or an n x n matrix; the same shape",
-        "any; its reciprocal if all components share it, else unknown",
+        "a scalar or an n x n matrix -> the same shape",
+        "any -> its reciprocal if all components share it, else unknown",
         1,
         1,
         vectors.inv,
@@ -261,8 +261,8 @@ BUILTINS: Mapping[str, Builtin] = {
     "zeros": Builtin(
         "m, n",
         "Vector of m zeros, or m x n matrix of zeros.",
-        "one or two whole constants; a vector of m, or an m x n matrix",
-        "dimensionless; fits any",
+        "one or two whole constants -> a vector of m, or an m x n matrix",
+        "dimensionless -> fits any",
         1,
         2,
         vectors.filled,
@@ -270,8 +270,8 @@ BUILTINS: Mapping[str, Builtin] = {
     "ones": Builtin(
         "m, n",
         "Vector of m ones, or m x n matrix of ones.",
-        "one or two whole constants; a vector of m, or an m x n matrix",
-        "dimensionless; fits any",
+        "one or two whole constants -> a vector of m, or an m x n matrix",
+        "dimensionless -> fits any",
         1,
         2,
         vectors.filled,
@@ -279,8 +279,8 @@ BUILTINS: Mapping[str, Builtin] = {
     "eye": Builtin(
         "n",
         "Identity matrix.",
-        "a whole constant; an n x n matrix",
-        "dimensionless; fits any",
+        "a whole constant -> an n x n matrix",
+        "dimensionless -> fits any",
         1,
         1,
         vectors.eye,
@@ -288,8 +288,8 @@ BUILTINS: Mapping[str, Builtin] = {
     "block": Builtin(
         "[[A, B], [C, D]]",
         "Matrix made of matrices; a plain 0 is a block of zeros of the size that fits.",
-        "rows of matrices, vectors and scalars that fit; a matrix",
-        "any; those of the components",
+        "rows of matrices, vectors and scalars that fit -> a matrix",
+        "any -> those of the components",
         1,
         1,
         None,
@@ -297,8 +297,8 @@ BUILTINS: Mapping[str, Builtin] = {
     "der": Builtin(
         "x",
         "Time derivative of a declared state, in an equation.",
-        "any; the same shape",
-        "any; that of x per second",
+        "any -> the same shape",
+        "any -> that of x per second",
         1,
         1,
         None,

@@ -288,7 +288,7 @@ def test_every_function_is_documented(name: str) -> None:
     row = BUILTINS[name]
     assert row.arguments and row.doc.endswith(".") and "\n" not in row.doc
     for text in (row.shapes, row.units):
-        assert ";" in text and "\n" not in text  # of the arguments; of the result
+        assert " -> " in text and "\n" not in text
     least = row.least if row.most is None else row.most
     if name != "block":
         assert len(row.arguments.replace(", ..", "").split(", ")) >= least

@@ -64,10 +64,13 @@
 #define LANE_LIBMVEC_2(name) LANE_LOOP_2(name)
 #endif
 
-#if defined(LANE_VECTOR_1) && __GLIBC_PREREQ(2, 35)
+#if defined(LANE_VECTOR_1)
+#if __GLIBC_PREREQ(2, 35)
 #define LANE_LIBMVEC_2_35_1(name) LANE_LIBMVEC_1(name)
 #define LANE_LIBMVEC_2_35_2(name) LANE_LIBMVEC_2(name)
-#else
+#endif
+#endif
+#if !defined(LANE_LIBMVEC_2_35_1)
 #define LANE_LIBMVEC_2_35_1(name) LANE_LOOP_1(name)
 #define LANE_LIBMVEC_2_35_2(name) LANE_LOOP_2(name)
 #endif
