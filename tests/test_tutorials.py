@@ -91,8 +91,7 @@ def _is_line_alike(shown: str, printed: str) -> bool:
         words[0] == words[1]
         and len(found[0]) == len(found[1])
         and all(
-            math.isclose(a, b, rel_tol=tolerance, abs_tol=1e-9)
-            for a, b in zip(*found, strict=True)
+            math.isclose(a, b, rel_tol=tolerance, abs_tol=1e-9) for a, b in zip(*found, strict=True)
         )
     )
 
