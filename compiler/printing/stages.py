@@ -70,7 +70,8 @@ def show_syntax(file: File) -> str:
 
 def _tree(node: Any, indent: int) -> str:
     flat = _flat(node)
-    if len(flat) + indent <= _WIDTH:
+    nested = isinstance(node, tuple) or is_dataclass(node)
+    if len(flat) + indent <= _WIDTH or not nested:
         return flat
     pad = " " * (indent + 2)
     if isinstance(node, tuple):

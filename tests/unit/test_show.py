@@ -135,3 +135,13 @@ def test_merged_storage_names_its_generalised_momentum_and_the_others(tmp_path):
     assert "the generalised momentum merged(a, b).p, with b" in a
     assert c.split() == ["c", "C", "integral", "c.q"]
     assert "derivative" in text and "what `b` stores follows from other elements" in text
+
+
+def test_a_deep_syntax_tree_is_shown_to_its_leaves(tmp_path):
+    """Indented beyond the width of the page, a number or a name still stands on its line."""
+    path = tmp_path / "deep.bg"
+    inner = "-(".join(["sin(1"] * 20) + ")" * 39
+    path.write_text(
+        f"model M {{ state x = 0; der(x) = {inner}; }} scene s of M {{ observe x; run 1 s; }}"
+    )
+    assert show_pass("parse", path, Options()).count("sin") == 20
