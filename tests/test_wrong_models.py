@@ -2,7 +2,8 @@
 
 A line of `tests/wrong/*.bg` that is at fault ends in `// error: BG123`, one that is only odd in
 `// warning: BG123`. Nothing else may be reported, no message is without its place and its way
-out, and nothing ends in a traceback.
+out, and nothing ends in a traceback. What the user reads stands in `NAME.txt` beside the model;
+`pytest -m golden --bless` rewrites it.
 """
 
 import random
@@ -52,6 +53,22 @@ def test_wrong_model_gives_its_code_at_its_line(path):
     assert all(d.help for d in diagnostics)
     shown = render(diagnostics, colour=False)
     assert "^" in shown and path.name in shown
+
+
+@pytest.mark.parametrize("path", WRONG, ids=lambda p: p.stem)
+def test_messages_are_as_blessed(path, bless, monkeypatch):
+    monkeypatch.chdir(path.parent)
+    text = render(diagnostics_of(load, Path(path.name)), colour=False)
+    blessed = path.with_suffix(".txt")
+    if bless:
+        blessed.write_text(text, "utf-8")
+    shown = blessed.read_text("utf-8") if blessed.exists() else ""
+    assert text == shown, f"{text}\npytest -m golden --bless rewrites {blessed.name}"
+
+
+def test_no_blessed_message_is_an_orphan():
+    texts = {path.stem for path in (Path(__file__).parent / "wrong").glob("*.txt")}
+    assert texts == {path.stem for path in WRONG}
 
 
 def mutated(text: str, rng: random.Random) -> str:
