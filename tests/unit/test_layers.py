@@ -60,9 +60,7 @@ bgc.runtime
 bgc.runtime.cli
 bgc
 """
-ORDER = {
-    prefix: level for level, line in enumerate(LAYERS.split("\n")) for prefix in line.split()
-}
+ORDER = {prefix: level for level, line in enumerate(LAYERS.split("\n")) for prefix in line.split()}
 
 
 def modules() -> dict[str, Path]:

@@ -49,7 +49,17 @@ def test_every_data_file_is_covered_by_a_pattern(setuptools_table):
     }
     for folder in FOLDERS:
         for path in (ROOT / folder).rglob("*"):
-            if path.suffix in {".bg", ".csv", ".lark", ".json", ".c", ".h", ".typed", ".png", ".svg"}:
+            if path.suffix in {
+                ".bg",
+                ".csv",
+                ".lark",
+                ".json",
+                ".c",
+                ".h",
+                ".typed",
+                ".png",
+                ".svg",
+            }:
                 assert path in covered, path
 
 
