@@ -251,6 +251,8 @@ bgc_status bgc_sample(const bgc_model *m, bgc_data *d);
 /* --- step.c */
 bgc_status bgc_attempt(const bgc_model *m, bgc_data *d);
 double bgc_limit_step(double t, double h, double stop, double *t_new);
+
+/* --- evaluate.c */
 void bgc_evaluate_f(const bgc_model *m, bgc_data *d);
 void bgc_evaluate_jacobian(const bgc_model *m, bgc_data *d);
 bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const double *x);
