@@ -76,6 +76,14 @@ static inline double bgc_batch_slack(const bgc_batch *b) {
     return rounding > part ? rounding : part;
 }
 
+/* --- lane_vectors.c */
+void bgc_batch_combine(int n, int count, const double *weight, const lane *vectors, lane *out);
+void bgc_batch_multiply_mass(const bgc_batch *b, const lane *v, lane *out);
+unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v);
+lane bgc_batch_norm(const bgc_batch *b, const lane *v, const lane *p, const lane *q);
+void bgc_batch_evaluate_f(bgc_batch *b);
+void bgc_batch_check(bgc_batch *b, double t, const lane *x);
+
 /* --- alone.c */
 void bgc_batch_take_inputs(bgc_batch *b, int count);
 void bgc_batch_sample(bgc_batch *b);
@@ -85,15 +93,9 @@ void bgc_batch_rejoin(bgc_batch *b);
 
 /* --- lockstep.c */
 void bgc_batch_attempt(bgc_batch *b);
-void bgc_batch_evaluate_f(bgc_batch *b);
-void bgc_batch_check(bgc_batch *b, double t, const lane *x);
-unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v);
-lane bgc_batch_norm(const bgc_batch *b, const lane *v, const lane *p, const lane *q);
 
 /* --- lane_stages.c */
-void bgc_batch_combine(int n, int count, const double *weight, const lane *vectors, lane *out);
 void bgc_batch_advance(bgc_batch *b, double h);
-void bgc_batch_multiply_mass(const bgc_batch *b, const lane *v, lane *out);
 void bgc_batch_solve(bgc_batch *b, lane *v);
 
 /* --- lane_rows.c */

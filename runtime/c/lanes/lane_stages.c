@@ -10,27 +10,6 @@
 static const double growth_limit = 1e5, acceptable = 1e-11; /* see linear.c */
 enum { CHECK_EVERY = 16, WATCH_FOR = 100 };
 
-/* out += sum of weight[j] times vector j; the vectors lie n apart. */
-void bgc_batch_combine(int n, int count, const double *weight, const lane *vectors, lane *out) {
-    double w[BGC_MAX_STAGES];
-    const lane *v[BGC_MAX_STAGES];
-    int filled = 0;
-
-    for (int j = 0; j < count; j++) {
-        if (weight[j] != 0.0) {
-            w[filled] = weight[j];
-            v[filled++] = vectors + (size_t)j * (size_t)n;
-        }
-    }
-    for (int i = 0; i < n; i++) {
-        lane sum = out[i];
-        for (int j = 0; j < filled; j++) {
-            sum += w[j] * v[j][i];
-        }
-        out[i] = sum;
-    }
-}
-
 /* --- linear systems ------------------------------------------------------------------------ */
 
 static void factorise(bgc_batch *b, double c) {
@@ -94,15 +73,6 @@ void bgc_batch_solve(bgc_batch *b, lane *v) {
 }
 
 /* --- methods ------------------------------------------------------------------------------- */
-
-/* out += M v. */
-void bgc_batch_multiply_mass(const bgc_batch *b, const lane *v, lane *out) {
-    const bgc_model *m = b->m;
-
-    for (int k = 0; k < m->n_mass; k++) {
-        out[m->mass_row[k]] += b->mass[k] * v[m->mass_col[k]];
-    }
-}
 
 /* right += M (sum of c_ij U_j) / h. */
 static void add_earlier_stages(bgc_batch *b, const double *c, int stage, double h, lane *right) {

@@ -8,35 +8,6 @@
 
 #include <string.h>
 
-/* The lanes with an entry that is not finite. */
-unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v) {
-    lane sum = lane_of(0.0);
-
-    for (int i = 0; i < n; i++) {
-        sum += v[i] - v[i];
-    }
-    return bgc_lanes_where(b, sum != lane_of(0.0));
-}
-
-void bgc_batch_evaluate_f(bgc_batch *b) {
-    if (!b->f_valid) {
-        b->kernel->rhs(b->h, lane_of(b->t), b->x, b->u, b->f, b->work);
-        b->counts.rhs++;
-        b->f_valid = 1;
-    }
-}
-
-/* Lanes for which an assertion fails at (t, x) leave. */
-void bgc_batch_check(bgc_batch *b, double t, const lane *x) {
-    if (b->m->n_assert == 0) {
-        return;
-    }
-    b->kernel->asserts(b->h, lane_of(t), x, b->u, b->check, b->work);
-    for (int k = 0; k < b->m->n_assert; k++) {
-        b->live &= ~bgc_lanes_where(b, lane_not(lane_is(b->check[k])));
-    }
-}
-
 /* Makes `next` the present at t_new; what was is kept, for the dense output. */
 static void move(bgc_batch *b, double t_new) {
     lane *old = b->y0;
@@ -128,23 +99,6 @@ static void look_for_life(bgc_batch *b) {
         most = lane_max(most, lane_fabs(b->x[i]) / b->scale[i]);
     }
     b->liveliest = lane_min(most, lane_of(1.0));
-}
-
-/* Of each lane: root mean square of v over the tolerances at a state between p and q, which are
- * those of bgc_step_tolerance. */
-lane bgc_batch_norm(const bgc_batch *b, const lane *v, const lane *p, const lane *q) {
-    const double rtol = b->option->rtol, atol = b->option->atol;
-    lane sum = lane_of(0.0);
-
-    for (int i = 0; i < b->m->n_state; i++) {
-        const lane size = lane_max(lane_fabs(p[i]), lane_fabs(q[i]));
-        const lane scale = b->scale[i];
-        const lane unit = lane_min(lane_max(b->liveliest * scale, size), scale);
-        const lane least = atol > 0.0 ? lane_of(atol) : rtol * unit;
-        const lane r = v[i] / (least + rtol * size);
-        sum += r * r;
-    }
-    return lane_sqrt(sum / (double)b->m->n_state);
 }
 
 /* The largest number in a live lane. */

@@ -1,0 +1,79 @@
+/* lane_vectors.c: sums, norms and checks of vectors of states in all lanes, and f and the assertions at
+ * the present, as vectors.c, evaluate.c and linear.c have them for one instance. */
+#include "lanes/batch.h"
+
+/* out += sum of weight[j] times vector j; the vectors lie n apart. */
+void bgc_batch_combine(int n, int count, const double *weight, const lane *vectors, lane *out) {
+    double w[BGC_MAX_STAGES];
+    const lane *v[BGC_MAX_STAGES];
+    int filled = 0;
+
+    for (int j = 0; j < count; j++) {
+        if (weight[j] != 0.0) {
+            w[filled] = weight[j];
+            v[filled++] = vectors + (size_t)j * (size_t)n;
+        }
+    }
+    for (int i = 0; i < n; i++) {
+        lane sum = out[i];
+        for (int j = 0; j < filled; j++) {
+            sum += w[j] * v[j][i];
+        }
+        out[i] = sum;
+    }
+}
+
+/* out += M v. */
+void bgc_batch_multiply_mass(const bgc_batch *b, const lane *v, lane *out) {
+    const bgc_model *m = b->m;
+
+    for (int k = 0; k < m->n_mass; k++) {
+        out[m->mass_row[k]] += b->mass[k] * v[m->mass_col[k]];
+    }
+}
+
+/* The lanes with an entry that is not finite. */
+unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v) {
+    lane sum = lane_of(0.0);
+
+    for (int i = 0; i < n; i++) {
+        sum += v[i] - v[i];
+    }
+    return bgc_lanes_where(b, sum != lane_of(0.0));
+}
+
+/* Of each lane: root mean square of v over the tolerances at a state between p and q, which are
+ * those of bgc_step_tolerance. */
+lane bgc_batch_norm(const bgc_batch *b, const lane *v, const lane *p, const lane *q) {
+    const double rtol = b->option->rtol, atol = b->option->atol;
+    lane sum = lane_of(0.0);
+
+    for (int i = 0; i < b->m->n_state; i++) {
+        const lane size = lane_max(lane_fabs(p[i]), lane_fabs(q[i]));
+        const lane scale = b->scale[i];
+        const lane unit = lane_min(lane_max(b->liveliest * scale, size), scale);
+        const lane least = atol > 0.0 ? lane_of(atol) : rtol * unit;
+        const lane r = v[i] / (least + rtol * size);
+        sum += r * r;
+    }
+    return lane_sqrt(sum / (double)b->m->n_state);
+}
+
+void bgc_batch_evaluate_f(bgc_batch *b) {
+    if (!b->f_valid) {
+        b->kernel->rhs(b->h, lane_of(b->t), b->x, b->u, b->f, b->work);
+        b->counts.rhs++;
+        b->f_valid = 1;
+    }
+}
+
+/* Lanes for which an assertion fails at (t, x) leave. */
+void bgc_batch_check(bgc_batch *b, double t, const lane *x) {
+    if (b->m->n_assert == 0) {
+        return;
+    }
+    b->kernel->asserts(b->h, lane_of(t), x, b->u, b->check, b->work);
+    for (int k = 0; k < b->m->n_assert; k++) {
+        b->live &= ~bgc_lanes_where(b, lane_not(lane_is(b->check[k])));
+    }
+}
