@@ -19,12 +19,15 @@ from bgc.diagnostics.diagnostic import BgError
 class Backend:
     """An external solver: the library that it belongs to, and how to compile against it.
 
-    `variants` are flags and libraries, the best first; the first that can be built is taken.
+    `family` and `purpose` are as in `bgc_method_info` of `bgc.h`. `variants` are flags and
+    libraries, the best first; the first that can be built is taken.
     """
 
     name: str
     suite: str
     packages: str
+    family: str
+    purpose: str
     variants: tuple[tuple[str, ...], ...]
 
 
@@ -34,6 +37,8 @@ BACKENDS = {
         "cvode",
         "SUNDIALS",
         "libsundials-dev",
+        "backward differentiation formulas",
+        "a yardstick of variable order: systems without devices and algebraic equations",
         (
             (
                 "-DBGC_KLU",

@@ -14,7 +14,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 5
+#define BGC_ABI 6
 
 typedef enum {
     BGC_OK = 0,
@@ -221,8 +221,23 @@ bgc_status bgc_energy(const bgc_model *m, bgc_data *d, double account[4]);
 
 /* --- integration -------------------------------------------------------------------------- */
 
+/* An integration method. */
 typedef struct {
-    const char *name;  /* see bgc_method_name; NULL: rodas5p, or ros34prw with a step */
+    const char *name;    /* "rodas5p" */
+    const char *family;  /* "Rosenbrock" */
+    const char *purpose; /* a line of text: the equations and uses that it is for */
+    int order;
+    int error_order;     /* of the embedded solution that estimates its error; 0: fixed steps only */
+    int jacobian;        /* 1: steps use df/dx; 0: explicit, and M has to be diagonal */
+    int lanes;           /* 1: bgc_run_lanes serves it */
+} bgc_method_info;
+
+/* Properties of method k; BGC_BAD_ARGUMENT past the last. The first method with error control and
+ * the first with fixed steps are the defaults. */
+bgc_status bgc_get_method(int k, bgc_method_info *info);
+
+typedef struct {
+    const char *name;  /* a method's; NULL: the default, with fixed steps where a step is given */
     double rtol;       /* 0: 1e-6 */
     double atol;       /* > 0: one for all states; 0: rtol times each state's scale, and less
                        * where no state comes near its own */
@@ -251,8 +266,6 @@ typedef struct {
 
 /* Also counts steps and samples anew from the present time; rows inside the last step are lost. */
 bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o);
-int bgc_method_is_fixed(const char *name);    /* 1 fixed step, 0 adaptive, -1 unknown name */
-const char *bgc_method_name(int k);           /* k-th method, NULL past the last */
 
 /* Integrates and writes one row a time in times[0..n): y then, with accounts, the four energies.
  * times[0] may equal the present time. Rows inside a step come from its dense output, so the last

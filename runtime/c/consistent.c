@@ -356,13 +356,13 @@ static bgc_status measure(const bgc_model *m, bgc_data *d, int fixed, distance *
  * cannot be shorter, d->next is corrected, or refused. Other methods leave these rows to this. */
 bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, const bgc_method *method,
                                double t) {
-    const int fixed = bgc_embedded(method) == 0;
+    const int fixed = !bgc_is_adaptive(method);
     distance found = {0.0, 0.0, -1};
 
     if (d->core.algebraic == 0) {
         return BGC_OK;
     }
-    if (method->tableau != NULL && !bgc_is_explicit(method)) {
+    if (method->family->rows == BGC_ROWS_NEARLY) {
         bgc_status status;
         m->rhs(d->h, t, d->next, d->u, d->error, d->work);
         d->core.counts.rhs++;

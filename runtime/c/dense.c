@@ -8,26 +8,9 @@
 #include <math.h>
 #include <string.h>
 
-/* The polynomial of degree 3 through y and the three stages, the last of which is y1. */
-static void store_collocation(int n, bgc_data *d, const bgc_collocation *method) {
-    const size_t width = bgc_padded(n);
-    const double *z1 = d->stages, *z2 = z1 + width, *z3 = z2 + width;
-    const double c1 = method->node[0], c2 = method->node[1];
-
-    memset(d->k, 0, BGC_MAX_DENSE * width * sizeof *d->k);
-    for (int i = 0; i < n; i++) {
-        const double at1 = (z1[i] - c1 * z3[i]) / (c1 * (1.0 - c1));
-        const double at2 = (z2[i] - c2 * z3[i]) / (c2 * (1.0 - c2));
-        const double slope = (at2 - at1) / (c2 - c1);
-        d->k[i] = at1 - c1 * slope;
-        d->k[width + (size_t)i] = slope;
-    }
-}
-
 /* After a step to d->next at `end` and before it is made the present: keeps what interpolation
  * needs. */
 void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, double end) {
-    const bgc_tableau *tableau = method->tableau;
     const int n = m->n_state;
     const size_t size = (size_t)n * sizeof(double);
 
@@ -36,15 +19,7 @@ void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, 
     memcpy(d->u_step, d->u, (size_t)(m->n_input + m->n_switch) * sizeof(double));
     memcpy(d->y0, d->x, size);
     memcpy(d->y1, d->next, size);
-    if (tableau != NULL && tableau->dense > 0) {
-        memset(d->k, 0, BGC_MAX_DENSE * bgc_padded(n) * sizeof *d->k);
-        for (int l = 0; l < tableau->dense; l++) {
-            double *k = d->k + (size_t)l * bgc_padded(n);
-            bgc_combine(n, tableau->stages, tableau->h[l], d->stages, k);
-        }
-        d->core.dense = BGC_DENSE_READY;
-    } else if (method->collocation != NULL && method->collocation->stages == 3) {
-        store_collocation(n, d, method->collocation);
+    if (method->family->interpolate != NULL && method->family->interpolate(m, d, method)) {
         d->core.dense = BGC_DENSE_READY;
     } else {
         memcpy(d->k, d->f, size);
@@ -194,26 +169,6 @@ void bgc_integrate_energy(const bgc_model *m, bgc_data *d, double t, double powe
     lobatto(m, d, t, energy, power);
 }
 
-/* The same over the whole step by the quadrature of a collocation method itself: the accounts then
- * balance as exactly as the method keeps energy. */
-static void sum_energy(const bgc_model *m, bgc_data *d, const bgc_collocation *method,
-                       double power[2]) {
-    const double h = d->core.t_end - d->core.t_old;
-
-    power[0] = power[1] = 0.0;
-    for (int s = 0; s < method->stages; s++) {
-        const double *z = d->stages + (size_t)s * bgc_padded(m->n_state);
-        double energy[3];
-        for (int i = 0; i < m->n_state; i++) {
-            d->point[i] = d->y0[i] + z[i];
-        }
-        m->energy(d->h, d->core.t_old + method->node[s] * h, d->point, d->u_step, energy,
-                  d->work);
-        power[0] += method->weight[s] * h * energy[1];
-        power[1] += method->weight[s] * h * energy[2];
-    }
-}
-
 /* The energies of a step to t, before or after it is made the present. Its error is the difference
  * from Simpson's rule, which falls with the fifth power of the step; fixed steps do without. */
 void bgc_balance_step(const bgc_model *m, bgc_data *d, const bgc_method *method, double t,
@@ -230,7 +185,7 @@ void bgc_balance_step(const bgc_model *m, bgc_data *d, const bgc_method *method,
     }
     balance->moved = fmax(moved[0], moved[1]);
     balance->stored = energy[3][0];
-    if (bgc_embedded(method) > 0) {
+    if (bgc_is_adaptive(method)) {
         double middle[3];
         energy_at(m, d, start + 0.5 * length, middle);
         for (int k = 0; k < 2; k++) {
@@ -239,8 +194,8 @@ void bgc_balance_step(const bgc_model *m, bgc_data *d, const bgc_method *method,
             balance->error = fmax(balance->error, fabs(power[k] - simpson));
         }
     }
-    if (method->collocation != NULL && !d->core.event) {
-        sum_energy(m, d, method->collocation, power);
+    if (method->family->quadrature != NULL && !d->core.event) {
+        method->family->quadrature(m, d, method, power);
     }
     balance->supplied = power[0];
     balance->dissipated = power[1];

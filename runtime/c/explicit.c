@@ -10,12 +10,12 @@ static void copy_algebraic(const bgc_data *d, const double *from, double *to) {
     }
 }
 
-/* From x at t to d->next, with f(t, x) in d->f; the error estimate of an embedded method goes to
- * d->error. M must be diagonal. Where it has empty rows, these are solved at every stage for the
+/* M must be diagonal. Where it has empty rows, these are solved at every stage for the
  * states without a rate, so that the others see an ordinary differential equation: E. Hairer,
  * C. Lubich, M. Roche, The Numerical Solution of Differential-Algebraic Systems by Runge-Kutta
  * Methods, 1989, the indirect approach. In d->next they are as at the last stage. */
-bgc_status bgc_runge_kutta(const bgc_model *m, bgc_data *d, const bgc_tableau *method, double h) {
+bgc_status bgc_runge_kutta(const bgc_model *m, bgc_data *d, const bgc_method *method, double h) {
+    const bgc_tableau *tableau = method->tableau;
     const int n = m->n_state;
     const size_t size = (size_t)n * sizeof(double);
 
@@ -26,14 +26,14 @@ bgc_status bgc_runge_kutta(const bgc_model *m, bgc_data *d, const bgc_tableau *m
         }
     }
     memcpy(d->next, d->x, size);
-    for (int s = 0; s < method->stages; s++) {
+    for (int s = 0; s < tableau->stages; s++) {
         double *stage = d->stages + (size_t)s * bgc_padded(n);
         const double *f = d->f;
         if (s > 0) {
             memcpy(d->point, d->x, size);
-            const double t = d->core.t + method->alpha[s] * h;
+            const double t = d->core.t + tableau->alpha[s] * h;
             bgc_status status;
-            bgc_combine(n, s, method->a[s], d->stages, d->point);
+            bgc_combine(n, s, tableau->a[s], d->stages, d->point);
             copy_algebraic(d, d->next, d->point);
             status = bgc_satisfy(m, d, t, d->point);
             if (status != BGC_OK) {
@@ -48,13 +48,8 @@ bgc_status bgc_runge_kutta(const bgc_model *m, bgc_data *d, const bgc_tableau *m
             stage[i] = h * d->inverse_mass[i] * f[i];
         }
     }
-    memcpy(d->point, d->x, size);
-    bgc_combine(n, method->stages, method->m, d->stages, d->point);
     copy_algebraic(d, d->next, d->point);
-    memcpy(d->next, d->point, size);
-    if (method->embedded > 0) {
-        memset(d->error, 0, size);
-        bgc_combine(n, method->stages, method->e, d->stages, d->error);
-    }
+    bgc_sum_stages(m, d, method);
+    copy_algebraic(d, d->point, d->next);
     return BGC_OK;
 }

@@ -243,7 +243,7 @@ static bgc_status start_here(const bgc_model *m, bgc_data *d) {
         core->stored0 = energy[0];
     }
     core->counts = (bgc_counts){0};
-    core->counts.liveliest = bgc_embedded(&bgc_methods[core->method]) > 0 ? 0.0 : 1.0;
+    core->counts.liveliest = bgc_is_adaptive(&bgc_methods[core->method]) ? 0.0 : 1.0;
     core->counts.exchanged = fabs(core->stored0);
     bgc_reset_watch(m, d);
     core->ready = 1;

@@ -6,8 +6,11 @@
 
 static const double default_sample = 1e-3; /* s, of devices in a scene that gives no step */
 
+/* --- methods ------------------------------------------------------------------------------- */
+
+/* Place in bgc_methods, or -1 where there is no method of that name. */
 static int find_method(const char *name) {
-    for (int k = 0; k < BGC_METHODS; k++) {
+    for (int k = 0; k < bgc_method_count; k++) {
         if (strcmp(bgc_methods[k].name, name) == 0) {
             return k;
         }
@@ -15,19 +18,36 @@ static int find_method(const char *name) {
     return -1;
 }
 
-static int is_fixed(int method) {
-    return bgc_embedded(&bgc_methods[method]) == 0;
+/* The first method with fixed steps, or with error control. */
+static int default_method(int fixed) {
+    int k = 0;
+
+    while (bgc_is_adaptive(&bgc_methods[k]) == fixed) {
+        k++;
+    }
+    return k;
 }
 
-int bgc_method_is_fixed(const char *name) {
-    const int method = find_method(name);
+bgc_status bgc_get_method(int k, bgc_method_info *info) {
+    const bgc_method *method;
 
-    return method < 0 ? -1 : is_fixed(method);
+    if (k < 0 || k >= bgc_method_count) {
+        return BGC_BAD_ARGUMENT;
+    }
+    method = &bgc_methods[k];
+    *info = (bgc_method_info){
+        .name = method->name,
+        .family = method->family->name,
+        .purpose = method->purpose,
+        .order = method->order,
+        .error_order = method->error_order,
+        .jacobian = method->family->jacobian,
+        .lanes = method->family->lanes,
+    };
+    return BGC_OK;
 }
 
-const char *bgc_method_name(int k) {
-    return k >= 0 && k < BGC_METHODS ? bgc_methods[k].name : NULL;
-}
+/* --- options ------------------------------------------------------------------------------- */
 
 /* Whether the scene's step is a whole number of steps of this length. */
 static int divides(double step, double scene) {
@@ -39,12 +59,12 @@ static int divides(double step, double scene) {
 bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o) {
     bgc_core *core = &d->core;
     const double step = o->step > 0.0 ? o->step : m->step;
-    const int method =
-        find_method(o->name != NULL ? o->name : step > 0.0 ? "ros34prw" : "rodas5p");
+    const int method = o->name != NULL ? find_method(o->name) : default_method(step > 0.0);
+    const int fixed = method >= 0 && !bgc_is_adaptive(&bgc_methods[method]);
 
     if (method < 0 || !(o->rtol >= 0.0 && o->atol >= 0.0 && o->step >= 0.0 && o->max_step >= 0.0) ||
         !isfinite(o->rtol + o->atol + o->step + o->max_step) || o->max_steps < 0 || o->keep < 0 ||
-        (is_fixed(method) && step == 0.0)) {
+        (fixed && step == 0.0)) {
         return BGC_BAD_ARGUMENT;
     }
     core->method = method;
@@ -54,11 +74,11 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     core->max_steps = o->max_steps > 0 ? o->max_steps : 10000000;
     core->keep = o->keep > 0 ? o->keep : 1;
     core->accounts = o->accounts != 0 && m->energy != NULL;
-    core->step = is_fixed(method) ? step : o->step;
+    core->step = fixed ? step : o->step;
 
     /* Sampled models see the same samples whatever the method, unless its step does not allow it. */
     core->period = 0.0;
-    if (is_fixed(method)) {
+    if (fixed) {
         core->period = divides(step, m->step) ? m->step : step;
     } else if (m->n_device > 0 || m->n_input > 0) {
         core->period = m->step > 0.0 ? m->step : default_sample;
@@ -73,7 +93,7 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     core->h_next = 0.0;
     core->error_old = 1.0;
     core->energy_scale = -1.0;
-    core->counts.liveliest = is_fixed(method) ? 1.0 : 0.0;
+    core->counts.liveliest = fixed ? 1.0 : 0.0;
     core->since_sample = 0.0;
     return BGC_OK;
 }

@@ -25,26 +25,35 @@ static void add_earlier_stages(const bgc_model *m, bgc_data *d, const double *c,
     }
 }
 
-/* From x at t to d->next, with f(t, x) in d->f, the Jacobian in d->jac and d->dfdt, and W
- * factorised for h; the error estimate of an embedded method goes to d->error. */
-bgc_status bgc_rosenbrock(const bgc_model *m, bgc_data *d, const bgc_tableau *method, double h) {
+/* The Jacobian and the factors of W = M / (h gamma) - J at the present, unless they are held. */
+static bgc_status factorise_for_stages(const bgc_model *m, bgc_data *d, const bgc_tableau *tableau,
+                                       double h) {
+    if (d->core.held > 0) {
+        return BGC_OK;
+    }
+    bgc_evaluate_jacobian(m, d);
+    return bgc_factorise(m, d, 1.0 / (h * tableau->gamma));
+}
+
+bgc_status bgc_rosenbrock(const bgc_model *m, bgc_data *d, const bgc_method *method, double h) {
+    const bgc_tableau *tableau = method->tableau;
     const int n = m->n_state;
     const size_t size = (size_t)n * sizeof(double);
+    bgc_status status = factorise_for_stages(m, d, tableau, h);
 
-    for (int s = 0; s < method->stages; s++) {
+    for (int s = 0; s < tableau->stages && status == BGC_OK; s++) {
         double *stage = d->stages + (size_t)s * bgc_padded(n);
-        const double slope = method->g[s] * h;
-        bgc_status status;
+        const double slope = tableau->g[s] * h;
 
         /* f at the stage's point, straight into the place of the solution. */
         if (s == 0) {
             memcpy(stage, d->f, size);
         } else {
             memcpy(d->point, d->x, size);
-            bgc_combine(n, s, method->a[s], d->stages, d->point);
-            m->rhs(d->h, d->core.t + method->alpha[s] * h, d->point, d->u, stage, d->work);
+            bgc_combine(n, s, tableau->a[s], d->stages, d->point);
+            m->rhs(d->h, d->core.t + tableau->alpha[s] * h, d->point, d->u, stage, d->work);
             d->core.counts.rhs++;
-            add_earlier_stages(m, d, method->c[s], s, h, stage);
+            add_earlier_stages(m, d, tableau->c[s], s, h, stage);
         }
         if (slope != 0.0) {
             for (int i = 0; i < n; i++) {
@@ -52,15 +61,9 @@ bgc_status bgc_rosenbrock(const bgc_model *m, bgc_data *d, const bgc_tableau *me
             }
         }
         status = bgc_solve(m, d, stage);
-        if (status != BGC_OK) {
-            return status;
-        }
     }
-    memcpy(d->next, d->x, size);
-    bgc_combine(n, method->stages, method->m, d->stages, d->next);
-    if (method->embedded > 0) {
-        memset(d->error, 0, size);
-        bgc_combine(n, method->stages, method->e, d->stages, d->error);
+    if (status == BGC_OK) {
+        bgc_sum_stages(m, d, method);
     }
-    return BGC_OK;
+    return status;
 }

@@ -21,7 +21,7 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *me
     if (m->project != NULL) {
         m->project(d->h, end, d->next, d->work);
     }
-    if (bgc_embedded(method) == 0 || method->tableau != NULL) {
+    if (method->family->rows != BGC_ROWS_SOLVED) {
         const bgc_status status = bgc_keep_consistent(m, d, method, end);
         if (status != BGC_OK || d->core.coarse) {
             return status;
@@ -29,7 +29,7 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *me
     }
     bgc_store_dense(m, d, method, end);
     if (m->n_switch > 0) {
-        const bgc_status status = bgc_find_event(m, d, end, bgc_embedded(method) > 0, t_new);
+        const bgc_status status = bgc_find_event(m, d, end, bgc_is_adaptive(method), t_new);
         if (status != BGC_OK) {
             return status;
         }
@@ -103,39 +103,17 @@ static bgc_status accept(const bgc_model *m, bgc_data *d, const bgc_balance *bal
     return m->n_switch > 0 ? bgc_pass_event(m, d, core->t_end - core->t_old) : BGC_OK;
 }
 
-/* A step of any method to d->next, from d->f; implicit ones keep a factorisation as long as it is
- * held. */
-static bgc_status advance(const bgc_model *m, bgc_data *d, const bgc_method *method, double h) {
-    const bgc_tableau *tableau = method->tableau;
-
-    if (tableau == NULL) {
-        return bgc_collocate(m, d, method->collocation, h);
-    }
-    if (bgc_is_explicit(method)) {
-        return bgc_runge_kutta(m, d, tableau, h);
-    }
-    if (d->core.held == 0) {
-        bgc_status status;
-        bgc_evaluate_jacobian(m, d);
-        status = bgc_factorise(m, d, 1.0 / (h * tableau->gamma));
-        if (status != BGC_OK) {
-            return status;
-        }
-    }
-    return bgc_rosenbrock(m, d, tableau, h);
-}
-
-/* The same in held modes; but a law may be undefined beyond its switch (a root of what has become
- * negative), and then comparisons are made at every stage instead. */
+/* A step of the method in held modes. A law may be undefined beyond its switch (a root of a negative
+ * number): then comparisons are made at every stage instead. */
 static bgc_status advance_held(const bgc_model *m, bgc_data *d, const bgc_method *method,
                                double h) {
-    const bgc_status status = advance(m, d, method, h);
+    const bgc_status status = method->family->advance(m, d, method, h);
 
     if (m->n_switch == 0 || (status == BGC_OK && bgc_first_bad(m->n_state, d->next) < 0)) {
         return status;
     }
     bgc_release_modes(m, d);
-    return advance(m, d, method, h);
+    return method->family->advance(m, d, method, h);
 }
 
 /* --- fixed steps ------------------------------------------------------------------------- */
@@ -287,9 +265,8 @@ static double drift_error(const bgc_core *core, const bgc_balance *balance, doub
 static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     const double middle = 0.5 * (d->core.t_old + d->core.t_end);
     const double h = d->core.t_end - d->core.t_old;
-    const int blind = method->tableau == NULL || method->tableau->blind;
 
-    if (!blind || d->core.dense != BGC_DENSE_READY) {
+    if (!method->check_dense || d->core.dense != BGC_DENSE_READY) {
         return 0.0;
     }
     bgc_interpolate(m, d, middle, d->point);
@@ -316,7 +293,7 @@ static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *met
 
 static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
-    const double q = bgc_embedded(method) + 1;
+    const double q = method->error_order + 1;
     double h, t_new, stop, error;
     bgc_balance balance = {0};
     bgc_status status;
@@ -333,10 +310,10 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     }
     if (core->h_next <= 0.0) {
         core->h_next =
-            core->step > 0.0 ? core->step : bgc_first_step(m, d, bgc_embedded(method));
+            core->step > 0.0 ? core->step : bgc_first_step(m, d, method->error_order);
     }
     if (core->counts.steps + core->counts.rejected == core->counts.events &&
-        core->counts.events < 2 && !bgc_is_explicit(method)) { /* an event may be at the start */
+        core->counts.events < 2 && method->family->jacobian) { /* an event may be at the start */
         core->h_next = bgc_trust_first_step(m, d, core->h_next);
     }
     h = limit_step(core, &t_new);
@@ -403,8 +380,8 @@ bgc_status bgc_attempt(const bgc_model *m, bgc_data *d) {
     bgc_status status;
 
     d->core.f_ahead = d->core.coarse = 0;
-    status = bgc_embedded(method) > 0 ? attempt_adaptive(m, d, method)
-                                      : attempt_fixed(m, d, method);
+    status = bgc_is_adaptive(method) ? attempt_adaptive(m, d, method)
+                                     : attempt_fixed(m, d, method);
     bgc_hold_modes(m, d);
     return status;
 }

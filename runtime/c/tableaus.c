@@ -1,4 +1,5 @@
-/* tableaus.c: the coefficients of all methods, in the variables of bgc_internal.h.
+/* tableaus.c: the integration methods: their coefficients, in the variables of bgc_internal.h, and
+ * at the end of the file the tables of families and methods.
  *
  * Where the publication of a Rosenbrock method gives (alpha, Gamma, b), a = alpha Gamma^-1,
  * c = diag(1/gamma) - Gamma^-1, m = b Gamma^-1. tests/unit/test_numerics_tableaus.py checks every
@@ -12,9 +13,7 @@
  * those of Rodas5Pe, G. Steinebach, Rosenbrock methods within OrdinaryDiffEq.jl (2024). */
 static const bgc_tableau rodas5p = {
     .stages = 8,
-    .order = 5,
     .w_order = 1,
-    .embedded = 4,
     .dense = 3,
     .gamma = 0.21193756319429014,
     .a = {
@@ -66,11 +65,8 @@ static const bgc_tableau rodas5p = {
  * Progress in Differential-Algebraic Equations II (2020). */
 static const bgc_tableau rodas4p2 = {
     .stages = 6,
-    .order = 4,
     .w_order = 2,
-    .embedded = 3,
     .dense = 2,
-    .blind = 1,
     .gamma = 0.25,
     .a = {
         {0.0},
@@ -106,7 +102,6 @@ static const bgc_tableau rodas4p2 = {
  * ODEs and DAEs, Informatik-Bericht 2013-05, TU Braunschweig (2013). */
 static const bgc_tableau ros34prw = {
     .stages = 4,
-    .order = 3,
     .w_order = 3,
     .gamma = 0.435866521508459,
     .a = {
@@ -132,7 +127,6 @@ static const bgc_tableau ros34prw = {
  * (2024). */
 static const bgc_tableau rodas23w = {
     .stages = 4,
-    .order = 2,
     .w_order = 2,
     .gamma = 0.3333333333333333,
     .a = {
@@ -158,7 +152,6 @@ static const bgc_tableau rodas23w = {
  * ode23s. */
 static const bgc_tableau ros23 = {
     .stages = 2,
-    .order = 2,
     .w_order = 2,
     .gamma = 0.2928932188134525,
     .a = {
@@ -179,7 +172,6 @@ static const bgc_tableau ros23 = {
  * re-close themselves. E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.9. */
 static const bgc_tableau lie = {
     .stages = 1,
-    .order = 1,
     .w_order = 1,
     .gamma = 1.0,
     .a = {
@@ -198,7 +190,6 @@ static const bgc_tableau lie = {
  * Z. Math. Phys. 46 (1901). */
 static const bgc_tableau rk4 = {
     .stages = 4,
-    .order = 4,
     .a = {
         {0.0},
         {0.5},
@@ -214,7 +205,6 @@ static const bgc_tableau rk4 = {
  * unabhaengigen Veraenderlichen, Z. Math. Phys. 45 (1900). */
 static const bgc_tableau heun = {
     .stages = 2,
-    .order = 2,
     .a = {
         {0.0},
         {1.0}
@@ -235,8 +225,6 @@ static const bgc_tableau heun = {
 #define D7 (69997945.0 / 29380423.0)
 static const bgc_tableau dopri5 = {
     .stages = 7,
-    .order = 5,
-    .embedded = 4,
     .dense = 3,
     .a = {
         {0.0},
@@ -263,7 +251,6 @@ static const bgc_tableau dopri5 = {
  * E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, II.1 and IV.2. */
 static const bgc_collocation midpoint = {
     .stages = 1,
-    .order = 2,
     .node = {0.5},
     .weight = {1.0},
     .last = {2.0},
@@ -276,7 +263,6 @@ static const bgc_collocation midpoint = {
 /* Order 4, symmetric, symplectic. The same book. */
 static const bgc_collocation gauss4 = {
     .stages = 2,
-    .order = 4,
     .node = {0.21132486540518712, 0.78867513459481288},
     .weight = {0.5, 0.5},
     .last = {-1.7320508075688773, 1.7320508075688773},
@@ -290,8 +276,6 @@ static const bgc_collocation gauss4 = {
  * Differential Equations II, IV.5 and IV.8; the eigenvectors to 17 digits from A by mpmath. */
 static const bgc_collocation radau5 = {
     .stages = 3,
-    .order = 5,
-    .embedded = 3,
     .node = {0.15505102572168219, 0.64494897427831781, 1.0},
     .weight = {0.37640306270046725, 0.51248582618842162, 0.11111111111111111},
     .last = {0.0, 0.0, 1.0},
@@ -306,9 +290,142 @@ static const bgc_collocation radau5 = {
                {0.030029194105147424, -0.38294211275726194, 0.0}},
 };
 
-const bgc_method bgc_methods[BGC_METHODS] = {
-    {"rodas5p", &rodas5p, NULL},   {"rodas4p2", &rodas4p2, NULL}, {"radau5", NULL, &radau5},
-    {"ros34prw", &ros34prw, NULL}, {"rodas23w", &rodas23w, NULL}, {"ros23", &ros23, NULL},
-    {"lie", &lie, NULL},           {"midpoint", NULL, &midpoint}, {"gauss4", NULL, &gauss4},
-    {"rk4", &rk4, NULL},           {"heun", &heun, NULL},         {"dopri5", &dopri5, NULL},
+/* --- families ------------------------------------------------------------------------------ */
+
+static const bgc_family explicit_runge_kutta = {
+    .name = "explicit Runge-Kutta",
+    .lanes = 1,
+    .rows = BGC_ROWS_LEFT,
+    .advance = bgc_runge_kutta,
+    .interpolate = bgc_interpolate_stages,
+    .correction = bgc_correction_of_stages,
 };
+
+static const bgc_family rosenbrock = {
+    .name = "Rosenbrock",
+    .jacobian = 1,
+    .lanes = 1,
+    .rows = BGC_ROWS_NEARLY,
+    .advance = bgc_rosenbrock,
+    .interpolate = bgc_interpolate_stages,
+    .correction = bgc_correction_of_stages,
+};
+
+/* Adaptive methods of three stages. */
+static const bgc_family radau = {
+    .name = "Radau IIA collocation",
+    .jacobian = 1,
+    .rows = BGC_ROWS_SOLVED,
+    .advance = bgc_collocate,
+    .interpolate = bgc_interpolate_radau,
+    .correction = bgc_correction_of_slope,
+    .quadrature = bgc_collocation_quadrature,
+};
+
+static const bgc_family gauss = {
+    .name = "Gauss collocation",
+    .jacobian = 1,
+    .rows = BGC_ROWS_LEFT,
+    .advance = bgc_collocate,
+    .correction = bgc_correction_of_slope,
+    .quadrature = bgc_collocation_quadrature,
+};
+
+/* --- methods ------------------------------------------------------------------------------- */
+
+/* The first adaptive method and the first with fixed steps are the defaults. Python reads families
+ * and methods from this text (running/methods.py): one field a line. */
+const bgc_method bgc_methods[] = {
+    {
+        .name = "rodas5p",
+        .family = &rosenbrock,
+        .tableau = &rodas5p,
+        .order = 5,
+        .error_order = 4,
+        .purpose = "stiff, non-stiff and algebraic equations at medium to tight tolerances",
+    },
+    {
+        .name = "rodas4p2",
+        .family = &rosenbrock,
+        .tableau = &rodas4p2,
+        .order = 4,
+        .error_order = 3,
+        .check_dense = 1,
+        .purpose = "stiff and algebraic equations at loose tolerances, 1e-3 to 1e-5",
+    },
+    {
+        .name = "radau5",
+        .family = &radau,
+        .collocation = &radau5,
+        .order = 5,
+        .error_order = 3,
+        .check_dense = 1,
+        .purpose = "very stiff equations at tight tolerances; Newton iteration in each step",
+    },
+    {
+        .name = "ros34prw",
+        .family = &rosenbrock,
+        .tableau = &ros34prw,
+        .order = 3,
+        .purpose = "real time: stiff and algebraic equations; keeps its order with a kept Jacobian",
+    },
+    {
+        .name = "rodas23w",
+        .family = &rosenbrock,
+        .tableau = &rodas23w,
+        .order = 2,
+        .purpose = "fixed steps on algebraic equations; keeps its order with a kept Jacobian",
+    },
+    {
+        .name = "ros23",
+        .family = &rosenbrock,
+        .tableau = &ros23,
+        .order = 2,
+        .purpose = "fixed steps at low cost: two stages; keeps its order with a kept Jacobian",
+    },
+    {
+        .name = "lie",
+        .family = &rosenbrock,
+        .tableau = &lie,
+        .order = 1,
+        .purpose = "linearly implicit Euler: the cheapest fixed step, strongly damped",
+    },
+    {
+        .name = "midpoint",
+        .family = &gauss,
+        .collocation = &midpoint,
+        .order = 2,
+        .purpose = "long undamped motions: conserves the energy of linear elements",
+    },
+    {
+        .name = "gauss4",
+        .family = &gauss,
+        .collocation = &gauss4,
+        .order = 4,
+        .purpose = "long undamped motions, as midpoint, at order 4",
+    },
+    {
+        .name = "rk4",
+        .family = &explicit_runge_kutta,
+        .tableau = &rk4,
+        .order = 4,
+        .purpose = "fixed steps on non-stiff equations: classical Runge-Kutta method",
+    },
+    {
+        .name = "heun",
+        .family = &explicit_runge_kutta,
+        .tableau = &heun,
+        .order = 2,
+        .purpose = "fixed steps on non-stiff equations at low cost: two stages",
+    },
+    {
+        .name = "dopri5",
+        .family = &explicit_runge_kutta,
+        .tableau = &dopri5,
+        .order = 5,
+        .error_order = 4,
+        .purpose = "error control on non-stiff equations: Dormand-Prince method",
+    },
+};
+
+const int bgc_method_count = sizeof bgc_methods / sizeof *bgc_methods;

@@ -23,35 +23,6 @@ void bgc_reset_watch(const bgc_model *m, bgc_data *d) {
     memset(d->range, 0, size);
 }
 
-/* A method of one stage is looked at beside the step before, which lies where a second stage
- * would. */
-static void keep_for_next(int n, bgc_data *d) {
-    memcpy(d->stages + bgc_padded(n), d->stages, (size_t)n * sizeof *d->stages);
-}
-
-/* Of a Runge-Kutta or Rosenbrock method, what its last stages correct. */
-static void sum_corrections(int n, const bgc_tableau *method, bgc_data *d, double *change) {
-    if (method->stages == 1 && d->core.ticks == 0) {
-        keep_for_next(n, d);
-    }
-    bgc_combine(n, method->stages > 1 ? method->stages : 2, method->e, d->stages, change);
-    if (method->stages == 1) {
-        keep_for_next(n, d);
-    }
-}
-
-/* Of a collocation method, between the slope at the start of the step and that of its polynomial. */
-static void compare_slopes_at_start(int n, const bgc_collocation *method, const bgc_data *d,
-                                    double *change) {
-    const double h = d->core.t_end - d->core.t_old;
-
-    bgc_combine(n, method->stages, method->e, d->stages, change);
-    for (int i = 0; i < n; i++) {
-        const double slope = h * d->inverse_mass[i];
-        change[i] = slope != 0.0 ? 0.5 * (slope * d->f[i] + change[i]) : 0.0;
-    }
-}
-
 /* A fixed short loop, which compilers vectorise without asking what it overlaps. */
 static inline void keep_largest(double t, const double *restrict change,
                                 const double *restrict next, double *restrict at,
@@ -71,11 +42,7 @@ void bgc_watch_step(const bgc_model *m, bgc_data *d, const bgc_method *method, d
     double *change = d->right;
 
     memset(change, 0, (size_t)n * sizeof *change);
-    if (method->tableau != NULL) {
-        sum_corrections(n, method->tableau, d, change);
-    } else {
-        compare_slopes_at_start(n, method->collocation, d, change);
-    }
+    method->family->correction(m, d, method, change);
     for (size_t i = 0; i < bgc_padded(n); i += BGC_LANES) {
         keep_largest(t, change + i, d->next + i, d->corrected_at + i, d->correction + i,
                      d->range + i);

@@ -10,6 +10,7 @@ import ctypes
 import os
 from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_long, c_size_t, c_uint32, c_void_p
 from enum import IntEnum
+from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, TypeAlias
 
@@ -19,8 +20,9 @@ from bgc.diagnostics.catalogue.machine import cannot_load
 from bgc.diagnostics.catalogue.run import no_memory
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.methods import MethodInfo
 
-ABI = 5
+ABI = 6
 
 _Fields: TypeAlias = list[tuple[str, Any]]
 
@@ -163,6 +165,15 @@ class OptionsStruct(ctypes.Structure):
     ]
 
 
+class MethodStruct(ctypes.Structure):
+    """`bgc_method_info`."""
+
+    _fields_: ClassVar[_Fields] = [
+        *((name, c_char_p) for name in ("name", "family", "purpose")),
+        *((name, c_int) for name in ("order", "error_order", "jacobian", "lanes")),
+    ]
+
+
 class CountsStruct(ctypes.Structure):
     """`bgc_counts`."""
 
@@ -208,8 +219,7 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_state": (_Doubles, (c_void_p,)),
     "bgc_scale": (_Doubles, (c_void_p,)),
     "bgc_input": (_Doubles, (c_void_p,)),
-    "bgc_method_is_fixed": (c_int, (c_char_p,)),
-    "bgc_method_name": (c_char_p, (c_int,)),
+    "bgc_get_method": (c_int, (c_int, POINTER(MethodStruct))),
     "bgc_stop": (None, (c_void_p,)),
     "bgc_get_counts": (POINTER(CountsStruct), (c_void_p,)),
     "bgc_find_driver": (c_void_p, (c_char_p,)),
@@ -239,16 +249,22 @@ class Library:
         function.restype = result
         function.argtypes = arguments
 
-    def methods(self) -> tuple[str, ...]:
-        """Names of the integration methods."""
-        names: list[str] = []
-        while (name := self.functions.bgc_method_name(len(names))) is not None:
-            names.append(name.decode())
-        return tuple(names)
-
-    def is_fixed(self, method: str) -> bool:
-        """Return whether a method takes steps of a fixed length."""
-        return bool(self.functions.bgc_method_is_fixed(method.encode()) == 1)
+    @cached_property
+    def methods(self) -> dict[str, MethodInfo]:
+        """The integration methods by name, in the runtime's order."""
+        found: dict[str, MethodInfo] = {}
+        raw = MethodStruct()
+        while self.functions.bgc_get_method(len(found), byref(raw)) == Status.OK:
+            found[text(raw.name)] = MethodInfo(
+                name=text(raw.name),
+                family=text(raw.family),
+                purpose=text(raw.purpose),
+                order=raw.order,
+                error_order=raw.error_order,
+                jacobian=bool(raw.jacobian),
+                lanes=bool(raw.lanes),
+            )
+        return found
 
 
 def backend_run(path: Path, solver: str) -> Any:

@@ -81,7 +81,7 @@ class LoadedModel:
     @property
     def solvers(self) -> tuple[str, ...]:
         """Names of the integration methods."""
-        return self.library.methods()
+        return tuple(self.library.methods)
 
     @property
     def row_width(self) -> int:

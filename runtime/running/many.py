@@ -7,9 +7,8 @@ the batch where a law is undefined, an assertion does not hold, or static pivots
 then run alone, as by `simulate`, which also explains its errors.
 
 All instances are run one by one, on all processors, where batches are not supported: algebraic
-equations, methods other than Rosenbrock and explicit ones (`radau5`, `midpoint`, `gauss4`,
-`cvode`), and models so large that their iteration matrices are factorised in loops.
-`Ensemble.alone` has the reason.
+equations, methods other than Rosenbrock and explicit ones, such as `radau5`, and models so large
+that their iteration matrices are factorised in loops. `Ensemble.alone` has the reason.
 """
 
 from __future__ import annotations
@@ -22,7 +21,6 @@ from typing import TypeAlias, TypeGuard
 
 import numpy as np
 
-from bgc.building.backends import BACKENDS
 from bgc.building.recall import processors
 from bgc.diagnostics.catalogue.ensembles import no_instances, source_changed, uneven_values
 from bgc.diagnostics.catalogue.run import no_memory
@@ -42,8 +40,6 @@ Sets: TypeAlias = Mapping[str, ParameterValue] | Sequence[Mapping[str, Parameter
 """Values by parameter, one for each instance; or a set of parameters for each instance."""
 
 _FEWEST = 4  # instances from which on compiling for batches pays
-_EXPLICIT = frozenset(("dopri5", "rk4", "heun"))
-_OTHERS = frozenset(("radau5", "midpoint", "gauss4", *BACKENDS))
 _WATCH_SECONDS = 0.05
 
 
@@ -242,16 +238,16 @@ def _why_alone(model: LoadedModel, method: Method, count: int, vectorised: bool)
     """Return the reason for running instances one by one; empty where batches are supported."""
     info = model.library.model
     rates = set(info.mass_row[: info.n_mass]) if info.n_mass else set(range(info.n_state))
-    explicit = method.name in _EXPLICIT
+    solver = model.library.methods.get(method.name)  # None: one of a backend
     reasons = {
         "vector registers are not wanted": not vectorised,
         f"{count} instances are too few to compile for": count < _FEWEST,
         "the model's source is not at hand": model.origin is None,
         "the model has no states": info.n_state == 0,
         "the model has algebraic equations": len(rates) < info.n_state,
-        f"`{method.name}` is no Rosenbrock or explicit method": method.name in _OTHERS,
+        f"`{method.name}` is not a Rosenbrock or explicit method": not (solver and solver.lanes),
         "the model is so large that its matrix is factorised in loops": not (
-            info.factor or explicit
+            info.factor or (solver and solver.explicit)
         ),
     }
     return next((reason for reason, holds in reasons.items() if holds), "")

@@ -24,11 +24,10 @@ from bgc.diagnostics.catalogue.backends import solver_does_not_serve
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, Library, OptionsStruct, Status, backend_run, text
+from bgc.runtime.running.methods import default_method
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.settle import settle
 
-ADAPTIVE_DEFAULT = "rodas5p"
-FIXED_DEFAULT = "ros34prw"
 AUTO = "auto"
 
 _TIGHTEST, _LOOSEST = 1e-15, 0.5  # relative tolerances: from rounding to no accuracy at all
@@ -93,8 +92,9 @@ def choose_method(
 ) -> Method:
     """Choose the method of a run: the caller's options go before those of the scene.
 
-    Without a solver, and for `auto` without a recommendation, the method is `rodas5p`, or
-    `ros34prw` where a step is given. `backends` are external solvers that may be chosen too.
+    Without a solver, and for `auto` without a recommendation, the method is the default of the
+    runtime: with fixed steps where a step is given, else with error control. `backends` are
+    external solvers that may be chosen too.
 
     Raises BgError: BG066 for a bad option, BG071 for an unknown solver, BG072 for a fixed-step
     method without a step.
@@ -112,11 +112,12 @@ def choose_method(
     # A recommendation was measured without the caller's options, which go first.
     auto = name == AUTO and all(value is None for value in given.values())
     if name in ("", AUTO):
-        name = FIXED_DEFAULT if options.get("step") or facts.step else ADAPTIVE_DEFAULT
-    known = (*library.methods(), *backends)
+        fixed = bool(options.get("step") or facts.step)
+        name = default_method(library.methods.values(), fixed).name
+    known = (*library.methods, *backends)
     if name not in known:
         raise BgError([unknown_solver(name, known)])
-    fixed = library.is_fixed(name)
+    fixed = name in library.methods and library.methods[name].fixed
     if fixed and "step" not in options:
         if facts.step is None:
             raise BgError([step_needed(name)])
@@ -162,7 +163,8 @@ def set_method(instance: Instance, method: Method, accounts: bool) -> Status:
             raise BgError([solver_does_not_serve(method.name, reason)])
     path = build_backend(BACKENDS[method.name], open_cache())
     instance.backend = backend_run(path, method.name)
-    return instance.set_options(replace(method, name=ADAPTIVE_DEFAULT).struct(accounts))
+    adaptive = default_method(instance.library.methods.values(), fixed=False)
+    return instance.set_options(replace(method, name=adaptive.name).struct(accounts))
 
 
 @contextmanager

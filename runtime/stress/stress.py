@@ -17,8 +17,9 @@ from bgc.driver import compile_scene
 from bgc.runtime.measuring.timed import timed_run
 from bgc.runtime.running.compiling import load_model
 from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.methods import default_method
 from bgc.runtime.running.progress import ProgressBar
-from bgc.runtime.running.run import ADAPTIVE_DEFAULT, FIXED_DEFAULT, Method, choose_method
+from bgc.runtime.running.run import Method, choose_method
 from bgc.runtime.stress.drives import (
     RTOL,
     STEP,
@@ -348,10 +349,15 @@ class _Session:
     def _method_with(self, values: Mapping[str, float]) -> Method:
         """Change the step or tolerance of the method; its kind's default method if it has none."""
         old = self.method
+        methods = self.model.library.methods.values()
         if STEP in values:
-            name, keep = (old.name, old.keep) if old.fixed else (FIXED_DEFAULT, 0)
+            name, keep = old.name, old.keep
+            if not old.fixed:
+                name, keep = default_method(methods, fixed=True).name, 0
             return Method(name, True, step=values[STEP], keep=keep)
         if RTOL in values:
-            name, atol = (ADAPTIVE_DEFAULT, 0.0) if old.fixed else (old.name, old.atol)
+            name, atol = old.name, old.atol
+            if old.fixed:
+                name, atol = default_method(methods, fixed=False).name, 0.0
             return Method(name, False, rtol=values[RTOL], atol=atol)
         return old

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 from typing import TypeAlias
@@ -15,7 +15,6 @@ from bgc.runtime.running.run import Method
 RTOLS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 KEEPS = (1, 2, 5)
 _FACTORS = (5.0, 2.0, 1.0, 0.5, 0.2)  # times the scene's step, or a typical one
-EXPLICIT = ("rk4", "heun", "dopri5")  # without a Jacobian
 
 Variant: TypeAlias = tuple[Change, ...]
 """Changed lines of a scene, which go together."""
@@ -83,17 +82,19 @@ def scene_configurations(
     rtols: Sequence[float],
     steps: Sequence[float],
     keeps: Sequence[int],
+    explicit: Collection[str] = (),
 ) -> tuple[Configuration, ...]:
     """List all configurations of the unchanged scene in the order of measurement.
 
     Methods, with fresh and with kept Jacobians, take turns from coarse to fine: the whole range
-    shows early, and the slowest configurations come last.
+    shows early, and the slowest configurations come last. Methods in `explicit` have no Jacobian to
+    keep.
     """
     rtols, steps = sorted(rtols, reverse=True), sorted(steps, reverse=True)
     ladders = [[Configuration(name, rtol=rtol) for rtol in rtols] for name in adaptive]
     for place, keep in enumerate(sorted(keeps)):
         for name in fixed:
-            if name not in EXPLICIT:
+            if name not in explicit:
                 ladders.append([Configuration(name, step=step, keep=keep) for step in steps])
             elif place == 0:
                 ladders.append([Configuration(name, step=step) for step in steps])

@@ -13,9 +13,9 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
 from bgc.runtime.running.compiling import load_model
 from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.methods import default_method
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.rows import row_times
-from bgc.runtime.running.run import ADAPTIVE_DEFAULT
 from bgc.runtime.trade.configurations import (
     KEEPS,
     RTOLS,
@@ -148,8 +148,14 @@ def trade(
     reference = session.reference()
     target = session.target(reference)
     ladder = _ladder(session, reference, end) if steps is None and fixed else tuple(steps or ())
+    methods = loaded.library.methods
     configurations = scene_configurations(
-        adaptive, fixed, rtols, ladder, [int(keep) for keep in keeps]
+        adaptive,
+        fixed,
+        rtols,
+        ladder,
+        [int(keep) for keep in keeps],
+        explicit=[name for name in fixed if methods[name].explicit],
     )
     session.reserve_share(FOR_VARIANTS if others else FOR_REPETITIONS)
     rows = session.measure(configurations, reference, target)
@@ -216,7 +222,8 @@ def _methods(model: LoadedModel, solvers: Sequence[str] | None) -> tuple[list[st
         if name not in known:
             raise BgError([unknown_solver(name, known)])
     chosen = [name for name in known if solvers is None or name in solvers]
-    fixed = [name for name in chosen if model.library.is_fixed(name)]
+    methods = model.library.methods
+    fixed = [name for name in chosen if name in methods and methods[name].fixed]
     return [name for name in chosen if name not in fixed], fixed
 
 
@@ -224,7 +231,8 @@ def _ladder(session: Session, reference: Reference, duration: float) -> tuple[fl
     """List steps around the scene's, or around the mean step of the adaptive default."""
     step = session.model.facts.step
     if step is None:
-        row = session.measured(Configuration(ADAPTIVE_DEFAULT, rtol=_TYPICAL_RTOL), reference)
+        adaptive = default_method(session.model.library.methods.values(), fixed=False)
+        row = session.measured(Configuration(adaptive.name, rtol=_TYPICAL_RTOL), reference)
         step = round_step(duration / max(row.counts.get("steps", 1000.0), 1.0))
     return step_ladder(step, duration)
 

@@ -17,7 +17,7 @@ from bgc.runtime.activity.activity import activity_report
 from bgc.runtime.activity.store import stored_variants
 from bgc.runtime.running.compiling import load_model
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.trade.configurations import EXPLICIT, Configuration, Variant
+from bgc.runtime.trade.configurations import Configuration, Variant
 from bgc.runtime.trade.judge import Target, front
 from bgc.runtime.trade.measurement import REFUSED, Measurement
 from bgc.runtime.trade.reference import Reference
@@ -116,7 +116,12 @@ def measure_variants(
     on_front = front(rows, target)
     best = [row.configuration for row in rows if row.configuration in on_front]
     through = {row.configuration.solver for row in rows if target.is_informative(row)}
-    explicit = [row.configuration for row in rows if row.configuration.solver in EXPLICIT]
+    methods = session.model.library.methods
+    explicit = [
+        row.configuration
+        for row in rows
+        if row.configuration.solver in methods and methods[row.configuration.solver].explicit
+    ]
     more = [configuration for configuration in explicit if configuration.solver not in through]
     found: dict[Variant, tuple[Measurement, ...]] = {}
     sessions: dict[Variant, Session] = {}

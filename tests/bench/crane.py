@@ -94,7 +94,7 @@ def run(
     """A run from the start; rows of outputs, and what it cost."""
     assert made.reset() is Status.OK
     options = OptionsStruct(name=method.encode(), rtol=rtol, step=step, keep=keep)
-    if step > 0.0 and not made.library.is_fixed(method):
+    if step > 0.0 and not made.library.methods[method].fixed:
         options.max_step, options.rtol = step, 1e9  # an adaptive method at a fixed step
     options.accounts = int(accounts)
     assert made.set_options(options) is Status.OK

@@ -143,7 +143,6 @@ def declare(library: ctypes.CDLL) -> None:
     library.bgc_free.restype = None
     library.bgc_get_param.restype = c_double
     library.bgc_status_text.restype = c_char_p
-    library.bgc_method_name.restype = c_char_p
     library.bgc_time.restype = c_double
     library.bgc_state.restype = POINTER(c_double)
     library.bgc_input.restype = POINTER(c_double)

@@ -40,10 +40,11 @@ static int run_by(const bgc_model *m, const char *method, int steps) {
 int main(int count, char **argument) {
     const bgc_model *m = bgc_get_model();
     const int steps = count > 1 ? atoi(argument[1]) : 500;
+    bgc_method_info method;
     int failed = 0;
 
-    for (int k = 0; bgc_method_name(k) != NULL; k++) {
-        failed |= run_by(m, bgc_method_name(k), steps);
+    for (int k = 0; bgc_get_method(k, &method) == BGC_OK; k++) {
+        failed |= run_by(m, method.name, steps);
     }
     return failed;
 }

@@ -1,6 +1,7 @@
 """Solvers of others: CVODE, where SUNDIALS is installed."""
 
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from trades import OSCILLATOR, quick, written
 
 import bgc
 from bgc.building import backends
-from bgc.building.backends import BACKENDS, Backend, build_backend
+from bgc.building.backends import BACKENDS, build_backend
 from bgc.building.build import runtime_directory
 from bgc.building.cache import open_cache
 
@@ -126,7 +127,7 @@ def test_coupled_rates_are_refused(tmp_path, sundials):
 
 
 def test_a_suite_that_is_missing_is_named_with_its_packages(tmp_path, monkeypatch):
-    nowhere = backends.Backend("cvode", "SUNDIALS", "libsundials-dev", (("-lno_such_library",),))
+    nowhere = replace(backends.BACKENDS["cvode"], variants=(("-lno_such_library",),))
     monkeypatch.setitem(backends.BACKENDS, "cvode", nowhere)
     with pytest.raises(bgc.BgError) as refused:
         compiled(tmp_path, RLC).simulate()
@@ -148,7 +149,7 @@ def test_the_backend_compiles_without_warnings(tmp_path, sundials, flags):
 def test_cvode_is_a_row_or_says_why_it_is_none(tmp_path, monkeypatch, sundials, measured):
     path = written(tmp_path, OSCILLATOR)
     with monkeypatch.context() as patch:
-        nowhere = Backend("cvode", "SUNDIALS", "libsundials-dev", (("-lno_such_library",),))
+        nowhere = replace(BACKENDS["cvode"], variants=(("-lno_such_library",),))
         patch.setitem(BACKENDS, "cvode", nowhere)
         missing = quick(path, solvers=["cvode"])
     assert {r.status for r in missing.measurements} == {"refused"}

@@ -235,7 +235,7 @@ def test_what_batches_do_not_serve_runs_alone_and_gives_the_same_bits(oscillator
 @pytest.mark.parametrize(
     ("options", "reason"),
     [
-        ({"solver": "gauss4", "step": 0.05}, "`gauss4` is no Rosenbrock or explicit method"),
+        ({"solver": "gauss4", "step": 0.05}, "`gauss4` is not a Rosenbrock or explicit method"),
         ({"vectorised": False}, "vector registers are not wanted"),
         ({}, ""),
     ],

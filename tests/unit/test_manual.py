@@ -35,6 +35,7 @@ from bgc.grammar.words import RESERVED, SCENE_WORDS, WORDS
 from bgc.resolution.modules import ELEMENTS, ancestors
 from bgc.resolution.resolve import library_folder, library_modules, load_text
 from bgc.runtime.cli.app import application
+from bgc.runtime.running.methods import known_methods
 from bgc.values import units
 from bgc.values.functions import BUILTINS
 
@@ -223,10 +224,8 @@ def findable() -> set[str]:
 
 
 def methods() -> set[str]:
-    """The names of the integration methods, from the table of the C runtime and the backends."""
-    source = (ROOT / "runtime" / "c" / "tableaus.c").read_text("utf-8")
-    table = source.partition("bgc_methods[")[2]
-    return {*re.findall(r'\{"(\w+)"', table), *BACKENDS}
+    """The names of the integration methods, those of backends among them."""
+    return {*(method.name for method in known_methods()), *BACKENDS}
 
 
 @pytest.mark.parametrize(
@@ -252,6 +251,13 @@ def table_after(heading: str) -> list[list[str]]:
     assert rows is not None
     cut = [re.split(r" ?\| ?", line.strip("|").strip()) for line in rows[0].splitlines()]
     return [row for row in cut if not row[0].startswith("---")][1:]
+
+
+def test_methods_are_listed_with_their_steps_and_orders():
+    listed = {row[0].strip("`"): (row[1], row[2]) for row in table_after("## Solvers")}
+    for method in known_methods():
+        steps = "fixed" if method.fixed else "adaptive"
+        assert listed[method.name] == (steps, str(method.order))
 
 
 def modules_listed() -> list[str]:

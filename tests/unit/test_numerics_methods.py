@@ -3,29 +3,24 @@
 from __future__ import annotations
 
 import math
-from ctypes import POINTER, c_double
+from ctypes import POINTER, byref, c_double
 from typing import Any
 
 import numpy as np
 import pytest
 
-ORDER = {
-    "rodas5p": 5,
-    "rodas4p2": 4,
-    "radau5": 5,
-    "ros34prw": 3,
-    "rodas23w": 2,
-    "ros23": 2,
-    "lie": 1,
-    "midpoint": 2,
-    "gauss4": 4,
-    "rk4": 4,
-    "heun": 2,
-    "dopri5": 5,
-}
-IMPLICIT = ("ros34prw", "rodas23w", "ros23", "lie")
-STIFF = ("rodas5p", "rodas4p2", "radau5")
-ADAPTIVE = (*STIFF, "dopri5")
+from bgc.runtime.running.binding import MethodStruct, Status
+from bgc.runtime.running.methods import known_methods
+
+METHODS = {method.name: method for method in known_methods()}
+ORDER = {name: method.order for name, method in METHODS.items()}
+ADAPTIVE = tuple(name for name, method in METHODS.items() if not method.fixed)
+STIFF = tuple(name for name in ADAPTIVE if METHODS[name].jacobian)
+IMPLICIT = tuple(
+    name
+    for name, method in METHODS.items()
+    if method.fixed and method.jacobian and "Gauss" not in method.family
+)
 TRANSISTOR_END = (  # Test Set for IVP Solvers, at t = 0.2
     -0.5562145012262709e-2,
     3.006522471903042,
@@ -64,12 +59,13 @@ def pendulum_angle(row: Any) -> float:
 
 def test_interface_names_the_methods(c_model: Any) -> None:
     kaps = c_model("kaps")
-    names = [kaps.library.bgc_method_name(k).decode() for k in range(len(ORDER))]
-    assert set(names) == set(ORDER)
-    assert kaps.library.bgc_method_name(len(ORDER)) is None
-    fixed = {name: kaps.library.bgc_method_is_fixed(name.encode()) for name in names}
-    assert fixed == {name: int(name not in ADAPTIVE) for name in ORDER}
-    assert kaps.library.bgc_method_is_fixed(b"euler") == -1
+    found = {}
+    info = MethodStruct()
+    while kaps.library.bgc_get_method(len(found), byref(info)) == Status.OK:
+        found[info.name.decode()] = info.error_order > 0
+    assert found == {name: name in ADAPTIVE for name in ORDER}
+    assert kaps.library.bgc_get_method(-1, byref(info)) == Status.BAD_ARGUMENT
+    assert kaps.options("euler") == "BAD_ARGUMENT"
 
 
 @pytest.mark.parametrize("method", ORDER)

@@ -19,13 +19,15 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from bgc.runtime.running.methods import known_methods
+
 Floats = npt.NDArray[np.float64]
 Tree = tuple["Tree", ...]
 
-ROSENBROCK = ("rodas5p", "rodas4p2", "ros34prw", "rodas23w", "ros23", "lie")
-EXPLICIT = ("rk4", "heun", "dopri5")
-COLLOCATION = ("midpoint", "gauss4", "radau5")
-METHODS = (*ROSENBROCK, *EXPLICIT, *COLLOCATION)
+METHODS = tuple(method.name for method in known_methods())
+ROSENBROCK = tuple(method.name for method in known_methods() if method.family == "Rosenbrock")
+COLLOCATION = tuple(method.name for method in known_methods() if "colloc" in method.family)
+ADAPTIVE = tuple(m.name for m in known_methods() if not m.fixed and m.name not in COLLOCATION)
 STIFFLY_ACCURATE = ("rodas5p", "rodas4p2", "ros34prw", "rodas23w", "lie", "radau5")
 L_STABLE = (*ROSENBROCK, "radau5")
 TOLERANCE = 5e-11
@@ -33,8 +35,7 @@ TOLERANCE = 5e-11
 
 class CTableau(ctypes.Structure):
     _fields_ = (
-        *((name, ctypes.c_int) for name in ("stages", "order", "w_order", "embedded", "dense")),
-        ("blind", ctypes.c_int),
+        *((name, ctypes.c_int) for name in ("stages", "w_order", "dense")),
         ("gamma", ctypes.c_double),
         ("a", ctypes.c_double * 64),
         ("c", ctypes.c_double * 64),
@@ -45,7 +46,7 @@ class CTableau(ctypes.Structure):
 
 class CCollocation(ctypes.Structure):
     _fields_ = (
-        *((name, ctypes.c_int) for name in ("stages", "order", "embedded")),
+        ("stages", ctypes.c_int),
         *((name, ctypes.c_double * 3) for name in ("node", "weight", "last", "e")),
         ("value", ctypes.c_double),
         ("left", ctypes.c_double * 3),
@@ -59,8 +60,11 @@ class CCollocation(ctypes.Structure):
 class CMethod(ctypes.Structure):
     _fields_ = (
         ("name", ctypes.c_char_p),
+        ("family", ctypes.c_void_p),
         ("tableau", ctypes.POINTER(CTableau)),
         ("collocation", ctypes.POINTER(CCollocation)),
+        *((name, ctypes.c_int) for name in ("order", "error_order", "check_dense")),
+        ("purpose", ctypes.c_char_p),
     )
 
 
@@ -70,7 +74,7 @@ class Tableau:
 
     order: int
     w_order: int
-    embedded: int
+    error_order: int
     dense: int
     nodes: Floats
     slopes: Floats
@@ -97,7 +101,7 @@ def tableaus(c_library: Any) -> dict[str, Tableau]:
     found = {}
     for method in (CMethod * len(METHODS)).in_dll(library, "bgc_methods"):
         if method.collocation:
-            found[method.name.decode()] = collocation(method.collocation.contents)
+            found[method.name.decode()] = collocation(method)
             continue
         raw = method.tableau.contents
         n = raw.stages
@@ -110,9 +114,9 @@ def tableaus(c_library: Any) -> dict[str, Tableau]:
         if raw.gamma:
             gamma = change = np.linalg.inv(np.eye(n) / raw.gamma - square(raw.c))
         found[method.name.decode()] = Tableau(
-            raw.order,
+            method.order,
             raw.w_order,
-            raw.embedded,
+            method.error_order,
             raw.dense,
             nodes=np.array(raw.alpha)[:n],
             slopes=np.array(raw.g)[:n],
@@ -125,8 +129,9 @@ def tableaus(c_library: Any) -> dict[str, Tableau]:
     return found
 
 
-def collocation(raw: CCollocation) -> Tableau:
+def collocation(method: CMethod) -> Tableau:
     """The method behind the eigenvectors of its inverse matrix."""
+    raw = method.collocation.contents
     n = raw.stages
 
     def pair(values: Any) -> Any:
@@ -144,9 +149,9 @@ def collocation(raw: CCollocation) -> Tableau:
     weights = np.array(raw.last)[:n] @ matrix
     np.testing.assert_allclose(np.array(raw.weight)[:n], weights, atol=1e-15)
     return Tableau(
-        raw.order,
+        method.order,
         0,
-        raw.embedded,
+        method.error_order,
         0,
         nodes=np.array(raw.node)[:n],
         slopes=none,
@@ -221,14 +226,14 @@ def test_order_is_not_higher_than_stated(tableaus: dict[str, Tableau], method: s
         assert_order(tableaus[method], tableaus[method].b, tableaus[method].order + 1)
 
 
-@pytest.mark.parametrize("method", ["rodas5p", "rodas4p2", "dopri5"])
+@pytest.mark.parametrize("method", ADAPTIVE)
 def test_embedded_solution_has_its_order_and_no_more(
     tableaus: dict[str, Tableau], method: str
 ) -> None:
     tableau = tableaus[method]
-    assert_order(tableau, tableau.b - tableau.error, tableau.embedded)
+    assert_order(tableau, tableau.b - tableau.error, tableau.error_order)
     with pytest.raises(AssertionError):
-        assert_order(tableau, tableau.b - tableau.error, tableau.embedded + 1)
+        assert_order(tableau, tableau.b - tableau.error, tableau.error_order + 1)
 
 
 @pytest.mark.parametrize(("method", "order"), [("rodas5p", 4), ("rodas4p2", 3), ("dopri5", 4)])
@@ -271,7 +276,7 @@ def test_eigenvectors_of_a_collocation_method(tableaus: dict[str, Tableau], meth
 def test_error_of_radau5_vanishes_up_to_order_3(tableaus: dict[str, Tableau]) -> None:
     """`h f(t, y) + sum e_i Z_i` does for y' = p t^(p - 1) from 0, whose stages are c^p."""
     radau = tableaus["radau5"]
-    found = [radau.error @ radau.nodes**power for power in range(1, radau.embedded + 1)]
+    found = [radau.error @ radau.nodes**power for power in range(1, radau.error_order + 1)]
     np.testing.assert_allclose(found, [-1.0, 0.0, 0.0], atol=1e-14)
 
 

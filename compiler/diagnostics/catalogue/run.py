@@ -182,7 +182,7 @@ def not_explicit() -> Diagnostic:
 
     What: an equation of the model holds several rates, and the method cannot solve for them.
 
-    Why: explicit methods (`rk4`, `heun`, `dopri5`) need every derivative by itself. Unknowns and
+    Why: explicit methods need every derivative by itself. Unknowns and
     algebraic loops they do solve, at every stage.
 
     Example: `solver rk4` with `equation der(x) + der(y) = -x;`.

@@ -160,7 +160,7 @@ static void put_back(const bgc_batch *b, int l, bgc_data *d) {
         core->largest_account = lane_get(b->largest_account, l);
         core->counts.exchanged = lane_get(b->exchanged, l);
         core->energy_scale =
-            bgc_embedded(b->method) > 0 ? lane_get(b->energy_scale, l) : core->energy_scale;
+            bgc_is_adaptive(b->method) ? lane_get(b->energy_scale, l) : core->energy_scale;
     }
 }
 

@@ -70,8 +70,8 @@ static void gather(const bgc_batch *b, int count, size_t n, lane *to, size_t off
 
 /* Whether lockstep serves this model at all, under this method. */
 static int is_served(const bgc_model *m, const bgc_lane_model *kernel, const bgc_method *method) {
-    return m->n_state > 0 && method->tableau != NULL &&
-           (bgc_is_explicit(method) || kernel->factor != NULL);
+    return m->n_state > 0 && method->family->lanes &&
+           (!method->family->jacobian || kernel->factor != NULL);
 }
 
 /* Whether an instance can be in a batch: it has a rate for every state; for an explicit method, one
@@ -80,7 +80,7 @@ static int may_join(const bgc_batch *b, const bgc_data *d) {
     if (!d->core.ready || d->core.algebraic > 0) {
         return 0;
     }
-    for (int i = 0; bgc_is_explicit(b->method) && i < b->m->n_state; i++) {
+    for (int i = 0; !b->method->family->jacobian && i < b->m->n_state; i++) {
         if (d->inverse_mass[i] == 0.0) {
             return 0;
         }
@@ -108,7 +108,7 @@ static void enter(bgc_batch *b, int count) {
     b->t = b->t_old = b->option->t;
     b->error_old = 1.0;
     b->largest_account = b->energy_scale = b->liveliest = lane_of(0.0);
-    if (b->option->accounts && bgc_embedded(b->method) > 0) {
+    if (b->option->accounts && bgc_is_adaptive(b->method)) {
         bgc_batch_settle_energy_scale(b);
     }
     b->exchanged = lane_max(lane_fabs(b->stored0), b->option->rtol * b->energy_scale);

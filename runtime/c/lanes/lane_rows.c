@@ -70,7 +70,7 @@ lane bgc_batch_dense_error(bgc_batch *b) {
     const double h = b->t - b->t_old, middle = b->t_old + 0.5 * h;
     const lane *k2 = b->k + n, *k3 = k2 + n;
 
-    if (!b->method->tableau->blind || b->method->tableau->dense == 0) {
+    if (!b->method->check_dense || b->method->tableau->dense == 0) {
         return lane_of(0.0);
     }
     bgc_batch_interpolate(b, middle);
@@ -122,7 +122,7 @@ void bgc_batch_balance(bgc_batch *b, bgc_lane_balance *balance) {
 
     lobatto(b, b->t, energy, power);
     *balance = (bgc_lane_balance){power[0], power[1], lane_of(0.0), lane_of(0.0), energy[3][0]};
-    if (bgc_embedded(b->method) == 0) {
+    if (!bgc_is_adaptive(b->method)) {
         return;
     }
     energy_at(b, b->t_old + 0.5 * length, middle);

@@ -93,7 +93,7 @@ static void add_earlier_stages(bgc_batch *b, const double *c, int stage, double 
 
 /* f at the point of a stage, to `out`. */
 static void evaluate_stage(bgc_batch *b, int stage, double h, lane *out) {
-    const bgc_tableau *method = b->method->tableau;
+    const bgc_tableau *tableau = b->method->tableau;
     const size_t size = (size_t)b->m->n_state * sizeof *out;
 
     if (stage == 0) {
@@ -101,16 +101,16 @@ static void evaluate_stage(bgc_batch *b, int stage, double h, lane *out) {
         return;
     }
     memcpy(b->point, b->x, size);
-    bgc_batch_combine(b->m->n_state, stage, method->a[stage], b->stages, b->point);
-    b->kernel->rhs(b->h, lane_of(b->t + method->alpha[stage] * h), b->point, b->u, out, b->work);
+    bgc_batch_combine(b->m->n_state, stage, tableau->a[stage], b->stages, b->point);
+    b->kernel->rhs(b->h, lane_of(b->t + tableau->alpha[stage] * h), b->point, b->u, out, b->work);
     b->counts.rhs++;
 }
 
 static void rosenbrock_stage(bgc_batch *b, int stage, double h, lane *out) {
-    const bgc_tableau *method = b->method->tableau;
-    const double slope = method->g[stage] * h;
+    const bgc_tableau *tableau = b->method->tableau;
+    const double slope = tableau->g[stage] * h;
 
-    add_earlier_stages(b, method->c[stage], stage, h, out);
+    add_earlier_stages(b, tableau->c[stage], stage, h, out);
     for (int i = 0; slope != 0.0 && i < b->m->n_state; i++) {
         out[i] += slope * b->dfdt[i];
     }
@@ -120,19 +120,19 @@ static void rosenbrock_stage(bgc_batch *b, int stage, double h, lane *out) {
 /* From x at t, with f there, to `next`, with the error estimate of an embedded method; an implicit
  * one keeps its factorisation as long as it is held. */
 void bgc_batch_advance(bgc_batch *b, double h) {
-    const bgc_tableau *method = b->method->tableau;
+    const bgc_tableau *tableau = b->method->tableau;
     const int n = b->m->n_state;
     const size_t size = (size_t)n * sizeof(lane);
 
-    if (method->gamma != 0.0 && b->held == 0) {
+    if (b->method->family->jacobian && b->held == 0) {
         b->kernel->jacobian(b->h, lane_of(b->t), b->x, b->u, b->jac, b->dfdt, b->work);
         b->counts.jacobians++;
-        factorise(b, 1.0 / (h * method->gamma));
+        factorise(b, 1.0 / (h * tableau->gamma));
     }
-    for (int s = 0; s < method->stages; s++) {
+    for (int s = 0; s < tableau->stages; s++) {
         lane *stage = b->stages + (size_t)s * (size_t)n;
         evaluate_stage(b, s, h, stage);
-        if (method->gamma != 0.0) {
+        if (b->method->family->jacobian) {
             rosenbrock_stage(b, s, h, stage);
             continue;
         }
@@ -141,9 +141,9 @@ void bgc_batch_advance(bgc_batch *b, double h) {
         }
     }
     memcpy(b->next, b->x, size);
-    bgc_batch_combine(n, method->stages, method->m, b->stages, b->next);
-    if (method->embedded > 0) {
+    bgc_batch_combine(n, tableau->stages, tableau->m, b->stages, b->next);
+    if (bgc_is_adaptive(b->method)) {
         memset(b->error, 0, size);
-        bgc_batch_combine(n, method->stages, method->e, b->stages, b->error);
+        bgc_batch_combine(n, tableau->stages, tableau->e, b->stages, b->error);
     }
 }

@@ -116,7 +116,7 @@ static double largest(const bgc_batch *b, lane v) {
 /* The first step, the shortest that a lane needs: first_step of step.c. */
 static double first_step(bgc_batch *b) {
     const int n = b->m->n_state;
-    const double order = b->method->tableau->embedded, most = b->option->max_step;
+    const double order = b->method->error_order, most = b->option->max_step;
     lane d0, d1, d2, h0, h1, slope;
 
     for (int i = 0; i < n; i++) {
@@ -156,7 +156,7 @@ static void reject(bgc_batch *b, unsigned at_fault, double h) {
 /* Whether the errors of a step of length h refuse it; `error` becomes the largest if it is larger. One
  * that is undefined does, unless its lane may go alone. */
 static int is_refused(bgc_batch *b, lane errors, double h, double *error) {
-    const double q = b->method->tableau->embedded + 1;
+    const double q = b->method->error_order + 1;
     const unsigned bad = bgc_lanes_where(b, lane_not(bgc_is_finite(errors)));
 
     if (bad != 0 && (b->m->n_switch == 0 || bad == b->live)) {
@@ -197,7 +197,7 @@ static double drift_error(const bgc_batch *b, const bgc_lane_balance *balance, d
 }
 
 static void attempt_adaptive(bgc_batch *b) {
-    const double q = b->method->tableau->embedded + 1;
+    const double q = b->method->error_order + 1;
     const double due = b->option->period > 0.0
                            ? b->option->origin + (double)b->sample * b->option->period
                            : INFINITY;
@@ -250,7 +250,7 @@ static void attempt_adaptive(bgc_batch *b) {
 /* One attempt at a step of all lanes. */
 void bgc_batch_attempt(bgc_batch *b) {
     b->astray = b->written = 0;
-    if (bgc_embedded(b->method) > 0) {
+    if (bgc_is_adaptive(b->method)) {
         attempt_adaptive(b);
     } else {
         attempt_fixed(b);

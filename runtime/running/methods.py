@@ -1,0 +1,95 @@
+"""The integration methods and their properties.
+
+`runtime/c/tableaus.c` holds the one table of them. A loaded model returns it
+(`Library.methods`); `known_methods` reads it from the source text where no model is loaded, as for
+documentation. A test compares the two.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import bgc.runtime
+
+_FAMILY = re.compile(r"^static const bgc_family (\w+) = \{\n(.*?)^\};", re.MULTILINE | re.DOTALL)
+_TABLE = re.compile(r"^const bgc_method bgc_methods\[\] = \{\n(.*?)^\};", re.MULTILINE | re.DOTALL)
+_ROW = re.compile(r"^    \{\n(.*?)^    \},", re.MULTILINE | re.DOTALL)
+_FIELD = re.compile(r'^\s+\.(\w+) = &?"?(.*?)"?,$', re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class MethodInfo:
+    """An integration method, as `bgc_method_info` of `bgc.h` describes it.
+
+    Attributes
+    ----------
+    name, family
+        As `rodas5p`; as `Rosenbrock`.
+    purpose
+        A line of text: the equations and uses that it is for.
+    order
+        Order of the solution.
+    error_order
+        Order of the embedded solution that estimates the error; 0: fixed steps only.
+    jacobian
+        Whether steps use df/dx. Without, the method is explicit and M of M y' = f must be diagonal.
+    lanes
+        Whether several instances can take its steps together.
+    """
+
+    name: str
+    family: str
+    purpose: str
+    order: int
+    error_order: int
+    jacobian: bool
+    lanes: bool
+
+    @property
+    def fixed(self) -> bool:
+        """Whether its steps have a given length."""
+        return self.error_order == 0
+
+    @property
+    def explicit(self) -> bool:
+        """Whether its steps need no Jacobian."""
+        return not self.jacobian
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """Names of the options that it takes in a `solver` statement."""
+        if not self.fixed:
+            return ("rtol", "atol", "step", "max_step", "max_steps", "settle")
+        return ("step", *(("keep",) if self.jacobian else ()), "max_steps", "settle")
+
+
+def default_method(methods: Iterable[MethodInfo], fixed: bool) -> MethodInfo:
+    """Return the default with fixed steps or with error control: the first such method."""
+    return next(method for method in methods if method.fixed == fixed)
+
+
+@cache
+def known_methods() -> tuple[MethodInfo, ...]:
+    """Read all methods from the table in `runtime/c/tableaus.c`, in its order."""
+    text = (Path(bgc.runtime.__path__[0]) / "c" / "tableaus.c").read_text(encoding="utf-8")
+    families = {name: dict(_FIELD.findall(body)) for name, body in _FAMILY.findall(text)}
+    table = _TABLE.search(text)
+    assert table is not None
+    return tuple(_method(dict(_FIELD.findall(row)), families) for row in _ROW.findall(table[1]))
+
+
+def _method(row: dict[str, str], families: dict[str, dict[str, str]]) -> MethodInfo:
+    family = families[row["family"]]
+    return MethodInfo(
+        name=row["name"],
+        family=family["name"],
+        purpose=row["purpose"],
+        order=int(row["order"]),
+        error_order=int(row.get("error_order", 0)),
+        jacobian=family.get("jacobian") == "1",
+        lanes=family.get("lanes") == "1",
+    )
