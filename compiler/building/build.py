@@ -39,7 +39,9 @@ _DISK_FULL = {
     errno.ENOSPC: "No space left on device",
     errno.EDQUOT: "Disk quota exceeded",
 }
-_LOOPS = frozenset(("dense", "explicit", "rosenbrock", "sparse", "stages", "vectors", "watch"))
+_LOOPS = frozenset(
+    ("accounts", "dense", "explicit", "rosenbrock", "sparse", "stages", "vectors", "watch")
+)
 # Optional parts of the runtime and their files; `runtime/c/absent` holds the stubs that replace
 # them in a model that does not need them.
 _OPTIONAL = {

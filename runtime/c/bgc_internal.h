@@ -231,18 +231,6 @@ static inline double bgc_tolerance(const bgc_data *d, int i, double size) {
     return atol + d->core.rtol * size;
 }
 
-/* The same for errors of steps: where no state has come near its scale yet, scales are too coarse by
- * as much as the liveliest is below its own. */
-static inline double bgc_step_tolerance(const bgc_data *d, int i, double size) {
-    const double scale = d->scale[i], least = d->core.counts.liveliest * scale;
-    const double unit = least > size ? least : size; /* fmax and fmin would be calls */
-
-    if (d->core.atol > 0.0) {
-        return bgc_tolerance(d, i, size);
-    }
-    return d->core.rtol * ((unit < scale ? unit : scale) + size);
-}
-
 /* --- instance.c */
 size_t bgc_saved_count(const bgc_model *m);
 
@@ -288,7 +276,6 @@ bgc_status bgc_sample(const bgc_model *m, bgc_data *d);
 
 /* --- step.c */
 bgc_status bgc_attempt(const bgc_model *m, bgc_data *d);
-double bgc_limit_step(double t, double h, double stop, double *t_new);
 
 /* --- evaluate.c */
 void bgc_evaluate_f(const bgc_model *m, bgc_data *d);
@@ -325,10 +312,15 @@ bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole);
 /* --- dense.c */
 void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, double end);
 void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x);
-void bgc_integrate_energy(const bgc_model *m, bgc_data *d, double t, double power[2]);
 void bgc_dense_slope(const bgc_model *m, const bgc_data *d, double *slope);
+
+/* --- accounts.c */
+void bgc_integrate_energy(const bgc_model *m, bgc_data *d, double t, double power[2]);
 void bgc_balance_step(const bgc_model *m, bgc_data *d, const bgc_method *method, double t,
                       bgc_balance *balance);
+void bgc_settle_energy_scale(const bgc_model *m, bgc_data *d);
+double bgc_residual_after(const bgc_core *core, const bgc_balance *balance);
+void bgc_enter_balance(bgc_core *core, const bgc_balance *balance);
 
 /* --- devices.c */
 bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d);

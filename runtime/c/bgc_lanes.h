@@ -87,7 +87,7 @@ static inline lane lane_truth(lane_mask is, lane_mask is_not) {
 static inline lane_mask lane_is(lane a) { return (a < lane_of(0.0)) | (a > lane_of(0.0)); }
 
 /* Emitted with the other functions of the language; declared here for the runtime. */
-lane lane_sqrt(lane a), lane_floor(lane a), lane_ceil(lane a), lane_pow(lane a, lane b);
+lane lane_sqrt(lane a), lane_floor(lane a), lane_ceil(lane a);
 
 /* The functions of bgc_model that a run calls, each for all lanes. */
 typedef struct {

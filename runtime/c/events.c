@@ -8,6 +8,8 @@
  * NaN where that is undefined, or where the switch is given up.
  */
 #include "bgc_internal.h"
+#include "modes.h"
+#include "tolerance.h"
 
 #include <float.h>
 #include <math.h>
@@ -29,42 +31,10 @@ enum { MOST_RETURNS = 50, MOST_UNRESOLVED = 8, MOST_ROUNDS = 10 };
 
 /* --- modes --------------------------------------------------------------------------------- */
 
-/* What an operation gives for its argument; of what is undefined, a NaN: kernels compare then, and
- * an undefined law that is not guarded makes f undefined. */
+/* The result of an operation; a NaN of an undefined argument: kernels compare then, and an undefined
+ * law that is not guarded makes f undefined. */
 static double value_of(int operation, double z) {
-    if (isnan(z)) {
-        return z;
-    }
-    switch (operation) {
-    case BGC_ABOVE:
-        return z > 0.0;
-    case BGC_NOT_BELOW:
-        return z >= 0.0;
-    case BGC_SIGN:
-        return (z > 0.0) - (z < 0.0);
-    case BGC_FLOOR:
-        return floor(z);
-    case BGC_CEIL:
-        return ceil(z);
-    default:
-        return trunc(z);
-    }
-}
-
-/* How far inside the range of its mode an argument is: negative outside, 0 at its edge. */
-static double depth(int operation, double mode, double z) {
-    switch (operation) {
-    case BGC_FLOOR:
-        return fmin(z - mode, mode + 1.0 - z);
-    case BGC_CEIL:
-        return fmin(mode - z, z - (mode - 1.0));
-    case BGC_TRUNC:
-        return fmin(z - (mode > 0.0 ? mode : mode - 1.0), (mode < 0.0 ? mode : mode + 1.0) - z);
-    case BGC_SIGN:
-        return mode > 0.0 ? z : mode < 0.0 ? -z : -fabs(z);
-    default:
-        return mode > 0.0 ? z : -z;
-    }
+    return isnan(z) ? z : bgc_result(operation, z);
 }
 
 /* Whether switch k is left to error control for the rest of the run. */
@@ -78,7 +48,7 @@ static int has_left(const bgc_model *m, const bgc_data *d, int k, double z) {
 }
 
 static double depth_of(const bgc_model *m, const bgc_data *d, int k, double z) {
-    return depth(m->switch_info[k].operation, d->mode[k], z);
+    return bgc_depth(m->switch_info[k].operation, d->mode[k], z);
 }
 
 /* Kernels follow the modes. */
@@ -145,10 +115,11 @@ void bgc_reset_modes(const bgc_model *m, bgc_data *d) {
 static void move_by_tolerances(const bgc_model *m, const bgc_data *d, const double *x,
                                double *moved) {
     const double size_stride = 0.6180339887498949, sign_stride = 0.7548776662466927;
+    const bgc_core *core = &d->core;
     double size = 0.0, sign = 0.0;
 
     for (int i = 0; i < m->n_state; i++) {
-        const double off = (0.5 + 0.5 * size) * bgc_step_tolerance(d, i, fabs(x[i]));
+        const double off = (0.5 + 0.5 * size) * bgc_step_tolerance(fabs(x[i]), d->scale[i], core->counts.liveliest, core->rtol, core->atol);
         moved[i] = x[i] + (sign < 0.5 ? off : -off);
         size = fmod(size + size_stride, 1.0);
         sign = fmod(sign + sign_stride, 1.0);

@@ -1,5 +1,6 @@
 /* instance.c: one running instance of a model: memory, parameters, reset, evaluation. */
 #include "bgc_internal.h"
+#include "accounts.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -372,9 +373,6 @@ bgc_status bgc_energy(const bgc_model *m, bgc_data *d, double account[4]) {
     if (m->energy != NULL) {
         m->energy(d->h, d->core.t, d->x, d->u, energy, d->work);
     }
-    account[0] = energy[0] - d->core.stored0;
-    account[1] = d->core.supplied;
-    account[2] = d->core.dissipated;
-    account[3] = account[0] - account[1] + account[2];
+    bgc_account_row(energy[0] - d->core.stored0, d->core.supplied, d->core.dissipated, account);
     return BGC_OK;
 }

@@ -1,17 +1,13 @@
 /* run.c: rows of a result at given times, with the samples of devices in between. */
 #include "bgc_internal.h"
+#include "accounts.h"
+#include "control.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 #include <time.h>
 
 /* --- samples ------------------------------------------------------------------------------- */
-
-/* Times closer than this are the same time. */
-static double slack(const bgc_core *core) {
-    return fmax(8.0 * DBL_EPSILON * fabs(core->t), 1e-9 * (core->t - core->t_old));
-}
 
 /* Lets inputs that were written take effect: states without a derivative and modes jump with
  * them. */
@@ -35,7 +31,7 @@ bgc_status bgc_sample(const bgc_model *m, bgc_data *d) {
     const double due = core->origin + (double)core->sample * core->period;
     bgc_status status;
 
-    if (core->period == 0.0 || core->t < due - slack(core)) {
+    if (core->period == 0.0 || core->t < due - bgc_time_slack(core->t, core->t_old)) {
         return BGC_OK;
     }
     status = bgc_read_devices(m, d);
@@ -72,9 +68,9 @@ static bgc_status reach(const bgc_model *m, bgc_data *d, double t) {
 
     for (long attempts = 0;; attempts++) {
         const int64_t before = core->sample;
-        bgc_status status = core->t > t + slack(core) ? BGC_OK : bgc_sample(m, d);
+        bgc_status status = core->t > t + bgc_time_slack(core->t, core->t_old) ? BGC_OK : bgc_sample(m, d);
         double now;
-        if (status != BGC_OK || core->t >= t - slack(core)) {
+        if (status != BGC_OK || core->t >= t - bgc_time_slack(core->t, core->t_old)) {
             return status;
         }
         if (attempts >= core->max_steps) {
@@ -100,12 +96,12 @@ static bgc_status reach(const bgc_model *m, bgc_data *d, double t) {
 /* One row: outputs and accounts, at the present or inside the last step. */
 static bgc_status write_row(const bgc_model *m, bgc_data *d, double t, double *row) {
     const bgc_core *core = &d->core;
-    const int inside = t < core->t - slack(core);
+    const int inside = t < core->t - bgc_time_slack(core->t, core->t_old);
     const double *x = d->x, *u = d->u;
     double power[2] = {0.0, 0.0};
 
     if (inside) {
-        if (core->dense == BGC_NO_DENSE || t < core->t_old - slack(core)) {
+        if (core->dense == BGC_NO_DENSE || t < core->t_old - bgc_time_slack(core->t, core->t_old)) {
             return BGC_BAD_ARGUMENT;
         }
         if (core->accounts) {
@@ -123,10 +119,9 @@ static bgc_status write_row(const bgc_model *m, bgc_data *d, double t, double *r
     if (core->accounts) {
         double *account = row + m->n_output, energy[3];
         m->energy(d->h, t, x, u, energy, d->work);
-        account[0] = energy[0] - core->stored0;
-        account[1] = inside ? core->supplied_old + power[0] : core->supplied;
-        account[2] = inside ? core->dissipated_old + power[1] : core->dissipated;
-        account[3] = account[0] - account[1] + account[2];
+        bgc_account_row(energy[0] - core->stored0,
+                        inside ? core->supplied_old + power[0] : core->supplied,
+                        inside ? core->dissipated_old + power[1] : core->dissipated, account);
     }
     return BGC_OK;
 }

@@ -1,6 +1,9 @@
 /* step.c: one attempt at a step, and what an accepted or a rejected one leads to. */
 #include "bgc_internal.h"
+#include "accounts.h"
 #include "control.h"
+#include "interpolation.h"
+#include "tolerance.h"
 
 #include <float.h>
 #include <math.h>
@@ -37,49 +40,6 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *me
     return bgc_check_asserts(m, d, *t_new, d->next);
 }
 
-/* Settles, once in a run, what energies are small: the largest that a state of the size of its
- * scale stores, 0 where none stores any; beyond a tolerance of it balances are worth a look. */
-static void settle_energy_scale(const bgc_model *m, bgc_data *d) {
-    bgc_core *core = &d->core;
-    double present[3], energy[3];
-
-    if (core->energy_scale >= 0.0) {
-        return;
-    }
-    core->energy_scale = 0.0;
-    memcpy(d->point, d->x, (size_t)m->n_state * sizeof *d->x);
-    m->energy(d->h, core->t, d->point, d->u, present, d->work);
-    for (int i = 0; i < m->n_state; i++) {
-        double change;
-        d->point[i] = d->x[i] + d->scale[i];
-        m->energy(d->h, core->t, d->point, d->u, energy, d->work);
-        d->point[i] = d->x[i];
-        change = fabs(energy[0] - present[0]);
-        core->energy_scale = isfinite(change) ? fmax(core->energy_scale, change)
-                                              : core->energy_scale;
-    }
-    core->counts.exchanged = fmax(core->counts.exchanged, core->rtol * core->energy_scale);
-}
-
-/* The residual of the accounts at the end of a step. */
-static double residual_after(const bgc_core *core, const bgc_balance *balance) {
-    return balance->stored - core->stored0 - (core->supplied + balance->supplied) +
-           (core->dissipated + balance->dissipated);
-}
-
-/* Enters a step into the energy accounts. */
-static void enter(bgc_core *core, const bgc_balance *balance) {
-    const double stored = balance->stored - core->stored0;
-
-    core->imbalance = residual_after(core, balance);
-    core->supplied += balance->supplied;
-    core->dissipated += balance->dissipated;
-    core->largest_account = fmax(fmax(core->largest_account, fabs(stored)),
-                                 fmax(fabs(core->supplied), fabs(core->dissipated)));
-    core->counts.exchanged =
-        fmax(core->counts.exchanged, fmax(core->largest_account, fabs(balance->stored)));
-}
-
 /* Makes d->next the present state at t_new, and passes the event that the step ends at, if any. */
 static bgc_status accept(const bgc_model *m, bgc_data *d, const bgc_balance *balance,
                          double t_new) {
@@ -98,7 +58,7 @@ static bgc_status accept(const bgc_model *m, bgc_data *d, const bgc_balance *bal
     core->supplied_old = core->supplied;
     core->dissipated_old = core->dissipated;
     if (core->accounts) {
-        enter(core, balance);
+        bgc_enter_balance(core, balance);
     }
     return m->n_switch > 0 ? bgc_pass_event(m, d, core->t_end - core->t_old) : BGC_OK;
 }
@@ -164,7 +124,7 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
     core->ticks += t_new >= grid;
     core->held = whole && !core->between && core->held > 0 ? core->held - 1 : 0;
     if (core->accounts) {
-        settle_energy_scale(m, d);
+        bgc_settle_energy_scale(m, d);
         bgc_balance_step(m, d, method, t_new, &balance);
     }
     return accept(m, d, &balance, t_new);
@@ -172,31 +132,7 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
 
 /* --- steps under error control ------------------------------------------------------------ */
 
-/* Tells how near to its scale any state has come: what step tolerances count in. */
-static void look_for_life(const bgc_model *m, bgc_data *d) {
-    double most = fmax(d->core.counts.liveliest, bgc_least_lively);
-
-    for (int i = 0; i < m->n_state && most < 1.0; i++) {
-        const double part = fabs(d->x[i]) / d->scale[i];
-        most = part > most ? part : most;
-    }
-    d->core.counts.liveliest = fmin(most, 1.0);
-}
-
-/* The next step that is tried from t, at most to the next stop, and then exactly there. Sets t_new. */
-double bgc_limit_step(double t, double h, double stop, double *t_new) {
-    const double rest = stop - t;
-
-    if (h >= 0.999 * rest) {
-        *t_new = stop;
-        return rest;
-    }
-    h = fmin(h, 0.5 * rest); /* two equal steps rather than a tiny last one */
-    *t_new = t + h;
-    return h;
-}
-
-/* The same for an instance, which stops at the next sample. */
+/* The next step that is tried, which ends at the next sample at the latest. */
 static double limit_step(const bgc_core *core, double *t_new) {
     const double h = core->max_step > 0.0 ? fmin(core->h_next, core->max_step) : core->h_next;
     const double due = core->period > 0.0
@@ -217,12 +153,15 @@ static bgc_status reject(bgc_data *d, bgc_status reason, double h) {
 
 /* The state that contributes most to the error. */
 static int worst_state(const bgc_model *m, const bgc_data *d) {
+    const bgc_core *core = &d->core;
+    const double reached = core->counts.liveliest;
     double worst = -1.0;
     int k = -1;
 
     for (int i = 0; i < m->n_state; i++) {
         const double size = fmax(fabs(d->x[i]), fabs(d->next[i]));
-        const double error = fabs(d->error[i]) / bgc_step_tolerance(d, i, size);
+        const double error = fabs(d->error[i]) / bgc_step_tolerance(size, d->scale[i], reached,
+                                                                    core->rtol, core->atol);
         if (error > worst) {
             worst = error;
             k = i;
@@ -231,31 +170,16 @@ static int worst_state(const bgc_model *m, const bgc_data *d) {
     return k;
 }
 
-/* The error of a step's energies over their tolerance: relative to the largest account so far, and
- * beyond what rounding may come to. */
-static double account_error(const bgc_core *core, const bgc_balance *balance) {
-    const double rounding = 1e-12;
-    const double tolerance = rounding * core->energy_scale +
-                             core->rtol * fmax(core->largest_account, balance->moved);
-
-    /* What overflows in the accounts alone says nothing against the step. */
-    return isfinite(balance->error) && balance->error > 0.0 ? balance->error / tolerance : 0.0;
-}
-
-/* How much the balance asks for a shorter next step. Each step is within its tolerances, but what
- * they leave is often of one sign, and over a long run adds up to more than the accounts may be off.
- * So what a step adds to the residual, over the tolerance of an average step's share of the energy,
- * counts by how much of the tolerance of all the energy the residual has used up: a balance that
- * stays small asks for nothing. At most the step is halved. */
+/* What the drift of the accounts adds to the error: at most so much that the step is halved. */
 static double drift_error(const bgc_core *core, const bgc_balance *balance, double q,
                           double error) {
-    const double residual = residual_after(core, balance), added = residual - core->imbalance;
-    const double energy = fmax(core->counts.exchanged, fmax(fabs(balance->stored), balance->moved));
-    const double share = fmax(balance->moved, energy / (double)(core->counts.steps + 1));
-    const double used = bgc_drift_weight * residual / (core->rtol * energy);
-    const double drift = used * added / (core->rtol * share);
+    const double residual = bgc_residual_after(core, balance);
+    const double drift =
+        bgc_drift_error(residual, residual - core->imbalance, core->counts.exchanged,
+                        balance->stored, balance->moved, (double)(core->counts.steps + 1),
+                        core->rtol);
 
-    return isfinite(drift) && drift > 0.0 ? fmin(drift, error * pow(2.0, q)) : 0.0;
+    return fmin(drift, error * pow(2.0, q));
 }
 
 /* The error of the dense output in the middle of a step to d->next, over the tolerances, for methods
@@ -284,9 +208,7 @@ static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *met
         return HUGE_VAL;
     }
     for (int i = 0; i < m->n_state; i++) { /* less what the rounding of the times makes of it */
-        const double rounding = bgc_of_the_time * fabs(middle * (d->y1[i] - d->y0[i]) / h);
-        const double off = fabs(d->right[i]);
-        d->right[i] = off <= rounding ? 0.0 : off - rounding;
+        d->right[i] = bgc_defect(d->right[i], d->y0[i], d->y1[i], middle, h);
     }
     return bgc_norm(m, d, d->right, d->x, d->next);
 }
@@ -306,7 +228,8 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         return BGC_NOT_FINITE;
     }
     if (core->counts.liveliest < 1.0) {
-        look_for_life(m, d);
+        core->counts.liveliest =
+            bgc_scale_reached(m->n_state, d->x, d->scale, core->counts.liveliest);
     }
     if (core->h_next <= 0.0) {
         core->h_next =
@@ -317,7 +240,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         core->h_next = bgc_trust_first_step(m, d, core->h_next);
     }
     h = limit_step(core, &t_new);
-    if (core->rejected && h < fmax(16.0 * DBL_EPSILON * fabs(core->t), 1e-30)) {
+    if (core->rejected && bgc_is_too_short(core->t, h)) {
         return core->reason;
     }
     stop = bgc_stop_for_switch(m, d, t_new);
@@ -352,9 +275,10 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         return reject(d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
     }
     if (core->accounts) {
-        settle_energy_scale(m, d);
+        bgc_settle_energy_scale(m, d);
         bgc_balance_step(m, d, method, t_new, &balance);
-        error = fmax(error, account_error(core, &balance));
+        error = fmax(error, bgc_account_error(balance.error, balance.moved, core->largest_account,
+                                              core->energy_scale, core->rtol));
         if (error > 1.0 && core->account_rejections < BGC_MOST_ACCOUNT_REJECTIONS) {
             core->account_rejections++;
             return reject(d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));

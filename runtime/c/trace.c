@@ -127,7 +127,7 @@ static int parse_number(const char *text, double *value) {
 /* --- the file ------------------------------------------------------------------------------ */
 
 /* Which columns the header names, in its order; 0 on a fault. */
-static int parse_header(const reporter *r, size_t number, char *line, int *columns, int *count) {
+static int parse_header(const reporter *r, size_t line_number, char *line, int *columns, int *count) {
     unsigned seen = 0;
 
     *count = 0;
@@ -137,10 +137,10 @@ static int parse_header(const reporter *r, size_t number, char *line, int *colum
             k++;
         }
         if (k == COLUMNS) {
-            return fail(r, number, "there is no column called ", field);
+            return fail(r, line_number, "there is no column called ", field);
         }
         if ((seen >> k & 1u) != 0) {
-            return fail(r, number, "this column is there twice: ", field);
+            return fail(r, line_number, "this column is there twice: ", field);
         }
         seen |= 1u << k;
         columns[(*count)++] = k;
@@ -148,14 +148,14 @@ static int parse_header(const reporter *r, size_t number, char *line, int *colum
     for (int k = 0; k < COLUMNS; k++) {
         const int orientation = k >= ORIENTATION && k < GRIPPER && (seen & 0xf0u) != 0;
         if ((seen >> k & 1u) == 0 && (k < REQUIRED || orientation)) {
-            return fail(r, number, "the header lacks the column ", column_name[k]);
+            return fail(r, line_number, "the header lacks the column ", column_name[k]);
         }
     }
     return 1;
 }
 
 /* One row of numbers, its quaternion normalised; 0 on a fault. */
-static int parse_row(const reporter *r, size_t number, char *line, const int *columns, int count,
+static int parse_row(const reporter *r, size_t line_number, char *line, const int *columns, int count,
                      double *row) {
     double length = 0.0;
 
@@ -164,20 +164,20 @@ static int parse_row(const reporter *r, size_t number, char *line, const int *co
     for (int k = 0; k < count; k++) {
         char *field = next_field(&line);
         if (field == NULL) {
-            return fail(r, number, "this row lacks the column ", column_name[columns[k]]);
+            return fail(r, line_number, "this row lacks the column ", column_name[columns[k]]);
         }
         if (!parse_number(field, &row[columns[k]])) {
-            return fail(r, number, "this is not a number: ", *field == '\0' ? "(empty)" : field);
+            return fail(r, line_number, "this is not a number: ", *field == '\0' ? "(empty)" : field);
         }
     }
     if (line != NULL) {
-        return fail(r, number, "this row has more columns than the header", "");
+        return fail(r, line_number, "this row has more columns than the header", "");
     }
     for (int k = 0; k < 4; k++) {
         length += row[ORIENTATION + k] * row[ORIENTATION + k];
     }
     if (!(length > 0.0)) {
-        return fail(r, number, "this quaternion has no direction", "");
+        return fail(r, line_number, "this quaternion has no direction", "");
     }
     for (int k = 0; k < 4; k++) {
         row[ORIENTATION + k] /= sqrt(length);
@@ -200,19 +200,19 @@ static void keep_hemisphere(const double *before, double *row) {
 /* All rows of the text; 0 on a fault. */
 static int parse_text(const reporter *r, char *text, trace *t) {
     int columns[COLUMNS], count = 0;
-    size_t number = 0, room = 0;
+    size_t line_number = 0, room = 0;
 
     if (strncmp(text, "\xef\xbb\xbf", 3) == 0) {
         text += 3;
     }
     for (char *line; (line = next_line(&text)) != NULL;) {
         double *row;
-        number++;
+        line_number++;
         if (is_blank(line)) {
             continue;
         }
         if (count == 0) {
-            if (!parse_header(r, number, line, columns, &count)) {
+            if (!parse_header(r, line_number, line, columns, &count)) {
                 return 0;
             }
             continue;
@@ -225,12 +225,12 @@ static int parse_text(const reporter *r, char *text, trace *t) {
             t->value = more;
         }
         row = t->value + t->rows * COLUMNS;
-        if (!parse_row(r, number, line, columns, count, row)) {
+        if (!parse_row(r, line_number, line, columns, count, row)) {
             return 0;
         }
         if (t->rows > 0) {
             if (!(row[TIME] > row[TIME - COLUMNS])) {
-                return fail(r, number, "times must increase from row to row", "");
+                return fail(r, line_number, "times must increase from row to row", "");
             }
             keep_hemisphere(row - COLUMNS, row);
         }

@@ -1,5 +1,6 @@
 /* vectors.c: sums, norms and checks of vectors of states. */
 #include "bgc_internal.h"
+#include "tolerance.h"
 
 #include <math.h>
 
@@ -49,11 +50,12 @@ void bgc_combine(int n, int count, const double *weight, const double *vectors, 
 /* Root mean square of v over the tolerances at a state between a and b. */
 double bgc_norm(const bgc_model *m, const bgc_data *d, const double *v, const double *a,
                 const double *b) {
+    const double reached = d->core.counts.liveliest, rtol = d->core.rtol, atol = d->core.atol;
     double sum = 0.0;
 
     for (int i = 0; i < m->n_state; i++) {
-        const double p = fabs(a[i]), q = fabs(b[i]);
-        const double r = v[i] / bgc_step_tolerance(d, i, p > q ? p : q); /* fmax would be a call */
+        const double size = number_larger(fabs(b[i]), fabs(a[i]));
+        const double r = v[i] / bgc_step_tolerance(size, d->scale[i], reached, rtol, atol);
         sum += r * r;
     }
     return m->n_state > 0 ? sqrt(sum / m->n_state) : 0.0;

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import bgc
 from bgc.runtime.model import Model
@@ -41,6 +42,20 @@ def test_long_steps_along_stiff_solutions_are_right_inside_too(tmp_path: Path) -
     ensemble = model.simulate_many(values, solver="rodas4p2", rtol=1e-5, step=5.0)  # the first
     assert ensemble.together == 6
     assert np.abs(ensemble.values[:, :, 0] - np.cos(ensemble.time)).max() < 1e-3
+
+
+@pytest.mark.parametrize("solver", ["rodas5p", "rodas4p2"])
+def test_a_singular_start_is_resolved(tmp_path: Path, solver: str) -> None:
+    """Lane-Emden equation of index 5: 2/t falls at once, which no error estimate sees."""
+    model = compiled(
+        tmp_path,
+        "model Star { param k = 1; state y = 1; state v = 0; der(y) = v / 1 s;"
+        " der(v) = (-k*y^5 - 2*v / ((time + 1 ns) / 1 s)) / 1 s; }"
+        "scene s of Star { observe y; run 10 s every 10 s; }",
+    )
+    ensemble = model.simulate_many({"k": [1.0, 1.0, 1.0, 1.1]}, solver=solver, rtol=1e-8)
+    assert ensemble.together == 4
+    assert ensemble.values[0, -1, 0] == pytest.approx((1 + 100 / 3) ** -0.5, abs=1e-8)
 
 
 def test_a_step_that_meets_a_pulse_is_tried_again(tmp_path: Path) -> None:

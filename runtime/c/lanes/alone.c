@@ -3,6 +3,7 @@
  * batch's step to its end. Such steps are few, and events need no second form.
  */
 #include "lanes/batch.h"
+#include "modes.h"
 
 static int is_among(unsigned lanes, int l) { return (int)(lanes >> l & 1u); }
 
@@ -57,44 +58,6 @@ void bgc_batch_sample(bgc_batch *b) {
 
 /* --- which lanes go alone ------------------------------------------------------------------ */
 
-/* What an operation gives, and how far inside the range of its mode an argument is: events.c. */
-static lane value_of(int operation, lane z) {
-    const lane zero = lane_of(0.0), one = lane_of(1.0);
-
-    switch (operation) {
-    case BGC_ABOVE:
-        return lane_select(z > zero, one, zero);
-    case BGC_NOT_BELOW:
-        return lane_select(z >= zero, one, zero);
-    case BGC_SIGN:
-        return lane_sign(z);
-    case BGC_FLOOR:
-        return lane_floor(z);
-    case BGC_CEIL:
-        return lane_ceil(z);
-    default:
-        return lane_select(z > zero, lane_floor(z), lane_ceil(z));
-    }
-}
-
-static lane depth(int operation, lane mode, lane z) {
-    const lane zero = lane_of(0.0), one = lane_of(1.0);
-
-    switch (operation) {
-    case BGC_FLOOR:
-        return lane_min(z - mode, mode + one - z);
-    case BGC_CEIL:
-        return lane_min(mode - z, z - mode + one);
-    case BGC_TRUNC:
-        return lane_min(z - lane_select(mode > zero, mode, mode - one),
-                        lane_select(mode < zero, mode, mode + one) - z);
-    case BGC_SIGN:
-        return lane_select(mode > zero, z, lane_select(mode < zero, -z, -lane_fabs(z)));
-    default:
-        return lane_select(mode > zero, z, -z);
-    }
-}
-
 /* The arguments of all switches at the start of the last step, at its samples and its end. */
 static void evaluate_arguments(bgc_batch *b) {
     const double length = b->t - b->t_old;
@@ -122,14 +85,14 @@ void bgc_batch_watch_switches(bgc_batch *b) {
     for (int k = 0; k < m->n_switch; k++) {
         const int operation = m->switch_info[k].operation;
         const lane mode = b->u[m->n_input + k];
-        lane low = b->argument[k], high = low, nearest = depth(operation, mode, low);
+        lane low = b->argument[k], high = low, nearest = bgc_depth(operation, mode, low);
         lane_mask left = mode != mode;
         for (int i = 1; i <= BGC_SAMPLES; i++) {
             const lane z = b->argument[i * m->n_switch + k];
             low = lane_min(low, z);
             high = lane_max(high, z);
-            nearest = lane_min(nearest, depth(operation, mode, z));
-            left |= (z != z) | (value_of(operation, z) != mode);
+            nearest = lane_min(nearest, bgc_depth(operation, mode, z));
+            left |= (z != z) | (bgc_result(operation, z) != mode);
         }
         b->astray |= bgc_lanes_where(b, left | (nearest < high - low));
     }

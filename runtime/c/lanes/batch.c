@@ -108,8 +108,12 @@ static void enter(bgc_batch *b, int count) {
     b->t = b->t_old = b->option->t;
     b->error_old = 1.0;
     b->largest_account = b->energy_scale = b->liveliest = lane_of(0.0);
-    if (b->option->accounts && bgc_is_adaptive(b->method)) {
-        bgc_batch_settle_energy_scale(b);
+    for (int l = 0; l < BGC_LANE_WIDTH && b->option->accounts && bgc_is_adaptive(b->method); l++) {
+        bgc_data *d = b->instance[l < count ? l : count - 1];
+        bgc_hold_modes(m, d);
+        bgc_settle_energy_scale(m, d);
+        bgc_release_modes(m, d);
+        lane_set(&b->energy_scale, l, d->core.energy_scale);
     }
     b->exchanged = lane_max(lane_fabs(b->stored0), b->option->rtol * b->energy_scale);
     bgc_batch_check(b, b->t, b->x);

@@ -2,10 +2,12 @@
 #ifndef BGC_BATCH_H
 #define BGC_BATCH_H
 
+#define BGC_IN_LANES /* numbers are lanes */
+
 #include "bgc_internal.h"
 #include "bgc_lanes.h"
-
-#include <float.h>
+#include "control.h"
+#include "number.h"
 
 /* Instances in lockstep. An array of a batch is that of an instance with a lane for each number. */
 typedef struct {
@@ -51,8 +53,6 @@ typedef struct {
     lane supplied, dissipated, moved, error, stored;
 } bgc_lane_balance;
 
-static inline lane_mask bgc_is_finite(lane v) { return v - v == lane_of(0.0); }
-
 /* The lanes of the batch for which a condition holds, as bits. */
 static inline unsigned bgc_lanes_where(const bgc_batch *b, lane_mask condition) {
     unsigned found = 0;
@@ -68,13 +68,8 @@ static inline size_t bgc_batch_row_width(const bgc_batch *b) {
     return (size_t)b->m->n_output + (b->option->accounts ? 4 : 0);
 }
 
-/* Times closer than this are the same time. Without a call of fmax: one after vector code costs as
- * much as fifty additions. */
-static inline double bgc_batch_slack(const bgc_batch *b) {
-    const double rounding = 8.0 * DBL_EPSILON * fabs(b->t), part = 1e-9 * (b->t - b->t_old);
-
-    return rounding > part ? rounding : part;
-}
+/* Times closer than this count as equal. */
+static inline double bgc_batch_slack(const bgc_batch *b) { return bgc_time_slack(b->t, b->t_old); }
 
 /* --- lane_vectors.c */
 void bgc_batch_combine(int n, int count, const double *weight, const lane *vectors, lane *out);
@@ -101,7 +96,6 @@ void bgc_batch_solve(bgc_batch *b, lane *v);
 /* --- lane_rows.c */
 void bgc_batch_interpolate(bgc_batch *b, double t);
 lane bgc_batch_dense_error(bgc_batch *b);
-void bgc_batch_settle_energy_scale(bgc_batch *b);
 void bgc_batch_balance(bgc_batch *b, bgc_lane_balance *balance);
 void bgc_batch_row(bgc_batch *b);
 

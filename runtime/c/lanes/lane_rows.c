@@ -1,15 +1,10 @@
 /* lane_rows.c: rows of all lanes, at the present or inside the last step, as dense.c and run.c have
  * them. */
 #include "lanes/batch.h"
+#include "accounts.h"
+#include "interpolation.h"
 
 #include <string.h>
-
-/* Where a cubic through these slopes is to be trusted: is_smooth of dense.c. */
-static lane_mask is_smooth(lane start, lane end) {
-    const double most = 10.0;
-
-    return (lane_fabs(start) <= most * lane_fabs(end)) & (lane_fabs(end) <= most * lane_fabs(start));
-}
 
 /* The cubic of Hermite through the states and slopes at both ends. */
 static void store_cubic(bgc_batch *b) {
@@ -21,11 +16,9 @@ static void store_cubic(bgc_batch *b) {
     memcpy(k1, b->f, (size_t)n * sizeof *k1);
     bgc_batch_evaluate_f(b);
     for (int i = 0; i < n; i++) {
-        const lane rise = b->x[i] - b->y0[i], scale = h * b->inverse_mass[i];
-        const lane start = scale * k1[i] - rise, end = scale * b->f[i] - rise;
-        const lane_mask smooth = (scale != lane_of(0.0)) & is_smooth(start, end);
-        k1[i] = lane_select(smooth, start, lane_of(0.0));
-        k2[i] = lane_select(smooth, -(start + end), lane_of(0.0));
+        const lane scale = h * b->inverse_mass[i];
+        bgc_hermite(b->x[i] - b->y0[i], scale * k1[i], scale * b->f[i], scale != lane_of(0.0),
+                    k1 + i, k2 + i);
     }
     memset(k2 + n, 0, (size_t)n * sizeof *k2);
 }
@@ -49,13 +42,13 @@ static void store_dense(bgc_batch *b) {
 void bgc_batch_interpolate(bgc_batch *b, double t) {
     const int n = b->m->n_state;
     const lane *k1 = b->k, *k2 = k1 + n, *k3 = k2 + n;
-    const double s = (t - b->t_old) / (b->t - b->t_old), r = 1.0 - s;
+    const double s = (t - b->t_old) / (b->t - b->t_old);
 
     if (!b->dense) {
         store_dense(b);
     }
     for (int i = 0; i < n; i++) {
-        b->point[i] = r * b->y0[i] + s * (b->x[i] + r * (k1[i] + s * (k2[i] + s * k3[i])));
+        b->point[i] = bgc_interpolated(s, b->y0[i], b->x[i], k1[i], k2[i], k3[i]);
     }
     if (b->m->project != NULL) {
         b->kernel->project(b->h, lane_of(t), b->point, b->work);
@@ -77,11 +70,14 @@ lane bgc_batch_dense_error(bgc_batch *b) {
     b->kernel->rhs(b->h, lane_of(middle), b->point, b->u, b->error, b->work);
     b->counts.rhs++;
     for (int i = 0; i < n; i++) { /* less M times its rate */
-        b->point[i] = -(b->x[i] - b->y0[i] + 0.25 * (k2[i] + k3[i])) / h;
+        b->point[i] = -bgc_middle_slope(b->y0[i], b->x[i], k2[i], k3[i]) / h;
         b->error[i] += m->n_mass == 0 ? b->point[i] : lane_of(0.0);
     }
     bgc_batch_multiply_mass(b, b->point, b->error);
     bgc_batch_solve(b, b->error);
+    for (int i = 0; i < n; i++) {
+        b->error[i] = bgc_defect(b->error[i], b->y0[i], b->x[i], middle, h);
+    }
     return bgc_batch_norm(b, b->error, b->y0, b->x);
 }
 
@@ -103,15 +99,13 @@ static void energy_at(bgc_batch *b, double t, lane energy[3]) {
 
 /* The rule of Lobatto with four points from the start of the last step to t inside it. */
 static void lobatto(bgc_batch *b, double t, lane energy[4][3], lane power[2]) {
-    static const double node[4] = {0.0, 0.27639320225002103, 0.72360679774997897, 1.0};
-    static const double weight[4] = {1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0};
     const double start = b->t_old, length = t - start;
 
     power[0] = power[1] = lane_of(0.0);
     for (int k = 0; k < 4; k++) {
-        energy_at(b, k == 3 ? t : start + node[k] * length, energy[k]);
-        power[0] += weight[k] * length * energy[k][1];
-        power[1] += weight[k] * length * energy[k][2];
+        energy_at(b, k == 3 ? t : start + bgc_lobatto_node[k] * length, energy[k]);
+        power[0] += bgc_lobatto_weight[k] * length * energy[k][1];
+        power[1] += bgc_lobatto_weight[k] * length * energy[k][2];
     }
 }
 
@@ -128,29 +122,10 @@ void bgc_batch_balance(bgc_batch *b, bgc_lane_balance *balance) {
     energy_at(b, b->t_old + 0.5 * length, middle);
     for (int k = 0; k < 2; k++) {
         const lane first = energy[0][k + 1], last = energy[3][k + 1];
-        const lane inner = lane_fabs(energy[1][k + 1]) + lane_fabs(energy[2][k + 1]);
-        const lane simpson = length / 6.0 * (first + last + 4.0 * middle[k + 1]);
-        balance->moved = lane_max(
-            balance->moved, length / 12.0 * (lane_fabs(first) + 5.0 * inner + lane_fabs(last)));
-        balance->error = lane_max(balance->error, lane_fabs(power[k] - simpson));
-    }
-}
-
-/* What energies are small: settle_energy_scale of step.c. */
-void bgc_batch_settle_energy_scale(bgc_batch *b) {
-    const int n = b->m->n_state;
-    lane present[3], energy[3];
-
-    memcpy(b->point, b->x, (size_t)n * sizeof *b->point);
-    b->kernel->energy(b->h, lane_of(b->t), b->point, b->u, present, b->work);
-    for (int i = 0; i < n; i++) {
-        lane change;
-        b->point[i] = b->x[i] + b->scale[i];
-        b->kernel->energy(b->h, lane_of(b->t), b->point, b->u, energy, b->work);
-        b->point[i] = b->x[i];
-        change = lane_fabs(energy[0] - present[0]);
-        change = lane_select(bgc_is_finite(change), change, lane_of(0.0));
-        b->energy_scale = lane_max(b->energy_scale, change);
+        const lane moved = bgc_moved(length, first, energy[1][k + 1], energy[2][k + 1], last);
+        const lane error = bgc_quadrature_error(length, power[k], first, middle[k + 1], last);
+        balance->moved = number_larger(balance->moved, moved);
+        balance->error = number_larger(balance->error, error);
     }
 }
 
@@ -179,10 +154,9 @@ void bgc_batch_row(bgc_batch *b) {
     if (accounts) {
         lane energy[3];
         b->kernel->energy(b->h, lane_of(t), x, b->u, energy, b->work);
-        account[0] = energy[0] - b->stored0;
-        account[1] = inside ? b->supplied_old + power[0] : b->supplied;
-        account[2] = inside ? b->dissipated_old + power[1] : b->dissipated;
-        account[3] = account[0] - account[1] + account[2];
+        bgc_account_row(energy[0] - b->stored0,
+                        inside ? b->supplied_old + power[0] : b->supplied,
+                        inside ? b->dissipated_old + power[1] : b->dissipated, account);
     }
     for (int l = 0; l < BGC_LANE_WIDTH; l++) {
         for (size_t j = 0; (lanes >> l & 1u) != 0 && j < width; j++) {

@@ -1,6 +1,7 @@
 /* lane_vectors.c: sums, norms and checks of vectors of states in all lanes, and f and the assertions at
  * the present, as vectors.c, evaluate.c and linear.c have them for one instance. */
 #include "lanes/batch.h"
+#include "tolerance.h"
 
 /* out += sum of weight[j] times vector j; the vectors lie n apart. */
 void bgc_batch_combine(int n, int count, const double *weight, const lane *vectors, lane *out) {
@@ -42,18 +43,14 @@ unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v) {
     return bgc_lanes_where(b, sum != lane_of(0.0));
 }
 
-/* Of each lane: root mean square of v over the tolerances at a state between p and q, which are
- * those of bgc_step_tolerance. */
+/* Of each lane: root mean square of v over the tolerances at a state between p and q. */
 lane bgc_batch_norm(const bgc_batch *b, const lane *v, const lane *p, const lane *q) {
     const double rtol = b->option->rtol, atol = b->option->atol;
     lane sum = lane_of(0.0);
 
     for (int i = 0; i < b->m->n_state; i++) {
         const lane size = lane_max(lane_fabs(p[i]), lane_fabs(q[i]));
-        const lane scale = b->scale[i];
-        const lane unit = lane_min(lane_max(b->liveliest * scale, size), scale);
-        const lane least = atol > 0.0 ? lane_of(atol) : rtol * unit;
-        const lane r = v[i] / (least + rtol * size);
+        const lane r = v[i] / bgc_step_tolerance(size, b->scale[i], b->liveliest, rtol, atol);
         sum += r * r;
     }
     return lane_sqrt(sum / (double)b->m->n_state);

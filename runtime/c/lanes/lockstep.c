@@ -3,8 +3,9 @@
  * Under error control the step is the one that the lane with the largest error needs, so every lane
  * is within its tolerance. A lane that asks for a step below the resolution of time leaves.
  */
-#include "control.h"
 #include "lanes/batch.h"
+#include "accounts.h"
+#include "tolerance.h"
 
 #include <string.h>
 
@@ -47,17 +48,15 @@ static void accept(bgc_batch *b, const bgc_lane_balance *balance) {
     b->counts.steps++;
     b->counts.last_step = b->t - b->t_old;
     if (b->option->accounts) {
-        const lane stored = lane_fabs(balance->stored - b->stored0);
         b->imbalance = residual_after(b, balance);
         b->supplied_old = b->supplied;
         b->dissipated_old = b->dissipated;
         b->supplied += balance->supplied;
         b->dissipated += balance->dissipated;
-        b->largest_account =
-            lane_max(lane_max(b->largest_account, stored),
-                     lane_max(lane_fabs(b->supplied), lane_fabs(b->dissipated)));
-        b->exchanged =
-            lane_max(b->exchanged, lane_max(b->largest_account, lane_fabs(balance->stored)));
+        b->largest_account = bgc_largest_account(b->largest_account, balance->stored - b->stored0,
+                                                 b->supplied, b->dissipated);
+        b->exchanged = number_larger(number_larger(b->exchanged, b->largest_account),
+                                     lane_fabs(balance->stored));
     }
     bgc_batch_rejoin(b);
     bgc_batch_check(b, b->t, b->x);
@@ -91,16 +90,6 @@ static void attempt_fixed(bgc_batch *b) {
 
 /* --- error control ------------------------------------------------------------------------- */
 
-/* Tells how near to its scale any state has come: look_for_life of step.c. */
-static void look_for_life(bgc_batch *b) {
-    lane most = lane_max(b->liveliest, lane_of(bgc_least_lively));
-
-    for (int i = 0; i < b->m->n_state; i++) {
-        most = lane_max(most, lane_fabs(b->x[i]) / b->scale[i]);
-    }
-    b->liveliest = lane_min(most, lane_of(1.0));
-}
-
 /* The largest number in a live lane. */
 static double largest(const bgc_batch *b, lane v) {
     double found = -INFINITY;
@@ -113,36 +102,30 @@ static double largest(const bgc_batch *b, lane v) {
     return found;
 }
 
-/* The first step, the shortest that a lane needs: first_step of step.c. */
+/* The first step, the shortest that an instance alone would take. The instances are at their initial
+ * states. */
 static double first_step(bgc_batch *b) {
-    const int n = b->m->n_state;
-    const double order = b->method->error_order, most = b->option->max_step;
-    lane d0, d1, d2, h0, h1, slope;
+    const bgc_model *m = b->m;
+    double least = INFINITY;
 
-    for (int i = 0; i < n; i++) {
-        b->point[i] = b->f[i] * b->inverse_mass[i];
+    for (int l = 0; l < BGC_LANE_WIDTH; l++) {
+        if ((b->live >> l & 1u) != 0) {
+            bgc_data *d = b->instance[l];
+            double h;
+            d->core.counts.liveliest = lane_get(b->liveliest, l);
+            d->core.f_valid = 0;
+            bgc_hold_modes(m, d);
+            bgc_evaluate_f(m, d);
+            h = b->option->step > 0.0 ? b->option->step
+                                      : bgc_first_step(m, d, b->method->error_order);
+            if (b->method->family->jacobian) {
+                h = bgc_trust_first_step(m, d, h);
+            }
+            bgc_release_modes(m, d);
+            least = fmin(least, h);
+        }
     }
-    d0 = bgc_batch_norm(b, b->x, b->x, b->x);
-    d1 = bgc_batch_norm(b, b->point, b->x, b->x);
-    h0 = lane_select((d0 < lane_of(1e-5)) | (d1 < lane_of(1e-5)), lane_of(1e-6), 0.01 * d0 / d1);
-    if (most > 0.0) {
-        h0 = lane_min(h0, lane_of(most));
-    }
-    for (int i = 0; i < n; i++) {
-        b->next[i] = b->x[i] + h0 * b->point[i];
-    }
-    b->kernel->rhs(b->h, b->t + h0, b->next, b->u, b->error, b->work);
-    b->counts.rhs++;
-    for (int i = 0; i < n; i++) {
-        b->error[i] = b->error[i] * b->inverse_mass[i] - b->point[i];
-    }
-    d2 = bgc_batch_norm(b, b->error, b->x, b->x) / h0;
-    slope = lane_max(d1, d2);
-    h1 = lane_select(slope <= lane_of(1e-15), lane_max(lane_of(1e-6), 1e-3 * h0),
-                     lane_pow(0.01 / slope, lane_of(1.0 / (order + 1.0))));
-    h1 = lane_min(100.0 * h0, h1);
-    h1 = lane_select(d2 - d2 == lane_of(0.0), h1, 1e-3 * h0);
-    return -largest(b, -h1);
+    return least;
 }
 
 /* The next attempt is shorter, because of some lanes. */
@@ -157,7 +140,7 @@ static void reject(bgc_batch *b, unsigned at_fault, double h) {
  * that is undefined does, unless its lane may go alone. */
 static int is_refused(bgc_batch *b, lane errors, double h, double *error) {
     const double q = b->method->error_order + 1;
-    const unsigned bad = bgc_lanes_where(b, lane_not(bgc_is_finite(errors)));
+    const unsigned bad = bgc_lanes_where(b, lane_not(number_is_finite(errors)));
 
     if (bad != 0 && (b->m->n_switch == 0 || bad == b->live)) {
         reject(b, bad, 0.25 * h);
@@ -171,29 +154,15 @@ static int is_refused(bgc_batch *b, lane errors, double h, double *error) {
     return *error > 1.0;
 }
 
-/* The error of the energies of the step just made over their tolerance: account_error of step.c. */
-static lane account_error(const bgc_batch *b, const bgc_lane_balance *balance) {
-    const double rounding = 1e-12;
-    const lane tolerance = rounding * b->energy_scale +
-                           b->option->rtol * lane_max(b->largest_account, balance->moved);
-    const lane_mask counts = bgc_is_finite(balance->error) & (balance->error > lane_of(0.0));
-
-    return lane_select(counts, balance->error / tolerance, lane_of(0.0));
-}
-
-/* How much the balance asks for a shorter next step: drift_error of step.c. */
+/* What the drift of the accounts adds to the error: at most so much that the step is halved. */
 static double drift_error(const bgc_batch *b, const bgc_lane_balance *balance, double q,
                           double error) {
-    const double rtol = b->option->rtol;
-    const lane residual = residual_after(b, balance), added = residual - b->imbalance;
-    const lane energy =
-        lane_max(b->exchanged, lane_max(lane_fabs(balance->stored), balance->moved));
-    const lane share = lane_max(balance->moved, energy / (double)(b->counts.steps + 1));
+    const lane residual = residual_after(b, balance);
     const lane drift =
-        bgc_drift_weight * residual / (rtol * energy) * (added / (rtol * share));
-    const lane counted = lane_select(bgc_is_finite(drift), drift, lane_of(0.0));
+        bgc_drift_error(residual, residual - b->imbalance, b->exchanged, balance->stored,
+                        balance->moved, (double)(b->counts.steps + 1), b->option->rtol);
 
-    return fmin(largest(b, counted), error * pow(2.0, q));
+    return fmin(largest(b, drift), error * pow(2.0, q));
 }
 
 static void attempt_adaptive(bgc_batch *b) {
@@ -209,13 +178,13 @@ static void attempt_adaptive(bgc_batch *b) {
     if (b->live == 0) {
         return;
     }
-    look_for_life(b);
+    b->liveliest = bgc_scale_reached(b->m->n_state, b->x, b->scale, b->liveliest);
     if (b->h_next <= 0.0) {
-        b->h_next = b->option->step > 0.0 ? b->option->step : first_step(b);
+        b->h_next = first_step(b);
     }
     h = b->option->max_step > 0.0 ? fmin(b->h_next, b->option->max_step) : b->h_next;
     h = bgc_limit_step(b->t, h, due, &t_new);
-    if (b->rejected && h < fmax(16.0 * DBL_EPSILON * fabs(b->t), 1e-30)) {
+    if (b->rejected && bgc_is_too_short(b->t, h)) {
         b->live &= ~b->at_fault;
         b->rejected = 0;
         return;
@@ -232,7 +201,10 @@ static void attempt_adaptive(bgc_batch *b) {
     if (b->option->accounts) {
         bgc_batch_balance(b, &balance);
         if (b->account_rejections < BGC_MOST_ACCOUNT_REJECTIONS &&
-            is_refused(b, account_error(b, &balance), h, &error)) {
+            is_refused(b,
+                       bgc_account_error(balance.error, balance.moved, b->largest_account,
+                                         b->energy_scale, b->option->rtol),
+                       h, &error)) {
             b->account_rejections++;
             move_back(b);
             return;
