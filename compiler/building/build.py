@@ -40,7 +40,7 @@ _DISK_FULL = {
     errno.EDQUOT: "Disk quota exceeded",
 }
 _LOOPS = frozenset(
-    ("accounts", "dense", "explicit", "rosenbrock", "sparse", "stages", "vectors", "watch")
+    ("accounts", "corrections", "dense", "explicit", "rosenbrock", "sparse", "stages", "vectors")
 )
 # Optional parts of the runtime and their files; `runtime/c/absent` holds the stubs that replace
 # them in a model that does not need them.

@@ -8,7 +8,7 @@ oscillation of a stiff spring is then resolved as finely as the momentum that ta
 Without an inertia beside it, a compliance has its charge at unit effort as its scale. A merged
 momentum has the scale of the largest inertia that its flow moves in a fixed ratio. All other states
 have their own unit. Where no state comes near its scale, as in a circuit of microamperes, step
-control reduces all scales by the same factor (`runtime/c/step.c`).
+control reduces all scales by the same factor (`runtime/c/tolerance.h`).
 """
 
 from __future__ import annotations

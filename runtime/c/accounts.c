@@ -1,4 +1,4 @@
-/* accounts.c: the energy accounts of an instance: what a step adds to them, and their error. */
+/* accounts.c: the energy accounts of an instance: the energies of a step and their error. */
 #include "bgc_internal.h"
 #include "accounts.h"
 
@@ -7,7 +7,7 @@
 
 /* --- integrals over a step -------------------------------------------------------------------- */
 
-/* Stored energy, and supplied and dissipated power, at a time inside the last step. */
+/* Stored energy, supplied and dissipated power at a time inside the last step. */
 static void energy_at(const bgc_model *m, bgc_data *d, double t, double energy[3]) {
     const double *x = d->point;
 
@@ -21,8 +21,8 @@ static void energy_at(const bgc_model *m, bgc_data *d, double t, double energy[3
     m->energy(d->h, t, x, d->u_step, energy, d->work);
 }
 
-/* The rule of Lobatto with four points (degree 5) from the start of the last step to t inside it,
- * which is exact beyond the order of the dense output. */
+/* Lobatto quadrature of the powers from the start of the last step to t inside it. Its degree is above
+ * the order of the dense output. energy[k] are the energies at its points. */
 static void lobatto(const bgc_model *m, bgc_data *d, double t, double energy[4][3],
                     double power[2]) {
     const double start = d->core.t_old, length = t - start;
@@ -42,13 +42,14 @@ void bgc_integrate_energy(const bgc_model *m, bgc_data *d, double t, double powe
     lobatto(m, d, t, energy, power);
 }
 
-/* The energies of a step to t, before or after it is made the present. Its error is the difference
- * from Simpson's rule, which falls with the fifth power of the step; fixed steps do without. */
+/* The energies of a step to t, before or after that becomes the present, and under error control their
+ * error. */
 void bgc_balance_step(const bgc_model *m, bgc_data *d, const bgc_method *method, double t,
                       bgc_balance *balance) {
     const double start = d->core.t_old, length = t - start;
     double energy[4][3], power[2], moved[2];
 
+    /* Lobatto quadrature. */
     lobatto(m, d, t, energy, power);
     balance->error = 0.0;
     for (int k = 0; k < 2; k++) {
@@ -57,6 +58,8 @@ void bgc_balance_step(const bgc_model *m, bgc_data *d, const bgc_method *method,
     }
     balance->moved = fmax(moved[0], moved[1]);
     balance->stored = energy[3][0];
+
+    /* Error: Simpson's rule on the same step. */
     if (bgc_is_adaptive(method)) {
         double middle[3];
         energy_at(m, d, start + 0.5 * length, middle);
@@ -66,6 +69,8 @@ void bgc_balance_step(const bgc_model *m, bgc_data *d, const bgc_method *method,
             balance->error = fmax(balance->error, error);
         }
     }
+
+    /* The quadrature of the method itself, where it has one. */
     if (method->family->quadrature != NULL && !d->core.event) {
         method->family->quadrature(m, d, method, power);
     }
@@ -75,8 +80,8 @@ void bgc_balance_step(const bgc_model *m, bgc_data *d, const bgc_method *method,
 
 /* --- accounts --------------------------------------------------------------------------------- */
 
-/* The energy that counts as small, once in a run: the largest that a state of the size of its scale
- * stores; 0 where none stores any. */
+/* Computes, once in a run, the energy that tolerances regard as small: the largest that a state of the
+ * size of its scale stores; 0 where none stores any. */
 void bgc_settle_energy_scale(const bgc_model *m, bgc_data *d) {
     bgc_core *core = &d->core;
     double present[3], energy[3];

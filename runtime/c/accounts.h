@@ -52,7 +52,7 @@ static inline number bgc_largest_account(number before, number stored, number su
 /* How strongly the drift of the residual asks for a shorter next step. Each step is within its
  * tolerance, but errors of one sign add up over a long run. So the residual `added` by a step, over
  * the tolerance of an average step's share of the energy, is multiplied by the part of the tolerance
- * of all the energy that the residual has used up: a balance that stays small asks for nothing. */
+ * of all the energy that the residual has used up: a small residual does not shorten the step. */
 static inline number bgc_drift_error(number residual, number added, number exchanged,
                                      number stored, number moved, double steps, double rtol) {
     const double weight = 4.0; /* keeps the residual below half of its tolerance */

@@ -1,4 +1,30 @@
-/* bgc_internal.h: what the files of the runtime share. Nothing here is part of the interface. */
+/* bgc_internal.h: the types and functions that files of the runtime share; no part of the interface.
+ *
+ * The order of calls of a run:
+ *
+ *   bgc_run (run.c)                modes and inputs at the present, then for each row:
+ *     advance_to                     until the present is at or beyond the time of the row:
+ *       bgc_sample                     devices and inputs, where a sample is due
+ *       bgc_attempt (step.c)           one attempt at a step, from d->x at d->core.t:
+ *         bgc_evaluate_f                 d->f (evaluate.c)
+ *         bgc_first_step                 its length, at the start (first_step.c, control.h)
+ *         bgc_stop_for_switch            cut at an event that depends on time alone (events.c)
+ *         family->advance                stages, d->next and d->error: rosenbrock.c, explicit.c or
+ *                                        collocation.c, with linear.c and sparse.c; the sums of
+ *                                        stages are in stages.c
+ *         bgc_norm                       error over the tolerances (vectors.c, tolerance.h)
+ *         bgc_keep_consistent            algebraic equations at the end (consistent.c)
+ *         bgc_store_dense                dense output (dense.c, interpolation.h)
+ *         bgc_find_event                 the first change of a mode within the step (events.c)
+ *         bgc_check_asserts              (evaluate.c)
+ *         bgc_balance_step               energies of the step and their error (accounts.c)
+ *         accept                         d->next becomes the present; bgc_handle_event
+ *     write_row                        outputs and accounts, by dense output inside the step
+ *
+ * A rejected attempt leaves the present as it was and sets a shorter length. Under a fixed step there
+ * is no error estimate, and bgc_record_correction (corrections.c) watches its length.
+ * lanes/ has the same sequence for instances that take their steps together.
+ */
 #ifndef BGC_INTERNAL_H
 #define BGC_INTERNAL_H
 
@@ -11,11 +37,10 @@
 #include <stdatomic.h>
 
 enum { BGC_MAX_STAGES = 8, BGC_MAX_IMPLICIT = 3, BGC_MAX_DENSE = 3, BGC_LANES = 8 };
-enum { BGC_SAMPLES = 5 }; /* where a step is looked at for events */
+enum { BGC_SAMPLES = 5 };      /* points of a step at which switches are evaluated */
+enum { BGC_MAX_HALVINGS = 6 }; /* of a fixed step that is too long for the algebraic equations */
 
-enum { BGC_MAX_HALVINGS = 6 }; /* of a fixed step that is too coarse for algebraic equations */
-
-/* Vectors of states take whole cache lines; what is beyond n stays zero. */
+/* Vectors of states are padded to whole cache lines; entries beyond n stay zero. */
 static inline size_t bgc_padded(int n) {
     return ((size_t)n + BGC_LANES - 1) / BGC_LANES * BGC_LANES;
 }
@@ -26,7 +51,7 @@ static inline size_t bgc_padded(int n) {
  *   M U_i = h f(t + alpha_i h, y + sum a_ij U_j).
  * Then
  *   y1 = y + sum m_i U_i,  error = sum e_i U_i
- * (in a method without an error estimate, the change made by its last stages: see watch.c)
+ * (in a method without an error estimate, the change made by its last stages: see corrections.c)
  * and with dense > 0, for s in [0, 1],
  *   y(s) = (1 - s) y + s (y1 + (1 - s) (k_1 + s (k_2 + s k_3))),  k_l = sum h_li U_i.  */
 typedef struct {
@@ -44,7 +69,7 @@ typedef struct {
  * conjugate (where there is more than one stage); left times right is 1. Then
  *   y1 = y + sum last_i Z_i,
  *   error = (lambda / h M - J)^-1 (f(t, y) + M sum e_i Z_i / h)
- * (in a method without an error estimate, the term in parentheses alone: see watch.c). */
+ * (in a method without an error estimate, the term in parentheses alone: see corrections.c). */
 typedef struct {
     int stages;
     double node[BGC_MAX_IMPLICIT], weight[BGC_MAX_IMPLICIT]; /* of the quadrature over a step */
@@ -107,22 +132,23 @@ typedef struct {
     double re, im;
 } bgc_complex;
 
-/* Which factorisation of W is at hand: with static pivots, and whether its solutions are checked,
- * or the dense one. */
+/* The factorisation of W at hand: by static pivots, with or without a check of its solutions, or
+ * dense with partial pivoting. */
 typedef enum { BGC_STATIC, BGC_CHECKED_ONCE, BGC_WATCHED, BGC_DENSE } bgc_pivoting;
 
-/* What the dense output of the last step is made of. */
+/* The dense output of the last step: none; cubic Hermite whose slope at the end is not evaluated
+ * yet; complete. */
 typedef enum { BGC_NO_DENSE, BGC_SLOPES_PENDING, BGC_DENSE_READY } bgc_dense_state;
 
-/* Energies in J of one step. */
+/* Energies of one step, J. */
 typedef struct {
-    double supplied, dissipated;
+    double supplied, dissipated; /* integrals of the powers */
     double moved;  /* the larger of the integrals of their absolute values */
-    double error;  /* of the two integrals, the larger */
-    double stored; /* at its end, absolute */
+    double error;  /* the larger error of the two integrals */
+    double stored; /* at the end of the step, absolute */
 } bgc_balance;
 
-/* The part of an instance that holds no pointers: saved and restored as it is. */
+/* The part of an instance without pointers, which is saved and restored as it is. */
 typedef struct {
     bgc_counts counts;
 
@@ -134,42 +160,45 @@ typedef struct {
     int ready; /* a reset succeeded */
     int failed_parameter, failed_assertion, failed_state, failed_switch;
 
-    /* Time is origin + ticks step under a fixed step, and samples are at origin + k period. */
+    /* Fixed steps end at origin + ticks step, samples are at origin + k period. */
     double t, origin, period;
     int64_t ticks, sample;
-    double since_sample;   /* s of computing */
-    double stop;           /* steps under error control end there; INFINITY: nowhere */
-    int between; /* an event cut the fixed step that is under way */
+    double since_sample; /* s of computing since the last sample */
+    double stop;         /* adaptive steps end there; INFINITY: nowhere */
+    int step_cut;        /* an event has cut the fixed step under way */
 
-    int f_valid, jac_valid; /* at the present t, x, u */
-    int f_ahead;            /* f at the end of the step is in d->error */
-    int algebraic;          /* empty rows of M: equations without a rate */
-    int coarse, halvings;   /* a fixed step was too coarse for them; it is halved so often */
+    int f_valid, jac_valid;   /* d->f, and d->jac with d->dfdt, are those at the present */
+    int f_ahead;              /* f at the end of the step is in d->error */
+    int algebraic;            /* number of empty rows of M: algebraic equations */
+    int too_coarse, halvings; /* the step under way is too long for them; fixed steps are halved
+                               * that often */
 
-    /* The last step, for rows inside it; its dense output goes to t_end, past t after an event. */
+    /* The last step, for rows inside it. Its dense output reaches to t_end, beyond t after an
+     * event. */
     double t_old, t_end;
     bgc_dense_state dense;
 
-    int event;       /* the step under way ends at one */
-    double event_at; /* the time of the last one */
-    int unresolved;  /* steps in a row that were too long for the argument of a switch */
+    int event;       /* the step under way ends at an event */
+    double event_at; /* time of the last event */
+    int unresolved;  /* consecutive steps that were too long for the argument of a switch */
 
-    /* The factorisation at hand: of c M - J, for so many more steps. */
+    /* Factorisation of c M - J. */
     double c;
     bgc_pivoting pivoting;
-    int held, watched; /* watched: all solutions are checked, for so many factorisations more */
+    int held;    /* steps for which it is still to be used */
+    int watched; /* factorisations whose solutions are all still to be checked */
 
     /* Step control. */
     double h_next, error_old;
-    int rejected;      /* the last attempt was */
-    bgc_status reason; /* why */
+    int rejected;      /* the last attempt was rejected, */
+    bgc_status reason; /* for this reason */
 
-    /* Energies in J: stored at reset, and the integrals at t and at t_old. */
+    /* Energy accounts, J: stored at the reset, integrals at t and at t_old, residual at t. */
     double stored0, supplied, dissipated, supplied_old, dissipated_old;
-    double imbalance; /* of the accounts at t */
-    double energy_scale; /* below 0: not settled yet */
+    double imbalance;
+    double energy_scale; /* below 0: not computed yet */
     double largest_account;
-    int account_rejections; /* in a row */
+    int account_rejections; /* consecutive */
 } bgc_core;
 
 typedef struct {
@@ -186,45 +215,46 @@ struct bgc_data {
     /* Saved. */
     size_t n_saved;
     double *p, *h, *x, *u, *u_seen, *scale, *mass;
-    double *u_step;        /* u of the last step, its modes among them */
-    double *mode;          /* n_switch: modes at present; NaN where a switch has none */
-    double *argument;      /* n_switch: arguments at present */
-    double *extent;        /* n_switch: the largest size of each argument so far */
-    double *returns;       /* n_switch: how often in a row it has changed back at once; infinite
-                            * where it has been given up */
-    double *change_of_mode; /* n_switch: by how much it changed last */
-    double *inverse_mass;  /* 1 / m_ii where row i of M has that entry only, else 0 */
-    double *algebraic;     /* 1 where row i of M is empty, else 0 */
-    double *correction, *corrected_at, *range; /* of fixed steps: watch.c */
+    double *u_step;         /* inputs and modes of the last step */
+    double *mode;           /* n_switch: modes at the present; NaN where a switch has none */
+    double *argument;       /* n_switch: arguments at the present */
+    double *extent;         /* n_switch: the largest absolute value of each argument so far */
+    double *returns;        /* n_switch: consecutive immediate returns to the mode before; INFINITY:
+                             * the switch is left to error control */
+    double *change_of_mode; /* n_switch: the last change of each mode */
+    double *inverse_mass;   /* 1 / m_ii where row i of M has no other entry, else 0 */
+    double *algebraic;      /* 1 where row i of M is empty, else 0 */
+    double *correction, *corrected_at, *range; /* of fixed steps: corrections.c */
     double *jac, *dfdt, *lu, *f;
-    double *y0, *y1, *k;   /* dense output; k is BGC_MAX_DENSE vectors */
+    double *y0, *y1, *k;    /* dense output; k is BGC_MAX_DENSE vectors */
     bgc_complex *complex_lu;
 
     /* Scratch. */
-    double *stages;        /* BGC_MAX_STAGES vectors: the U_i, or Z_i */
-    double *implicit;      /* twice BGC_MAX_IMPLICIT vectors: f at the stages, corrections */
+    double *stages;         /* BGC_MAX_STAGES vectors: the U_i, or Z_i */
+    double *implicit;       /* twice BGC_MAX_IMPLICIT vectors: f at the stages, corrections */
     bgc_complex *complex_right, *complex_work;
-    double *next, *error, *point, *right, *residual, *magnitude, *b;
+    double *next, *error;   /* the solution and the error estimate of a step */
+    double *point, *right, *residual, *magnitude, *b;
     double *output, *command, *check, *work;
-    double *samples;       /* BGC_SAMPLES vectors of arguments of switches */
-    double *probe, *after; /* arguments of switches */
-    double *sparse_work;   /* 2 n_state: of elimination by tables */
-    double *dense_lu;      /* n by n: the fallback */
+    double *samples;        /* BGC_SAMPLES vectors of arguments of switches */
+    double *probe, *after;  /* arguments of switches */
+    double *sparse_work;    /* 2 n_state: elimination by tables */
+    double *dense_lu;       /* n by n: dense factors */
     int *pivot;
 
-    /* The states that algebraic equations are solved for (consistent.c), and scratch for that. */
+    /* The block of states that the algebraic equations are solved for, and scratch: consistent.c. */
     int n_block;
-    int *block;            /* their numbers */
-    int *place;            /* of each state: where it is in the block, or -1 */
+    int *block;             /* their numbers */
+    int *place;             /* of each state: its position in the block, or -1 */
     int *block_pivot;
     double *block_lu, *block_jac;
-    double *first, *start, *largest, *trial, *deformed, *change, *next_change;
+    double *first, *start, *largest, *trial, *homotopy, *change, *next_change;
 
     bgc_device *device;
     atomic_int stop;
 };
 
-/* The tolerance of state i at this size. */
+/* The tolerance of state i at this size, by which solutions of the algebraic equations are judged. */
 static inline double bgc_tolerance(const bgc_data *d, int i, double size) {
     const double atol = d->core.atol > 0.0 ? d->core.atol : d->core.rtol * d->scale[i];
 
@@ -282,14 +312,14 @@ void bgc_evaluate_f(const bgc_model *m, bgc_data *d);
 void bgc_evaluate_jacobian(const bgc_model *m, bgc_data *d);
 bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const double *x);
 
-/* --- first_step.c: from d->x with d->f valid; d->next and scratch are overwritten */
+/* --- first_step.c: from d->x with d->f valid; scratch, d->next among it, is overwritten */
 double bgc_first_step(const bgc_model *m, bgc_data *d, int order);
-double bgc_trust_first_step(const bgc_model *m, bgc_data *d, double h);
+double bgc_limit_first_step(const bgc_model *m, bgc_data *d, double h);
 
-/* --- watch.c */
-void bgc_reset_watch(const bgc_model *m, bgc_data *d);
-void bgc_watch_step(const bgc_model *m, bgc_data *d, const bgc_method *method, double t);
-void bgc_judge_steps(const bgc_model *m, bgc_data *d);
+/* --- corrections.c */
+void bgc_reset_corrections(const bgc_model *m, bgc_data *d);
+void bgc_record_correction(const bgc_model *m, bgc_data *d, const bgc_method *method, double t);
+void bgc_report_correction(const bgc_model *m, bgc_data *d);
 
 /* --- consistent.c */
 void bgc_classify_states(const bgc_model *m, bgc_data *d);
@@ -307,7 +337,7 @@ bgc_status bgc_settle(const bgc_model *m, bgc_data *d);
 double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end);
 bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_shorten,
                           double *found);
-bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole);
+bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole);
 
 /* --- dense.c */
 void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, double end);

@@ -1,9 +1,9 @@
-/* bgc_lanes.h: numbers of several instances of a model at once, one in each lane of a vector
- * register, and the functions of a model on them.
+/* bgc_lanes.h: several instances of a model at once, one in each lane of a vector register: arithmetic,
+ * the functions of a model, and runs.
  *
- * A `lane` has as many numbers as a register of this machine: eight with AVX-512, four with AVX, two
+ * A `lane` holds as many doubles as a register of this machine: eight with AVX-512, four with AVX, two
  * otherwise. Where the compiler has no vector types, or BGC_LANES_SCALAR is defined, it is one
- * double, and all that is written with lanes is what it would be without.
+ * double.
  */
 #ifndef BGC_LANES_H
 #define BGC_LANES_H
@@ -51,7 +51,7 @@ static inline lane lane_fabs(lane a) { return fabs(a); }
 #else
 
 typedef double lane __attribute__((vector_size(8 * BGC_LANE_WIDTH)));
-typedef int64_t lane_mask __attribute__((vector_size(8 * BGC_LANE_WIDTH))); /* all bits, or none */
+typedef int64_t lane_mask __attribute__((vector_size(8 * BGC_LANE_WIDTH))); /* all bits, or 0 */
 
 #define BGC_INLINE static inline __attribute__((always_inline))
 
@@ -89,7 +89,7 @@ static inline lane_mask lane_is(lane a) { return (a < lane_of(0.0)) | (a > lane_
 /* Emitted with the other functions of the language; declared here for the runtime. */
 lane lane_sqrt(lane a), lane_floor(lane a), lane_ceil(lane a);
 
-/* The functions of bgc_model that a run calls, each for all lanes. */
+/* The functions of bgc_model that a run calls, for all lanes at once. */
 typedef struct {
     int n_work;
     void (*rhs)(const lane *h, lane t, const lane *x, const lane *u, lane *f, lane *w);
@@ -108,16 +108,17 @@ const bgc_lane_model *bgc_get_lane_model(void);
 
 /* --- runs -------------------------------------------------------------------------------- */
 
-int bgc_lane_width(void); /* instances that go in one batch */
+int bgc_lane_width(void); /* instances in one batch */
 
 /* Runs up to bgc_lane_width() instances together, each as bgc_run would: all take the same steps. They
  * have been reset to the same time and have the same options. rows[k] are those of instance k. Where a
- * switch of one may leave its mode, it takes that step alone; its devices are its own.
+ * switch of an instance may leave its mode, the instance takes that step by itself. Each has its own
+ * devices.
  *
- * `finished` gets bit k where instance k has all its rows. One that cannot keep up (a step fails, an
- * assertion does not hold, static pivots lose digits) leaves the batch, and the others go on; bgc_run
- * after another bgc_reset does it alone. So it is with all instances under a method or of a model that
- * batches do not serve. Returns BGC_OK, BGC_INTERRUPTED after bgc_stop of the first instance, or
+ * Bit k of `finished` is set where instance k has all its rows. An instance for which a step fails, an
+ * assertion does not hold or static pivots lose digits leaves the batch, and the others go on; it has
+ * to be reset and run by bgc_run. The same holds for all instances where batches do not serve the
+ * method or the model. Returns BGC_OK, BGC_INTERRUPTED after bgc_stop of the first instance, or
  * BGC_NO_MEMORY. */
 bgc_status bgc_run_lanes(const bgc_model *m, bgc_data *const *instance, int count,
                          const double *times, size_t n, double *const *rows, unsigned *finished);

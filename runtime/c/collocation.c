@@ -14,7 +14,7 @@
 enum { MAX_NEWTON = 12, MAX_NEWTON_FIXED = 50 };
 static const double fixed_target = 1e-14;   /* of a fixed step: relative to the state's scale */
 static const double adaptive_target = 0.03; /* of an adaptive step: a part of its tolerance */
-static const double stagnation = 1e-10;     /* a correction this small that stops shrinking is rounding */
+static const double stagnation = 1e-10;     /* relative: rounding, if corrections stop shrinking */
 
 /* --- linear systems -------------------------------------------------------------------------- */
 

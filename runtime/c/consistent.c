@@ -1,12 +1,13 @@
-/* consistent.c: states without a rate of their own put on their equations.
+/* consistent.c: consistent values of the states without a rate, which algebraic equations determine.
  *
- * Rows of M that are empty are algebraic equations. The states that are free to satisfy them are
- * those whose columns of M are empty too, and those that M ties to such a row or column: the block.
- * Of these, M times the change has to vanish. Everything else is held.
+ * Empty rows of M are algebraic equations. The states that are free to satisfy them are those whose
+ * columns of M are empty too, and those that M couples to such a row or column: the block. M times
+ * the change of the block has to vanish. All other states are held.
  *
- * Newton's method with the block's own part of the Jacobian, damped by the natural monotonicity
- * test, which no scaling of the equations changes: P. Deuflhard, Newton Methods for Nonlinear
- * Problems, 3.3. Where it gets stuck, the equations are deformed from ones that hold at the start.
+ * Newton's method with the block's part of the Jacobian, damped by the natural monotonicity test,
+ * which is invariant under scaling of the equations: P. Deuflhard, Newton Methods for Nonlinear
+ * Problems, 3.3. Where it does not converge, a homotopy leads from equations that hold at the start
+ * to those of the model.
  */
 #include "bgc_internal.h"
 
@@ -14,26 +15,30 @@
 #include <math.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 100, MAX_STAGES = 60 };
+enum { MAX_ITERATIONS = 100, MAX_HOMOTOPY = 60 };
 static const double least_damping = 1e-6;
-static const double solved = 1e-9;      /* last correction, over what the states amount to */
-static const double well_within = 1e-3; /* one within tolerance by so much is as good as it gets */
-static const double left_alone = 1e-3;  /* correction after a fixed step, over scale plus size */
-static const double unbent = 1e-5;      /* one that says nothing of the step's length, over these */
-static const double bent = 0.03;        /* any other, over how far the state went in the step */
-static const double small = 0.1;        /* correction after an adaptive step, over the tolerance */
-static const double too_much = 100.0;   /* so much more than that: the step was too long */
-static const double near = 1e-5;        /* a correction, over what the states have been */
-static const double aside = 1e-2;       /* a second start, over scale or size */
-static const double negligible = 1e-9;  /* of a state's scale: smaller values are measured by that */
+static const double converged = 1e-9;        /* last correction, relative to the states */
+static const double nearly_converged = 1e-3; /* the same over the tolerance, where it stagnates */
+static const double near_solution = 1e-5;    /* relative corrections that must shrink fast */
+static const double perturbation = 1e-2;     /* of a second start, relative to scale or state */
+static const double size_floor = 1e-9;       /* of the scale: smaller states count as this */
 
-/* --- what there is to solve ---------------------------------------------------------------- */
+/* Corrections after a step that need no action, and those that reject it. */
+static const double fixed_allowance = 1e-3;       /* fixed step: relative to scale plus state */
+static const double adaptive_allowance = 0.1;     /* adaptive step: over the tolerance */
+static const double rejection_limit = 100.0;      /* adaptive step: over the allowance */
+static const double negligible_correction = 1e-5; /* relative to scale plus state */
+static const double nonlinearity_limit = 0.03;    /* fixed step: relative to the change in the step */
 
-/* Which rows of M are empty, which states are free for them, and 1 / m_ii of the others. */
+/* --- the block ----------------------------------------------------------------------------- */
+
+/* Finds the empty rows of M, the block of states that are free to satisfy them, and 1 / m_ii of rows
+ * with a diagonal entry alone. */
 void bgc_classify_states(const bgc_model *m, bgc_data *d) {
     const int n = m->n_state;
     int changed = 1, size = 0;
 
+    /* Each row: its diagonal, and the number of other entries in row and column. */
     for (int i = 0; i < n; i++) {
         double diagonal = m->n_mass == 0 ? 1.0 : 0.0;
         int others = 0, column = 0;
@@ -53,7 +58,7 @@ void bgc_classify_states(const bgc_model *m, bgc_data *d) {
     }
     d->core.algebraic = size;
 
-    /* What M ties to a state of the block belongs to it. */
+    /* States that M couples to the block belong to it: repeat until none is added. */
     while (changed) {
         changed = 0;
         for (int k = 0; k < m->n_mass; k++) {
@@ -64,6 +69,8 @@ void bgc_classify_states(const bgc_model *m, bgc_data *d) {
             }
         }
     }
+
+    /* Number the block. */
     d->n_block = 0;
     for (int i = 0; i < n; i++) {
         if (d->place[i] == 0) {
@@ -73,11 +80,10 @@ void bgc_classify_states(const bgc_model *m, bgc_data *d) {
     }
 }
 
-/* --- the block's linear algebra ------------------------------------------------------------ */
+/* --- linear algebra of the block ---------------------------------------------------------- */
 
-/* The algebraic rows of f at (t, x), less `part` of those in d->first, to `residual` in the order
- * of the block; whether all are finite. In the other rows it is what M (x - d->start) lacks to
- * zero: a second start is not on it. */
+/* The residual of the block at (t, x), in its order; returns whether it is finite. In algebraic rows it
+ * is f less `part` of d->first, in the others -M (x - d->start). */
 static int residual_at(const bgc_model *m, bgc_data *d, double t, const double *x, double part,
                        double *residual) {
     m->rhs(d->h, t, x, d->u, d->right, d->work);
@@ -96,7 +102,7 @@ static int residual_at(const bgc_model *m, bgc_data *d, double t, const double *
     return bgc_first_bad(d->n_block, residual) < 0;
 }
 
-/* Factorises what a change of the block's states does: M where it is not empty, else -J. */
+/* Factorises the matrix of the block: rows of M where they are not empty, else of -J. */
 static bgc_status factorise_block(const bgc_model *m, bgc_data *d, const double *jac) {
     const size_t n = (size_t)d->n_block;
     double *a = d->block_lu;
@@ -126,25 +132,26 @@ static bgc_status factorise_block(const bgc_model *m, bgc_data *d, const double 
     return BGC_OK;
 }
 
+/* The same with the Jacobian at (t, x). */
 static bgc_status refresh_block(const bgc_model *m, bgc_data *d, double t, const double *x) {
     m->jacobian(d->h, t, x, d->u, d->block_jac, d->residual, d->work);
     d->core.counts.jacobians++;
     return factorise_block(m, d, d->block_jac);
 }
 
-/* Root mean square of a correction over the sizes of the states. */
-static double size_of(const bgc_data *d, const double *change, const double *sizes) {
+/* Root mean square of a correction relative to the states in `sizes`. */
+static double norm_of(const bgc_data *d, const double *change, const double *sizes) {
     double sum = 0.0;
 
     for (int k = 0; k < d->n_block; k++) {
         const int i = d->block[k];
-        const double r = change[k] / fmax(fabs(sizes[i]), negligible * d->scale[i]);
+        const double r = change[k] / fmax(fabs(sizes[i]), size_floor * d->scale[i]);
         sum += r * r;
     }
     return sqrt(sum / d->n_block);
 }
 
-/* Whether a correction is within the tolerances by so much. */
+/* Whether a correction is below `part` of the tolerances. */
 static int is_within(const bgc_data *d, const double *change, const double *x, double part) {
     for (int k = 0; k < d->n_block; k++) {
         const int i = d->block[k];
@@ -155,8 +162,8 @@ static int is_within(const bgc_data *d, const double *change, const double *x, d
     return 1;
 }
 
-/* to = x, moved by a part of a correction. */
-static void move(const bgc_model *m, const bgc_data *d, const double *x, double part,
+/* to = x + part * correction. */
+static void add_correction(const bgc_model *m, const bgc_data *d, const double *x, double part,
                  const double *change, double *to) {
     if (to != x) {
         memcpy(to, x, (size_t)m->n_state * sizeof *to);
@@ -168,20 +175,22 @@ static void move(const bgc_model *m, const bgc_data *d, const double *x, double 
 
 /* --- Newton's method ----------------------------------------------------------------------- */
 
-/* Moves x by as much of d->change as makes the next correction smaller; by how much it does, or
- * negative where no part does. */
+/* Adds the largest part of the correction d->change that passes the monotonicity test. Returns the
+ * ratio of the next correction to this one, or -1 where no part passes. */
 static double correct(const bgc_model *m, bgc_data *d, double t, double part, double *x,
                       double *damping) {
-    const double length = size_of(d, d->change, x);
+    const double length = norm_of(d, d->change, x);
 
     for (; *damping >= least_damping; *damping *= 0.5) {
         double ratio;
-        move(m, d, x, *damping, d->change, d->trial);
+
+        /* The next correction, with the same factors: it has to be shorter. */
+        add_correction(m, d, x, *damping, d->change, d->trial);
         if (!residual_at(m, d, t, d->trial, part, d->next_change)) {
             continue;
         }
         bgc_solve_dense(d->n_block, d->block_lu, d->block_pivot, d->next_change);
-        ratio = size_of(d, d->next_change, x) / length;
+        ratio = norm_of(d, d->next_change, x) / length;
         if (ratio <= 1.0 - 0.25 * *damping) {
             memcpy(x, d->trial, (size_t)m->n_state * sizeof *x);
             return ratio;
@@ -190,8 +199,8 @@ static double correct(const bgc_model *m, bgc_data *d, double t, double part, do
     return -1.0;
 }
 
-/* Solves the algebraic rows, less a part of those in d->first, for the block's states in x. x is
- * spoilt where that fails. */
+/* Solves the algebraic rows, less `part` of d->first, for the block's states in x. On failure x is
+ * undefined. */
 static bgc_status newton(const bgc_model *m, bgc_data *d, double t, double part, double *x) {
     double damping = 1.0;
     int slow = 0;
@@ -199,7 +208,9 @@ static bgc_status newton(const bgc_model *m, bgc_data *d, double t, double part,
     memcpy(d->largest, x, (size_t)m->n_state * sizeof *x);
     for (int k = 0; k < MAX_ITERATIONS; k++) {
         bgc_status status;
-        double shrunk;
+        double ratio;
+
+        /* Newton correction. */
         if (!residual_at(m, d, t, x, part, d->change)) {
             return BGC_INCONSISTENT;
         }
@@ -211,12 +222,14 @@ static bgc_status newton(const bgc_model *m, bgc_data *d, double t, double part,
         if (bgc_first_bad(d->n_block, d->change) >= 0) {
             return BGC_INCONSISTENT;
         }
-        if (size_of(d, d->change, x) <= solved) {
-            move(m, d, x, 1.0, d->change, x);
+
+        /* Converged, or a damped correction. */
+        if (norm_of(d, d->change, x) <= converged) {
+            add_correction(m, d, x, 1.0, d->change, x);
             return BGC_OK;
         }
-        shrunk = correct(m, d, t, part, x, &damping);
-        if (shrunk < 0.0) {
+        ratio = correct(m, d, t, part, x, &damping);
+        if (ratio < 0.0) {
             break;
         }
         for (int j = 0; j < d->n_block; j++) {
@@ -224,55 +237,57 @@ static bgc_status newton(const bgc_model *m, bgc_data *d, double t, double part,
             d->largest[i] = fmax(fabs(d->largest[i]), fabs(x[i]));
         }
 
-        /* Near a solution corrections shrink ever faster, unless it is a double one. */
-        slow = damping == 1.0 && shrunk > 0.1 && size_of(d, d->change, d->largest) < near
+        /* Convergence is quadratic near a simple solution. If it is slow there, the solution is
+         * multiple, or there is none. */
+        slow = damping == 1.0 && ratio > 0.1 && norm_of(d, d->change, d->largest) < near_solution
                    ? slow + 1 : 0;
         if (slow == 3) {
             return BGC_INCONSISTENT;
         }
-        damping = fmin(1.0, shrunk < 0.5 ? 4.0 * damping : 2.0 * damping);
+        damping = fmin(1.0, ratio < 0.5 ? 4.0 * damping : 2.0 * damping);
     }
-    return is_within(d, d->change, x, well_within) ? BGC_OK : BGC_INCONSISTENT;
+    return is_within(d, d->change, x, nearly_converged) ? BGC_OK : BGC_INCONSISTENT;
 }
 
-/* Goes from equations that x satisfies to those of the model: g(y) - (1 - s) g(x) = 0 for s from
- * 0 to 1, in steps as long as Newton's method follows. */
-static bgc_status deform(const bgc_model *m, bgc_data *d, double t, double *x) {
+/* Follows the homotopy g(y) - (1 - s) g(x) = 0 from s = 0, where x satisfies it, to s = 1, in steps
+ * as long as Newton's method converges. */
+static bgc_status follow_homotopy(const bgc_model *m, bgc_data *d, double t, double *x) {
     const size_t size = (size_t)m->n_state * sizeof *x;
-    double done = 0.0, stride = 0.1;
+    double s = 0.0, stride = 0.1;
     bgc_status status = BGC_INCONSISTENT;
 
     if (!residual_at(m, d, t, x, 0.0, d->first)) {
         return BGC_INCONSISTENT;
     }
-    for (int k = 0; k < MAX_STAGES && done < 1.0; k++) {
-        const double next = fmin(1.0, done + stride);
-        memcpy(d->deformed, x, size);
-        status = newton(m, d, t, 1.0 - next, d->deformed);
+    for (int k = 0; k < MAX_HOMOTOPY && s < 1.0; k++) {
+        const double next = fmin(1.0, s + stride);
+        memcpy(d->homotopy, x, size);
+        status = newton(m, d, t, 1.0 - next, d->homotopy);
         if (status == BGC_OK) {
-            memcpy(x, d->deformed, size);
-            done = next;
+            memcpy(x, d->homotopy, size);
+            s = next;
             stride *= 2.0;
         } else {
             stride *= 0.25;
         }
     }
-    return done < 1.0 && status == BGC_OK ? BGC_INCONSISTENT : status;
+    return s < 1.0 && status == BGC_OK ? BGC_INCONSISTENT : status;
 }
 
-/* Leaves a point where a law may have no slope, as `f*abs(f)` has none at 0. */
-static void nudge(const bgc_data *d, double *x) {
+/* Perturbs the start: the Jacobian may be singular there, as that of `f*abs(f)` is at 0. */
+static void perturb(const bgc_data *d, double *x) {
     for (int k = 0; k < d->n_block; k++) {
         const int i = d->block[k];
-        x[i] += (k % 2 == 0 ? aside : -0.7 * aside) * fmax(fabs(x[i]), d->scale[i]);
+        x[i] += (k % 2 == 0 ? perturbation : -0.7 * perturbation) * fmax(fabs(x[i]), d->scale[i]);
     }
 }
 
-enum { FROM_HERE = 2, FROM_AFAR = 4 }; /* attempts: by Newton's method, also by deformation */
+/* Attempts by Newton's method alone, and with the homotopy; every second one is perturbed. */
+enum { NEWTON_ATTEMPTS = 2, ALL_ATTEMPTS = 4 };
 
-/* Puts x on its algebraic equations at t, from the values it has. BGC_SINGULAR if the equations do
- * not determine the states, and BGC_INCONSISTENT where no solution is found from here: x is then
- * as it was. */
+/* Solves the algebraic equations at t for the block's states in x, from the values it has.
+ * BGC_SINGULAR where they do not determine the states, BGC_INCONSISTENT where no solution is found:
+ * then x does not change. */
 static bgc_status satisfy(const bgc_model *m, bgc_data *d, double t, double *x, int attempts) {
     const size_t size = (size_t)m->n_state * sizeof *x;
     bgc_status first = BGC_OK;
@@ -284,9 +299,9 @@ static bgc_status satisfy(const bgc_model *m, bgc_data *d, double t, double *x, 
     for (int attempt = 0; attempt < attempts; attempt++) {
         bgc_status status;
         if (attempt % 2 == 1) {
-            nudge(d, x);
+            perturb(d, x);
         }
-        status = attempt < FROM_HERE ? newton(m, d, t, 0.0, x) : deform(m, d, t, x);
+        status = attempt < NEWTON_ATTEMPTS ? newton(m, d, t, 0.0, x) : follow_homotopy(m, d, t, x);
         if (status == BGC_OK) {
             d->core.failed_state = -1;
             return BGC_OK;
@@ -297,32 +312,33 @@ static bgc_status satisfy(const bgc_model *m, bgc_data *d, double t, double *x, 
     return first == BGC_SINGULAR ? BGC_SINGULAR : BGC_INCONSISTENT;
 }
 
-/* The same within a run, where a solution is near or lost. */
+/* Within a run, where the present values are near a solution. */
 bgc_status bgc_satisfy(const bgc_model *m, bgc_data *d, double t, double *x) {
-    return satisfy(m, d, t, x, FROM_HERE);
+    return satisfy(m, d, t, x, NEWTON_ATTEMPTS);
 }
 
-/* --- when ---------------------------------------------------------------------------------- */
+/* --- calls of a run ------------------------------------------------------------------------ */
 
-/* Puts d->x on its algebraic equations at the present t and u. Where no solution is found from
- * here, x is as it was. */
+/* Solves the algebraic equations at the present t and u for the block's states in d->x. Where no
+ * solution is found, d->x does not change. */
 bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d) {
     if (d->core.algebraic == 0) {
         return BGC_OK;
     }
     d->core.f_valid = d->core.jac_valid = d->core.held = 0;
-    return satisfy(m, d, d->core.t, d->x, FROM_AFAR);
+    return satisfy(m, d, d->core.t, d->x, ALL_ATTEMPTS);
 }
 
-/* How far the step to d->next missed the algebraic rows, whose f is in d->error. */
+/* The defect of d->next in the algebraic rows: the correction that the factors of the step give. */
 typedef struct {
-    double excess; /* the largest correction over what may be left alone */
-    double bend;   /* the largest that is not negligible, over how far its state went in the step */
-    int at_fault;  /* the state with that excess */
-} distance;
+    double excess;       /* the largest correction over its allowance */
+    double nonlinearity; /* the largest one that is not negligible, over the change in the step */
+    int at_fault;        /* the state with the largest excess */
+} algebraic_defect;
 
-/* By the correction that the step's own factorisation gives. */
-static bgc_status measure(const bgc_model *m, bgc_data *d, int fixed, distance *found) {
+/* Evaluates the defect; f at d->next is in d->error. */
+static bgc_status measure_defect(const bgc_model *m, bgc_data *d, int fixed,
+                                 algebraic_defect *found) {
     bgc_status status;
 
     for (int i = 0; i < m->n_state; i++) {
@@ -333,46 +349,49 @@ static bgc_status measure(const bgc_model *m, bgc_data *d, int fixed, distance *
         return BGC_NOT_FINITE;
     }
     status = bgc_solve(m, d, d->right);
-    *found = (distance){0.0, 0.0, -1};
+    *found = (algebraic_defect){0.0, 0.0, -1};
     for (int k = 0; k < d->n_block; k++) {
         const int i = d->block[k];
         const double size = fabs(d->next[i]), change = fabs(d->right[i]);
         const double allowed =
-            fixed ? left_alone * (d->scale[i] + size) : small * bgc_tolerance(d, i, size);
+            fixed ? fixed_allowance * (d->scale[i] + size)
+                  : adaptive_allowance * bgc_tolerance(d, i, size);
         if (change > found->excess * allowed || isnan(change)) { /* a NaN stays */
             found->excess = change / allowed;
             found->at_fault = i;
         }
-        if (change > unbent * (d->scale[i] + size)) {
-            found->bend = fmax(found->bend, change / fabs(d->next[i] - d->x[i]));
+        if (change > negligible_correction * (d->scale[i] + size)) {
+            found->nonlinearity = fmax(found->nonlinearity, change / fabs(d->next[i] - d->x[i]));
         }
     }
     return status;
 }
 
-/* After a step to d->next: the algebraic rows there. What a linearly implicit method misses by
- * little is its error, and is left to the next step, which takes it up. Where the states without a
- * rate did not go where one linear iteration sends them, the step was too long; otherwise, and if it
- * cannot be shorter, d->next is corrected, or refused. Other methods leave these rows to this. */
+/* After a step to d->next: the algebraic equations there. A linearly implicit method satisfies them
+ * nearly. A small defect is part of its error and left to the next step. A large one, or one that is
+ * large compared with the change in the step, makes the step too coarse. In between, and where the
+ * step cannot be shorter, d->next is corrected. Other methods leave these equations to this call. */
 bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, const bgc_method *method,
                                double t) {
     const int fixed = !bgc_is_adaptive(method);
-    distance found = {0.0, 0.0, -1};
+    algebraic_defect found = {0.0, 0.0, -1};
 
     if (d->core.algebraic == 0) {
         return BGC_OK;
     }
     if (method->family->rows == BGC_ROWS_NEARLY) {
         bgc_status status;
+
+        /* The defect, by f at the end of the step. */
         m->rhs(d->h, t, d->next, d->u, d->error, d->work);
         d->core.counts.rhs++;
-        status = measure(m, d, fixed, &found);
+        status = measure_defect(m, d, fixed, &found);
         if (status != BGC_OK) {
             return status;
         }
-        if (fixed ? found.bend > bent && d->core.halvings < BGC_MAX_HALVINGS
-                  : found.excess > too_much) {
-            d->core.coarse = 1;
+        if (fixed ? found.nonlinearity > nonlinearity_limit && d->core.halvings < BGC_MAX_HALVINGS
+                  : found.excess > rejection_limit) {
+            d->core.too_coarse = 1;
             return BGC_OK;
         }
         if (found.excess <= 1.0) {

@@ -1,7 +1,7 @@
-/* dense.c: the solution inside the last step, and the energy integrals over it.
+/* dense.c: dense output: the solution inside the last step.
  *
- * Both kinds of dense output have the form of bgc_internal.h: the method's own, and the cubic of
- * Hermite through the states and slopes at both ends.
+ * It has the form of bgc_internal.h, with coefficients of the method itself, or those of the cubic
+ * Hermite polynomial through the states and slopes at both ends.
  */
 #include "bgc_internal.h"
 #include "interpolation.h"
@@ -9,8 +9,8 @@
 #include <math.h>
 #include <string.h>
 
-/* After a step to d->next at `end` and before it is made the present: keeps what interpolation
- * needs. */
+/* Stores the dense output of a step to d->next at `end`, before that becomes the present. Hermite
+ * polynomials need f at the end, which is evaluated when they are used. */
 void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, double end) {
     const int n = m->n_state;
     const size_t size = (size_t)n * sizeof(double);
@@ -28,7 +28,7 @@ void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, 
     }
 }
 
-/* --- loops of a fixed length, which compilers vectorise at every level of optimisation ------ */
+/* --- loops of fixed length, which compilers vectorise at every level of optimisation -------- */
 
 /* Cubic Hermite polynomials with the slopes k1 at the start and f_end at the end, or chords. */
 static inline void make_cubics(double h, const double *restrict y0, const double *restrict y1,
@@ -40,6 +40,7 @@ static inline void make_cubics(double h, const double *restrict y0, const double
     }
 }
 
+/* x = y(s). */
 static inline void evaluate_cubics(double s, const double *restrict y0, const double *restrict y1,
                                    const double *restrict k1, const double *restrict k2,
                                    const double *restrict k3, double *restrict x) {
@@ -50,8 +51,8 @@ static inline void evaluate_cubics(double s, const double *restrict y0, const do
 
 /* --- the solution --------------------------------------------------------------------------- */
 
-/* f at the end of the last step, or of the one that is being looked at: there d->f is still f at
- * its start. */
+/* f at the end of the last step. Before that is the present, d->f is f at its start, and f at the end
+ * goes to d->error. */
 static const double *slope_at_end(const bgc_model *m, bgc_data *d) {
     bgc_core *core = &d->core;
     const size_t size = (size_t)m->n_state * sizeof *d->x;
@@ -71,7 +72,7 @@ static const double *slope_at_end(const bgc_model *m, bgc_data *d) {
     return d->f;
 }
 
-/* Makes the cubics of Hermite out of the slopes at the start, in k, and those at the end. */
+/* Makes Hermite polynomials from the slopes at the start, in d->k, and those at the end. */
 static void complete_slopes(const bgc_model *m, bgc_data *d) {
     const size_t width = bgc_padded(m->n_state);
     const double h = d->core.t_end - d->core.t_old;
@@ -85,7 +86,8 @@ static void complete_slopes(const bgc_model *m, bgc_data *d) {
     d->core.dense = BGC_DENSE_READY;
 }
 
-/* x at time t inside the last step; states without a rate by their equations. */
+/* x at time t inside the last step. States without a rate follow from the algebraic equations, in the
+ * modes and inputs of that step; where no solution is found, they are interpolated. */
 void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
     const size_t width = bgc_padded(m->n_state);
     const double *k1 = d->k, *k2 = k1 + width, *k3 = k2 + width;
@@ -98,10 +100,10 @@ void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
     for (size_t i = 0; i < width; i += BGC_LANES) {
         evaluate_cubics(s, d->y0 + i, d->y1 + i, k1 + i, k2 + i, k3 + i, x + i);
     }
-    if (d->core.algebraic > 0) { /* in the modes and inputs of that step */
+    if (d->core.algebraic > 0) {
         double *present = d->u;
         d->u = d->u_step;
-        bgc_satisfy(m, d, t, x); /* where no solution is found, what was interpolated is kept */
+        bgc_satisfy(m, d, t, x);
         d->u = present;
     }
     if (m->project != NULL) {

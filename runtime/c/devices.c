@@ -1,5 +1,5 @@
-/* devices.c: what a model reads from haptic devices and writes to them. No force outlasts a fault,
- * a failed run or a closed device. */
+/* devices.c: inputs from haptic devices and commands to them. Forces are set to zero on a fault, after
+ * a failed run, and when a device is closed. */
 #include "bgc_internal.h"
 
 #include <stdio.h>
@@ -16,9 +16,10 @@ const bgc_driver *bgc_find_driver(const char *name) {
     return NULL;
 }
 
-/* A hand at rest in the middle of the workspace. */
+/* A pose at rest in the middle of the workspace, for a device that is not open. */
 static const bgc_pose resting = {.orientation = {1.0, 0.0, 0.0, 0.0}};
 
+/* The component of a pose that an input reads. */
 static double input_of(const bgc_pose *pose, const bgc_channel_use *use) {
     switch (use->channel) {
     case BGC_POSITION:
@@ -38,6 +39,7 @@ static double input_of(const bgc_pose *pose, const bgc_channel_use *use) {
     }
 }
 
+/* The component of an effort that a command writes. */
 static double *command_of(bgc_effort *effort, const bgc_channel_use *use) {
     switch (use->channel) {
     case BGC_FORCE:
@@ -49,18 +51,19 @@ static double *command_of(bgc_effort *effort, const bgc_channel_use *use) {
     }
 }
 
-/* Whether input k comes from a device, and not from the caller. */
+/* Whether input k comes from a device; the caller writes the others. */
 static int from_device(const bgc_model *m, int k) {
     return m->input != NULL && m->input[k].device >= 0;
 }
 
-/* The inputs of a model whose devices are at rest, and whose caller gives none. */
+/* Inputs with devices at rest; those that the caller writes are zero. */
 void bgc_default_inputs(const bgc_model *m, double *u) {
     for (int k = 0; k < m->n_input; k++) {
         u[k] = from_device(m, k) ? input_of(&resting, &m->input[k]) : 0.0;
     }
 }
 
+/* Writes zero force to all open devices. */
 void bgc_zero_devices(const bgc_model *m, bgc_data *d) {
     static const bgc_effort none = {{0.0}, {0.0}, {0.0}};
 
@@ -72,8 +75,9 @@ void bgc_zero_devices(const bgc_model *m, bgc_data *d) {
     }
 }
 
-/* Poses at the present time into the model's inputs; a fault leaves all devices without force. */
+/* Reads poses at the present time to the inputs of the model. A fault sets all forces to zero. */
 bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d) {
+    /* A pose from each open device. */
     for (int k = 0; k < m->n_device; k++) {
         bgc_device *device = &d->device[k];
         if (device->driver == NULL) {
@@ -85,6 +89,8 @@ bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d) {
             return BGC_DEVICE;
         }
     }
+
+    /* Their components, where inputs read them. */
     for (int k = 0; k < m->n_input; k++) {
         const bgc_device *device = from_device(m, k) ? &d->device[m->input[k].device] : NULL;
         if (device != NULL && device->driver != NULL) {
@@ -94,7 +100,7 @@ bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d) {
     return BGC_OK;
 }
 
-/* The model's commands at the present time and state to the devices. */
+/* Writes the commands of the model at the present time and state to the devices. */
 bgc_status bgc_write_devices(const bgc_model *m, bgc_data *d) {
     int open = 0;
 
@@ -104,6 +110,8 @@ bgc_status bgc_write_devices(const bgc_model *m, bgc_data *d) {
     if (!open) {
         return BGC_OK;
     }
+
+    /* Commands; undefined ones are a failure of the model. */
     if (m->n_command > 0) {
         m->commands(d->h, d->core.t, d->x, d->u, d->command, d->work);
     }
@@ -111,6 +119,8 @@ bgc_status bgc_write_devices(const bgc_model *m, bgc_data *d) {
         bgc_zero_devices(m, d);
         return BGC_NOT_FINITE;
     }
+
+    /* Efforts of each open device. */
     for (int k = 0; k < m->n_device; k++) {
         const bgc_device *device = &d->device[k];
         bgc_effort effort = {{0.0}, {0.0}, {0.0}};
@@ -130,6 +140,7 @@ bgc_status bgc_write_devices(const bgc_model *m, bgc_data *d) {
     return BGC_OK;
 }
 
+/* Writes zero force and closes the driver, where it is open. */
 static void close_device(bgc_data *d, bgc_device *device) {
     static const bgc_effort none = {{0.0}, {0.0}, {0.0}};
 
@@ -145,6 +156,7 @@ bgc_status bgc_open_device(const bgc_model *m, bgc_data *d, int k, const bgc_dri
                            const char *options, char *message, size_t size) {
     void *handle;
 
+    /* The device and its driver. */
     if (size > 0) {
         message[0] = '\0';
     }
@@ -159,6 +171,8 @@ bgc_status bgc_open_device(const bgc_model *m, bgc_data *d, int k, const bgc_dri
         snprintf(message, size, "there is no driver called `%s`", m->device[k].driver);
         return BGC_BAD_ARGUMENT;
     }
+
+    /* Open it, in the place of the one before. */
     close_device(d, &d->device[k]);
     handle = driver->open(options != NULL ? options : m->device[k].options, message, size);
     if (handle == NULL) {

@@ -1,11 +1,12 @@
-/* events.c: discontinuous laws. A step keeps them in their modes, and ends where one changes.
+/* events.c: events of discontinuous laws: detection, location, and the new modes.
  *
- * Within a step every comparison, sign and rounding of the model is held at its mode, so that the
- * right-hand side is smooth and the method keeps its order. The dense output of the step tells
- * whether an argument has left its mode, at the end or on the way there; the first time at which
- * one has is found with a bracket, the step is cut there, and the next one starts in the new modes.
- * Invariant: between steps each mode is what its operation gives at the present time and state; a
- * NaN where that is undefined, or where the switch is given up.
+ * Within a step every comparison, sign and rounding of the model is held at its mode, so that f is
+ * smooth and the method keeps its order. The dense output of the step shows whether an argument has
+ * left the range of its mode, at the end or within. The first time at which one has is located by
+ * bracketing, the step is cut there, and the next step starts in the new modes.
+ *
+ * Invariant: between steps each mode is the result of its operation at the present time and state; a
+ * NaN where that is undefined, or where the switch is left to error control.
  */
 #include "bgc_internal.h"
 #include "modes.h"
@@ -15,18 +16,20 @@
 #include <math.h>
 #include <string.h>
 
-/* Where inside a step arguments are looked at, its end last. Unevenly, so that no oscillation hides
- * between them. */
+/* Points of a step at which arguments are evaluated, its end last; spaced unevenly, so that an
+ * oscillation does not fit between them. */
 const double bgc_sample_at[BGC_SAMPLES] = {0.17, 0.41, 0.63, 0.86, 1.0};
-/* Values at the second and third node of the cubic through those at 0, 0.17, 0.86 and 1. */
-static const double foretold[2][4] = {
+
+/* Weights of the arguments at 0, 0.17, 0.86 and 1 in the values at 0.41 and 0.63 of the cubic through
+ * them. */
+static const double cubic_weight[2][4] = {
     {-0.4358413132694938, 1.1180784519150777, 0.6988299869998555, -0.3810671256454388},
     {-0.2677564979480164, 0.5506732813607370, 1.2906976744186045, -0.5736144578313251},
 };
-static const double too_far_off = 0.005; /* of the range of an argument, between it and the cubic */
+static const double cubic_tolerance = 0.005; /* deviation from the cubic, relative to the range */
 
-static const double uncertain = 4.0; /* as much as so many tolerances of the states make of it */
-static const double brief_excursion = 1e-3; /* of a step: from one event to the next */
+static const double noise_factor = 4.0; /* changes below this many state tolerances are noise */
+static const double immediate_return = 1e-3; /* part of a step between an event and the next */
 enum { MOST_RETURNS = 50, MOST_UNRESOLVED = 8, MOST_ROUNDS = 10 };
 
 /* --- modes --------------------------------------------------------------------------------- */
@@ -37,10 +40,10 @@ static double value_of(int operation, double z) {
     return isnan(z) ? z : bgc_result(operation, z);
 }
 
-/* Whether switch k is left to error control for the rest of the run. */
+/* Whether switch k is left to error control until the run ends. */
 static int is_given_up(const bgc_data *d, int k) { return isinf(d->returns[k]); }
 
-/* Whether switch k has left its mode with the argument z, where it has one. */
+/* Whether the argument z is outside the range of the mode of switch k. */
 static int has_left(const bgc_model *m, const bgc_data *d, int k, double z) {
     const double mode = d->mode[k];
 
@@ -51,21 +54,21 @@ static double depth_of(const bgc_model *m, const bgc_data *d, int k, double z) {
     return bgc_depth(m->switch_info[k].operation, d->mode[k], z);
 }
 
-/* Kernels follow the modes. */
+/* Kernels take the modes for the results of the operations. */
 void bgc_hold_modes(const bgc_model *m, bgc_data *d) {
     if (m->n_switch > 0) {
         memcpy(d->u + m->n_input, d->mode, (size_t)m->n_switch * sizeof *d->mode);
     }
 }
 
-/* Kernels compare at whatever point they are evaluated. */
+/* Kernels evaluate the operations. */
 void bgc_release_modes(const bgc_model *m, bgc_data *d) {
     for (int k = 0; k < m->n_switch; k++) {
         d->u[m->n_input + k] = (double)NAN;
     }
 }
 
-/* The modes of the arguments that kernels give at present; 1 where one of them changes. */
+/* Sets the modes by the arguments at the present; returns 1 where one of them changes. */
 static int update_modes(const bgc_model *m, bgc_data *d) {
     int changed = 0;
 
@@ -81,9 +84,9 @@ static int update_modes(const bgc_model *m, bgc_data *d) {
     return changed;
 }
 
-/* The modes at the present time and state, and leaves them released. An argument in which the mode
- * of another switch is read may differ from the same without modes by rounding, and what a step
- * meets is the former. */
+/* Finds the modes at the present, and leaves them released. Arguments that contain operations differ
+ * by rounding between released and held modes. Steps see held ones, so the modes are iterated on
+ * them. */
 void bgc_find_modes(const bgc_model *m, bgc_data *d) {
     if (m->n_switch == 0) {
         return;
@@ -99,7 +102,7 @@ void bgc_find_modes(const bgc_model *m, bgc_data *d) {
     bgc_release_modes(m, d);
 }
 
-/* As at the start of a run: no switch has been given up. */
+/* At the start of a run: no modes yet, and no switch left to error control. */
 void bgc_reset_modes(const bgc_model *m, bgc_data *d) {
     for (int k = 0; k < m->n_switch; k++) {
         d->mode[k] = 0.0;
@@ -110,27 +113,30 @@ void bgc_reset_modes(const bgc_model *m, bgc_data *d) {
     d->core.event_at = (double)NAN;
 }
 
-/* x, with every state off by about its tolerance. Sizes and signs differ from state to state, so that
- * they do not cancel where states that belong together are compared. */
-static void move_by_tolerances(const bgc_model *m, const bgc_data *d, const double *x,
+/* moved = x with every state perturbed by about its tolerance. Sizes and signs follow low-discrepancy
+ * sequences, so that perturbations do not cancel in differences of states. */
+static void perturb_by_tolerances(const bgc_model *m, const bgc_data *d, const double *x,
                                double *moved) {
     const double size_stride = 0.6180339887498949, sign_stride = 0.7548776662466927;
     const bgc_core *core = &d->core;
     double size = 0.0, sign = 0.0;
 
     for (int i = 0; i < m->n_state; i++) {
-        const double off = (0.5 + 0.5 * size) * bgc_step_tolerance(fabs(x[i]), d->scale[i], core->counts.liveliest, core->rtol, core->atol);
+        const double tolerance = bgc_step_tolerance(fabs(x[i]), d->scale[i],
+                                                    core->counts.scale_reached, core->rtol,
+                                                    core->atol);
+        const double off = (0.5 + 0.5 * size) * tolerance;
         moved[i] = x[i] + (sign < 0.5 ? off : -off);
         size = fmod(size + size_stride, 1.0);
         sign = fmod(sign + sign_stride, 1.0);
     }
 }
 
-/* --- looking for the first event of a step --------------------------------------------------- */
+/* --- location of the first event of a step --------------------------------------------------- */
 
-/* How arguments are evaluated: along the dense output of the step to d->next, where any depends on
- * states, or with the present state. */
-typedef enum { ALONG_STEP, AHEAD } route;
+/* Arguments are evaluated along the dense output of the step to d->next, or, for switches that depend
+ * on time alone, with the present state. */
+typedef enum { ALONG_STEP, TIME_ALONE } route;
 
 static void evaluate(const bgc_model *m, bgc_data *d, route way, double t, double *z) {
     const double *x = d->x;
@@ -142,19 +148,21 @@ static void evaluate(const bgc_model *m, bgc_data *d, route way, double t, doubl
     m->switches(d->h, t, x, d->u, z, d->work);
 }
 
-/* The end of a bracket around the first time after `low` at which switch k has left its mode; it
- * has at `high`, where its argument is z_high. To the last bit where only time matters. By the
- * method ITP, which is never slower than bisection and mostly as fast as the secant's: I. F. D.
- * Oliveira, R. H. C. Takahashi, ACM Transactions on Mathematical Software 47 (2020) 5. */
+/* Locates a time in (low, high] at which switch k leaves its mode, by the ITP method, whose worst case
+ * is that of bisection and whose order is that of the secant method: I. F. D. Oliveira, R. H. C.
+ * Takahashi, ACM Transactions on Mathematical Software 47 (2020) 5. The switch has left its mode at
+ * `high`. Returns the end of a bracket of the width of the rounding of times, or of one bit where
+ * only time matters. */
 static double locate(const bgc_model *m, bgc_data *d, route way, int k, double low, double high,
                      double z_low, double z_high) {
     const double resolution =
-        (way == AHEAD ? 0.25 : 2.0) * DBL_EPSILON * fmax(fabs(low), fabs(high));
+        (way == TIME_ALONE ? 0.25 : 2.0) * DBL_EPSILON * fmax(fabs(low), fabs(high));
     const double width = high - low, bend = 0.2 / width;
     double at_low = depth_of(m, d, k, z_low), at_high = depth_of(m, d, k, z_high);
     double most = ceil(log2(fmax(width / (2.0 * resolution), 1.0))) + 1.0;
 
     for (double j = 0.0; high - low > 2.0 * resolution; j += 1.0) {
+        /* Interpolate by regula falsi, truncate towards the middle, project on its neighbourhood. */
         const double half = 0.5 * (low + high), length = high - low;
         const double reach = resolution * exp2(most - j) - 0.5 * length;
         const double falsi = at_low > at_high ? (at_low * high - at_high * low) / (at_low - at_high)
@@ -169,6 +177,8 @@ static double locate(const bgc_model *m, bgc_data *d, route way, int k, double l
                 break;
             }
         }
+
+        /* Keep the half with the change of mode. */
         evaluate(m, d, way, t, d->probe);
         if (has_left(m, d, k, d->probe[k])) {
             high = t;
@@ -181,14 +191,14 @@ static double locate(const bgc_model *m, bgc_data *d, route way, int k, double l
     return high;
 }
 
-/* The first time in (low, high] at which any switch has left its mode; some have at `high`.
- * z_low and z_high are the arguments at both ends, z_high that at the time returned. Where the step
- * ends at the event of a switch that depends on time alone, it does so on purpose. */
+/* The first time in (low, high] at which any switch leaves its mode; some have left it at `high`.
+ * z_low and z_high are the arguments at both ends; on return z_high are those at the time returned.
+ * Switches of time alone are not located along a step, which ends at their event already. */
 static double locate_first(const bgc_model *m, bgc_data *d, route way, double low, double high,
                            const double *z_low, double *z_high) {
     for (int k = 0; k < m->n_switch; k++) {
         const int timed = m->switch_info[k].timed;
-        if ((way == AHEAD && !timed) || (way == ALONG_STEP && timed && high == d->core.t_end) ||
+        if ((way == TIME_ALONE && !timed) || (way == ALONG_STEP && timed && high == d->core.t_end) ||
             !has_left(m, d, k, z_high[k])) {
             continue;
         }
@@ -208,21 +218,20 @@ static int any_left(const bgc_model *m, const bgc_data *d, const double *z, int 
     return 0;
 }
 
-/* Where a step to `end` should stop: there, or at the first event before it that depends on time
- * alone. */
+/* The end of a step: `end`, or the first event before it of a switch that depends on time alone. */
 double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
     if (m->n_timed == 0) {
         return end;
     }
-    evaluate(m, d, AHEAD, end, d->after);
+    evaluate(m, d, TIME_ALONE, end, d->after);
     if (!any_left(m, d, d->after, 1)) {
         return end;
     }
-    return locate_first(m, d, AHEAD, d->core.t, end, d->argument, d->after);
+    return locate_first(m, d, TIME_ALONE, d->core.t, end, d->argument, d->after);
 }
 
-/* Where the parabola through the depths of three arguments is least, if that is between the outer
- * two and near the edge: there the switch may have left its mode and come back. */
+/* The minimum of the parabola through three depths, if it is between the outer two and near the edge:
+ * there the switch may leave its mode and return. Else a NaN. */
 static double closest_approach(const double t[3], const double inside[3]) {
     const double left = (inside[1] - inside[0]) / (t[1] - t[0]);
     const double right = (inside[2] - inside[1]) / (t[2] - t[1]);
@@ -235,27 +244,30 @@ static double closest_approach(const double t[3], const double inside[3]) {
                : (double)NAN;
 }
 
-/* Whether an argument that comes near its edge does so too fast for the samples of this step, in
- * z[0] at its start and z[1 + i] at the nodes: a smooth one is foretold by a cubic. */
+/* Whether an argument near the edge of its mode varies too fast for the samples of this step, z[0] at
+ * its start and z[1 + i] at the points: a smooth one is close to a cubic. */
 static int is_unresolved(const bgc_model *m, const bgc_data *d, int k, const double *const *z) {
     double low = z[0][k], high = low, nearest = depth_of(m, d, k, low), off = 0.0;
 
+    /* Range, and least distance from the edge. */
     for (int i = 1; i <= BGC_SAMPLES; i++) {
         low = fmin(low, z[i][k]);
         high = fmax(high, z[i][k]);
         nearest = fmin(nearest, depth_of(m, d, k, z[i][k]));
     }
+
+    /* Deviation from the cubic through four of the values. */
     for (int i = 0; i < 2; i++) {
-        const double *w = foretold[i];
+        const double *w = cubic_weight[i];
         const double cubic = w[0] * z[0][k] + w[1] * z[1][k] + w[2] * z[4][k] + w[3] * z[5][k];
         off = fmax(off, fabs(cubic - z[2 + i][k]));
     }
-    return off > too_far_off * (high - low) && nearest < high - low &&
+    return off > cubic_tolerance * (high - low) && nearest < high - low &&
            high - low > d->core.rtol * d->extent[k];
 }
 
-/* Whether an argument moves in this step by more than it is uncertain by: what moves less is noise,
- * and no shorter step resolves it. */
+/* Whether an argument changes in this step by more than the tolerances of the states change it: a
+ * smaller change is noise, which no shorter step resolves. */
 static int is_beyond_tolerances(const bgc_model *m, bgc_data *d, int k, const double *const *z) {
     double low = z[0][k], high = low;
 
@@ -263,13 +275,13 @@ static int is_beyond_tolerances(const bgc_model *m, bgc_data *d, int k, const do
         low = fmin(low, z[i][k]);
         high = fmax(high, z[i][k]);
     }
-    move_by_tolerances(m, d, d->next, d->point);
+    perturb_by_tolerances(m, d, d->next, d->point);
     m->switches(d->h, d->core.t_end, d->point, d->u, d->after, d->work);
-    return !(high - low <= uncertain * fabs(d->after[k] - z[BGC_SAMPLES][k]));
+    return !(high - low <= noise_factor * fabs(d->after[k] - z[BGC_SAMPLES][k]));
 }
 
-/* Looks between samples i - 2 and i for a switch that leaves its mode and comes back: 1, and the
- * time of that, with the arguments there in d->after. */
+/* Searches between samples i - 2 and i for a switch that leaves its mode and returns. If there is one,
+ * returns 1, sets *found to the time of its event, and d->after to the arguments there. */
 static int find_between(const bgc_model *m, bgc_data *d, int i, const double *t,
                         const double *const *z, double *found) {
     for (int k = 0; k < m->n_switch; k++) {
@@ -290,8 +302,8 @@ static int find_between(const bgc_model *m, bgc_data *d, int i, const double *t,
     return 0;
 }
 
-/* BGC_NOT_FINITE where a switch has come to an argument that is undefined, given d->next and the
- * arguments there, and no other one guards it: then f is undefined too. */
+/* BGC_NOT_FINITE where an argument becomes undefined at d->next and no other switch guards it: then f
+ * is undefined too. z are the arguments there. */
 static bgc_status check_defined(const bgc_model *m, bgc_data *d, double t, const double *z) {
     int undefined = 0, bad;
 
@@ -313,15 +325,16 @@ static bgc_status check_defined(const bgc_model *m, bgc_data *d, double t, const
     return BGC_NOT_FINITE;
 }
 
-/* After a step to d->next at `end`, whose dense output is stored: the time of its first event, with
- * d->next the state there; `end` where there is none. BGC_STEP_TOO_SMALL asks for a shorter step,
- * where the method can give it. */
+/* After a step to d->next at `end`, with its dense output stored: sets *found to the time of its first
+ * event and d->next to the state there; to `end` where there is none. BGC_STEP_TOO_SMALL asks for a
+ * shorter step, if `may_shorten`. */
 bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_shorten,
                           double *found) {
     const double start = d->core.t;
     const double *z[BGC_SAMPLES + 1] = {d->argument};
     double t[BGC_SAMPLES + 1] = {start};
 
+    /* Arguments at the samples. */
     *found = end;
     d->core.event = 0;
     for (int i = 1; i <= BGC_SAMPLES; i++) {
@@ -330,12 +343,16 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
         evaluate(m, d, ALONG_STEP, t[i], here);
         z[i] = here;
     }
+
+    /* An argument that the samples do not resolve. */
     for (int k = 0; k < m->n_switch && may_shorten && d->core.unresolved < MOST_UNRESOLVED; k++) {
         if (is_unresolved(m, d, k, z) && is_beyond_tolerances(m, d, k, z)) {
             d->core.unresolved++;
             return BGC_STEP_TOO_SMALL;
         }
     }
+
+    /* The first sample interval with an event: a mode left and regained, or left at its end. */
     for (int i = 1; i <= BGC_SAMPLES && !d->core.event; i++) {
         d->core.event = i > 1 && find_between(m, d, i, t, z, found);
         if (!d->core.event && any_left(m, d, z[i], 0)) {
@@ -350,16 +367,17 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
     return check_defined(m, d, *found, d->core.event ? d->after : z[BGC_SAMPLES]);
 }
 
-/* --- going on ------------------------------------------------------------------------------- */
+/* --- after an event ------------------------------------------------------------------------- */
 
-/* Whether f jumps with the mode of switch k, which was `before`, by more than it is uncertain by. */
+/* Whether f jumps with the mode of switch k, from `before`, by more than the tolerances of the states
+ * change it. */
 static int jumps_here(const bgc_model *m, bgc_data *d, int k, double before) {
     double *mode = d->u + m->n_input + k;
     int jumps = 0;
 
     bgc_hold_modes(m, d);
     m->rhs(d->h, d->core.t, d->x, d->u, d->right, d->work);
-    move_by_tolerances(m, d, d->x, d->point);
+    perturb_by_tolerances(m, d, d->x, d->point);
     m->rhs(d->h, d->core.t, d->point, d->u, d->magnitude, d->work);
     *mode = before;
     m->rhs(d->h, d->core.t, d->x, d->u, d->point, d->work);
@@ -368,14 +386,14 @@ static int jumps_here(const bgc_model *m, bgc_data *d, int k, double before) {
     for (int i = 0; i < m->n_state && !jumps; i++) {
         const double off = fabs(d->magnitude[i] - d->right[i]);
         const double rounding = 16.0 * DBL_EPSILON * fabs(d->right[i]);
-        jumps = !(fabs(d->point[i] - d->right[i]) <= uncertain * off + rounding);
+        jumps = !(fabs(d->point[i] - d->right[i]) <= noise_factor * off + rounding);
     }
     return jumps;
 }
 
-/* Counts how often in a row each switch has returned at once; BGC_CHATTERING where one does so
- * without end, because its law drives the state back to the edge from both sides. Laws that are
- * continuous there can do without a mode, and error control sees to them from here on. */
+/* Counts the consecutive immediate returns of each switch. Where one returns without end, its law
+ * drives the state to the edge from both sides: BGC_CHATTERING if f jumps there; if f is continuous,
+ * the switch is left to error control. */
 static bgc_status count_returns(const bgc_model *m, bgc_data *d, const double *before,
                                 int in_a_row) {
     bgc_status status = BGC_OK;
@@ -405,10 +423,9 @@ static bgc_status count_returns(const bgc_model *m, bgc_data *d, const double *b
     return status;
 }
 
-/* Puts the states on their algebraic equations in the modes that they give themselves: other
- * switches may change with what jumps. Modes are held meanwhile, so that the equations are smooth;
- * where modes and states do not settle, comparisons are made in the equations. Leaves the modes
- * released. */
+/* Iterates modes and algebraic equations until they agree: a jump of the states without a rate may
+ * change other modes. Modes are held in the equations, which are smooth then. Where that does not
+ * converge, the equations are solved with released modes. Leaves the modes released. */
 bgc_status bgc_settle(const bgc_model *m, bgc_data *d) {
     const size_t size = (size_t)m->n_switch * sizeof *d->mode;
     bgc_status status;
@@ -431,7 +448,7 @@ bgc_status bgc_settle(const bgc_model *m, bgc_data *d) {
     return status;
 }
 
-/* The modes of switches whose arguments were undefined, and no longer are. */
+/* Sets the modes of switches whose arguments are no longer undefined. */
 static void find_missing_modes(const bgc_model *m, bgc_data *d) {
     for (int k = 0; k < m->n_switch; k++) {
         if (isnan(d->mode[k]) && !is_given_up(d, k)) {
@@ -440,12 +457,12 @@ static void find_missing_modes(const bgc_model *m, bgc_data *d) {
     }
 }
 
-/* After an accepted step: nothing more, or, where it ended at an event, the new modes and states
- * that jump with them. `whole` is the length that was tried. */
-bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole) {
+/* After an accepted step. Where it ended at an event: the new modes, and the states that jump with
+ * them. `whole` is the length of the attempted step. */
+bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole) {
     bgc_core *core = &d->core;
     const int in_a_row =
-        core->event_at == core->t_old && core->t - core->t_old <= brief_excursion * whole;
+        core->event_at == core->t_old && core->t - core->t_old <= immediate_return * whole;
     bgc_status status;
 
     core->unresolved = 0;
@@ -454,6 +471,8 @@ bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole) {
         find_missing_modes(m, d);
         return BGC_OK;
     }
+
+    /* New modes and consistent states; f and the factors of W are those of the old modes. */
     core->event = 0;
     core->event_at = core->t;
     core->counts.events++;

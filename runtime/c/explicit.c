@@ -1,9 +1,9 @@
-/* explicit.c: one step of an explicit Runge-Kutta method, driven by its tableau. */
+/* explicit.c: one step of an explicit Runge-Kutta method, by its tableau. */
 #include "bgc_internal.h"
 
 #include <string.h>
 
-/* Of the states without a rate. */
+/* Copies the states without a rate. */
 static void copy_algebraic(const bgc_data *d, const double *from, double *to) {
     for (int k = 0; k < d->n_block; k++) {
         to[d->block[k]] = from[d->block[k]];
@@ -13,12 +13,13 @@ static void copy_algebraic(const bgc_data *d, const double *from, double *to) {
 /* M must be diagonal. Where it has empty rows, these are solved at every stage for the
  * states without a rate, so that the others see an ordinary differential equation: E. Hairer,
  * C. Lubich, M. Roche, The Numerical Solution of Differential-Algebraic Systems by Runge-Kutta
- * Methods, 1989, the indirect approach. In d->next they are as at the last stage. */
+ * Methods, 1989, the indirect approach. In d->next they keep their values of the last stage. */
 bgc_status bgc_runge_kutta(const bgc_model *m, bgc_data *d, const bgc_method *method, double h) {
     const bgc_tableau *tableau = method->tableau;
     const int n = m->n_state;
     const size_t size = (size_t)n * sizeof(double);
 
+    /* Coupled rates. */
     for (int i = 0; i < n; i++) {
         if (d->inverse_mass[i] == 0.0 && d->algebraic[i] == 0.0) {
             d->core.failed_state = i;
@@ -30,9 +31,11 @@ bgc_status bgc_runge_kutta(const bgc_model *m, bgc_data *d, const bgc_method *me
         double *stage = d->stages + (size_t)s * bgc_padded(n);
         const double *f = d->f;
         if (s > 0) {
-            memcpy(d->point, d->x, size);
             const double t = d->core.t + tableau->alpha[s] * h;
             bgc_status status;
+
+            /* The point of the stage, consistent, and f there. */
+            memcpy(d->point, d->x, size);
             bgc_combine(n, s, tableau->a[s], d->stages, d->point);
             copy_algebraic(d, d->next, d->point);
             status = bgc_satisfy(m, d, t, d->point);

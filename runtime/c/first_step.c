@@ -1,17 +1,18 @@
-/* first_step.c: how long the first step under error control is. */
+/* first_step.c: the length of the first step with error control. */
 #include "bgc_internal.h"
 
 #include <math.h>
 #include <string.h>
 
-/* The first step: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
- * II.4, with the states that have no derivative left out. */
+/* The first step of a method whose error estimate has this order: E. Hairer, S. P. Norsett, G. Wanner,
+ * Solving Ordinary Differential Equations I, II.4. States without a rate do not count. */
 double bgc_first_step(const bgc_model *m, bgc_data *d, int order) {
     const int n = m->n_state;
     const double t = d->core.t;
     const double d0 = bgc_norm(m, d, d->x, d->x, d->x);
     double d1, d2, h0, h1;
 
+    /* A first guess, by which an explicit Euler step changes the state by 1 %. */
     for (int i = 0; i < n; i++) {
         d->point[i] = d->f[i] * d->inverse_mass[i];
     }
@@ -20,6 +21,8 @@ double bgc_first_step(const bgc_model *m, bgc_data *d, int order) {
     if (d->core.max_step > 0.0) {
         h0 = fmin(h0, d->core.max_step);
     }
+
+    /* The second derivative, by a difference of f over that step. */
     for (int i = 0; i < n; i++) {
         d->next[i] = d->x[i] + h0 * d->point[i];
     }
@@ -32,12 +35,14 @@ double bgc_first_step(const bgc_model *m, bgc_data *d, int order) {
     if (!isfinite(d2)) {
         return 1e-3 * h0;
     }
+
+    /* The length at which the leading error is about 1 % of the tolerance. */
     h1 = fmax(d1, d2) <= 1e-15 ? fmax(1e-6, 1e-3 * h0)
                                : pow(0.01 / fmax(d1, d2), 1.0 / (order + 1));
     return fmin(100.0 * h0, h1);
 }
 
-/* J times v at (t, x); 0 where that is not finite. Spoils the Jacobian that is kept. */
+/* out = J v at (t, x); returns whether it is finite. Overwrites the Jacobian at the present. */
 static int multiply_jacobian(const bgc_model *m, bgc_data *d, double t, const double *x,
                              const double *v, double *out) {
     m->jacobian(d->h, t, x, d->u, d->jac, d->dfdt, d->work);
@@ -50,10 +55,10 @@ static int multiply_jacobian(const bgc_model *m, bgc_data *d, double t, const do
     return bgc_first_bad(m->n_state, out) < 0;
 }
 
-/* The first step of an implicit method, shorter where J falls at once from what it is at the start,
- * as 2/t does: the error estimate is seen through (M/(h gamma) - J)^-1 with the J of the start, and
- * tells nothing of states that are stiff there and not any more at the end. */
-double bgc_trust_first_step(const bgc_model *m, bgc_data *d, double h) {
+/* Shortens the first step h of an implicit method at a singular start, where J decreases at once, as
+ * 2/t does. The error estimate is filtered by (M/(h gamma) - J)^-1 with J at the start, and ignores
+ * components that are stiff there alone. */
+double bgc_limit_first_step(const bgc_model *m, bgc_data *d, double h) {
     double *tangent = d->next, *before = d->right, *after = d->magnitude;
 
     for (int i = 0; i < m->n_state; i++) {

@@ -1,4 +1,4 @@
-/* instance.c: one running instance of a model: memory, parameters, reset, evaluation. */
+/* instance.c: an instance of a model: memory, parameters, reset, evaluation at the present. */
 #include "bgc_internal.h"
 #include "accounts.h"
 
@@ -8,8 +8,8 @@
 
 /* --- memory ------------------------------------------------------------------------------ */
 
-/* Places the arrays of an instance one after another from `from`, or only counts where that is
- * NULL: cache lines are not shared. */
+/* Allocates the arrays of an instance one after another in `from`, each in cache lines of its own;
+ * counts only where `from` is NULL. */
 typedef struct {
     double *from;
     size_t used;
@@ -22,6 +22,7 @@ static double *place(layout *l, size_t count) {
     return at;
 }
 
+/* Allocates all arrays, those that are saved first. Returns their size in doubles. */
 static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     const size_t n = (size_t)m->n_state;
     const size_t checks = (size_t)(m->n_assert > m->n_check ? m->n_assert : m->n_check);
@@ -77,7 +78,7 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->start = place(&l, n);
     d->largest = place(&l, n);
     d->trial = place(&l, n);
-    d->deformed = place(&l, n);
+    d->homotopy = place(&l, n);
     d->change = place(&l, n);
     d->next_change = place(&l, n);
     d->block_jac = place(&l, (size_t)m->n_jac);
@@ -86,7 +87,7 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     return l.used;
 }
 
-/* Doubles that bgc_save takes. */
+/* Number of doubles that bgc_save stores. */
 size_t bgc_saved_count(const bgc_model *m) {
     bgc_data counted;
 
@@ -106,12 +107,13 @@ bgc_data *bgc_new(const bgc_model *m) {
     if (d == NULL) {
         return NULL;
     }
+
+    /* One block for the vectors, and matrices by themselves: the system maps pages of these only where
+     * a dense factorisation or algebraic equations use them. */
     size = (place_all(m, d, NULL) + 8) * sizeof(double);
     d->memory = aligned_alloc(64, (size + 63) & ~(size_t)63);
     d->is_set = calloc((size_t)m->n_param + 1, 1);
     d->device = calloc((size_t)m->n_device + 1, sizeof *d->device);
-    /* The system maps these pages only when a factorisation falls back to them, or as far as there
-     * are algebraic equations. */
     d->dense_lu = calloc(n * n + 1, sizeof *d->dense_lu);
     d->block_lu = calloc(n * n + 1, sizeof *d->block_lu);
     d->pivot = calloc(n + 1, sizeof *d->pivot);
@@ -121,6 +123,8 @@ bgc_data *bgc_new(const bgc_model *m) {
         bgc_free(m, d);
         return NULL;
     }
+
+    /* Defaults. */
     memset(d->memory, 0, size);
     place_all(m, d, d->memory);
     d->place = d->block + n;
@@ -178,7 +182,7 @@ double bgc_get_param(const bgc_model *m, const bgc_data *d, int k) {
     return k >= 0 && k < m->n_param ? d->p[k] : (double)NAN;
 }
 
-/* Every parameter in its range, and what must be positive positive. */
+/* Checks that parameters are in range and that those that must be positive are. */
 static bgc_status check_parameters(const bgc_model *m, bgc_data *d) {
     for (int k = 0; k < m->n_param; k++) {
         if (!(d->p[k] >= m->param[k].low && d->p[k] <= m->param[k].high)) {
@@ -186,6 +190,8 @@ static bgc_status check_parameters(const bgc_model *m, bgc_data *d) {
             return BGC_BAD_PARAMETER;
         }
     }
+
+    /* Expressions of parameters, and those that have to be positive. */
     m->prepare(d->p, d->h, d->work);
     if (m->n_check > 0) {
         m->positive(d->p, d->h, d->check, d->work);
@@ -201,13 +207,13 @@ static bgc_status check_parameters(const bgc_model *m, bgc_data *d) {
 
 /* --- reset ------------------------------------------------------------------------------- */
 
-/* Clears everything that belongs to a run, except options and parameters. */
-static void start_afresh(bgc_core *core, double t) {
+/* Clears the state of a run; options and parameters stay. */
+static void clear_run(bgc_core *core, double t) {
     core->counts = (bgc_counts){0};
     core->failed_parameter = core->failed_assertion = -1;
     core->failed_state = core->failed_switch = -1;
     core->t = core->t_old = core->t_end = core->origin = t;
-    core->ticks = core->sample = core->between = core->event = 0;
+    core->ticks = core->sample = core->step_cut = core->event = 0;
     core->stop = INFINITY;
     core->f_valid = core->jac_valid = core->held = core->rejected = core->watched = 0;
     core->halvings = 0;
@@ -221,8 +227,8 @@ static void start_afresh(bgc_core *core, double t) {
     core->supplied = core->dissipated = core->supplied_old = core->dissipated_old = 0.0;
 }
 
-/* Takes the present state for the start, put on its equations. */
-static bgc_status start_here(const bgc_model *m, bgc_data *d) {
+/* Starts a run from the present state, made consistent. */
+static bgc_status start_from_present(const bgc_model *m, bgc_data *d) {
     bgc_core *core = &d->core;
     bgc_status status;
 
@@ -237,6 +243,8 @@ static bgc_status start_here(const bgc_model *m, bgc_data *d) {
     if (status != BGC_OK) {
         return status;
     }
+
+    /* Stored energy and counts at the start. */
     memcpy(d->u_seen, d->u, (size_t)m->n_input * sizeof *d->u);
     if (m->energy != NULL) {
         double energy[3];
@@ -244,9 +252,9 @@ static bgc_status start_here(const bgc_model *m, bgc_data *d) {
         core->stored0 = energy[0];
     }
     core->counts = (bgc_counts){0};
-    core->counts.liveliest = bgc_is_adaptive(&bgc_methods[core->method]) ? 0.0 : 1.0;
+    core->counts.scale_reached = bgc_is_adaptive(&bgc_methods[core->method]) ? 0.0 : 1.0;
     core->counts.exchanged = fabs(core->stored0);
-    bgc_reset_watch(m, d);
+    bgc_reset_corrections(m, d);
     core->ready = 1;
     return BGC_OK;
 }
@@ -259,7 +267,9 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
     if (!isfinite(t)) {
         return BGC_BAD_ARGUMENT;
     }
-    start_afresh(core, t);
+
+    /* Parameters and devices. */
+    clear_run(core, t);
     bgc_reset_modes(m, d);
     atomic_store(&d->stop, 0);
     status = check_parameters(m, d);
@@ -270,6 +280,7 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
         return status;
     }
 
+    /* Initial state, scales, and the structure of M. */
     m->initial(d->h, t, d->u, d->x, d->work);
     m->scale(d->h, d->scale, d->work);
     for (int i = 0; i < m->n_state; i++) {
@@ -279,19 +290,19 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
         m->mass(d->h, d->mass, d->work);
     }
     bgc_classify_states(m, d);
-    return start_here(m, d);
+    return start_from_present(m, d);
 }
 
 bgc_status bgc_restart(const bgc_model *m, bgc_data *d) {
     if (!d->core.ready) {
         return BGC_BAD_ARGUMENT;
     }
-    start_afresh(&d->core, d->core.t);
+    clear_run(&d->core, d->core.t);
     d->core.ready = 0;
-    return start_here(m, d);
+    return start_from_present(m, d);
 }
 
-/* --- what an instance says of itself ------------------------------------------------------- */
+/* --- queries ------------------------------------------------------------------------------- */
 
 int bgc_failed_parameter(const bgc_data *d) { return d->core.failed_parameter; }
 int bgc_failed_assertion(const bgc_data *d) { return d->core.failed_assertion; }
@@ -323,7 +334,7 @@ const char *bgc_status_text(bgc_status s) {
     case BGC_BAD_PARAMETER:
         return "a parameter is out of its range";
     case BGC_BAD_ARGUMENT:
-        return "a call with wrong arguments";
+        return "wrong arguments of a call";
     case BGC_INTERRUPTED:
         return "interrupted";
     case BGC_NO_MEMORY:
@@ -333,9 +344,9 @@ const char *bgc_status_text(bgc_status s) {
     case BGC_INCONSISTENT:
         return "no values near the given ones satisfy the algebraic equations";
     case BGC_NOT_CONVERGED:
-        return "the iteration of an implicit step found no solution";
+        return "the Newton iteration of an implicit step does not converge";
     case BGC_CHATTERING:
-        return "a law switches to and fro without end";
+        return "a law switches back and forth without end";
     }
     return "unknown status";
 }

@@ -1,10 +1,10 @@
-/* linear.c: systems with W = c M - J.
+/* linear.c: linear systems with W = c M - J.
  *
- * W is factorised by elimination with static pivots, unrolled by the model, or by tables where it
- * is large: fast, but blind. So solutions are checked by their backward error: all of them where
- * the pivots are seen to lose digits, or a check has failed a short while ago, otherwise the first
- * one of every sixteenth factorisation. A solution that fails is refined, and where that does not
- * help, or a pivot vanishes, W is factorised again densely with scaled partial pivoting.
+ * W is factorised with static pivots, by code unrolled for the model, or by tables where the model is
+ * large. That is fast, and does not notice small pivots. So solutions are checked by their backward
+ * error: all of them while the growth of the pivots is large or a check failed recently, otherwise
+ * the first one of every sixteenth factorisation. A solution that fails is refined iteratively. Where
+ * that does not help, or a pivot vanishes, W is factorised densely with scaled partial pivoting.
  */
 #include "bgc_internal.h"
 
@@ -12,9 +12,9 @@
 #include <math.h>
 #include <string.h>
 
-static const double growth_limit = 1e5; /* static pivots that lose so many digits are watched */
+static const double growth_limit = 1e5; /* of static pivots; above, solutions are checked */
 static const double acceptable = 1e-11; /* componentwise backward error of a solution */
-static const double underflow = DBL_MIN / DBL_EPSILON; /* terms below have lost digits to it */
+static const double underflow = DBL_MIN / DBL_EPSILON; /* smaller terms are inexact by underflow */
 enum { MAX_REFINEMENTS = 5, CHECK_EVERY = 16, WATCH_FOR = 100 };
 
 /* b := W^-1 b by the static pivots. */
@@ -40,7 +40,7 @@ static void multiply(const bgc_model *m, const bgc_data *d, const double *v, dou
         out[m->mass_row[k]] += term;
         magnitude[m->mass_row[k]] += fabs(term);
     }
-    /* Entries of a row follow one another: their sums need not go through memory. */
+    /* Entries of a row are contiguous: their sums stay in registers. */
     for (int k = 0; k < m->n_jac;) {
         const int row = m->jac_row[k];
         double sum = 0.0, size = 0.0;
@@ -79,10 +79,11 @@ static void assemble_dense(const bgc_model *m, bgc_data *d) {
     }
 }
 
-/* Factorises the dense n by n matrix a, row after row, in place by Gaussian elimination with partial
- * pivoting; rows keep their scale, so units do not pick the pivots. -1, or the first state that the
- * rows do not determine. a has to be finite; weight is scratch. */
+/* Factorises the dense, finite n by n matrix a, stored by rows, in place: Gaussian elimination with
+ * scaled partial pivoting, so that units do not choose the pivots. Returns -1, or the first state that
+ * the rows do not determine. weight is scratch. */
 int bgc_factorise_dense(int n, double *a, int *pivot, double *weight) {
+    /* Row scales. */
     for (int i = 0; i < n; i++) {
         const double *row = a + (size_t)i * (size_t)n;
         double largest = 0.0;
@@ -95,6 +96,8 @@ int bgc_factorise_dense(int n, double *a, int *pivot, double *weight) {
         double *top = a + (size_t)k * (size_t)n;
         int best = k;
         double size = -1.0;
+
+        /* The largest scaled pivot of the column, and its row. */
         for (int i = k; i < n; i++) {
             const double candidate = fabs(a[(size_t)i * (size_t)n + (size_t)k]) * weight[i];
             if (candidate > size) {
@@ -115,6 +118,8 @@ int bgc_factorise_dense(int n, double *a, int *pivot, double *weight) {
             }
             weight[best] = weight[k];
         }
+
+        /* Eliminate below the pivot. */
         for (int i = k + 1; i < n; i++) {
             double *row = a + (size_t)i * (size_t)n;
             if (row[k] != 0.0) {
@@ -128,13 +133,14 @@ int bgc_factorise_dense(int n, double *a, int *pivot, double *weight) {
     return -1;
 }
 
-/* b := a^-1 b, with a as bgc_factorise_dense left it. */
+/* b := a^-1 b, with the factors of bgc_factorise_dense. */
 void bgc_solve_dense(int n, const double *lu, const int *pivot, double *b) {
     for (int k = 0; k < n; k++) {
         const double swap = b[k];
         b[k] = b[pivot[k]];
         b[pivot[k]] = swap;
     }
+    /* Forward, then backward substitution. */
     for (int i = 1; i < n; i++) {
         const double *row = lu + (size_t)i * (size_t)n;
         for (int j = 0; j < i; j++) {
@@ -170,13 +176,14 @@ bgc_status bgc_refactorise_dense(const bgc_model *m, bgc_data *d) {
     return BGC_OK;
 }
 
+/* Replaces the static factorisation by the dense one. */
 static bgc_status fall_back(const bgc_model *m, bgc_data *d) {
     d->core.counts.fallbacks++;
     d->core.pivoting = BGC_DENSE;
     return bgc_refactorise_dense(m, d);
 }
 
-/* Factorises W = c M - J with the Jacobian at hand. */
+/* Factorises W = c M - J with the Jacobian in d->jac, and decides how solutions are checked. */
 bgc_status bgc_factorise(const bgc_model *m, bgc_data *d, double c) {
     double growth = 0.0;
     const int failed =
@@ -202,7 +209,7 @@ bgc_status bgc_factorise(const bgc_model *m, bgc_data *d, double c) {
     return BGC_OK;
 }
 
-/* residual = b - W x; returns the componentwise backward error of x. */
+/* d->residual = b - W x; returns the componentwise backward error of x. */
 static double backward_error(const bgc_model *m, bgc_data *d, const double *b, const double *x) {
     double worst = 0.0;
 
@@ -218,7 +225,8 @@ static double backward_error(const bgc_model *m, bgc_data *d, const double *b, c
     return worst;
 }
 
-/* x := W^-1 x by static pivots, refined where need be; 1 where x is acceptable. */
+/* x := W^-1 x by static pivots with iterative refinement; b is the right-hand side, a copy. Returns 1
+ * where the backward error is acceptable. */
 static int solve_checked(const bgc_model *m, bgc_data *d, const double *b, double *x) {
     double error;
 
@@ -243,7 +251,8 @@ static int solve_checked(const bgc_model *m, bgc_data *d, const double *b, doubl
     return error <= acceptable;
 }
 
-/* b := W^-1 b with the factorisation at hand. */
+/* b := W^-1 b with the factorisation at hand. A right-hand side that is not finite is left to the
+ * caller's check. */
 bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b) {
     const size_t size = (size_t)m->n_state * sizeof *b;
     bgc_status status;
@@ -255,7 +264,7 @@ bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b) {
     }
     if (d->core.pivoting != BGC_DENSE) {
         if (bgc_first_bad(m->n_state, b) >= 0) {
-            return BGC_OK; /* the caller sees the NaN; it is no fault of W */
+            return BGC_OK;
         }
         memcpy(d->b, b, size);
         if (solve_checked(m, d, d->b, b)) {

@@ -1,4 +1,4 @@
-/* options.c: the registry of integration methods, and the options of a run. */
+/* options.c: the registry of integration methods and the options of a run. */
 #include "bgc_internal.h"
 
 #include <math.h>
@@ -49,7 +49,7 @@ bgc_status bgc_get_method(int k, bgc_method_info *info) {
 
 /* --- options ------------------------------------------------------------------------------- */
 
-/* Whether the scene's step is a whole number of steps of this length. */
+/* Whether the step of the scene is a multiple of this step. */
 static int divides(double step, double scene) {
     const double parts = round(scene / step);
 
@@ -67,6 +67,8 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
         (fixed && step == 0.0)) {
         return BGC_BAD_ARGUMENT;
     }
+
+    /* Options, with the defaults filled in. */
     core->method = method;
     core->rtol = o->rtol > 0.0 ? o->rtol : 1e-6;
     core->atol = o->atol;
@@ -76,7 +78,7 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     core->accounts = o->accounts != 0 && m->energy != NULL;
     core->step = fixed ? step : o->step;
 
-    /* Sampled models see the same samples whatever the method, unless its step does not allow it. */
+    /* The sample period is the step of the scene under every method whose steps end at it. */
     core->period = 0.0;
     if (fixed) {
         core->period = divides(step, m->step) ? m->step : step;
@@ -84,16 +86,16 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
         core->period = m->step > 0.0 ? m->step : default_sample;
     }
 
-    /* The count of steps and samples starts anew from here. */
+    /* Steps and samples count from the present. */
     core->origin = core->t;
     core->t_old = core->t_end = core->t;
-    core->ticks = core->sample = core->between = 0;
+    core->ticks = core->sample = core->step_cut = 0;
     core->dense = BGC_NO_DENSE;
     core->held = core->rejected = core->halvings = 0;
     core->h_next = 0.0;
     core->error_old = 1.0;
     core->energy_scale = -1.0;
-    core->counts.liveliest = fixed ? 1.0 : 0.0;
+    core->counts.scale_reached = fixed ? 1.0 : 0.0;
     core->since_sample = 0.0;
     return BGC_OK;
 }

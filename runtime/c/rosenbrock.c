@@ -1,10 +1,10 @@
-/* rosenbrock.c: one step of a Rosenbrock method, driven by its tableau. */
+/* rosenbrock.c: one step of a Rosenbrock method, by its tableau, in the variables of bgc_internal.h:
+ * E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.7. */
 #include "bgc_internal.h"
 
 #include <string.h>
 
-/* right += M (sum of c_ij U_j) / h: the part of a stage's right-hand side that earlier stages
- * give. */
+/* right += M (sum of c_ij U_j) / h. */
 static void add_earlier_stages(const bgc_model *m, bgc_data *d, const double *c, int stage,
                                double h, double *right) {
     const int n = m->n_state;
@@ -35,6 +35,7 @@ static bgc_status factorise_for_stages(const bgc_model *m, bgc_data *d, const bg
     return bgc_factorise(m, d, 1.0 / (h * tableau->gamma));
 }
 
+/* Each stage is made in the place of its solution: right-hand side, then one solution with W. */
 bgc_status bgc_rosenbrock(const bgc_model *m, bgc_data *d, const bgc_method *method, double h) {
     const bgc_tableau *tableau = method->tableau;
     const int n = m->n_state;
@@ -45,7 +46,7 @@ bgc_status bgc_rosenbrock(const bgc_model *m, bgc_data *d, const bgc_method *met
         double *stage = d->stages + (size_t)s * bgc_padded(n);
         const double slope = tableau->g[s] * h;
 
-        /* f at the stage's point, straight into the place of the solution. */
+        /* f at the point of the stage, and the earlier stages. */
         if (s == 0) {
             memcpy(stage, d->f, size);
         } else {
@@ -55,6 +56,8 @@ bgc_status bgc_rosenbrock(const bgc_model *m, bgc_data *d, const bgc_method *met
             d->core.counts.rhs++;
             add_earlier_stages(m, d, tableau->c[s], s, h, stage);
         }
+
+        /* df/dt, and the solution. */
         if (slope != 0.0) {
             for (int i = 0; i < n; i++) {
                 stage[i] += slope * d->dfdt[i];

@@ -1,4 +1,4 @@
-/* run.c: rows of a result at given times, with the samples of devices in between. */
+/* run.c: a run: rows of outputs at given times, and samples of the devices. */
 #include "bgc_internal.h"
 #include "accounts.h"
 #include "control.h"
@@ -9,9 +9,8 @@
 
 /* --- samples ------------------------------------------------------------------------------- */
 
-/* Lets inputs that were written take effect: states without a derivative and modes jump with
- * them. */
-static bgc_status accept_inputs(const bgc_model *m, bgc_data *d) {
+/* Applies inputs that have been written: states without a rate and modes may jump. */
+static bgc_status apply_inputs(const bgc_model *m, bgc_data *d) {
     const size_t size = (size_t)m->n_input * sizeof *d->u;
     bgc_status status;
 
@@ -25,7 +24,7 @@ static bgc_status accept_inputs(const bgc_model *m, bgc_data *d) {
     return status;
 }
 
-/* Inputs from the devices, and commands to them, where the present time is a sample's. */
+/* Reads the devices and writes commands to them, where a sample is due. */
 bgc_status bgc_sample(const bgc_model *m, bgc_data *d) {
     bgc_core *core = &d->core;
     const double due = core->origin + (double)core->sample * core->period;
@@ -36,7 +35,7 @@ bgc_status bgc_sample(const bgc_model *m, bgc_data *d) {
     }
     status = bgc_read_devices(m, d);
     if (status == BGC_OK) {
-        status = accept_inputs(m, d);
+        status = apply_inputs(m, d);
     }
     if (status == BGC_OK) {
         status = bgc_write_devices(m, d);
@@ -53,6 +52,7 @@ bgc_status bgc_sample(const bgc_model *m, bgc_data *d) {
 
 /* --- rows ---------------------------------------------------------------------------------- */
 
+/* Monotonic time, s. */
 static double seconds(void) {
     struct timespec now;
 
@@ -60,17 +60,20 @@ static double seconds(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* Integrates until the present is at or beyond the time of a row. Reading the clock takes a fifth of
- * the time of a large right-hand side, so it is read once a step. */
-static bgc_status reach(const bgc_model *m, bgc_data *d, double t) {
+/* Integrates until the present is at or beyond t. The clock is read once a step: reading it takes a
+ * fifth of the time of a large right-hand side. */
+static bgc_status advance_to(const bgc_model *m, bgc_data *d, double t) {
     bgc_core *core = &d->core;
     double start = -1.0; /* not read yet */
 
     for (long attempts = 0;; attempts++) {
         const int64_t before = core->sample;
-        bgc_status status = core->t > t + bgc_time_slack(core->t, core->t_old) ? BGC_OK : bgc_sample(m, d);
+        const double slack = bgc_time_slack(core->t, core->t_old);
+        bgc_status status = core->t > t + slack ? BGC_OK : bgc_sample(m, d);
         double now;
-        if (status != BGC_OK || core->t >= t - bgc_time_slack(core->t, core->t_old)) {
+
+        /* Done, or stopped. */
+        if (status != BGC_OK || core->t >= t - slack) {
             return status;
         }
         if (attempts >= core->max_steps) {
@@ -79,6 +82,8 @@ static bgc_status reach(const bgc_model *m, bgc_data *d, double t) {
         if (atomic_exchange(&d->stop, 0) != 0) {
             return BGC_INTERRUPTED;
         }
+
+        /* One attempt, timed without the devices. */
         if (start < 0.0 || core->sample != before) {
             start = seconds();
         }
@@ -93,13 +98,14 @@ static bgc_status reach(const bgc_model *m, bgc_data *d, double t) {
     }
 }
 
-/* One row: outputs and accounts, at the present or inside the last step. */
+/* Writes a row: outputs and accounts, at the present or inside the last step. */
 static bgc_status write_row(const bgc_model *m, bgc_data *d, double t, double *row) {
     const bgc_core *core = &d->core;
     const int inside = t < core->t - bgc_time_slack(core->t, core->t_old);
     const double *x = d->x, *u = d->u;
     double power[2] = {0.0, 0.0};
 
+    /* The state at t: dense output, or the present one with its algebraic equations solved exactly. */
     if (inside) {
         if (core->dense == BGC_NO_DENSE || t < core->t_old - bgc_time_slack(core->t, core->t_old)) {
             return BGC_BAD_ARGUMENT;
@@ -110,11 +116,13 @@ static bgc_status write_row(const bgc_model *m, bgc_data *d, double t, double *r
         bgc_interpolate(m, d, t, d->point);
         x = d->point;
         u = d->u_step;
-    } else if (core->algebraic > 0) { /* what a step leaves of their equations is not shown */
+    } else if (core->algebraic > 0) {
         memcpy(d->point, d->x, (size_t)m->n_state * sizeof *d->x);
         bgc_satisfy(m, d, core->t, d->point);
         x = d->point;
     }
+
+    /* Outputs, then accounts. */
     m->outputs(d->h, t, x, u, row, d->work);
     if (core->accounts) {
         double *account = row + m->n_output, energy[3];
@@ -126,6 +134,7 @@ static bgc_status write_row(const bgc_model *m, bgc_data *d, double t, double *r
     return BGC_OK;
 }
 
+/* All rows; *done counts the finished ones. */
 static bgc_status run(const bgc_model *m, bgc_data *d, const double *times, size_t n, double *rows,
                       size_t *done) {
     const size_t width = (size_t)m->n_output + (d->core.accounts ? 4 : 0);
@@ -136,12 +145,12 @@ static bgc_status run(const bgc_model *m, bgc_data *d, const double *times, size
             return BGC_BAD_ARGUMENT;
         }
     }
-    status = accept_inputs(m, d);
+    status = apply_inputs(m, d);
     if (status == BGC_OK) {
         status = bgc_check_asserts(m, d, d->core.t, d->x);
     }
     for (size_t i = 0; i < n && status == BGC_OK; i++) {
-        status = reach(m, d, times[i]);
+        status = advance_to(m, d, times[i]);
         if (status == BGC_OK) {
             status = write_row(m, d, times[i], rows + i * width);
         }
@@ -159,12 +168,14 @@ bgc_status bgc_run(const bgc_model *m, bgc_data *d, const double *times, size_t 
     if (!d->core.ready) {
         return BGC_BAD_ARGUMENT;
     }
-    d->core.f_valid = d->core.jac_valid = 0; /* the caller may have written x and u */
+
+    /* The caller may have written x and u. */
+    d->core.f_valid = d->core.jac_valid = 0;
     bgc_find_modes(m, d);
     bgc_hold_modes(m, d);
     status = run(m, d, times, n, rows, done);
     bgc_release_modes(m, d);
-    bgc_judge_steps(m, d);
+    bgc_report_correction(m, d);
     if (status != BGC_OK) {
         bgc_zero_devices(m, d);
     }

@@ -1,10 +1,10 @@
-/* save.c: an instance to memory and back, complete: a restored run continues with the same bits.
- * Devices stay as they are. */
+/* save.c: saving and restoring the whole instance, except its devices: a restored run continues with
+ * the same bits. */
 #include "bgc_internal.h"
 
 #include <string.h>
 
-/* Says whose state this is, so that another model's is refused. */
+/* Identifies the model, so that the state of another one is refused. */
 typedef struct {
     uint64_t size, model;
     bgc_core core;
@@ -31,6 +31,7 @@ bgc_status bgc_save(const bgc_model *m, const bgc_data *d, void *memory) {
     const header head = {bgc_save_size(m), identify(m), d->core};
     unsigned char *to = memory;
 
+    /* Header with the core, vectors, flags of parameters. */
     memcpy(to, &head, sizeof head);
     to += sizeof head;
     memcpy(to, d->memory, d->n_saved * sizeof(double));
@@ -54,7 +55,7 @@ bgc_status bgc_restore(const bgc_model *m, bgc_data *d, const void *memory) {
     memcpy(d->is_set, from, (size_t)m->n_param);
 
     bgc_classify_states(m, d);
-    /* The dense factors are not saved: the same matrix gives the same ones. */
+    /* Dense factors are not saved: the same matrix gives the same factors. */
     if (d->core.held > 0 && d->core.pivoting == BGC_DENSE) {
         return bgc_refactorise_dense(m, d);
     }

@@ -1,8 +1,8 @@
 /* sparse.c: elimination over the pattern of W, by loops over the model's tables.
  *
- * Row k of the factors lies at lu_row[k] .. lu_row[k + 1]: what is left of the pivot (of L, whose
- * diagonal is one), the reciprocal of the pivot at lu_pivot[k], what is right of it (of U);
- * lu_col has the columns. Rows and columns count in the order of elimination: row k is row
+ * Row k of the factors is at lu_row[k] .. lu_row[k + 1]: entries of L left of the pivot (its diagonal
+ * is one), the reciprocal of the pivot at lu_pivot[k], entries of U right of it; lu_col has the
+ * columns. Rows and columns count in the order of elimination: row k is row
  * pivot_row[k] of W, column k is column pivot_col[k]. Entry e of the Jacobian goes to place
  * lu_jac[e], of M to lu_mass[e]. The real form serves models that are too large for unrolled code,
  * the complex one methods with complex stages.
@@ -14,7 +14,7 @@
 
 /* --- real -------------------------------------------------------------------------------- */
 
-/* lu := c M - J, and size[k] := the sizes, added up, of the parts of pivot k. */
+/* lu := c M - J, and size[k] := the sum of the absolute values of the terms of pivot k. */
 static void assemble(const bgc_model *m, const double *mass, const double *jac, double c,
                      double *lu, double *size) {
     memset(lu, 0, (size_t)m->n_lu * sizeof *lu);
@@ -44,10 +44,11 @@ int bgc_sparse_factor(const bgc_model *m, const double *mass, const double *jac,
     assemble(m, mass, jac, c, lu, size);
     for (int k = 0; k < m->n_state; k++) {
         const int begin = m->lu_row[k], pivot = m->lu_pivot[k], end = m->lu_row[k + 1];
+        /* Row k, scattered to a dense row. */
         for (int e = begin; e < end; e++) {
             row[m->lu_col[e]] = lu[e];
         }
-        /* Less multiples of the rows above. */
+        /* Subtract multiples of the rows above: entries of L. */
         for (int e = begin; e < pivot; e++) {
             const int j = m->lu_col[e];
             const double factor = row[j] * lu[m->lu_pivot[j]];
@@ -56,6 +57,7 @@ int bgc_sparse_factor(const bgc_model *m, const double *mass, const double *jac,
                 row[m->lu_col[i]] -= factor * lu[i];
             }
         }
+        /* The pivot, its growth, and the entries of U. */
         lu[pivot] = 1.0 / row[k];
         sum += (size[k] > 0.0 ? size[k] : fabs(row[k])) * fabs(lu[pivot]);
         for (int e = pivot + 1; e < end; e++) {
@@ -68,6 +70,7 @@ int bgc_sparse_factor(const bgc_model *m, const double *mass, const double *jac,
 
 /* b := W^-1 b as bgc_model.solve does; scratch is n_state doubles. */
 void bgc_sparse_solve(const bgc_model *m, const double *lu, double *b, double *scratch) {
+    /* Forward, then backward substitution. */
     for (int k = 0; k < m->n_state; k++) {
         double y = b[m->pivot_row[k]];
         for (int e = m->lu_row[k]; e < m->lu_pivot[k]; e++) {
@@ -85,7 +88,7 @@ void bgc_sparse_solve(const bgc_model *m, const double *lu, double *b, double *s
     }
 }
 
-/* --- complex: written out, since C's own product looks after infinities at four times the cost */
+/* --- complex: written out, since C's own product handles infinities at four times the cost ---- */
 
 static inline bgc_complex times(bgc_complex a, bgc_complex b) {
     return (bgc_complex){a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
@@ -120,9 +123,11 @@ int bgc_complex_factor(const bgc_model *m, const double *mass, const double *jac
     }
     for (int k = 0; k < m->n_state; k++) {
         const int begin = m->lu_row[k], pivot = m->lu_pivot[k], end = m->lu_row[k + 1];
+        /* Row k, scattered to a dense row. */
         for (int e = begin; e < end; e++) {
             row[m->lu_col[e]] = lu[e];
         }
+        /* Subtract multiples of the rows above: entries of L. */
         for (int e = begin; e < pivot; e++) {
             const int j = m->lu_col[e];
             const bgc_complex factor = times(row[j], lu[m->lu_pivot[j]]);
@@ -131,6 +136,7 @@ int bgc_complex_factor(const bgc_model *m, const double *mass, const double *jac
                 row[m->lu_col[i]] = minus(row[m->lu_col[i]], times(factor, lu[i]));
             }
         }
+        /* The pivot and the entries of U. */
         lu[pivot] = reciprocal(row[k]);
         failed |= !(isfinite(lu[pivot].re) && isfinite(lu[pivot].im));
         for (int e = pivot + 1; e < end; e++) {
@@ -143,6 +149,7 @@ int bgc_complex_factor(const bgc_model *m, const double *mass, const double *jac
 /* b := (c M - J)^-1 b with the factors of bgc_complex_factor. */
 void bgc_complex_solve(const bgc_model *m, const bgc_complex *lu, bgc_complex *b,
                        bgc_complex *scratch) {
+    /* Forward, then backward substitution. */
     for (int k = 0; k < m->n_state; k++) {
         bgc_complex y = b[m->pivot_row[k]];
         for (int e = m->lu_row[k]; e < m->lu_pivot[k]; e++) {

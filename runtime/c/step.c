@@ -1,4 +1,5 @@
-/* step.c: one attempt at a step, and what an accepted or a rejected one leads to. */
+/* step.c: one attempt at a step, and its acceptance or rejection. The order of calls is in
+ * bgc_internal.h. */
 #include "bgc_internal.h"
 #include "accounts.h"
 #include "control.h"
@@ -9,9 +10,9 @@
 #include <math.h>
 #include <string.h>
 
-/* Completes a step in d->next: quaternions normalised, all finite, algebraic equations satisfied;
- * a step that turns out too coarse for them is left as it is. Its dense output is stored, and where
- * a law switches on the way, d->next and *t_new are there. Assertions hold at the end. */
+/* Completes a step to d->next at *t_new: normalises quaternions, satisfies the algebraic equations,
+ * stores the dense output and cuts the step at its first event, whose time and state go to *t_new and
+ * d->next. Returns early where the step is too coarse for the algebraic equations. */
 static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *method,
                            double *t_new) {
     const double end = *t_new;
@@ -26,7 +27,7 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *me
     }
     if (method->family->rows != BGC_ROWS_SOLVED) {
         const bgc_status status = bgc_keep_consistent(m, d, method, end);
-        if (status != BGC_OK || d->core.coarse) {
+        if (status != BGC_OK || d->core.too_coarse) {
             return status;
         }
     }
@@ -40,7 +41,7 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *me
     return bgc_check_asserts(m, d, *t_new, d->next);
 }
 
-/* Makes d->next the present state at t_new, and passes the event that the step ends at, if any. */
+/* Makes d->next the present state at t_new, and handles the event at the end of the step, if any. */
 static bgc_status accept(const bgc_model *m, bgc_data *d, const bgc_balance *balance,
                          double t_new) {
     const size_t size = (size_t)m->n_state * sizeof *d->x;
@@ -48,6 +49,8 @@ static bgc_status accept(const bgc_model *m, bgc_data *d, const bgc_balance *bal
 
     core->counts.last_step = t_new - core->t;
     core->counts.steps++;
+
+    /* The state. f at the end of the step is kept where it has been evaluated. */
     memcpy(d->x, d->next, size);
     core->t = t_new;
     core->jac_valid = 0;
@@ -55,12 +58,14 @@ static bgc_status accept(const bgc_model *m, bgc_data *d, const bgc_balance *bal
     if (core->f_valid) {
         memcpy(d->f, d->error, size);
     }
+
+    /* Accounts, and the modes after an event. */
     core->supplied_old = core->supplied;
     core->dissipated_old = core->dissipated;
     if (core->accounts) {
         bgc_enter_balance(core, balance);
     }
-    return m->n_switch > 0 ? bgc_pass_event(m, d, core->t_end - core->t_old) : BGC_OK;
+    return m->n_switch > 0 ? bgc_handle_event(m, d, core->t_end - core->t_old) : BGC_OK;
 }
 
 /* A step of the method in held modes. A law may be undefined beyond its switch (a root of a negative
@@ -78,15 +83,15 @@ static bgc_status advance_held(const bgc_model *m, bgc_data *d, const bgc_method
 
 /* --- fixed steps ------------------------------------------------------------------------- */
 
-/* Whether a step of half the length may do better: a law of the algebraic equations is steep. */
+/* Whether to try half the length: algebraic equations are strongly nonlinear within the step. */
 static int may_halve(const bgc_core *core, bgc_status status) {
     return core->algebraic > 0 && core->halvings < BGC_MAX_HALVINGS &&
-           (core->coarse || status == BGC_NOT_FINITE || status == BGC_INCONSISTENT ||
+           (core->too_coarse || status == BGC_NOT_FINITE || status == BGC_INCONSISTENT ||
             status == BGC_SINGULAR || status == BGC_NOT_CONVERGED);
 }
 
-/* From one multiple of the step to the next, or to the next event in between; in parts of a half, a
- * quarter and so on where that is too coarse for the algebraic equations. */
+/* From one multiple of the step to the next, or to the next event before it; in halves, quarters and
+ * so on where the step is too coarse for the algebraic equations. */
 static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double grid = core->origin + (double)(core->ticks + 1) * core->step;
@@ -94,10 +99,11 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
     const double part = core->t + ldexp(core->step, -core->halvings);
     const int halved = core->halvings > 0 && part < grid - 1e-3 * core->step;
     const double stop = bgc_stop_for_switch(m, d, halved ? part : grid);
-    const int whole = !core->between && stop == grid;
+    const int whole = !core->step_cut && stop == grid;
     double t_new = stop;
     bgc_status status;
 
+    /* A shorter step needs factors of its own. */
     if (!whole) {
         core->held = 0;
     }
@@ -109,6 +115,8 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
     if (status == BGC_OK) {
         status = complete(m, d, method, &t_new);
     }
+
+    /* Halve the step, or fail. */
     if (may_halve(core, status)) {
         core->held = 0;
         core->halvings++;
@@ -118,11 +126,13 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
         core->held = 0;
         return status;
     }
-    bgc_watch_step(m, d, method, core->t);
+
+    /* Accept: towards longer steps again, and the factors for one step less. */
+    bgc_record_correction(m, d, method, core->t);
     core->halvings -= core->halvings > 0;
-    core->between = t_new < grid;
+    core->step_cut = t_new < grid;
     core->ticks += t_new >= grid;
-    core->held = whole && !core->between && core->held > 0 ? core->held - 1 : 0;
+    core->held = whole && !core->step_cut && core->held > 0 ? core->held - 1 : 0;
     if (core->accounts) {
         bgc_settle_energy_scale(m, d);
         bgc_balance_step(m, d, method, t_new, &balance);
@@ -130,7 +140,7 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
     return accept(m, d, &balance, t_new);
 }
 
-/* --- steps under error control ------------------------------------------------------------ */
+/* --- steps with error control -------------------------------------------------------------- */
 
 /* The next step that is tried, which ends at the next sample at the latest. */
 static double limit_step(const bgc_core *core, double *t_new) {
@@ -142,7 +152,7 @@ static double limit_step(const bgc_core *core, double *t_new) {
     return bgc_limit_step(core->t, h, fmin(due, core->stop), t_new);
 }
 
-/* Remembers a rejection; the next attempt is shorter. */
+/* Rejects the attempt: the next one has the length h. */
 static bgc_status reject(bgc_data *d, bgc_status reason, double h) {
     d->core.counts.rejected++;
     d->core.rejected = 1;
@@ -151,10 +161,10 @@ static bgc_status reject(bgc_data *d, bgc_status reason, double h) {
     return BGC_OK;
 }
 
-/* The state that contributes most to the error. */
+/* The state with the largest error over its tolerance. */
 static int worst_state(const bgc_model *m, const bgc_data *d) {
     const bgc_core *core = &d->core;
-    const double reached = core->counts.liveliest;
+    const double reached = core->counts.scale_reached;
     double worst = -1.0;
     int k = -1;
 
@@ -170,7 +180,7 @@ static int worst_state(const bgc_model *m, const bgc_data *d) {
     return k;
 }
 
-/* What the drift of the accounts adds to the error: at most so much that the step is halved. */
+/* The error by which the drift of the accounts shortens the next step, at most to half. */
 static double drift_error(const bgc_core *core, const bgc_balance *balance, double q,
                           double error) {
     const double residual = bgc_residual_after(core, balance);
@@ -182,10 +192,9 @@ static double drift_error(const bgc_core *core, const bgc_balance *balance, doub
     return fmin(drift, error * pow(2.0, q));
 }
 
-/* The error of the dense output in the middle of a step to d->next, over the tolerances, for methods
- * whose own estimate is blind to stiff states that follow a slow motion: by L-stability these end
- * every step right, however long, and are wrong inside it. One linear iteration from the defect
- * f - M y'; 0 for other methods. */
+/* The error of the dense output in the middle of a step to d->next, over the tolerances, of methods
+ * whose error estimate ignores stiff components: L-stability damps these by the end of the step, not
+ * within it. One simplified Newton iteration from the defect f - M y'; 0 for other methods. */
 static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     const double middle = 0.5 * (d->core.t_old + d->core.t_end);
     const double h = d->core.t_end - d->core.t_old;
@@ -207,12 +216,13 @@ static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *met
     if (bgc_first_bad(m->n_state, d->right) >= 0 || bgc_solve(m, d, d->right) != BGC_OK) {
         return HUGE_VAL;
     }
-    for (int i = 0; i < m->n_state; i++) { /* less what the rounding of the times makes of it */
+    for (int i = 0; i < m->n_state; i++) {
         d->right[i] = bgc_defect(d->right[i], d->y0[i], d->y1[i], middle, h);
     }
     return bgc_norm(m, d, d->right, d->x, d->next);
 }
 
+/* From the present to the end of a step of the length that step control chooses, or a rejection. */
 static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double q = method->error_order + 1;
@@ -227,17 +237,19 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         core->failed_state = bad;
         return BGC_NOT_FINITE;
     }
-    if (core->counts.liveliest < 1.0) {
-        core->counts.liveliest =
-            bgc_scale_reached(m->n_state, d->x, d->scale, core->counts.liveliest);
+
+    /* The length of the step: at most to the next stop, or to an event of time alone. */
+    if (core->counts.scale_reached < 1.0) {
+        core->counts.scale_reached =
+            bgc_scale_reached(m->n_state, d->x, d->scale, core->counts.scale_reached);
     }
     if (core->h_next <= 0.0) {
         core->h_next =
             core->step > 0.0 ? core->step : bgc_first_step(m, d, method->error_order);
     }
     if (core->counts.steps + core->counts.rejected == core->counts.events &&
-        core->counts.events < 2 && method->family->jacobian) { /* an event may be at the start */
-        core->h_next = bgc_trust_first_step(m, d, core->h_next);
+        core->counts.events < 2 && method->family->jacobian) { /* the start, or an event there */
+        core->h_next = bgc_limit_first_step(m, d, core->h_next);
     }
     h = limit_step(core, &t_new);
     if (core->rejected && bgc_is_too_short(core->t, h)) {
@@ -249,7 +261,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         h = stop - core->t;
     }
 
-    /* The step, and its error where it has one. */
+    /* The step, and its error estimate. */
     status = advance_held(m, d, method, h);
     if (status != BGC_OK) {
         return reject(d, status, 0.25 * h);
@@ -263,8 +275,10 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         core->failed_state = worst_state(m, d);
         return reject(d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
     }
+
+    /* Its end: algebraic equations and events; then the dense output. */
     status = complete(m, d, method, &t_new);
-    if (core->coarse) {
+    if (core->too_coarse) {
         return reject(d, BGC_STEP_TOO_SMALL, 0.5 * h);
     }
     if (status != BGC_OK) {
@@ -274,6 +288,8 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     if (error > 1.0) {
         return reject(d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
     }
+
+    /* The error of the energy accounts. */
     if (core->accounts) {
         bgc_settle_energy_scale(m, d);
         bgc_balance_step(m, d, method, t_new, &balance);
@@ -287,7 +303,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         error = fmax(error, drift_error(core, &balance, q, error));
     }
 
-    /* A step that an event ends says nothing for a longer one. */
+    /* Accept. After an event the step does not grow. */
     error = fmax(error, bgc_least_error);
     core->h_next = bgc_next_step(h, core->h_next, error, core->error_old, q,
                                  !core->rejected && !core->event);
@@ -297,13 +313,13 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     return accept(m, d, &balance, t_new);
 }
 
-/* One attempt at a step. BGC_OK: the state has advanced, or the next attempt will be shorter.
- * Otherwise the state is as it was. */
+/* One attempt at a step. BGC_OK: the state has advanced, or the next attempt is shorter. Otherwise the
+ * run fails, and the state is unchanged. */
 bgc_status bgc_attempt(const bgc_model *m, bgc_data *d) {
     const bgc_method *method = &bgc_methods[d->core.method];
     bgc_status status;
 
-    d->core.f_ahead = d->core.coarse = 0;
+    d->core.f_ahead = d->core.too_coarse = 0;
     status = bgc_is_adaptive(method) ? attempt_adaptive(m, d, method)
                                      : attempt_fixed(m, d, method);
     bgc_hold_modes(m, d);

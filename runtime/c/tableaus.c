@@ -7,7 +7,7 @@
  */
 #include "bgc_internal.h"
 
-/* Order 5(4), 8 stages, stiffly accurate, L-stable, index-1; dense output of order 4.
+/* Order 5(4), 8 stages, stiffly accurate, L-stable, index 1; dense output of order 4.
  * Coefficients: G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P and numerical
  * benchmarks within the Julia Differential Equations package, BIT 63:27 (2023). Error weights:
  * those of Rodas5Pe, G. Steinebach, Rosenbrock methods within OrdinaryDiffEq.jl (2024). */
@@ -60,7 +60,7 @@ static const bgc_tableau rodas5p = {
     },
 };
 
-/* Order 4(3), 6 stages, stiffly accurate, L-stable, index-1; order 2 with an inexact Jacobian;
+/* Order 4(3), 6 stages, stiffly accurate, L-stable, index 1; order 2 with an inexact Jacobian;
  * dense output of order 3. G. Steinebach, Improvement of Rosenbrock-Wanner method RODASP, in:
  * Progress in Differential-Algebraic Equations II (2020). */
 static const bgc_tableau rodas4p2 = {
@@ -97,7 +97,7 @@ static const bgc_tableau rodas4p2 = {
     },
 };
 
-/* Order 3, 4 stages, stiffly accurate, L-stable, index-1; a W-method: order 3 with any matrix
+/* Order 3, 4 stages, stiffly accurate, L-stable, index 1; a W-method: order 3 with any matrix
  * in the place of the Jacobian. J. Rang, Improved traditional Rosenbrock-Wanner methods for stiff
  * ODEs and DAEs, Informatik-Bericht 2013-05, TU Braunschweig (2013). */
 static const bgc_tableau ros34prw = {
@@ -122,8 +122,8 @@ static const bgc_tableau ros34prw = {
     .g = {0.435866521508459, -0.435866521508459, -0.34459816128502135},
 };
 
-/* Order 2, 4 stages (the fifth, which estimates errors, left out), stiffly accurate, L-stable,
- * index-1; a W-method of order 2. G. Steinebach, Rosenbrock methods within OrdinaryDiffEq.jl
+/* Order 2, 4 stages (the fifth, of the error estimate, is omitted), stiffly accurate, L-stable,
+ * index 1; a W-method of order 2. G. Steinebach, Rosenbrock methods within OrdinaryDiffEq.jl
  * (2024). */
 static const bgc_tableau rodas23w = {
     .stages = 4,
@@ -147,7 +147,7 @@ static const bgc_tableau rodas23w = {
     .g = {0.3333333333333333, -0.1111111111111111, 1.0},
 };
 
-/* Order 2, 2 stages (the third, which estimates errors, left out), L-stable; a W-method of order
+/* Order 2, 2 stages (the third, of the error estimate, is omitted), L-stable; a W-method of order
  * 2. L. F. Shampine, M. W. Reichelt, The MATLAB ODE suite, SIAM J. Sci. Comput. 18 (1997),
  * ode23s. */
 static const bgc_tableau ros23 = {
@@ -168,8 +168,8 @@ static const bgc_tableau ros23 = {
     .g = {0.2928932188134525},
 };
 
-/* Order 1, one stage, L-stable: linearly implicit Euler. It drifts; for scenes whose joints
- * re-close themselves. E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.9. */
+/* Order 1, one stage, L-stable: linearly implicit Euler. Constraints drift under it unless joints
+ * close themselves. E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.9. */
 static const bgc_tableau lie = {
     .stages = 1,
     .w_order = 1,
@@ -181,7 +181,7 @@ static const bgc_tableau lie = {
         {0.0}
     },
     .m = {1.0},
-    .e = {0.5, -0.5}, /* the second is the step before */
+    .e = {0.5, -0.5}, /* the second weight is of the step before */
     .alpha = {0.0},
     .g = {1.0},
 };
@@ -247,7 +247,8 @@ static const bgc_tableau dopri5 = {
     },
 };
 
-/* Order 2, symmetric, symplectic: keeps quadratic invariants, so the energy of linear elements.
+/* Order 2, symmetric, symplectic: conserves quadratic invariants, such as the energy of linear
+ * elements.
  * E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, II.1 and IV.2. */
 static const bgc_collocation midpoint = {
     .stages = 1,

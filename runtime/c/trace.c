@@ -1,11 +1,11 @@
-/* trace.c: the `trace` driver: an operator's motion from a CSV file, forces accepted and ignored.
+/* trace.c: the driver `trace`: the recorded motion of an operator from a CSV file; forces are ignored.
  *
  * Options, one a line: file=PATH (required), scale=FACTOR of the positions (1), loop=0|1 (0).
- * The file: lines that start with # and empty ones are skipped; a header names the columns, of
- * which time (s), x, y, z (m) are required and qw, qx, qy, qz (a quaternion), gripper (m) and
- * button1 .. button8 (0 or 1) are not; then numbers, the times increasing. Between rows the motion
- * is linear, so velocities are those of the piece; before the first row and after the last it
- * stands still, or with loop starts again.
+ * In the file, empty lines and lines that start with # are skipped. A header names the columns: time
+ * (s), x, y, z (m) are required; qw, qx, qy, qz (a quaternion), gripper (m) and button1 .. button8
+ * (0 or 1) are optional. Rows of numbers follow, with increasing times. Between rows the motion is
+ * linear, and velocities are constant. Before the first row and after the last the device is at
+ * rest; with loop the motion repeats.
  */
 #include "bgc_internal.h"
 
@@ -23,18 +23,19 @@ static const char *const column_name[COLUMNS] = {
     "button1", "button2", "button3", "button4", "button5", "button6", "button7", "button8"};
 
 typedef struct {
-    size_t rows, row; /* row: where the last look-up ended */
+    size_t rows, row; /* row: the one found last */
     int loop;
     double *value; /* rows by COLUMNS */
 } trace;
 
-/* Where a message about a file goes. */
+/* Where to write a message about a file. */
 typedef struct {
     const char *file;
     char *message;
     size_t size;
 } reporter;
 
+/* Writes a message with the place in the file; returns 0. */
 static int fail(const reporter *r, size_t line, const char *what, const char *detail) {
     if (line > 0) {
         snprintf(r->message, r->size, "%s:%zu: %s%s", r->file, line, what, detail);
@@ -80,7 +81,7 @@ static char *read_file(const char *path) {
     return text;
 }
 
-/* Cuts the next line off the text: its end is marked, and the text moves behind it. */
+/* Returns the next line of the text, terminated, and advances the text; NULL at the end. */
 static char *next_line(char **text) {
     char *line = *text, *end;
 
@@ -96,7 +97,7 @@ static char *next_line(char **text) {
     return line;
 }
 
-/* Cuts the next field off a line and trims it; NULL past the last. */
+/* Returns the next field of a line, terminated and trimmed, and advances the line; NULL at the end. */
 static char *next_field(char **line) {
     char *field = *line, *end;
 
@@ -113,10 +114,12 @@ static char *next_field(char **line) {
     return field;
 }
 
+/* Whether a line is empty or a comment. */
 static int is_blank(const char *line) {
     return line[strspn(line, " \t")] == '\0' || *line == '#';
 }
 
+/* Whether the text is one finite number, which goes to *value. */
 static int parse_number(const char *text, double *value) {
     char *end;
 
@@ -126,11 +129,12 @@ static int parse_number(const char *text, double *value) {
 
 /* --- the file ------------------------------------------------------------------------------ */
 
-/* Which columns the header names, in its order; 0 on a fault. */
+/* Reads the columns that the header names, in its order. Returns 0 on a fault. */
 static int parse_header(const reporter *r, size_t line_number, char *line, int *columns, int *count) {
     unsigned seen = 0;
 
     *count = 0;
+    /* Known columns, each once. */
     for (char *field; (field = next_field(&line)) != NULL;) {
         int k = 0;
         while (k < COLUMNS && strcmp(field, column_name[k]) != 0) {
@@ -145,6 +149,7 @@ static int parse_header(const reporter *r, size_t line_number, char *line, int *
         seen |= 1u << k;
         columns[(*count)++] = k;
     }
+    /* Required columns; of a quaternion all or none. */
     for (int k = 0; k < COLUMNS; k++) {
         const int orientation = k >= ORIENTATION && k < GRIPPER && (seen & 0xf0u) != 0;
         if ((seen >> k & 1u) == 0 && (k < REQUIRED || orientation)) {
@@ -154,7 +159,7 @@ static int parse_header(const reporter *r, size_t line_number, char *line, int *
     return 1;
 }
 
-/* One row of numbers, its quaternion normalised; 0 on a fault. */
+/* Reads one row of numbers and normalises its quaternion. Returns 0 on a fault. */
 static int parse_row(const reporter *r, size_t line_number, char *line, const int *columns, int count,
                      double *row) {
     double length = 0.0;
@@ -173,6 +178,8 @@ static int parse_row(const reporter *r, size_t line_number, char *line, const in
     if (line != NULL) {
         return fail(r, line_number, "this row has more columns than the header", "");
     }
+
+    /* The quaternion. */
     for (int k = 0; k < 4; k++) {
         length += row[ORIENTATION + k] * row[ORIENTATION + k];
     }
@@ -185,7 +192,7 @@ static int parse_row(const reporter *r, size_t line_number, char *line, const in
     return 1;
 }
 
-/* A quaternion and its negative are one orientation: the one nearer to the row before. */
+/* A quaternion and its negative are the same orientation: takes the one nearer to the row before. */
 static void keep_hemisphere(const double *before, double *row) {
     double dot = 0.0;
 
@@ -197,7 +204,7 @@ static void keep_hemisphere(const double *before, double *row) {
     }
 }
 
-/* All rows of the text; 0 on a fault. */
+/* Reads all rows of the text. Returns 0 on a fault. */
 static int parse_text(const reporter *r, char *text, trace *t) {
     int columns[COLUMNS], count = 0;
     size_t line_number = 0, room = 0;
@@ -217,6 +224,8 @@ static int parse_text(const reporter *r, char *text, trace *t) {
             }
             continue;
         }
+
+        /* A row of numbers, in memory that grows. */
         if (t->rows == room) {
             double *more = realloc(t->value, (room = 2 * room + 64) * COLUMNS * sizeof *more);
             if (more == NULL) {
@@ -242,7 +251,7 @@ static int parse_text(const reporter *r, char *text, trace *t) {
     return t->rows > 0 ? 1 : fail(r, 0, "the file has no rows", "");
 }
 
-/* Parses with a decimal point, whatever the host's language. */
+/* The same with a decimal point, whatever the locale of the host. */
 static int parse_in_c_locale(const reporter *r, char *text, trace *t) {
     const locale_t c = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
     locale_t before;
@@ -266,7 +275,7 @@ typedef struct {
     int loop;
 } settings;
 
-/* Cuts `lines` into key=value; 0 on a fault. */
+/* Reads key=value lines. Returns 0 on a fault. */
 static int parse_options(char *lines, settings *s, char *message, size_t size) {
     for (char *line; (line = next_line(&lines)) != NULL;) {
         char *value = strchr(line, '=');
@@ -313,7 +322,7 @@ static void trace_close(void *handle) {
     free(t);
 }
 
-/* The motion of the file in `s`, or NULL. */
+/* Reads the motion of the file in `s`. Returns NULL on a fault. */
 static trace *load(const settings *s, char *message, size_t size) {
     const reporter r = {s->file, message, size};
     trace *t = calloc(1, sizeof *t);
@@ -344,6 +353,7 @@ static trace *load(const settings *s, char *message, size_t size) {
     return t;
 }
 
+/* bgc_driver.open. */
 static void *trace_open(const char *options, char *message, size_t size) {
     settings s = {NULL, 1.0, 0};
     const size_t length = strlen(options != NULL ? options : "");
@@ -362,7 +372,7 @@ static void *trace_open(const char *options, char *message, size_t size) {
     return t;
 }
 
-/* The row at or before a time inside the trace; times mostly go forward. */
+/* The row at or before a time inside the trace, searched forward from the one found last. */
 static size_t find_row(trace *t, double time) {
     const double *value = t->value;
     size_t row = t->row;
@@ -377,19 +387,21 @@ static size_t find_row(trace *t, double time) {
     return row;
 }
 
-/* w with q' = w q / 2: vector part of 2 q' conj(q). */
+/* Angular velocity w, q' = w q / 2: the vector part of 2 q' conj(q). */
 static void angular_velocity(const double *q, const double *rate, double *w) {
     w[0] = 2.0 * (-rate[0] * q[1] + rate[1] * q[0] - rate[2] * q[3] + rate[3] * q[2]);
     w[1] = 2.0 * (-rate[0] * q[2] + rate[1] * q[3] + rate[2] * q[0] - rate[3] * q[1]);
     w[2] = 2.0 * (-rate[0] * q[3] - rate[1] * q[2] + rate[2] * q[1] + rate[3] * q[0]);
 }
 
+/* bgc_driver.read: interpolates between the two rows around the time. */
 static int trace_read(void *handle, double time, bgc_pose *pose) {
     trace *t = handle;
     const double first = t->value[0], last = t->value[(t->rows - 1) * COLUMNS];
     const double *a, *b;
     double q[4], rate[4], part = 0.0, per_second = 0.0, length = 0.0;
 
+    /* The rows a and b around the time, and the fraction between them. */
     if (t->loop && time > last) {
         time = first + fmod(time - first, last - first);
     }
@@ -400,11 +412,15 @@ static int trace_read(void *handle, double time, bgc_pose *pose) {
         per_second = 1.0 / (b[TIME] - a[TIME]);
         part = (time - a[TIME]) * per_second;
     }
+
+    /* Position and velocity. */
     for (int k = 0; k < 3; k++) {
         const double rise = b[POSITION + k] - a[POSITION + k];
         pose->position[k] = a[POSITION + k] + part * rise;
         pose->velocity[k] = per_second * rise;
     }
+
+    /* Orientation, normalised, and angular velocity. */
     for (int k = 0; k < 4; k++) {
         rate[k] = per_second * (b[ORIENTATION + k] - a[ORIENTATION + k]);
         q[k] = a[ORIENTATION + k] + part * (b[ORIENTATION + k] - a[ORIENTATION + k]);
@@ -416,6 +432,8 @@ static int trace_read(void *handle, double time, bgc_pose *pose) {
         pose->orientation[k] = q[k];
     }
     angular_velocity(q, rate, pose->angular_velocity);
+
+    /* Gripper and buttons. */
     pose->gripper[0] = a[GRIPPER] + part * (b[GRIPPER] - a[GRIPPER]);
     for (int k = 0; k < 8; k++) {
         pose->buttons[k] = a[BUTTON + k];

@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-/* Fixed short loops, which compilers vectorise at every level of optimisation. */
+/* Loops of fixed length, which compilers vectorise at every level of optimisation. */
 static inline void add_one(double *restrict out, double w, const double *restrict v) {
     for (int l = 0; l < BGC_LANES; l++) {
         out[l] += w * v[l];
@@ -19,8 +19,8 @@ static inline void add_four(double *restrict out, double w0, double w1, double w
     }
 }
 
-/* out += sum of weight[j] times vector j; the vectors lie bgc_padded(n) apart. Four at a time, so
- * that out is loaded and stored once for them. Weights of zero cost nothing. */
+/* out += sum of weight[j] times vector j; the vectors are bgc_padded(n) apart. Four are added at a
+ * time, so that out is loaded and stored once for them. Zero weights are skipped. */
 void bgc_combine(int n, int count, const double *weight, const double *vectors, double *out) {
     const size_t length = bgc_padded(n);
     const double *v[4] = {NULL, NULL, NULL, NULL};
@@ -47,10 +47,10 @@ void bgc_combine(int n, int count, const double *weight, const double *vectors, 
     }
 }
 
-/* Root mean square of v over the tolerances at a state between a and b. */
+/* Root mean square of v over the tolerances of a step, at states of the larger size of a and b. */
 double bgc_norm(const bgc_model *m, const bgc_data *d, const double *v, const double *a,
                 const double *b) {
-    const double reached = d->core.counts.liveliest, rtol = d->core.rtol, atol = d->core.atol;
+    const double reached = d->core.counts.scale_reached, rtol = d->core.rtol, atol = d->core.atol;
     double sum = 0.0;
 
     for (int i = 0; i < m->n_state; i++) {
@@ -61,8 +61,8 @@ double bgc_norm(const bgc_model *m, const bgc_data *d, const double *v, const do
     return m->n_state > 0 ? sqrt(sum / m->n_state) : 0.0;
 }
 
-/* Index of the first entry that is not finite, or -1. x - x is 0 for finite x and NaN otherwise,
- * so the common case is one pass without branches. */
+/* Index of the first entry that is not finite, or -1. x - x is 0 for finite x and a NaN otherwise, so
+ * that finite vectors take one pass without branches. */
 int bgc_first_bad(int n, const double *v) {
     double sum[BGC_LANES] = {0.0}, all = 0.0;
     int i = 0;

@@ -182,9 +182,9 @@ class CountsStruct(ctypes.Structure):
         *((name, c_long) for name in ("solves", "refinements", "fallbacks", "samples", "events")),
         *((name, c_double) for name in ("last_step", "worst_step_seconds", "run_seconds")),
         *((name, c_double) for name in ("worst_sample_seconds", "exchanged")),
-        *((name, c_double) for name in ("coarsest", "coarsest_at")),
-        ("coarsest_state", c_long),
-        ("liveliest", c_double),
+        *((name, c_double) for name in ("largest_correction", "correction_time")),
+        ("correction_state", c_long),
+        ("scale_reached", c_double),
     ]
 
 

@@ -146,6 +146,8 @@ def _warnings(
         value = model.parameters.turned_negative(instance, name)
         if value is not None:
             yield negative_value(None, element, what, value, f", as `{name}` is given")
-    if counts["coarsest"] > 0:
-        state = model.states[int(counts["coarsest_state"])].name
-        yield step_too_long(counts["coarsest_at"], state, counts["coarsest"], method.step)
+    if counts["largest_correction"] > 0:
+        state = model.states[int(counts["correction_state"])].name
+        yield step_too_long(
+            counts["correction_time"], state, counts["largest_correction"], method.step
+        )

@@ -211,7 +211,7 @@ class Judge:
     def _balance(self, run: Run) -> tuple[float | None, bool]:
         """Return the residual over the energy exchanged, or None, and whether the run warns."""
         accounts = run.rows[:, len(self.model.measured) :]
-        too_long = run.counts["coarsest"] > 0
+        too_long = run.counts["largest_correction"] > 0
         if not accounts.shape[1]:
             return None, too_long
         exchanged = run.counts["exchanged"]
@@ -277,5 +277,5 @@ class Judge:
             change = np.abs(moved - start)
             found += np.where(np.isfinite(change), change, 0.0)
         runs = self.references.runs.values()
-        scale = max((run.counts["liveliest"] for run in runs if run.counts), default=1.0)
+        scale = max((run.counts["scale_reached"] for run in runs if run.counts), default=1.0)
         return _OF_TOLERANCE * DEFAULT_RTOL * scale * found

@@ -48,7 +48,7 @@ def test_the_warning_names_state_step_and_time(load):
     assert warning.code == "BG719"
     assert "0.01 s" in warning.message
     assert "`x`" in warning.message
-    assert result.counts["coarsest_at"] == pytest.approx(1.0, abs=0.05)
+    assert result.counts["correction_time"] == pytest.approx(1.0, abs=0.05)
 
 
 @pytest.mark.parametrize(("method", "far"), [("midpoint", 100), ("gauss4", 200)])

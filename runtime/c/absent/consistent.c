@@ -1,4 +1,4 @@
-/* consistent.c: in the place of consistent.c in a model whose mass matrix is the identity. */
+/* consistent.c: replaces consistent.c in a model whose mass matrix is the identity. */
 #include "bgc_internal.h"
 
 void bgc_classify_states(const bgc_model *m, bgc_data *d) {

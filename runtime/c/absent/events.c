@@ -1,4 +1,4 @@
-/* events.c: in the place of events.c in a model without switches. */
+/* events.c: replaces events.c in a model without switches. */
 #include "bgc_internal.h"
 
 #include <math.h>
@@ -37,7 +37,7 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
     return BGC_OK;
 }
 
-bgc_status bgc_pass_event(const bgc_model *m, bgc_data *d, double whole) {
+bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole) {
     (void)m, (void)d, (void)whole;
     return BGC_OK;
 }

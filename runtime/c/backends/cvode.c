@@ -1,11 +1,11 @@
 /* cvode.c: CVODE of SUNDIALS as a solver of compiled models.
  *
- * A shared object of its own, built where SUNDIALS is installed and asked for. BDF with Newton's
- * method on the emitted Jacobian, factorised by KLU (with BGC_KLU) or densely; tolerances of each
- * state as the runtime's own methods take them. The energy accounts are two more states, without
- * derivatives in the Jacobian, which Newton's iteration makes up for. Where a switch changes its mode
- * the step ends and CVODE starts anew. M has to be the identity, there is at least one state, and
- * nothing may be sampled. */
+ * A shared object of its own, compiled when a run asks for it, where SUNDIALS is installed. BDF with
+ * Newton's method on the emitted Jacobian, factorised by KLU (with BGC_KLU) or densely. Tolerances
+ * of the states are those of the runtime's methods without their reduction for small motions. The
+ * energy accounts are two more states; their entries of the Jacobian are omitted, which costs Newton
+ * iterations but no accuracy. Where a switch changes its mode the step ends and CVODE restarts. M has
+ * to be the identity, there has to be a state, and there may be no sampled inputs. */
 #include "bgc_internal.h"
 
 #include <cvode/cvode.h>
@@ -24,7 +24,7 @@
 #include <sunmatrix/sunmatrix_dense.h>
 #endif
 
-/* What CVODE's callbacks are given. */
+/* The data of CVODE's callbacks. */
 typedef struct {
     const bgc_model *m;
     bgc_data *d;
@@ -33,7 +33,7 @@ typedef struct {
     int *place;       /* of the emitted entries */
 } problem;
 
-/* Recoverable: CVODE tries a shorter step. */
+/* Whether all entries are finite. Where they are not, CVODE tries a shorter step. */
 static int all_finite(int n, const double *v) {
     double sum = 0.0;
 
@@ -43,6 +43,7 @@ static int all_finite(int n, const double *v) {
     return sum == 0.0;
 }
 
+/* f of the states, and the powers as rates of the accounts. */
 static int derivatives(sunrealtype t, N_Vector y, N_Vector slope, void *data) {
     const problem *q = data;
     const double *x = N_VGetArrayPointer(y);
@@ -58,6 +59,7 @@ static int derivatives(sunrealtype t, N_Vector y, N_Vector slope, void *data) {
     return all_finite(q->size, f) ? 0 : 1;
 }
 
+/* df/dx in the storage of CVODE. */
 static int jacobian(sunrealtype t, N_Vector y, N_Vector f, SUNMatrix J, void *data, N_Vector a,
                     N_Vector b, N_Vector c) {
     const problem *q = data;
@@ -84,6 +86,7 @@ static int jacobian(sunrealtype t, N_Vector y, N_Vector f, SUNMatrix J, void *da
     return all_finite(q->m->n_jac, q->d->jac) ? 0 : 1;
 }
 
+/* Arguments of the switches, as root functions. */
 static int switches(sunrealtype t, N_Vector y, sunrealtype *argument, void *data) {
     const problem *q = data;
 
@@ -104,7 +107,7 @@ static bgc_status lay_out(problem *q) {
         free(seen), free(next);
         return BGC_NO_MEMORY;
     }
-    /* Entries of each column, in the emitted order, the diagonal where it has none. */
+    /* Entries of each column in the emitted order, then the diagonal where it is missing. */
     for (int k = 0; k < m->n_jac; k++) {
         next[m->jac_col[k]]++;
         seen[m->jac_col[k]] |= m->jac_row[k] == m->jac_col[k];
@@ -128,6 +131,7 @@ static bgc_status lay_out(problem *q) {
     return BGC_OK;
 }
 
+/* The status of the runtime for a flag of CVODE. */
 static bgc_status status_of(int flag) {
     switch (flag) {
     case CV_MEM_FAIL:
@@ -147,6 +151,7 @@ static bgc_status status_of(int flag) {
     }
 }
 
+/* BGC_ASSERTION where an assertion fails: bgc_check_asserts, which this object does not contain. */
 static bgc_status asserted(const bgc_model *m, bgc_data *d, double t, const double *x) {
     if (m->n_assert == 0) {
         return BGC_OK;
@@ -161,7 +166,7 @@ static bgc_status asserted(const bgc_model *m, bgc_data *d, double t, const doub
     return BGC_OK;
 }
 
-/* One row from the state at t, projected, and the accounts behind it. */
+/* Writes a row from the state y at t, normalised, and its accounts. */
 static void write_row(const problem *q, double t, const double *y, double *row) {
     const bgc_model *m = q->m;
     bgc_data *d = q->d;
@@ -181,7 +186,7 @@ static void write_row(const problem *q, double t, const double *y, double *row) 
     }
 }
 
-/* Adds CVODE's counts since its last start to the instance's. */
+/* Adds the counts of CVODE since its last start to those of the instance. */
 static void add_counts(void *memory, bgc_counts *counts) {
     long steps = 0, rejected = 0, rhs = 0, jacobians = 0, setups = 0, solves = 0;
 
@@ -207,7 +212,7 @@ static double seconds(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* Steps, and rows inside them, to the end. `y` is at the present time. */
+/* Steps to the last row, with rows by dense output; y is the state at the present. */
 static bgc_status integrate(const problem *q, void *memory, N_Vector y, const double *times,
                             size_t n, double *rows, size_t *done) {
     bgc_data *d = q->d;
@@ -215,11 +220,13 @@ static bgc_status integrate(const problem *q, void *memory, N_Vector y, const do
     N_Vector inside = N_VClone(y);
     bgc_status status = inside == NULL ? BGC_NO_MEMORY : BGC_OK;
     long steps = 0;  /* between two rows */
-    int anew = 0;    /* a switch has changed its mode at the present */
+    int restart = 0; /* a switch changes its mode at the present */
 
     while (status == BGC_OK && *done < n) {
         const double row = times[*done];
         const double slack = 8.0 * DBL_EPSILON * fabs(d->core.t);
+
+        /* A row at or before the present. */
         if (row <= d->core.t + slack) {
             const double at = fmin(row, d->core.t);
             const double *shown = N_VGetArrayPointer(y);
@@ -234,13 +241,15 @@ static bgc_status integrate(const problem *q, void *memory, N_Vector y, const do
             }
             continue;
         }
+
+        /* One step. */
         if (atomic_exchange(&d->stop, 0) != 0) {
             return N_VDestroy(inside), BGC_INTERRUPTED;
         }
         if (steps++ >= d->core.max_steps) {
             return N_VDestroy(inside), BGC_TOO_MANY_STEPS;
         }
-        if (anew) {
+        if (restart) {
             add_counts(memory, &d->core.counts);
             CVodeReInit(memory, d->core.t, y);
         }
@@ -249,8 +258,8 @@ static bgc_status integrate(const problem *q, void *memory, N_Vector y, const do
         d->core.counts.worst_step_seconds =
             fmax(d->core.counts.worst_step_seconds, seconds() - start);
         status = status_of(flag);
-        anew = flag == CV_ROOT_RETURN;
-        d->core.counts.events += anew;
+        restart = flag == CV_ROOT_RETURN;
+        d->core.counts.events += restart;
         if (status == BGC_OK) {
             status = asserted(q->m, d, d->core.t, N_VGetArrayPointer(y));
         }
@@ -259,7 +268,7 @@ static bgc_status integrate(const problem *q, void *memory, N_Vector y, const do
     return status;
 }
 
-/* The same as bgc_run, by CVODE. */
+/* bgc_run by CVODE. */
 bgc_status bgc_cvode_run(const bgc_model *m, bgc_data *d, const double *times, size_t n,
                          double *rows, size_t *done);
 
@@ -272,12 +281,14 @@ bgc_status bgc_cvode_run(const bgc_model *m, bgc_data *d, const double *times, s
 
     *done = 0;
     for (int k = 0; k < m->n_switch; k++) {
-        d->u[m->n_input + k] = NAN; /* comparisons are made, not held */
+        d->u[m->n_input + k] = NAN; /* operations are evaluated, not held */
     }
     status = asserted(m, d, d->core.t, d->x);
     if (status != BGC_OK || (status = lay_out(&q)) != BGC_OK) {
         return status;
     }
+
+    /* Vectors, integrator, matrix and linear solver. */
 #if SUNDIALS_VERSION_MAJOR >= 7
     SUNContext_Create(SUN_COMM_NULL, &context);
     SUNContext_ClearErrHandlers(context);
@@ -299,6 +310,8 @@ bgc_status bgc_cvode_run(const bgc_model *m, bgc_data *d, const double *times, s
     } else {
         const bgc_core *core = &d->core;
         double *start = N_VGetArrayPointer(y), *tolerance = N_VGetArrayPointer(atol);
+
+        /* Initial values and tolerances. */
         N_VConst(0.0, y);
         memcpy(start, d->x, (size_t)m->n_state * sizeof *start);
         for (int i = 0; i < size; i++) {
@@ -308,6 +321,8 @@ bgc_status bgc_cvode_run(const bgc_model *m, bgc_data *d, const double *times, s
         for (int i = m->n_state; i < size; i++) {
             start[i] = i == m->n_state ? core->supplied : core->dissipated;
         }
+
+        /* Options, then the run. */
 #if SUNDIALS_VERSION_MAJOR < 7
         CVodeSetErrFile(memory, NULL);
 #endif

@@ -1,16 +1,17 @@
-/* alone.c: what an instance of a batch does by itself. It reads and writes its own devices, and a
- * step in which one of its laws may switch it takes alone, as bgc_run does, from the start of the
- * batch's step to its end. Such steps are few, and events need no second form.
+/* alone.c: actions of single instances of a batch. Each reads and writes its own devices. A step in
+ * which a law of an instance may switch is taken by bgc_run for that instance, from the start of the
+ * step of the batch to its end, so that events need no second implementation. Such steps are few.
  */
 #include "lanes/batch.h"
 #include "modes.h"
 
+/* Whether lane l is in the set. */
 static int is_among(unsigned lanes, int l) { return (int)(lanes >> l & 1u); }
 
 /* --- inputs and modes ---------------------------------------------------------------------- */
 
-/* What an instance's inputs and modes are, to its lane. */
-static void take_inputs(bgc_batch *b, int l, const bgc_data *d) {
+/* Copies inputs and modes of an instance to its lane. */
+static void load_inputs(bgc_batch *b, int l, const bgc_data *d) {
     for (int k = 0; k < b->m->n_input; k++) {
         lane_set(b->u + k, l, d->u[k]);
     }
@@ -19,16 +20,16 @@ static void take_inputs(bgc_batch *b, int l, const bgc_data *d) {
     }
 }
 
-/* At the start of a run; lanes beyond the last instance are its copies. */
-void bgc_batch_take_inputs(bgc_batch *b, int count) {
+/* The same for all instances, at the start of a run. Lanes beyond the last instance copy it. */
+void bgc_batch_load_inputs(bgc_batch *b, int count) {
     for (int l = 0; l < BGC_LANE_WIDTH; l++) {
         bgc_data *d = b->instance[l < count ? l : count - 1];
         bgc_find_modes(b->m, d);
-        take_inputs(b, l, d);
+        load_inputs(b, l, d);
     }
 }
 
-/* Lets every instance read its devices and command them, where the present time is a sample's. */
+/* Where a sample is due, reads the devices of every instance and writes its commands. */
 void bgc_batch_sample(bgc_batch *b) {
     const bgc_model *m = b->m;
     const double due = b->option->origin + (double)b->sample * b->option->period;
@@ -37,8 +38,8 @@ void bgc_batch_sample(bgc_batch *b) {
         return;
     }
     for (int l = 0; l < BGC_LANE_WIDTH && (m->n_input > 0 || m->n_device > 0); l++) {
-        bgc_data *d = is_among(b->live, l) ? b->instance[l] : NULL;
-        if (d == NULL || is_among(b->written, l)) { /* one that was alone has sampled already */
+        bgc_data *d = is_among(b->active, l) ? b->instance[l] : NULL;
+        if (d == NULL || is_among(b->written, l)) { /* after a single step: sampled already */
             continue;
         }
         for (int i = 0; i < m->n_state; i++) {
@@ -48,17 +49,17 @@ void bgc_batch_sample(bgc_batch *b) {
         d->core.t_old = b->t_old;
         d->core.sample = b->sample;
         if (bgc_sample(m, d) != BGC_OK) {
-            b->live &= ~(1u << l);
+            b->active &= ~(1u << l);
         }
-        take_inputs(b, l, d);
+        load_inputs(b, l, d);
         b->f_valid = 0;
     }
     b->sample++;
 }
 
-/* --- which lanes go alone ------------------------------------------------------------------ */
+/* --- steps in which a law may switch ------------------------------------------------------- */
 
-/* The arguments of all switches at the start of the last step, at its samples and its end. */
+/* The arguments of all switches at the start, the sample points and the end of the last step. */
 static void evaluate_arguments(bgc_batch *b) {
     const double length = b->t - b->t_old;
 
@@ -73,8 +74,8 @@ static void evaluate_arguments(bgc_batch *b) {
     }
 }
 
-/* Sends lanes astray that may switch in the step just made: an argument has left its mode, or it is
- * nearer to where it would than it has moved. So does one without a mode. */
+/* Adds to `single` the lanes in which a law may switch in the last step: an argument has left its mode
+ * or has none, or it is nearer to the edge of its mode than it has moved. */
 void bgc_batch_watch_switches(bgc_batch *b) {
     const bgc_model *m = b->m;
 
@@ -94,13 +95,13 @@ void bgc_batch_watch_switches(bgc_batch *b) {
             nearest = lane_min(nearest, bgc_depth(operation, mode, z));
             left |= (z != z) | (bgc_result(operation, z) != mode);
         }
-        b->astray |= bgc_lanes_where(b, left | (nearest < high - low));
+        b->single |= bgc_lanes_where(b, left | (nearest < high - low));
     }
 }
 
-/* --- steps alone --------------------------------------------------------------------------- */
+/* --- single steps -------------------------------------------------------------------------- */
 
-/* Puts an instance at the start of the last step. */
+/* Sets an instance to the start of the last step. */
 static void put_back(const bgc_batch *b, int l, bgc_data *d) {
     bgc_core *core = &d->core;
 
@@ -110,11 +111,11 @@ static void put_back(const bgc_batch *b, int l, bgc_data *d) {
     core->t = core->t_old = core->t_end = b->t_old;
     core->ticks = b->ticks;
     core->sample = b->sample;
-    core->between = core->halvings = core->held = core->rejected = 0;
+    core->step_cut = core->halvings = core->held = core->rejected = 0;
     core->dense = BGC_NO_DENSE;
     core->h_next = b->t - b->t_old;
     core->error_old = 1.0;
-    core->counts.liveliest = lane_get(b->liveliest, l);
+    core->counts.scale_reached = lane_get(b->scale_reached, l);
     core->counts.steps = b->counts.steps;
     if (b->option->accounts) {
         core->supplied = lane_get(b->supplied, l);
@@ -127,7 +128,7 @@ static void put_back(const bgc_batch *b, int l, bgc_data *d) {
     }
 }
 
-/* From there to the present; the rows on the way are written. */
+/* Runs an instance from there to the present, with the rows between. */
 static bgc_status run_alone(const bgc_batch *b, int l, bgc_data *d) {
     const double end = b->t, slack = bgc_batch_slack(b);
     size_t count = 0, done;
@@ -140,30 +141,30 @@ static bgc_status run_alone(const bgc_batch *b, int l, bgc_data *d) {
     status = bgc_run(b->m, d, b->times + b->row, count,
                      b->rows[l] + b->row * bgc_batch_row_width(b), &done);
     if (status == BGC_OK && d->core.t < end - slack) {
-        status = bgc_run(b->m, d, &end, 1, b->alone, &done);
+        status = bgc_run(b->m, d, &end, 1, b->spare_row, &done);
     }
     d->core.stop = INFINITY;
     return status;
 }
 
-/* After a step of the batch, before it is entered into the accounts: those astray take it alone. One
- * that fails leaves. */
+/* After a step of the batch, before it enters the accounts: single lanes take it by themselves. An
+ * instance that fails leaves the batch. */
 void bgc_batch_step_alone(bgc_batch *b) {
     for (int l = 0; l < BGC_LANE_WIDTH; l++) {
-        if (is_among(b->astray & b->live, l)) {
+        if (is_among(b->single & b->active, l)) {
             bgc_data *d = b->instance[l];
             bgc_status status;
             put_back(b, l, d);
             status = run_alone(b, l, d);
             b->interrupted |= status == BGC_INTERRUPTED;
-            b->live &= ~(status == BGC_OK ? 0u : 1u << l);
+            b->active &= ~(status == BGC_OK ? 0u : 1u << l);
         }
     }
 }
 
-/* They are where the others are: they go on with them. */
+/* Copies their results to the lanes, which go on with the batch. */
 void bgc_batch_rejoin(bgc_batch *b) {
-    b->written = b->astray & b->live;
+    b->written = b->single & b->active;
     for (int l = 0; l < BGC_LANE_WIDTH; l++) {
         if (is_among(b->written, l)) {
             const bgc_data *d = b->instance[l];
@@ -171,7 +172,7 @@ void bgc_batch_rejoin(bgc_batch *b) {
             for (int i = 0; i < b->m->n_state; i++) {
                 lane_set(b->x + i, l, d->x[i]);
             }
-            take_inputs(b, l, d);
+            load_inputs(b, l, d);
             lane_set(&b->supplied, l, core->supplied);
             lane_set(&b->dissipated, l, core->dissipated);
             lane_set(&b->imbalance, l, core->imbalance);

@@ -1,4 +1,4 @@
-/* batch.c: a batch of instances from its start to its last row. */
+/* batch.c: a run of a batch of instances: memory, start, rows, end. */
 #include "lanes/batch.h"
 
 #include <stdlib.h>
@@ -8,7 +8,7 @@ int bgc_lane_width(void) { return BGC_LANE_WIDTH; }
 
 /* --- memory -------------------------------------------------------------------------------- */
 
-/* Places arrays one after another from `from`, or only counts where that is NULL. */
+/* Allocates arrays one after another in `from`; counts only where that is NULL. */
 typedef struct {
     lane *from;
     size_t used;
@@ -21,7 +21,7 @@ static lane *place(layout *at, int count) {
     return start;
 }
 
-/* Places the arrays of a batch; returns how many lanes they take. */
+/* Allocates the arrays of a batch; returns their size in lanes. */
 static size_t place_all(bgc_batch *b, lane *from) {
     const bgc_model *m = b->m;
     const int n = m->n_state;
@@ -49,12 +49,12 @@ static size_t place_all(bgc_batch *b, lane *from) {
     b->output = place(&at, m->n_output + 4);
     b->check = place(&at, m->n_assert);
     b->argument = place(&at, (BGC_SAMPLES + 1) * m->n_switch);
-    b->alone = (double *)place(&at, m->n_output + 4);
+    b->spare_row = (double *)place(&at, m->n_output + 4);
     b->work = place(&at, b->kernel->n_work);
     return at.used;
 }
 
-/* A number of every lane from the instances' arrays at one offset in their memory. */
+/* Gathers n entries of an array of bgc_data, given by its offset there, from all instances. */
 static void gather(const bgc_batch *b, int count, size_t n, lane *to, size_t offset) {
     for (int l = 0; l < BGC_LANE_WIDTH; l++) {
         const bgc_data *d = b->instance[l < count ? l : count - 1];
@@ -68,14 +68,14 @@ static void gather(const bgc_batch *b, int count, size_t n, lane *to, size_t off
 
 /* --- a run --------------------------------------------------------------------------------- */
 
-/* Whether lockstep serves this model at all, under this method. */
+/* Whether batches serve this model under this method. */
 static int is_served(const bgc_model *m, const bgc_lane_model *kernel, const bgc_method *method) {
     return m->n_state > 0 && method->family->lanes &&
            (!method->family->jacobian || kernel->factor != NULL);
 }
 
-/* Whether an instance can be in a batch: it has a rate for every state; for an explicit method, one
- * of its own. */
+/* Whether an instance can join a batch: every state has a rate and, for an explicit method, M is
+ * diagonal. */
 static int may_join(const bgc_batch *b, const bgc_data *d) {
     if (!d->core.ready || d->core.algebraic > 0) {
         return 0;
@@ -88,8 +88,8 @@ static int may_join(const bgc_batch *b, const bgc_data *d) {
     return 1;
 }
 
-/* Takes the instances' states; those beyond the last are its copies. */
-static void enter(bgc_batch *b, int count) {
+/* Loads the instances at their initial states. Lanes beyond the last instance copy it. */
+static void load_instances(bgc_batch *b, int count) {
     const bgc_model *m = b->m;
     const size_t n = (size_t)m->n_state;
 
@@ -98,16 +98,20 @@ static void enter(bgc_batch *b, int count) {
     gather(b, count, (size_t)m->n_mass, b->mass, offsetof(bgc_data, mass));
     gather(b, count, n, b->scale, offsetof(bgc_data, scale));
     gather(b, count, n, b->inverse_mass, offsetof(bgc_data, inverse_mass));
-    bgc_batch_take_inputs(b, count);
+    bgc_batch_load_inputs(b, count);
+
+    /* Lanes that join, and their accounts. */
     b->stored0 = lane_of(0.0);
     for (int l = 0; l < count; l++) {
         lane_set(&b->stored0, l, b->instance[l]->core.stored0);
-        b->live |= may_join(b, b->instance[l]) ? 1u << l : 0u;
+        b->active |= may_join(b, b->instance[l]) ? 1u << l : 0u;
     }
     b->supplied = b->dissipated = b->imbalance = lane_of(0.0);
     b->t = b->t_old = b->option->t;
     b->error_old = 1.0;
-    b->largest_account = b->energy_scale = b->liveliest = lane_of(0.0);
+    b->largest_account = b->energy_scale = b->scale_reached = lane_of(0.0);
+
+    /* The energy that counts as small, of each instance. */
     for (int l = 0; l < BGC_LANE_WIDTH && b->option->accounts && bgc_is_adaptive(b->method); l++) {
         bgc_data *d = b->instance[l < count ? l : count - 1];
         bgc_hold_modes(m, d);
@@ -119,19 +123,19 @@ static void enter(bgc_batch *b, int count) {
     bgc_batch_check(b, b->t, b->x);
 }
 
-/* Integrates until the present is at or beyond t, or no lane is left. */
-static bgc_status reach(bgc_batch *b, double t) {
+/* Integrates until the present is at or beyond t, or no lane is active. */
+static bgc_status advance_to(bgc_batch *b, double t) {
     bgc_data *first = b->instance[0];
 
     for (long attempts = 0;; attempts++) {
         if (b->t <= t + bgc_batch_slack(b)) {
             bgc_batch_sample(b);
         }
-        if (b->live == 0 || b->t >= t - bgc_batch_slack(b)) {
+        if (b->active == 0 || b->t >= t - bgc_batch_slack(b)) {
             return BGC_OK;
         }
         if (attempts >= b->option->max_steps) {
-            b->live = 0;
+            b->active = 0;
             return BGC_OK;
         }
         if (atomic_exchange(&first->stop, 0) != 0) {
@@ -141,35 +145,36 @@ static bgc_status reach(bgc_batch *b, double t) {
         if (b->interrupted) {
             return BGC_INTERRUPTED;
         }
-        first->core.t = b->t; /* for who watches the run */
+        first->core.t = b->t; /* progress, for other threads */
     }
 }
 
+/* All rows, as long as lanes are active. */
 static bgc_status run(bgc_batch *b) {
-    for (; b->row < b->n_rows && b->live != 0; b->row++) {
-        const bgc_status status = reach(b, b->times[b->row]);
+    for (; b->row < b->n_rows && b->active != 0; b->row++) {
+        const bgc_status status = advance_to(b, b->times[b->row]);
         if (status != BGC_OK) {
             return status;
         }
-        if (b->live != 0) {
+        if (b->active != 0) {
             bgc_batch_row(b);
         }
     }
     return BGC_OK;
 }
 
-/* What the whole batch counted is what each of its instances did. */
-static void leave(const bgc_batch *b, int count) {
+/* Gives each instance the counts of the batch. Its state is not that of the end: it has to be reset. */
+static void store_counts(const bgc_batch *b, int count) {
     for (int l = 0; l < count; l++) {
         bgc_core *core = &b->instance[l]->core;
-        if ((b->live >> l & 1u) != 0) {
+        if ((b->active >> l & 1u) != 0) {
             const long events = core->counts.events;
             core->counts = b->counts;
             core->counts.events = events;
             core->counts.exchanged = lane_get(b->exchanged, l);
-            core->counts.liveliest = lane_get(b->liveliest, l);
+            core->counts.scale_reached = lane_get(b->scale_reached, l);
             core->t = b->t;
-            core->ready = 0; /* its state is not that of the end: it has to be reset */
+            core->ready = 0;
         }
     }
 }
@@ -201,10 +206,10 @@ bgc_status bgc_run_lanes(const bgc_model *m, bgc_data *const *instance, int coun
     }
     memset(memory, 0, size);
     place_all(&b, memory);
-    enter(&b, count);
+    load_instances(&b, count);
     status = run(&b);
-    leave(&b, count);
-    *finished = b.live;
+    store_counts(&b, count);
+    *finished = b.active;
     free(memory);
     return status;
 }

@@ -1,4 +1,10 @@
-/* batch.h: what the files of the lockstep integrator share. */
+/* batch.h: the types and functions that files of the lockstep integrator share.
+ *
+ * The order of calls is that of bgc_internal.h: bgc_run_lanes (batch.c) loads the instances and calls
+ * bgc_batch_attempt (lockstep.c) up to the time of each row, which bgc_batch_advance (lane_stages.c)
+ * and bgc_batch_interpolate (lane_rows.c) serve. alone.c handles devices and events, one instance at
+ * a time.
+ */
 #ifndef BGC_BATCH_H
 #define BGC_BATCH_H
 
@@ -9,61 +15,68 @@
 #include "control.h"
 #include "number.h"
 
-/* Instances in lockstep. An array of a batch is that of an instance with a lane for each number. */
+/* Instances that take their steps together. An array of a batch is that of an instance (bgc_data), with
+ * a lane in the place of each double. */
 typedef struct {
     const bgc_model *m;
     const bgc_lane_model *kernel;
     const bgc_method *method;
-    const bgc_core *option;  /* of the first instance, as all have them */
+    const bgc_core *option;  /* of the first instance: options are the same for all */
     bgc_data *const *instance;
-    unsigned live;           /* bit k: instance k is still in the batch */
-    unsigned astray;         /* it takes the present step alone (alone.c), */
-    unsigned written;        /* and has its rows up to t */
+
+    /* Sets of lanes: bit k is instance k. */
+    unsigned active;         /* still in the batch */
+    unsigned single;         /* take the present step by themselves (alone.c), */
+    unsigned written;        /* and have their rows up to t */
     bgc_counts counts;
 
     double t, t_old;
     int64_t ticks, sample;
-    int f_valid;             /* f is at the present */
-    int dense;               /* k holds the dense output of the last step */
-    double c;                /* W = c M - J is factorised, for so many more steps */
-    int held, watched, checked;
+    int f_valid;             /* f is that at the present */
+    int dense;               /* k is the dense output of the last step */
 
-    double h_next, error_old; /* of step control */
-    int rejected;            /* the last attempt was, because of the lanes at fault */
-    unsigned at_fault;
-    int account_rejections;  /* in a row */
+    /* Factorisation of W = c M - J. */
+    double c;
+    int held;                /* steps for which it is still to be used */
+    int watched;             /* factorisations whose solutions are all still to be checked */
+    int checked;             /* the next solution is checked */
+
+    /* Step control. */
+    double h_next, error_old;
+    int rejected;            /* the last attempt was rejected, */
+    unsigned at_fault;       /* because of these lanes */
+    int account_rejections;  /* consecutive */
 
     lane *h, *x, *u, *mass, *scale, *inverse_mass, *jac, *dfdt, *lu, *f;
     lane *y0, *k, *stages;
     lane *next, *error, *point, *b, *residual, *magnitude, *output, *check, *argument, *work;
     lane stored0, supplied, dissipated, supplied_old, dissipated_old;
-    lane imbalance; /* of the accounts at t */
-    lane largest_account, exchanged, energy_scale;
-    lane liveliest; /* the count of bgc.h */
+    lane imbalance;          /* residual of the accounts at t */
+    lane largest_account, exchanged, energy_scale, scale_reached;
 
-    double *alone;           /* a row */
     const double *times;     /* of all rows */
     double *const *rows;     /* of each instance */
     size_t n_rows, row;      /* row: the next one */
+    double *spare_row;
     int interrupted;
 } bgc_batch;
 
-/* Energies in J of one step: bgc_balance on lanes. */
+/* Energies of one step, J: bgc_balance on lanes. */
 typedef struct {
     lane supplied, dissipated, moved, error, stored;
 } bgc_lane_balance;
 
-/* The lanes of the batch for which a condition holds, as bits. */
+/* The active lanes for which a condition holds, as a set. */
 static inline unsigned bgc_lanes_where(const bgc_batch *b, lane_mask condition) {
     unsigned found = 0;
 
     for (int l = 0; l < BGC_LANE_WIDTH; l++) {
         found |= lane_holds(condition, l) ? 1u << l : 0u;
     }
-    return found & b->live;
+    return found & b->active;
 }
 
-/* Doubles in a row. */
+/* Number of doubles in a row. */
 static inline size_t bgc_batch_row_width(const bgc_batch *b) {
     return (size_t)b->m->n_output + (b->option->accounts ? 4 : 0);
 }
@@ -80,7 +93,7 @@ void bgc_batch_evaluate_f(bgc_batch *b);
 void bgc_batch_check(bgc_batch *b, double t, const lane *x);
 
 /* --- alone.c */
-void bgc_batch_take_inputs(bgc_batch *b, int count);
+void bgc_batch_load_inputs(bgc_batch *b, int count);
 void bgc_batch_sample(bgc_batch *b);
 void bgc_batch_watch_switches(bgc_batch *b);
 void bgc_batch_step_alone(bgc_batch *b);

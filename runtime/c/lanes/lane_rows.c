@@ -1,18 +1,17 @@
-/* lane_rows.c: rows of all lanes, at the present or inside the last step, as dense.c and run.c have
- * them. */
+/* lane_rows.c: dense output, energies and rows of a batch, as in dense.c, accounts.c and run.c. */
 #include "lanes/batch.h"
 #include "accounts.h"
 #include "interpolation.h"
 
 #include <string.h>
 
-/* The cubic of Hermite through the states and slopes at both ends. */
+/* Cubic Hermite polynomials through the states and slopes at both ends. */
 static void store_cubic(bgc_batch *b) {
     const int n = b->m->n_state;
     const double h = b->t - b->t_old;
     lane *k1 = b->k, *k2 = k1 + n;
 
-    /* f is still that at the start of the step. */
+    /* b->f is f at the start of the step until it is evaluated at the end. */
     memcpy(k1, b->f, (size_t)n * sizeof *k1);
     bgc_batch_evaluate_f(b);
     for (int i = 0; i < n; i++) {
@@ -23,6 +22,7 @@ static void store_cubic(bgc_batch *b) {
     memset(k2 + n, 0, (size_t)n * sizeof *k2);
 }
 
+/* Coefficients of the dense output of the last step: the method's own, or Hermite polynomials. */
 static void store_dense(bgc_batch *b) {
     const bgc_tableau *tableau = b->method->tableau;
     const int n = b->m->n_state;
@@ -55,8 +55,8 @@ void bgc_batch_interpolate(bgc_batch *b, double t) {
     }
 }
 
-/* How far the dense output is from the equations in the middle of the last step, over the
- * tolerances: dense_error of step.c. */
+/* The error of the dense output in the middle of the last step, over the tolerances: dense_error of
+ * step.c. */
 lane bgc_batch_dense_error(bgc_batch *b) {
     const bgc_model *m = b->m;
     const int n = m->n_state;
@@ -69,11 +69,15 @@ lane bgc_batch_dense_error(bgc_batch *b) {
     bgc_batch_interpolate(b, middle);
     b->kernel->rhs(b->h, lane_of(middle), b->point, b->u, b->error, b->work);
     b->counts.rhs++;
-    for (int i = 0; i < n; i++) { /* less M times its rate */
+
+    /* The defect f - M y'. */
+    for (int i = 0; i < n; i++) {
         b->point[i] = -bgc_middle_slope(b->y0[i], b->x[i], k2[i], k3[i]) / h;
         b->error[i] += m->n_mass == 0 ? b->point[i] : lane_of(0.0);
     }
     bgc_batch_multiply_mass(b, b->point, b->error);
+
+    /* One simplified Newton iteration. */
     bgc_batch_solve(b, b->error);
     for (int i = 0; i < n; i++) {
         b->error[i] = bgc_defect(b->error[i], b->y0[i], b->x[i], middle, h);
@@ -83,7 +87,7 @@ lane bgc_batch_dense_error(bgc_batch *b) {
 
 /* --- energies ------------------------------------------------------------------------------ */
 
-/* Stored energy, and supplied and dissipated power, at a time inside the last step. */
+/* Stored energy, supplied and dissipated power at a time inside the last step. */
 static void energy_at(bgc_batch *b, double t, lane energy[3]) {
     const lane *x = b->point;
 
@@ -97,7 +101,7 @@ static void energy_at(bgc_batch *b, double t, lane energy[3]) {
     b->kernel->energy(b->h, lane_of(t), x, b->u, energy, b->work);
 }
 
-/* The rule of Lobatto with four points from the start of the last step to t inside it. */
+/* Lobatto quadrature of the powers from the start of the last step to t inside it. */
 static void lobatto(bgc_batch *b, double t, lane energy[4][3], lane power[2]) {
     const double start = b->t_old, length = t - start;
 
@@ -131,17 +135,18 @@ void bgc_batch_balance(bgc_batch *b, bgc_lane_balance *balance) {
 
 /* --- rows ---------------------------------------------------------------------------------- */
 
-/* Writes the next row of every live lane that does not have it. */
+/* Writes the next row of every active lane that does not have it. */
 void bgc_batch_row(bgc_batch *b) {
     const int n_output = b->m->n_output, accounts = b->option->accounts;
     const size_t width = bgc_batch_row_width(b);
     const double t = b->times[b->row];
-    const unsigned lanes = b->live & ~b->written;
+    const unsigned lanes = b->active & ~b->written;
     const int inside = t < b->t - bgc_batch_slack(b);
     lane power[2] = {lane_of(0.0), lane_of(0.0)};
     lane *account = b->output + n_output;
     const lane *x = b->x;
 
+    /* The state at t. */
     if (inside) {
         if (accounts) {
             lane energy[4][3];
@@ -150,6 +155,8 @@ void bgc_batch_row(bgc_batch *b) {
         bgc_batch_interpolate(b, t);
         x = b->point;
     }
+
+    /* Outputs and accounts, then a row for each lane. */
     b->kernel->outputs(b->h, lane_of(t), x, b->u, b->output, b->work);
     if (accounts) {
         lane energy[3];

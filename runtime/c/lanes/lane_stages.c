@@ -1,7 +1,6 @@
-/* lane_stages.c: one step of a Rosenbrock or an explicit method for all lanes, and its linear systems.
- *
- * As rosenbrock.c, explicit.c and linear.c do it. Solutions are checked as often as there; a lane
- * whose solution is not acceptable leaves the batch, to be refined or pivoted where it is alone.
+/* lane_stages.c: one step of a Rosenbrock or explicit method for a batch, and its linear systems, as in
+ * rosenbrock.c, explicit.c and linear.c. Solutions are checked as often as there. A lane whose solution
+ * is not acceptable leaves the batch: refinement and pivoting are left to bgc_run.
  */
 #include "lanes/batch.h"
 
@@ -12,13 +11,14 @@ enum { CHECK_EVERY = 16, WATCH_FOR = 100 };
 
 /* --- linear systems ------------------------------------------------------------------------ */
 
+/* Factorises W = c M - J, and decides how solutions are checked. */
 static void factorise(bgc_batch *b, double c) {
     lane growth;
 
     b->kernel->factor(b->mass, b->jac, lane_of(c), b->lu, &growth);
     b->counts.factorisations++;
     b->c = c;
-    b->live &= bgc_lanes_where(b, growth < lane_of(INFINITY));
+    b->active &= bgc_lanes_where(b, growth < lane_of(INFINITY));
     if (bgc_lanes_where(b, growth > lane_of(growth_limit)) != 0) {
         b->watched = WATCH_FOR;
     }
@@ -26,7 +26,7 @@ static void factorise(bgc_batch *b, double c) {
     b->watched -= b->watched > 0;
 }
 
-/* Adds a product to a row of W x, and its size to that of the row. */
+/* Adds a term to a row of W x, and its absolute value to b->magnitude. */
 static void add_term(bgc_batch *b, int row, lane term) {
     b->residual[row] += term;
     b->magnitude[row] += lane_fabs(term);
@@ -55,7 +55,7 @@ static lane backward_error(bgc_batch *b, const lane *right, const lane *x) {
     return worst;
 }
 
-/* v := W^-1 v. A lane without a finite right-hand side has no solution to check. */
+/* v := W^-1 v. Lanes whose right-hand side is not finite are not checked. */
 void bgc_batch_solve(bgc_batch *b, lane *v) {
     const int n = b->m->n_state;
     unsigned finite;
@@ -65,10 +65,10 @@ void bgc_batch_solve(bgc_batch *b, lane *v) {
         b->kernel->solve(b->lu, v, b->work);
         return;
     }
-    finite = b->live & ~bgc_batch_bad(b, n, v);
+    finite = b->active & ~bgc_batch_bad(b, n, v);
     memcpy(b->b, v, (size_t)n * sizeof *v);
     b->kernel->solve(b->lu, v, b->work);
-    b->live &= ~(finite & ~bgc_lanes_where(b, backward_error(b, b->b, v) <= lane_of(acceptable)));
+    b->active &= ~(finite & ~bgc_lanes_where(b, backward_error(b, b->b, v) <= lane_of(acceptable)));
     b->checked = b->watched > 0;
 }
 
@@ -91,7 +91,7 @@ static void add_earlier_stages(bgc_batch *b, const double *c, int stage, double 
     bgc_batch_multiply_mass(b, b->point, right);
 }
 
-/* f at the point of a stage, to `out`. */
+/* out = f at the point of a stage. */
 static void evaluate_stage(bgc_batch *b, int stage, double h, lane *out) {
     const bgc_tableau *tableau = b->method->tableau;
     const size_t size = (size_t)b->m->n_state * sizeof *out;
@@ -106,6 +106,7 @@ static void evaluate_stage(bgc_batch *b, int stage, double h, lane *out) {
     b->counts.rhs++;
 }
 
+/* The stage of a Rosenbrock method from f at its point, in place. */
 static void rosenbrock_stage(bgc_batch *b, int stage, double h, lane *out) {
     const bgc_tableau *tableau = b->method->tableau;
     const double slope = tableau->g[stage] * h;
@@ -117,8 +118,8 @@ static void rosenbrock_stage(bgc_batch *b, int stage, double h, lane *out) {
     bgc_batch_solve(b, out);
 }
 
-/* From x at t, with f there, to `next`, with the error estimate of an embedded method; an implicit
- * one keeps its factorisation as long as it is held. */
+/* One step of length h from b->x at b->t, with f there in b->f, to b->next; the error estimate, where
+ * the method has one, to b->error. */
 void bgc_batch_advance(bgc_batch *b, double h) {
     const bgc_tableau *tableau = b->method->tableau;
     const int n = b->m->n_state;
@@ -129,6 +130,8 @@ void bgc_batch_advance(bgc_batch *b, double h) {
         b->counts.jacobians++;
         factorise(b, 1.0 / (h * tableau->gamma));
     }
+
+    /* Stages. */
     for (int s = 0; s < tableau->stages; s++) {
         lane *stage = b->stages + (size_t)s * (size_t)n;
         evaluate_stage(b, s, h, stage);
@@ -140,6 +143,8 @@ void bgc_batch_advance(bgc_batch *b, double h) {
             stage[i] *= h * b->inverse_mass[i];
         }
     }
+
+    /* Solution and error estimate. */
     memcpy(b->next, b->x, size);
     bgc_batch_combine(n, tableau->stages, tableau->m, b->stages, b->next);
     if (bgc_is_adaptive(b->method)) {

@@ -1,9 +1,9 @@
-/* lane_vectors.c: sums, norms and checks of vectors of states in all lanes, and f and the assertions at
- * the present, as vectors.c, evaluate.c and linear.c have them for one instance. */
+/* lane_vectors.c: sums, norms and checks of vectors of a batch, f and the assertions, as in vectors.c,
+ * evaluate.c and linear.c. */
 #include "lanes/batch.h"
 #include "tolerance.h"
 
-/* out += sum of weight[j] times vector j; the vectors lie n apart. */
+/* out += sum of weight[j] times vector j; the vectors are n apart. Zero weights are skipped. */
 void bgc_batch_combine(int n, int count, const double *weight, const lane *vectors, lane *out) {
     double w[BGC_MAX_STAGES];
     const lane *v[BGC_MAX_STAGES];
@@ -33,7 +33,7 @@ void bgc_batch_multiply_mass(const bgc_batch *b, const lane *v, lane *out) {
     }
 }
 
-/* The lanes with an entry that is not finite. */
+/* The active lanes with an entry that is not finite. */
 unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v) {
     lane sum = lane_of(0.0);
 
@@ -50,12 +50,13 @@ lane bgc_batch_norm(const bgc_batch *b, const lane *v, const lane *p, const lane
 
     for (int i = 0; i < b->m->n_state; i++) {
         const lane size = lane_max(lane_fabs(p[i]), lane_fabs(q[i]));
-        const lane r = v[i] / bgc_step_tolerance(size, b->scale[i], b->liveliest, rtol, atol);
+        const lane r = v[i] / bgc_step_tolerance(size, b->scale[i], b->scale_reached, rtol, atol);
         sum += r * r;
     }
     return lane_sqrt(sum / (double)b->m->n_state);
 }
 
+/* b->f at the present, unless it is valid. */
 void bgc_batch_evaluate_f(bgc_batch *b) {
     if (!b->f_valid) {
         b->kernel->rhs(b->h, lane_of(b->t), b->x, b->u, b->f, b->work);
@@ -64,13 +65,13 @@ void bgc_batch_evaluate_f(bgc_batch *b) {
     }
 }
 
-/* Lanes for which an assertion fails at (t, x) leave. */
+/* Lanes in which an assertion fails at (t, x) leave the batch. */
 void bgc_batch_check(bgc_batch *b, double t, const lane *x) {
     if (b->m->n_assert == 0) {
         return;
     }
     b->kernel->asserts(b->h, lane_of(t), x, b->u, b->check, b->work);
     for (int k = 0; k < b->m->n_assert; k++) {
-        b->live &= ~bgc_lanes_where(b, lane_not(lane_is(b->check[k])));
+        b->active &= ~bgc_lanes_where(b, lane_not(lane_is(b->check[k])));
     }
 }
