@@ -1,1 +1,1 @@
-"""From files to the flat bond graph: names, instances, widths, laws and scenes."""
+"""Elaboration: expand a package and a scene into the flat bond graph."""

@@ -1,4 +1,4 @@
-"""From a package and a scene to the flat bond graph: models, slots, widths and units are gone."""
+"""Expand a package and a scene into the flat bond graph, without models, slots and widths."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from bgc.elaboration.instances.tree import Instance, Quantity
 from bgc.elaboration.instances.world import Edits, World
 from bgc.elaboration.laws.elements import read_elements
 from bgc.elaboration.laws.statements import (
-    force_parameters,
-    force_values,
-    note_assignments,
+    collect_assignments,
+    evaluate_parameters,
+    evaluate_values,
     read_statements,
     unit_symbol,
 )
@@ -47,24 +47,36 @@ def elaborate(
     observe: Sequence[str] = (),
     uses: Sequence[tuple[str, str]] = (),
 ) -> FlatGraph:
-    """The flat graph of a scene of the package's root file.
+    """Build the flat graph of a scene of the package's root file.
 
-    `scene` is a scene's name; None takes the file's first, or an implicit one of its last model
-    that observes all its states. `overrides` are `--set` texts: they change defaults of
-    parameters, and constants, which decide structure. `observe` are texts of what is observed in
-    place of what the scene observes, if there are any. `uses` are slots to fill, as pairs of
-    texts, `("crane.elbow.lock", "Rigid[5]")`.
+    Parameters
+    ----------
+    scene
+        Name of the scene. None selects the file's first scene or, in a file without scenes, an
+        implicit scene that observes all states and outputs of the file's last model.
+    overrides
+        Pairs of texts from `--set`: new defaults of parameters, or new values of constants, which
+        may change the structure.
+    observe
+        Expressions that replace the scene's observations; empty keeps those of the scene.
+    uses
+        Slots and the types that fill them, as pairs of texts: `("crane.elbow.lock", "Rigid[5]")`.
 
     Raises
     ------
     BgError
-        With every independent mistake that was found.
+        With all independent errors that were found.
     """
     chosen = with_observations(with_uses(choose_scene(package, scene), uses), observe)
     return _elaborate(package, chosen, overrides)
 
 
 def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, str]]) -> FlatGraph:
+    """Elaborate a chosen scene.
+
+    Instances come first, then widths and units with placeholders for the variables of bonds, and
+    last all values and laws with the numbered scalar bonds.
+    """
     report = Report()
     world = World(package, Dag(), report, Edits())
     builder, quantities = Builder(world), Quantities(world)
@@ -83,13 +95,13 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
         check_edits(world, scene)
         check_overrides(world, scene, overrides)
     bonds_are_sound = not report.errors
-    force_parameters(world, wiring)
+    evaluate_parameters(world, wiring)
     if bonds_are_sound:
-        report.set_aside()  # a wrong value does not hide a wrong width
+        report.set_aside()  # report an invalid value and an invalid width together
     report.raise_new_errors()
 
     nets = join_nets(world, wiring, domains)
-    note_assignments(world, wiring, domains, carried)
+    collect_assignments(world, wiring, domains, carried)
     report.raise_new_errors()
     with _provisional(world, quantities):
         settle_widths(nets)
@@ -99,7 +111,7 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
     report.raise_new_errors()
     bonds.scalars, bonds.units = scalars, units
 
-    force_values(world, wiring, carried)
+    evaluate_values(world, wiring, carried)
     elements = read_elements(world, wiring, bonds, scalars)
     statements = read_statements(world, wiring)
     observed = read_observed(world, scene, root)
@@ -134,10 +146,10 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
 
 
 def _root(world: World, builder: Builder, scene: Scene) -> Instance:
-    """The tree of the scene's model; its parts are built as they are needed."""
+    """Create the root of the instance tree; parts are built when they are first needed."""
     model = scene.model
     dims = builder.dimensions(model.syntax, scene.use, scene.env)
-    arguments = builder.by_name(scene.use, scene.env, model.syntax.name)
+    arguments = builder.arguments_by_name(scene.use, scene.env, model.syntax.name)
     root = builder.instantiate(
         model, dims, arguments, "", None, model.syntax.name_span, home=scene.env
     )
@@ -148,7 +160,7 @@ def _root(world: World, builder: Builder, scene: Scene) -> Instance:
 
 
 def _number_storage(wiring: Wiring, scalars: Scalars) -> None:
-    """Count the storage ports over the graph."""
+    """Number the ports of all storage elements consecutively."""
     count = 0
     for element in wiring.elements:
         if element.basic in {"C", "I", "IC"}:
@@ -171,16 +183,16 @@ def _bonds(scalars: Scalars, units: BondUnits) -> Iterator[Bond]:
 
 
 def _symbol(units: BondUnits, variable: str, bond: int) -> str:
-    return units.symbol(variable, bond) or _spelled(units.dimension(variable, bond))
+    return units.symbol(variable, bond) or _si_text(units.dimension(variable, bond))
 
 
-def _spelled(dimension: Dimension | None) -> str:
-    """The SI unit of a dimension, empty when it is not known."""
+def _si_text(dimension: Dimension | None) -> str:
+    """The SI unit of a dimension; empty when the dimension is unknown."""
     return si_symbol(dimension) if dimension is not None else ""
 
 
 def _observe_all(world: World, bonds: BondValues, wiring: Wiring, root: Instance) -> Observed:
-    """Without a scene: the states of all storage elements, all declared states, all outputs."""
+    """Observe the states of all storage elements, all declared states and all outputs."""
     found: list[Observation] = []
     for element in wiring.elements:
         for name in {"C": "q", "I": "p", "IC": "qp"}.get(element.basic, ""):
@@ -188,12 +200,12 @@ def _observe_all(world: World, bonds: BondValues, wiring: Wiring, root: Instance
                 value = bonds.storage(element, name)
                 for k, index in enumerate(indices(value.shape)):
                     label = component_name(f"{element.path}.{name}", index)
-                    unit = _spelled(value.units[k])
+                    unit = _si_text(value.units[k])
                     found.append(Observation(label, unit, value.nodes[k], element.span))
     outputs = [m for m in root.members.values() if isinstance(m, Quantity) and m.kind == "output"]
     for quantity in (*world.quantities.states, *outputs):
         if quantity.value is None:
-            continue  # reported where it failed
+            continue  # its evaluation failed, which has been reported
         components = zip(indices(quantity.value.shape), quantity.value.components, strict=True)
         for index, component in components:
             label = component_name(quantity.path, index)
@@ -206,7 +218,7 @@ def _observe_all(world: World, bonds: BondValues, wiring: Wiring, root: Instance
 def _with_required(
     observations: tuple[Observation, ...], requirements: Sequence[Requirement]
 ) -> tuple[Observation, ...]:
-    """The observations, and those requirements that none of them shows."""
+    """The observations, followed by required quantities that are not among them."""
     shown = {o.name: o for o in observations}
     for r in requirements:
         shown.setdefault(r.name, Observation(r.name, r.unit, r.node, r.span))
@@ -215,7 +227,10 @@ def _with_required(
 
 @contextmanager
 def _provisional(world: World, quantities: Quantities) -> Iterator[None]:
-    """Within it, values that depend on bonds show their shapes only, and are then forgotten."""
+    """Evaluate with placeholder symbols for the variables of bonds.
+
+    Values that depend on bonds have only their shape here; they are discarded at the end.
+    """
     world.provisional = True
     try:
         yield

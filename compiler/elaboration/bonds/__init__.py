@@ -1,1 +1,1 @@
-"""Bonds: from chains of names to scalar bonds with widths, units and domains."""
+"""Bonds: resolve chains of names to scalar bonds with widths, units and domains."""

@@ -1,6 +1,6 @@
-"""Signals that a domain carries along its bonds: from the port that writes to where it is read.
+"""Signals that a domain carries along its bonds, from the port that writes to the readers.
 
-The tail of a bond writes, the head reads. Signals pass through ports and 1-junctions.
+Signals run with the half arrow, from tail to head, and pass through ports and 1-junctions.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from bgc.values.value import Value
 
 
 class Carried:
-    """Finds and evaluates the signals of ports."""
+    """Finds and evaluates the signals of ports and 1-junctions."""
 
     def __init__(self, world: World) -> None:
         self.world = world
@@ -36,7 +36,7 @@ class Carried:
         statement: syntax.Assign,
         env: Environment,
     ) -> None:
-        """Note a statement `tip.r = ..;`."""
+        """Record an assignment to a signal of a port, `tip.r = ..;`."""
         shape, unit = facts.signals[signal]
         span = statement.target.span
         present = self.written.get((port, signal))
@@ -68,7 +68,7 @@ class Carried:
         key = (place, signal)
         sources = self._sources.get(key)
         if sources is None:
-            sources = self._sources[key] = self._find(place, signal)
+            sources = self._sources[key] = self._writers(place, signal)
         name = where.strip("`")
         if not sources:
             raise BgError([graph.nobody_writes(span, name, signal)])
@@ -77,8 +77,8 @@ class Carried:
             raise BgError([graph.written_twice_over(span, name, signal, places)])
         return self.world.quantities.value(self.written[sources[0], signal], span)
 
-    def _find(self, place: PortEntry | Element, signal: str) -> tuple[PortEntry, ...]:
-        """The ports up the bonds that write the signal."""
+    def _writers(self, place: PortEntry | Element, signal: str) -> tuple[PortEntry, ...]:
+        """The nearest ports upstream, along the incoming bonds, that write the signal."""
         found: dict[PortEntry, None] = {}
         seen: set[PortEntry | Element] = {place}
         stack = [place]
@@ -88,16 +88,16 @@ class Carried:
                 found[here] = None
                 continue
             for bond in _incoming(here):
-                before = self.owners[bond.tail.face]
-                passes = isinstance(before, PortEntry) or before.basic == "J1"
-                if passes and before not in seen:
-                    seen.add(before)
-                    stack.append(before)
+                upstream = self.owners[bond.tail.face]
+                passes = isinstance(upstream, PortEntry) or upstream.basic == "J1"
+                if passes and upstream not in seen:
+                    seen.add(upstream)
+                    stack.append(upstream)
         return tuple(found)
 
 
 def _incoming(place: PortEntry | Element) -> list[WideBond]:
-    """The bonds whose head is at a port (on either side) or a junction."""
+    """The whole bonds, without slices, whose head is at a port (either side) or a junction."""
     if isinstance(place, PortEntry):
         faces = [place.outer, place.inner]
     else:

@@ -1,7 +1,8 @@
-"""Domains worked out: the units of every component, the names of slices, the signals."""
+"""Evaluate domains: the units of each component, the named slices, the signals."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from bgc.diagnostics.catalogue import names, shapes
@@ -22,9 +23,11 @@ JOULE: Dimension = (1, 2, -2, 0, 0, 0, 0)
 
 @dataclass(frozen=True, slots=True)
 class DomainFacts:
-    """A domain's width, the units of its efforts and flows, and what its names mean.
+    """The width of a domain, the units of its efforts and flows, and its named variables.
 
-    `efforts` and `flows` give, by name, the first component (from 0), the shape of the slice.
+    `efforts` and `flows` map a name to its slice of the components: the first component (from 0)
+    and the shape. `signals` maps a name to its shape and unit. The symbols are the units as
+    written, for tables.
     """
 
     name: str
@@ -39,24 +42,27 @@ class DomainFacts:
 
     @property
     def width(self) -> int:
-        """How many scalar bonds one bond of the domain is."""
+        """The number of scalar bonds of one bond of the domain."""
         return len(self.effort_units)
 
 
 class Domains:
-    """Works out each domain once."""
+    """Evaluates each domain once."""
 
     def __init__(self, world: World) -> None:
         self._world = world
         self._known: dict[int, DomainFacts | BgError] = {}
 
     def facts(self, declared: Declared[syntax.Domain]) -> DomainFacts:
-        """The facts of a domain; BgError, the first time with its diagnostics."""
+        """The facts of a domain.
+
+        Raises BgError for an invalid domain: with diagnostics at the first call, empty later.
+        """
         key = id(declared.syntax)
         known = self._known.get(key)
         if known is None:
             try:
-                known = self._work_out(declared)
+                known = self._resolve(declared)
             except BgError as err:
                 self._known[key] = BgError(())
                 raise err
@@ -65,7 +71,7 @@ class Domains:
             raise known
         return known
 
-    def _work_out(self, declared: Declared[syntax.Domain]) -> DomainFacts:
+    def _resolve(self, declared: Declared[syntax.Domain]) -> DomainFacts:
         domain = declared.syntax
         env = Environment(None, declared.module, {})
         units: dict[str, list[Dimension | None]] = {"effort": [], "flow": []}
@@ -96,23 +102,7 @@ class Domains:
             units[variable.kind].extend([unit] * count)
             symbols[variable.kind].extend([parsed.symbol if parsed else ""] * count)
         efforts, flows = units["effort"], units["flow"]
-        if len(efforts) != len(flows) or not efforts:
-            raise BgError(
-                [
-                    width_messages.domain_unbalanced(
-                        domain.name_span, domain.name, len(efforts), len(flows)
-                    )
-                ]
-            )
-        for k, (effort, flow) in enumerate(zip(efforts, flows, strict=True)):
-            if domain.pseudo or effort is None or flow is None:
-                continue
-            power = multiply(effort, flow)
-            if power != WATT:
-                found = describe_dimension(power)
-                raise BgError(
-                    [width_messages.domain_no_power(domain.name_span, domain.name, k + 1, found)]
-                )
+        _check_power(domain, efforts, flows)
         return DomainFacts(
             domain.name,
             domain.pseudo,
@@ -124,3 +114,29 @@ class Domains:
             tuple(symbols["effort"]),
             tuple(symbols["flow"]),
         )
+
+
+def _check_power(
+    domain: syntax.Domain, efforts: Sequence[Dimension | None], flows: Sequence[Dimension | None]
+) -> None:
+    """Raise BgError unless efforts and flows pair up and their products are powers.
+
+    In a pseudo domain the products may have any unit.
+    """
+    if len(efforts) != len(flows) or not efforts:
+        raise BgError(
+            [
+                width_messages.domain_unbalanced(
+                    domain.name_span, domain.name, len(efforts), len(flows)
+                )
+            ]
+        )
+    for k, (effort, flow) in enumerate(zip(efforts, flows, strict=True)):
+        if domain.pseudo or effort is None or flow is None:
+            continue
+        power = multiply(effort, flow)
+        if power != WATT:
+            found = describe_dimension(power)
+            raise BgError(
+                [width_messages.domain_no_power(domain.name_span, domain.name, k + 1, found)]
+            )

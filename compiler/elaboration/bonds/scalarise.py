@@ -1,4 +1,4 @@
-"""Wide bonds to scalar ones: ports and Muxes dissolve, each scalar bond joins two elements."""
+"""Split wide bonds into scalar ones that join elements directly, without ports and Muxes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ from bgc.ir.graph import Port
 
 @dataclass(frozen=True, slots=True)
 class ScalarBond:
-    """One scalar bond: where it starts and ends, and the wide bond at its tail."""
+    """A scalar bond: component `component` (from 1) of a wide bond of `width` at its tail.
+
+    `name` names the elements at its tail and head; `span` is that of the wide bond.
+    """
 
     name: str
     component: int
@@ -26,17 +29,20 @@ class ScalarBond:
 
 @dataclass(slots=True)
 class Scalars:
-    """The scalar bonds in reading order, and for each component of a wide bond its scalar one."""
+    """The scalar bonds in source order.
+
+    `of` maps each component (from 0) of each wide bond to the index of its scalar bond.
+    """
 
     bonds: list[ScalarBond] = field(default_factory=list)
     of: dict[tuple[WideBond, int], int] = field(default_factory=dict)
 
     def at(self, joint: Joint) -> list[int]:
-        """The scalar bonds of one end of a wide bond."""
+        """The indices of the scalar bonds at one end of a wide bond."""
         return [self.of[joint.bond, k] for k in range(len(joint.at))]
 
     def ports(self, face: Face) -> list[list[Port]]:
-        """The ports at each component of a face: one each, at a junction any number."""
+        """The ports at each component of a face: one each, or any number at a junction."""
         width = face.net.root().width
         assert width is not None
         found: list[list[Port]] = [[] for _ in range(width.size)]
@@ -48,14 +54,14 @@ class Scalars:
 
 
 def scalarise(world: World, wiring: Wiring) -> Scalars:
-    """Number the scalar bonds; arrows that meet at a port are reported."""
+    """Number the scalar bonds, and report half arrows that meet head to head at a port."""
     scalars = Scalars()
-    across = _across(wiring)
+    opposite = _opposite_faces(wiring)
     for bond in wiring.bonds:
-        if bond.tail.face in across:
+        if bond.tail.face in opposite:
             continue
         for k in range(len(bond.tail.at)):
-            passed, end = _follow(world, wiring, across, bond, k)
+            passed, end = _follow(world, wiring, opposite, bond, k)
             name = f"{bond.tail.face.name} -> {end.name}"
             index = len(scalars.bonds)
             scalars.bonds.append(ScalarBond(name, k + 1, len(bond.tail.at), bond.span))
@@ -69,8 +75,8 @@ def scalarise(world: World, wiring: Wiring) -> Scalars:
     return scalars
 
 
-def _across(wiring: Wiring) -> dict[Face, Face]:
-    """For the faces of ports and Muxes, the face on the other side."""
+def _opposite_faces(wiring: Wiring) -> dict[Face, Face]:
+    """Map each face of a port or Mux to the face on its other side."""
     found: dict[Face, Face] = {}
     for port in wiring.ports:
         found[port.outer], found[port.inner] = port.inner, port.outer
@@ -82,14 +88,17 @@ def _across(wiring: Wiring) -> dict[Face, Face]:
 
 
 def _follow(
-    world: World, wiring: Wiring, across: dict[Face, Face], bond: WideBond, k: int
+    world: World, wiring: Wiring, opposite: dict[Face, Face], bond: WideBond, k: int
 ) -> tuple[list[tuple[WideBond, int]], Face]:
-    """The components of wide bonds that one scalar bond runs through, and where it ends."""
+    """Follow one scalar bond from its tail through ports and Muxes.
+
+    Returns the components of the wide bonds along it, and the face at its head.
+    """
     passed = [(bond, k)]
     while True:
         bond, k = passed[-1]
         head = bond.head
-        beyond = across.get(head.face)
+        beyond = opposite.get(head.face)
         if beyond is None:
             return passed, head.face
         place = head.at[k]

@@ -1,4 +1,4 @@
-"""What an element's arguments and law say of its width, before all widths are known."""
+"""Infer the width of an element from its arguments and law, before all widths are known."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ LAW_VARIABLES = {"e", "f", "p", "q", "e1", "f1", "e2", "f2"}
 
 
 class WidthUnknown(Exception):
-    """A value was asked for that needs a width which is not known yet."""
+    """A value depends on a width that is not known yet."""
 
 
 @dataclass(slots=True)
 class Probe:
-    """Sizes by side (`all`, `in`, `out`); `same` when both sides have one width."""
+    """Inferred widths by side (`all`, `in`, `out`); `same` if both sides have equal widths."""
 
     span: Span
     sizes: dict[str, int] = field(default_factory=dict)
@@ -30,9 +30,9 @@ class Probe:
 
 
 def probe(world: World, element: Element) -> Probe:
-    """The widths that the arguments and the law of an element imply; nothing from scalars.
+    """Infer the widths that the arguments and the law of an element imply.
 
-    Raises WidthUnknown when a value in them needs a width that is not known yet.
+    Scalars imply no width. Raises WidthUnknown if a value depends on a width not known yet.
     """
     found = Probe(element.use.span)
     two_port = "in" in element.faces
@@ -52,7 +52,7 @@ def probe(world: World, element: Element) -> Probe:
 
 
 class _LawProbe:
-    """Shapes within a law, where the element's own variables may still be unknown."""
+    """Infers shapes within a law, in which the element's own variables may have unknown width."""
 
     def __init__(self, world: World, element: Element, found: Probe) -> None:
         self.world, self.element, self.found = world, element, found
@@ -89,12 +89,15 @@ class _LawProbe:
         return (width.size,) if width is not None and width.size > 1 else None
 
     def shape(self, expr: syntax.Expr) -> Shape | None:
-        """The shape of an expression as far as it can be told; None if not."""
+        """The shape of an expression, None if it cannot be inferred.
+
+        A matrix times a variable of unknown width gives this variable its width.
+        """
         if not any(name in LAW_VARIABLES for name in names_in(expr)):
             try:
                 return self.world.evaluate(expr, self.element.env).shape
             except BgError:
-                return None  # reported when the law itself is read
+                return None  # reported when the law is read
         match expr:
             case syntax.Name(name=name):
                 return self.known(name)
@@ -128,7 +131,7 @@ class _LawProbe:
 
 
 def names_in(expr: syntax.Expr) -> Iterator[str]:
-    """All plain names in an expression, those of the bases of paths too."""
+    """All plain names in an expression, including the first names of paths."""
     match expr:
         case syntax.Name():
             yield expr.name
@@ -160,7 +163,7 @@ def names_in(expr: syntax.Expr) -> Iterator[str]:
 
 
 def width_of(face: Face) -> int:
-    """The width of a face; WidthUnknown when it is not known yet."""
+    """The width of a face; WidthUnknown if it is not known yet."""
     width = face.net.root().width
     if width is None:
         raise WidthUnknown
@@ -168,7 +171,7 @@ def width_of(face: Face) -> int:
 
 
 def shape_of(face: Face) -> Shape:
-    """`()` where nothing says that the face is wide, else a vector."""
+    """The shape of a face's variables: a vector if it is wide or has brackets, else a scalar."""
     width = face.net.root().width
     if width is None:
         raise WidthUnknown

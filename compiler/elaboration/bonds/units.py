@@ -1,7 +1,7 @@
-"""The units of the efforts and flows of all scalar bonds, from what is written around them.
+"""Infer the units of the efforts and flows of all scalar bonds.
 
-One known unit fixes the other where effort times flow is a power. A resistance in ohms fixes
-both, since the product and the quotient of the two are then known.
+The unit of one variable determines the other where effort times flow is a power. A resistance in
+ohms determines both, since the product and the quotient of the two are then known.
 """
 
 from __future__ import annotations
@@ -22,10 +22,11 @@ SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
 
 @dataclass(frozen=True, slots=True)
 class Ratio:
-    """`effort / flow` of a bond has a known dimension, told by an argument of an element.
+    """The dimension of `effort / flow` of a bond, from an argument of an element.
 
-    `argument` says which, as `stiffness`; `sense` is -1 where it is flow by effort. `time` is
-    the power of seconds in it: 1 of an inertia, -1 of a stiffness.
+    The dimension of the argument (such as `stiffness`) is `(effort / flow)^sense * s^time`:
+    `sense` is -1 for a conductance or compliance, else 1; `time` is 1 for an inertia or
+    compliance, -1 for a stiffness, else 0.
     """
 
     bond: int
@@ -36,13 +37,13 @@ class Ratio:
     time: int
 
     def argument_for(self, effort_by_flow: Dimension) -> Dimension:
-        """The dimension that the argument has to have for a dimension of `effort / flow`."""
+        """The dimension of the argument for a dimension of `effort / flow`."""
         return multiply(power(effort_by_flow, self.sense), power(SECOND, self.time))
 
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """A dimension between two bonds: `target variable = dimension * source variable`."""
+    """A relation between two bonds: `target variable = dimension * source variable`."""
 
     target: tuple[str, int]
     source: tuple[str, int]
@@ -58,7 +59,7 @@ class _Known:
 
 
 class BondUnits:
-    """Classes of bonds with common units, and what is known of each class."""
+    """The known units of each class of bonds with common units."""
 
     def __init__(self, names: list[str], report: Report) -> None:
         self._names = names
@@ -66,29 +67,32 @@ class BondUnits:
         self._sets = DisjointSets(len(names))
         self._known: dict[tuple[str, int], _Known] = {}
         self._pseudo: set[int] = set()
-        self._told: set[int] = set()
+        self._reported: set[int] = set()
 
     def join(self, bonds: Iterable[int]) -> None:
-        """The bonds of a junction have common units."""
+        """Give the bonds of a junction common units."""
         self._sets.join(bonds)
 
     def mark_pseudo(self, bond: int) -> None:
-        """Effort times flow of the bond is no power. To be told before any unit is."""
+        """Declare that effort times flow of the bond is not a power; call this before any unit."""
         self._pseudo.add(self._sets.find(bond))
 
     def is_power(self, bond: int) -> bool:
         """Whether effort times flow is a power."""
         return self._sets.find(bond) not in self._pseudo
 
-    def know(
+    def set_unit(
         self, variable: str, bond: int, dimension: Dimension, span: Span, symbol: str = ""
     ) -> bool:
-        """Note the unit of an `effort` or `flow`; True when it is news."""
+        """Set the unit of an `effort` or `flow`, and of the other where the product is a power.
+
+        Returns True if the unit was unknown. A contradiction is reported once for each class.
+        """
         root = self._sets.find(bond)
         known = self._known.get((variable, root))
         if known is not None:
-            if known.dimension != dimension and root not in self._told:
-                self._told.add(root)
+            if known.dimension != dimension and root not in self._reported:
+                self._reported.add(root)
                 one, two = describe_dimension(known.dimension), describe_dimension(dimension)
                 self._report.add(
                     width_messages.units_differ(
@@ -101,41 +105,41 @@ class BondUnits:
         self._known[variable, root] = _Known(dimension, span, symbol)
         other = "flow" if variable == "effort" else "effort"
         if root not in self._pseudo:
-            self.know(other, bond, divide(WATT, dimension), span)
+            self.set_unit(other, bond, divide(WATT, dimension), span)
         return True
 
     def solve(self, ratios: list[Ratio], links: list[Link]) -> None:
-        """Spread what is known until nothing new follows."""
-        news = True
-        while news:
-            news = False
+        """Propagate known units along ratios and links until nothing changes."""
+        changed = True
+        while changed:
+            changed = False
             for ratio in ratios:
-                news |= self._apply_ratio(ratio)
+                changed |= self._apply_ratio(ratio)
             for link in links:
-                news |= self._apply_link(link)
+                changed |= self._apply_link(link)
 
     def _apply_ratio(self, ratio: Ratio) -> bool:
         bond, dimension, span = ratio.bond, ratio.dimension, ratio.span
         effort, flow = self.dimension("effort", bond), self.dimension("flow", bond)
         if effort is not None and flow is not None:
             if divide(effort, flow) != dimension:
-                self._tell_misfit(ratio, divide(effort, flow))
+                self._report_misfit(ratio, divide(effort, flow))
             return False
         if effort is not None:
-            return self.know("flow", bond, divide(effort, dimension), span)
+            return self.set_unit("flow", bond, divide(effort, dimension), span)
         if flow is not None:
-            return self.know("effort", bond, multiply(flow, dimension), span)
+            return self.set_unit("effort", bond, multiply(flow, dimension), span)
         if self.is_power(bond):
             squared = power(multiply(WATT, dimension), Fraction(1, 2))
-            return self.know("effort", bond, squared, span)
+            return self.set_unit("effort", bond, squared, span)
         return False
 
-    def _tell_misfit(self, ratio: Ratio, expected: Dimension) -> None:
-        """Report an argument whose unit does not go with what is known of its bond."""
+    def _report_misfit(self, ratio: Ratio, expected: Dimension) -> None:
+        """Report an argument whose unit contradicts the known units of its bond."""
         root = self._sets.find(ratio.bond)
-        if root in self._told:
+        if root in self._reported:
             return
-        self._told.add(root)
+        self._reported.add(root)
         places = [
             (known.span, f"{variable}: {describe_dimension(known.dimension)}")
             for variable in ("effort", "flow")
@@ -152,20 +156,20 @@ class BondUnits:
         source = self.dimension(*link.source)
         target = self.dimension(*link.target)
         if source is not None:
-            news = self.know(*link.target, multiply(source, link.dimension), link.span)
-            if self._sets.find(link.target[1]) in self._told:  # one cause, both ends of it
-                self._told.add(self._sets.find(link.source[1]))
-            return news
+            changed = self.set_unit(*link.target, multiply(source, link.dimension), link.span)
+            if self._sets.find(link.target[1]) in self._reported:  # report one cause once
+                self._reported.add(self._sets.find(link.source[1]))
+            return changed
         if target is not None:
-            return self.know(*link.source, divide(target, link.dimension), link.span)
+            return self.set_unit(*link.source, divide(target, link.dimension), link.span)
         return False
 
     def dimension(self, variable: str, bond: int) -> Dimension | None:
-        """The unit of an `effort` or `flow`, None when nothing tells."""
+        """The unit of an `effort` or `flow`; None if unknown."""
         known = self._known.get((variable, self._sets.find(bond)))
         return known.dimension if known else None
 
     def symbol(self, variable: str, bond: int) -> str:
-        """How the unit is spelled where it was written, empty when it was not."""
+        """The unit as written in the source; empty if it was inferred."""
         known = self._known.get((variable, self._sets.find(bond)))
         return known.symbol if known else ""

@@ -1,4 +1,4 @@
-"""What can be read of elements and ports: efforts, flows, displacements, momenta, power."""
+"""Read efforts, flows, displacements, momenta and powers of elements and ports."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from bgc.values.scope import Namespace
 from bgc.values.units import Dimension, multiply
 from bgc.values.value import Shape, Value
 
-_FAR = 1 << 40  # provisional symbols are numbered beyond any real one
+_PLACEHOLDER_BASE = 1 << 40  # index of the first placeholder symbol, beyond all real ones
 
 ONE_PORT = {
     "Se": ("e", "f", "power"),
@@ -34,7 +34,7 @@ _UNIT_OF = {"q": "flow", "p": "effort"}
 
 
 class BondValues:
-    """Reads variables of bonds. Before the bonds are numbered it shows their shapes only."""
+    """Reads variables of bonds; before the bonds are numbered, as placeholders of their shape."""
 
     def __init__(self, world: World, domains: Domains, carried: Carried) -> None:
         self.world = world
@@ -67,7 +67,9 @@ class BondValues:
         if basic == "GY" and not two_sided and name in {"e", "f", "power"}:
             return self._power(face, 1) if name == "power" else self.variable(face, name)
         have = ONE_PORT.get(basic) or (_TWO_PORT if two_sided else ("e", "f", "power"))
-        raise self._absent(f"`{element.path}`, {with_article(element.kind)},", name, span, have)
+        raise self._no_such_variable(
+            f"`{element.path}`, {with_article(element.kind)},", name, span, have
+        )
 
     def _of_junction(self, element: Element, name: str, span: Span) -> Value | Namespace:
         face = element.faces["all"]
@@ -85,10 +87,12 @@ class BondValues:
                 have += facts.signals
                 if name in facts.signals:
                     return self.carried.at_junction(element, name, facts, span)
-        raise self._absent(f"`{element.path}`, {with_article(element.kind)},", name, span, have)
+        raise self._no_such_variable(
+            f"`{element.path}`, {with_article(element.kind)},", name, span, have
+        )
 
     def of_port(self, port: PortEntry, name: str, span: Span) -> Value | Namespace:
-        """A variable of the bond at a port, or a signal that it carries."""
+        """A variable of the bond at a port, or a signal carried by that bond."""
         self._require_bonds(span)
         face = port.inner if port.inner.joints else port.outer
         facts = self._facts(face)
@@ -104,14 +108,14 @@ class BondValues:
             if name in facts.signals:
                 return self.carried.at_port(port, name, facts, span)
             have += [*facts.efforts, *facts.flows, *facts.signals]
-        raise self._absent(f"the port `{port.path}`", name, span, have)
+        raise self._no_such_variable(f"the port `{port.path}`", name, span, have)
 
     def _require_bonds(self, span: Span) -> None:
-        """While the tree is built there are no bonds: only constants can be read."""
+        """Raise BgError while the tree is being built, when only constants can be read."""
         if self.scalars is None and not self.world.provisional:
             raise BgError([values.not_constant(span, "what decides the parts of a model")])
 
-    def _absent(
+    def _no_such_variable(
         self, owner: str, name: str, span: Span, have: list[str] | tuple[str, ...]
     ) -> BgError:
         return BgError([graph.unknown_port_member(span, owner, name, have)])
@@ -127,7 +131,7 @@ class BondValues:
     # --- variables of faces ---------------------------------------------------------
 
     def variable(self, face: Face, name: str) -> Value:
-        """The efforts (`e`) or flows (`f`) of a face, one symbol for each component."""
+        """The efforts (`e`) or flows (`f`) of a face, one symbol per component."""
         shape = shape_of(face)
         if self.scalars is None or self.units is None:
             return self._placeholder(face, name, shape)
@@ -187,11 +191,11 @@ class BondValues:
         return Value(shape, value.nodes[first : first + count], value.units[first : first + count])
 
     def _placeholder(self, face: Face, name: str, shape: Shape) -> Value:
-        """Symbols of the right number and no meaning, all different so that nothing cancels."""
+        """Distinct placeholder symbols of the right number, so that nothing cancels."""
         kind = Kind.EFFORT if name in {"e", "p"} else Kind.FLOW
         nodes = []
         for k in range(width_of(face)):
             key = (id(face), name, k)
             place = self._provisional.setdefault(key, len(self._provisional))
-            nodes.append(self.world.dag.symbol(kind, _FAR + place))
+            nodes.append(self.world.dag.symbol(kind, _PLACEHOLDER_BASE + place))
         return Value(shape, tuple(nodes), (None,) * len(nodes))

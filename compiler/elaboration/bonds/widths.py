@@ -1,7 +1,7 @@
-"""Widths and domains of all bonds, inferred from what is written anywhere along them.
+"""Infer the widths and domains of all bonds.
 
-A width is known from brackets, from a domain, or from the shape of an element's arguments or
-law. It spreads along bonds, through junctions and ports; where nothing says otherwise it is 1.
+A width is known from brackets, from a domain, or from the shape of an element's arguments or law.
+It propagates along bonds and through junctions and ports; a width that remains unknown is 1.
 """
 
 from __future__ import annotations
@@ -24,18 +24,28 @@ from bgc.elaboration.instances.world import World
 
 @dataclass(slots=True)
 class Nets:
-    """The nets of all bonds, and the constraints that joining them does not settle."""
+    """The nets of all bonds, and the constraints that are not settled by joining nets.
+
+    Attributes
+    ----------
+    equal
+        Pairs of nets with equal widths, at a Mux or an element with both sides of one width.
+    divided
+        Faces that several bonds or slices divide; without slices their widths add up.
+    sized
+        Faces whose width is known from brackets, arguments or a law: several bonds may share it.
+    """
 
     world: World
     wiring: Wiring
     domains: Domains
-    same: list[tuple[Net, Net, Span]] = field(default_factory=list)
-    sums: list[Face] = field(default_factory=list)
-    claimed: set[Face] = field(default_factory=set)
+    equal: list[tuple[Net, Net, Span]] = field(default_factory=list)
+    divided: list[Face] = field(default_factory=list)
+    sized: set[Face] = field(default_factory=set)
 
 
 def join_nets(world: World, wiring: Wiring, domains: Domains) -> Nets:
-    """Join what has one width and one domain; what ports and brackets say is noted."""
+    """Join nets of common width and domain, and set the widths of ports and brackets."""
     nets = Nets(world, wiring, domains)
     for port in wiring.ports:
         with world.report.collecting(note(port.env)):
@@ -48,18 +58,18 @@ def join_nets(world: World, wiring: Wiring, domains: Domains) -> Nets:
 
 
 def settle_widths(nets: Nets) -> None:
-    """Give every net its width, and each end of a bond the components of the face it meets."""
+    """Give every net a width, and every end of a bond its components of the face there."""
     world = nets.world
     _propagate(nets)
     _probe_all(nets)
-    check_single(world, nets.wiring, nets.claimed)
+    check_single(world, nets.wiring, nets.sized)
     world.report.raise_new_errors()
-    _default(nets)
-    _place(nets)
+    _default_to_one(nets)
+    _assign_components(nets)
     world.report.raise_new_errors()
 
 
-# --- what is declared -------------------------------------------------------------------
+# --- declared widths --------------------------------------------------------------------
 
 
 def _declare_port(work: Nets, port: PortEntry) -> None:
@@ -82,7 +92,7 @@ def _declare_element(work: Nets, element: Element) -> None:
     dims, span = element.dims, element.use.span
     if element.kind in {"Mux", "Demux"}:
         into, out = element.faces["in"], element.faces["out"]
-        work.same.append((into.net, out.net, element.span))
+        work.equal.append((into.net, out.net, element.span))
         if dims:
             total = Width(sum(dims), span, True)
             _set_width(work, into.net, total)
@@ -99,7 +109,7 @@ def _declare_element(work: Nets, element: Element) -> None:
         return
     if not dims:
         return
-    work.claimed.update(element.faces.values())
+    work.sized.update(element.faces.values())
     if len(dims) == 2:
         _set_width(work, element.faces["in"].net, Width(dims[0], span, True))
         _set_width(work, element.faces["out"].net, Width(dims[1], span, True))
@@ -109,7 +119,7 @@ def _declare_element(work: Nets, element: Element) -> None:
 
 
 def _join(work: Nets) -> None:
-    """Join the nets of bonds and of the faces that they fill."""
+    """Join the net of each bond with that of a face which it takes whole."""
     for face in work.wiring.owners:
         for joint in face.joints:
             if joint.slice is not None:
@@ -118,14 +128,14 @@ def _join(work: Nets) -> None:
             elif face.junction or len(face.joints) == 1:
                 _merge(work, joint.bond.net, face.net, joint.bond.span)
         if not face.junction and (len(face.joints) > 1 or any(j.slice for j in face.joints)):
-            work.sums.append(face)
+            work.divided.append(face)
 
 
 # --- joining ----------------------------------------------------------------------------
 
 
 def _set_width(work: Nets, net: Net, width: Width) -> bool:
-    """Note a width of a net; True when it is news."""
+    """Set the width of a net, or report a contradiction; True if it was unknown."""
     net = net.root()
     if net.width is None:
         net.width = width
@@ -155,7 +165,7 @@ def _set_domain(work: Nets, net: Net, use: DomainUse) -> None:
 
 
 def _merge(work: Nets, one: Net, two: Net, span: Span) -> None:
-    """Join two nets at a bond or port."""
+    """Join two nets, or report their contradicting widths or domains at `span`."""
     one, two = one.root(), two.root()
     if one is two:
         return
@@ -187,30 +197,32 @@ def _merge(work: Nets, one: Net, two: Net, span: Span) -> None:
     one.domain = one.domain or two.domain
 
 
-# --- spreading --------------------------------------------------------------------------
+# --- propagation ------------------------------------------------------------------------
 
 
 def _propagate(work: Nets) -> None:
-    """Settle equal widths and sums of widths until nothing new follows."""
-    news = True
-    while news:
-        news = False
-        for one, two, span in work.same:
+    """Apply equal widths and sums of widths until nothing changes."""
+    changed = True
+    while changed:
+        changed = False
+        for one, two, span in work.equal:
             a, b = one.root().width, two.root().width
             if a is not None and b is None:
-                news |= _set_width(work, two, Width(a.size, a.span, False))
+                changed |= _set_width(work, two, Width(a.size, a.span, False))
             elif b is not None and a is None:
-                news |= _set_width(work, one, Width(b.size, b.span, False))
+                changed |= _set_width(work, one, Width(b.size, b.span, False))
             elif a is not None and b is not None and a.size != b.size:
                 work.world.report.add(
                     width_messages.widths_differ(span, a.size, a.span, b.size, b.span)
                 )
-        work.same = [s for s in work.same if s[0].root().width is None or s[1].root().width is None]
-        for face in work.sums:
-            news |= _settle_sum(work, face)
+        work.equal = [
+            s for s in work.equal if s[0].root().width is None or s[1].root().width is None
+        ]
+        for face in work.divided:
+            changed |= _settle_divided(work, face)
 
 
-def _settle_sum(work: Nets, face: Face) -> bool:
+def _settle_divided(work: Nets, face: Face) -> bool:
     if any(joint.slice is not None for joint in face.joints):
         if face.net.root().width is not None:
             return False
@@ -221,7 +233,7 @@ def _settle_sum(work: Nets, face: Face) -> bool:
     known = [w.size for w in widths if w is not None]
     if len(known) == len(widths):
         if total is not None:
-            return False  # checked when places are given
+            return False  # checked when components are assigned
         return _set_width(work, face.net, Width(sum(known), face.joints[0].span, False))
     if total is not None and len(known) == len(widths) - 1 and total.size > sum(known):
         missing = widths.index(None)
@@ -231,7 +243,7 @@ def _settle_sum(work: Nets, face: Face) -> bool:
 
 
 def _probe_all(work: Nets) -> None:
-    """Look at arguments and laws for the widths that they imply."""
+    """Infer widths from the arguments and laws of all elements."""
     waiting = list(work.wiring.elements)
     while waiting:
         later: list[Element] = []
@@ -243,16 +255,17 @@ def _probe_all(work: Nets) -> None:
             except WidthUnknown:
                 later.append(element)
             except BgError:
-                continue  # reported when the law itself is read
+                continue  # reported when the law is read
             else:
-                _apply(work, element, found)
+                _apply_probe(work, element, found)
         _propagate(work)
         if len(later) < len(waiting):
             waiting = later
             continue
-        # Those left need widths that nothing says: all others are 1 first, then these.
+        # The remaining elements need widths that are not implied anywhere: first set the nets of
+        # all other elements to 1, and if there are none, their own.
         held = {id(f.net.root()) for e in later for f in e.faces.values()}
-        nets = [n for n in _open_nets(work) if id(n) not in held] or _open_nets(work)
+        nets = [n for n in _unsized_nets(work) if id(n) not in held] or _unsized_nets(work)
         if not nets:
             break
         for net in nets:
@@ -260,23 +273,23 @@ def _probe_all(work: Nets) -> None:
         _propagate(work)
 
 
-def _apply(work: Nets, element: Element, found: Probe) -> None:
+def _apply_probe(work: Nets, element: Element, found: Probe) -> None:
     for side, size in found.sizes.items():
         face = element.faces.get(side) or element.faces["in"]
-        work.claimed.add(face)
-        if face.net.root().width is None:  # else a misfit is told where the law is read
+        work.sized.add(face)
+        if face.net.root().width is None:  # else a mismatch is reported when the law is read
             _set_width(work, face.net, Width(size, found.span, size > 1))
     if found.same and not _is_one_sided(element):
-        work.same.append((element.faces["in"].net, element.faces["out"].net, element.span))
+        work.equal.append((element.faces["in"].net, element.faces["out"].net, element.span))
 
 
 def _is_one_sided(element: Element) -> bool:
     return "out" in element.faces and not element.faces["out"].joints
 
 
-def _open_nets(work: Nets) -> list[Net]:
-    """The nets without a width, those last which are the sum of others."""
-    totals = {id(f.net.root()) for f in work.sums}
+def _unsized_nets(work: Nets) -> list[Net]:
+    """The nets without a width, except those of divided faces, whose width follows from others."""
+    totals = {id(f.net.root()) for f in work.divided}
     found: dict[int, Net] = {}
     for bond in work.wiring.bonds:
         net = bond.net.root()
@@ -289,10 +302,10 @@ def _open_nets(work: Nets) -> list[Net]:
     return list(found.values())
 
 
-def _default(work: Nets) -> None:
-    """What nothing gives a width has width 1."""
+def _default_to_one(work: Nets) -> None:
+    """Set every width that remains unknown to 1."""
     while True:
-        nets = _open_nets(work)
+        nets = _unsized_nets(work)
         for net in nets:
             net.width = Width(1, work.wiring.bonds[0].span, False)
         _propagate(work)
@@ -300,11 +313,11 @@ def _default(work: Nets) -> None:
             break
 
 
-# --- places -----------------------------------------------------------------------------
+# --- components -------------------------------------------------------------------------
 
 
-def _place(work: Nets) -> None:
-    """Give each joint its components of the face; every one must be taken exactly once."""
+def _assign_components(work: Nets) -> None:
+    """Give each joint its components of the face; each component must be taken exactly once."""
     for face, owner in work.wiring.owners.items():
         width = face.net.root().width
         if not face.joints or width is None:

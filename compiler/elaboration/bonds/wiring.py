@@ -1,4 +1,4 @@
-"""From chains to wide bonds between faces: which port a bare name means, and which way."""
+"""Resolve the chains of all models to wide bonds between faces."""
 
 from __future__ import annotations
 
@@ -29,7 +29,10 @@ Target: TypeAlias = Instance | Element | PartArray | tuple[PortEntry, bool]  # b
 
 @dataclass(slots=True, eq=False)
 class Wiring:
-    """The whole tree, in reading order, and its bonds."""
+    """All instances, elements, ports and wide bonds, in source order.
+
+    `owners` maps each face to its element or port.
+    """
 
     instances: list[Instance] = field(default_factory=list)
     elements: list[Element] = field(default_factory=list)
@@ -39,7 +42,7 @@ class Wiring:
 
 
 def wire(world: World, root: Instance) -> Wiring:
-    """Build every part of the tree and every bond of its chains; mistakes are reported."""
+    """Build every part of the tree and every bond of its chains; errors are reported."""
     wiring = Wiring()
     for instance in _walk(world, root, wiring):
         wiring.instances.append(instance)
@@ -55,7 +58,7 @@ def wire(world: World, root: Instance) -> Wiring:
 
 
 def _walk(world: World, instance: Instance, wiring: Wiring) -> Iterator[Instance]:
-    """The instance and all below it, in reading order; elements and ports are collected."""
+    """The instance and all instances below it; their elements and ports enter `wiring`."""
     yield instance
     for member in list(instance.members.values()):
         match member:
@@ -111,7 +114,7 @@ def _bond(
 def _end(
     world: World, env: Environment, expr: syntax.Expr, is_head: bool
 ) -> tuple[Face, tuple[int, ...] | None]:
-    """The face that one end of an arrow means, and the slice of it."""
+    """The face at one end of an arrow, and the slice of its components if there is one."""
     cut = None
     target = _target(world, env, expr)
     if target is None:
@@ -133,7 +136,7 @@ def _end(
 
 
 def _target(world: World, env: Environment, expr: syntax.Expr) -> Target | None:
-    """What a path in a chain names; None of an index that is a slice of something."""
+    """The part or port that a path in a chain names; None where its index is a slice."""
     instance = env.instance
     assert instance is not None
     match expr:
@@ -191,7 +194,7 @@ def _member_target(world: World, env: Environment, expr: syntax.Member) -> Targe
 
 
 def _slice(world: World, env: Environment, expr: syntax.Index) -> tuple[int, ...]:
-    """The components (from 0) of a slice `hub[1..3]` or `hub[2]`."""
+    """The components (from 0) of a slice such as `hub[1..3]` or `hub[2]`."""
     if len(expr.indices) != 1:
         raise BgError(
             [graph.cannot_be_bonded(expr.span, path_of(expr), "indexed by more than one number")]
@@ -211,7 +214,7 @@ def _element_face(element: Element, expr: syntax.Expr, is_head: bool) -> Face:
 
 
 def _port_of(instance: Instance, expr: syntax.Expr, is_head: bool) -> PortEntry:
-    """The port that a bare part means: the only one that fits the arrow, or the main one."""
+    """The port of a part named without one: the only port in this direction, or the main one."""
     ports = [m for m in instance.members.values() if isinstance(m, PortEntry)]
     wanted = syntax.Direction.IN if is_head else syntax.Direction.OUT
     fitting = [p for p in ports if p.declaration.direction in (wanted, None)]
@@ -246,9 +249,9 @@ def _check_direction(port: PortEntry, inside: bool, expr: syntax.Expr, is_head: 
 
 
 def _check_bonded(world: World, root: Instance, wiring: Wiring) -> None:
-    """Report elements and ports without a bond, and ports with two."""
+    """Report elements without bonds, two-ports with bonds on one side only, open ports."""
     if world.report.errors:
-        return  # a chain that failed leaves its ends open: nothing new would be said
+        return  # a chain that failed leaves its ends open; its error is reported already
     for element in wiring.elements:
         if not any(face.joints for face in element.faces.values()):
             _report(world, graph.not_bonded(element.span, element.path, element.kind), element.env)
@@ -272,13 +275,17 @@ def _check_bonded(world: World, root: Instance, wiring: Wiring) -> None:
                 world.report.add(graph.not_bonded(at, port.path, what), note=note_of(port.instance))
 
 
-def check_single(world: World, wiring: Wiring, claimed: set[Face]) -> None:
-    """Report second bonds at faces that nothing says have room for them."""
+def check_single(world: World, wiring: Wiring, sized: set[Face]) -> None:
+    """Report a second bond at a face that has room for one.
+
+    Several bonds may share a junction, a Mux, a face divided by slices only, or an element in
+    `sized`, whose width is known from brackets, arguments or its law.
+    """
     for face, owner in wiring.owners.items():
         whole = [j for j in face.joints if j.slice is None]
         if face.junction or len(face.joints) < 2 or not whole:
             continue
-        if isinstance(owner, Element) and (owner.kind in {"Mux", "Demux"} or face in claimed):
+        if isinstance(owner, Element) and (owner.kind in {"Mux", "Demux"} or face in sized):
             continue
         first, second = whole[0], face.joints[1]
         is_port = isinstance(owner, PortEntry)

@@ -1,1 +1,1 @@
-"""The tree of instances: models with their arguments, slots, loops and conditions expanded."""
+"""The instance tree: models with arguments bound, slots filled, loops and conditions expanded."""

@@ -1,4 +1,4 @@
-"""Checks of a value against the shape, the unit and the variability that its place asks for."""
+"""Check a value against the shape, unit and variability required where it is used."""
 
 from __future__ import annotations
 
@@ -21,8 +21,12 @@ _FOUND = {
 }
 
 
-def shaped(dag: Dag, value: Value, shape: Shape | None, span: Span, what: str) -> Value:
-    """Fit a value to a shape: one component fits any shape of one, a number any vector."""
+def fit_shape(dag: Dag, value: Value, shape: Shape | None, span: Span, what: str) -> Value:
+    """Reshape a value.
+
+    A single component fits any shape with one component; a scalar is repeated over a vector; the
+    number zero is repeated over a matrix too. Raises BgError for any other mismatch.
+    """
     if shape is None or value.shape == shape:
         return value
     count = 1
@@ -37,8 +41,8 @@ def shaped(dag: Dag, value: Value, shape: Shape | None, span: Span, what: str) -
     raise BgError([shapes.wrong_shape(span, what, expected, found)])
 
 
-def check(value: Value, shape: Shape, unit: Dimension | None, span: Span, what: str) -> None:
-    """Raise BgError unless a value has the shape, and the unit where both are known."""
+def check_value(value: Value, shape: Shape, unit: Dimension | None, span: Span, what: str) -> None:
+    """Raise BgError unless a value has this shape and, where both are known, this unit."""
     if value.shape != shape and not (len(value.nodes) == 1 and not shape):
         expected, found = describe_shape(shape), describe_shape(value.shape)
         raise BgError([shapes.wrong_shape(span, what, expected, found)])
@@ -46,7 +50,7 @@ def check(value: Value, shape: Shape, unit: Dimension | None, span: Span, what: 
 
 
 def check_units(value: Value, unit: Dimension | None, span: Span, what: str) -> None:
-    """Raise BgError where a component is known to have another dimension."""
+    """Raise BgError if a component has a known dimension other than `unit`."""
     for found in value.units:
         if unit is not None and found is not None and found != unit:
             expected = describe_dimension(unit)
@@ -54,12 +58,12 @@ def check_units(value: Value, unit: Dimension | None, span: Span, what: str) -> 
 
 
 def require_level(dag: Dag, value: Value, most: Level, span: Span, what: str) -> None:
-    """Raise BgError when a value varies more often than its place allows."""
+    """Raise BgError if the level of a value exceeds `most`."""
     level = level_of(dag, value)
     if level > most:
         raise BgError([values.varies(span, what, _ALLOWED[most], _FOUND[level])])
 
 
 def level_of(dag: Dag, value: Value) -> Level:
-    """How often a value changes: never, with parameters, with time, or with states."""
+    """The highest level among a value's components: constant, parameter, time or state."""
     return Level(max((dag.level[n] for n in value.nodes), default=Level.CONST))

@@ -1,4 +1,4 @@
-"""Faces: the places where wide bonds meet elements and ports, with their widths and domains."""
+"""Faces, where wide bonds are attached to elements and ports, with their widths and domains."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from bgc.resolution.modules import Declared
 
 @dataclass(frozen=True, slots=True)
 class Width:
-    """A known width, and the place that says so."""
+    """A known width and the source location that implies it."""
 
     size: int
     span: Span
-    explicit: bool  # written in brackets, or a domain's: even a width of 1 is then a vector
+    explicit: bool  # from brackets, which make a vector of a width of 1 too
 
 
 @dataclass(frozen=True, slots=True)
 class DomainUse:
-    """A domain, and the place that says so."""
+    """A domain and the source location that names it."""
 
     declared: Declared[syntax.Domain]
     span: Span
@@ -37,10 +37,10 @@ class Net(Joined):
 
 @dataclass(slots=True, eq=False)
 class Face:
-    """Where bonds meet something.
+    """The place where bonds are attached to an element or to one side of a port.
 
-    Every bond at a junction has its full width; at any other face the widths of its bonds add
-    up, in the order written, to the width of the face.
+    Every bond at a junction has the full width of its face. At any other face each bond takes some
+    of the components: consecutive ones in the order written, unless it names a slice.
     """
 
     name: str
@@ -52,9 +52,11 @@ class Face:
 
 @dataclass(slots=True, eq=False)
 class Joint:
-    """One end of a wide bond. `slice` is the part of the face it takes, None for all of it.
+    """One end of a wide bond.
 
-    `at` are the components of the face (from 0) that the bond's components meet, once known.
+    `slice` lists the components of the face (from 0) that the source names, None without a slice.
+    `at[k]` is the component of the face that component k of the bond joins; empty until widths are
+    known.
     """
 
     face: Face
@@ -72,7 +74,7 @@ class Joint:
 
 @dataclass(slots=True, eq=False)
 class WideBond:
-    """A bond as written, of any width: one arrow of a chain."""
+    """A bond of any width, one arrow of a chain."""
 
     name: str
     span: Span
@@ -81,10 +83,10 @@ class WideBond:
 
     @property
     def tail(self) -> Joint:
-        """Where the half arrow starts."""
+        """The end where the half arrow starts."""
         return self.ends[0]
 
     @property
     def head(self) -> Joint:
-        """Where the half arrow points."""
+        """The end to which the half arrow points."""
         return self.ends[1]

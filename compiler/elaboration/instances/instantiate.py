@@ -1,4 +1,4 @@
-"""From the scene's model to the tree of instances: arguments, slots, loops, compile-time `if`.
+"""Build the instance tree: bind arguments, fill slots, expand loops and compile-time `if`.
 
 Parts are built when they are first needed, so declarations may come in any order.
 """
@@ -33,7 +33,7 @@ from bgc.ir.graph import Slot
 from bgc.resolution.modules import ELEMENTS, Declared, ancestors, fitting_models
 from bgc.values.value import Value
 
-_LEVELS_SHOWN = 6  # of the path to a part that never ends
+_LEVELS_SHOWN = 6  # levels of the path that a message shows for endlessly nested models
 
 _TWO_PORTS = {"TF", "MTF", "GY", "MGY", "Mux", "Demux"}
 _LOCAL_KINDS = {"const", "let", "signal"}
@@ -63,9 +63,10 @@ class Builder:
         span: Span,
         home: Environment | None = None,
     ) -> Instance:
-        """A model with its dimensions and arguments; its parts are still pending.
+        """Create an instance of a model; its parts remain pending.
 
-        `home` is the environment that becomes the inside of the instance at once: a scene's.
+        `home` is the environment of a scene, in which the names of the new instance become visible
+        before its items are entered.
         """
         depth = parent.depth + 1 if parent else 0
         if depth > MAX_DEPTH:
@@ -74,18 +75,18 @@ class Builder:
         instance = Instance(path, declared, parent, depth, span)
         if home is not None:
             home.instance = instance
-        self._lay(instance, declared, dims, arguments)
+        self._enter_model(instance, declared, dims, arguments)
         self._check_arguments(instance, arguments)
         return instance
 
-    def _lay(
+    def _enter_model(
         self,
         instance: Instance,
         declared: Declared[syntax.Model],
         dims: tuple[int, ...],
         arguments: Mapping[str, Given],
     ) -> None:
-        """Enter the items of the model, those of what it extends first."""
+        """Enter the items of a model into an instance, those of its base model first."""
         model = declared.syntax
         instance.kinds.append((declared, dims))
         formals = {
@@ -100,14 +101,14 @@ class Builder:
             if base.syntax.interface:
                 self._note_interface(instance, base, base_dims)
             else:
-                preset = self.by_name(model.base, env, base.syntax.name)
-                self._lay(instance, base, base_dims, {**preset, **arguments})
+                preset = self.arguments_by_name(model.base, env, base.syntax.name)
+                self._enter_model(instance, base, base_dims, {**preset, **arguments})
         self._register(model.items, env, arguments, in_loop=False)
 
     def _note_interface(
         self, instance: Instance, declared: Declared[syntax.Model], dims: tuple[int, ...]
     ) -> None:
-        """Record an interface that the instance is, and those which that one is."""
+        """Record an interface of the instance and the interfaces that this one extends."""
         instance.kinds.append((declared, dims))
         base = declared.syntax.base
         if base is not None:
@@ -120,7 +121,7 @@ class Builder:
     def dimensions(
         self, model: syntax.Model, use: syntax.TypeUse, env: Environment
     ) -> tuple[int, ...]:
-        """The dimensions that a use of a model gives it, defaults filled in."""
+        """Evaluate the dimensions in a use of a model, with defaults for omitted ones."""
         formals = model.formals
         needed = sum(formal.default is None for formal in formals)
         if not needed <= len(use.dims) <= len(formals):
@@ -141,8 +142,10 @@ class Builder:
             given.append(self.world.whole(formal.default, at_file, "a dimension", 0, MAX_WIDTH))
         return tuple(given)
 
-    def by_name(self, use: syntax.TypeUse, env: Environment, owner: str) -> dict[str, Given]:
-        """The arguments of a model by name; BgError where one has no name."""
+    def arguments_by_name(
+        self, use: syntax.TypeUse, env: Environment, owner: str
+    ) -> dict[str, Given]:
+        """The arguments of a model by name; BgError for a positional argument."""
         found: dict[str, Given] = {}
         for argument in use.arguments:
             if argument.name is None:
@@ -185,7 +188,7 @@ class Builder:
         return isinstance(member, Pending) and self.is_slot(member)
 
     def is_slot(self, pending: Pending) -> bool:
-        """Whether the part is replaceable: its type an interface, or a default given."""
+        """Whether a part is replaceable: its type is an interface, or it has a default."""
         declared = pending.env.module.models.get(pending.part.type.name)
         return pending.part.default is not None or (
             declared is not None and declared.syntax.interface
@@ -200,7 +203,7 @@ class Builder:
         arguments: Mapping[str, Given],
         in_loop: bool,
     ) -> None:
-        """Enter items; values and single parts first, since a loop's ends may need them."""
+        """Enter items: values, ports and single parts first, which loop bounds may refer to."""
         later: list[syntax.Item] = []
         for item in items:
             match item:
@@ -216,9 +219,9 @@ class Builder:
                     later.append(item)
         for item in later:
             with self.world.report.collecting(note(env)):
-                self._register_later(item, env, arguments, in_loop)
+                self._register_deferred(item, env, arguments, in_loop)
 
-    def _register_later(
+    def _register_deferred(
         self,
         item: syntax.Item,
         env: Environment,
@@ -262,7 +265,7 @@ class Builder:
             raise self._too_many(loop.span)
 
     def _too_many(self, span: Span) -> BgError:
-        """Too many parts or turns, told once."""
+        """The error for too many parts or loop iterations, reported once."""
         if self._is_too_large:
             return already_reported()
         self._is_too_large = True
@@ -349,7 +352,7 @@ class Builder:
     # --- parts ----------------------------------------------------------------------
 
     def build(self, pending: Pending) -> Instance | Element:
-        """The part itself, built at its first use."""
+        """Return a part, which is built at the first call."""
         if pending.built is not None:
             return pending.built
         if pending.status is Status.FAILED:
@@ -383,7 +386,7 @@ class Builder:
             if self.is_slot(pending):
                 return self._build_slot(pending, declared)
             dims = self.dimensions(declared.syntax, part.type, env)
-            arguments = self.by_name(part.type, env, part.type.name)
+            arguments = self.arguments_by_name(part.type, env, part.type.name)
             self._check_law(part)
             return self.instantiate(
                 declared, dims, arguments, pending.path, env.instance, part.name_span
@@ -397,8 +400,39 @@ class Builder:
             raise BgError([laws.law_of_model(part.name_span, part.type.name)])
 
     def _build_slot(self, pending: Pending, interface: Declared[syntax.Model]) -> Instance:
+        """Instantiate the model that fills a slot, and check its dimensions."""
         part, env = pending.part, pending.env
         self._check_law(part)
+        fill, fill_env, model = self._choose_fill(pending, interface)
+        arguments = self.arguments_by_name(fill, fill_env, fill.name)
+        for name, given in self.arguments_by_name(part.type, env, part.type.name).items():
+            if name in arguments:
+                first = arguments[name].span
+                raise BgError([names.given_twice(given.span, name, first)])
+            arguments[name] = given
+        dims = self.dimensions(model.syntax, fill, fill_env)
+        built = self.instantiate(model, dims, arguments, pending.path, env.instance, part.name_span)
+        required = self.dimensions(interface.syntax, part.type, env)
+        have = next(d for k, d in built.kinds if k.syntax is interface.syntax)
+        if have != required:
+            raise BgError(
+                [
+                    width_messages.slot_width(
+                        fill.span, fill.name, part.type.name, required, have, part.span
+                    )
+                ]
+            )
+        self.slots.append(Slot(pending.path, part.type.name, required, fill.name))
+        return built
+
+    def _choose_fill(
+        self, pending: Pending, interface: Declared[syntax.Model]
+    ) -> tuple[syntax.TypeUse, Environment, Declared[syntax.Model]]:
+        """The type that fills a slot, the environment of its arguments, and its model.
+
+        A `use` of the scene takes precedence over an argument, an argument over the default.
+        """
+        part, env = pending.part, pending.env
         used = self.world.edits.take("uses", pending.path)
         fill, fill_env = part.default, env
         for given in (pending.fill, used):
@@ -419,26 +453,7 @@ class Builder:
         ):
             fitting = fitting_models(interface.syntax, fill_env.module.models)
             raise BgError([names.does_not_fit(fill.name_span, fill.name, part.type.name, fitting)])
-        arguments = self.by_name(fill, fill_env, fill.name)
-        for name, given in self.by_name(part.type, env, part.type.name).items():
-            if name in arguments:
-                first = arguments[name].span
-                raise BgError([names.given_twice(given.span, name, first)])
-            arguments[name] = given
-        dims = self.dimensions(model.syntax, fill, fill_env)
-        built = self.instantiate(model, dims, arguments, pending.path, env.instance, part.name_span)
-        asked = self.dimensions(interface.syntax, part.type, env)
-        have = next(d for k, d in built.kinds if k.syntax is interface.syntax)
-        if have != asked:
-            raise BgError(
-                [
-                    width_messages.slot_width(
-                        fill.span, fill.name, part.type.name, asked, have, part.span
-                    )
-                ]
-            )
-        self.slots.append(Slot(pending.path, part.type.name, asked, fill.name))
-        return built
+        return fill, fill_env, model
 
     def _build_element(self, pending: Pending) -> Element:
         part, env = pending.part, pending.env
@@ -462,7 +477,7 @@ class Builder:
 
 
 def as_type_use(given: Given, slot: str) -> syntax.TypeUse:
-    """An argument's value read as a type: `Rigid`, `Rigid[5]`, `Rigid()`, `Rigid[5](k = 3)`."""
+    """Convert an argument to a type: `Rigid`, `Rigid[5]`, `Rigid()`, `Rigid[5](k = 3)`."""
     expr = given.value
     match expr:
         case syntax.TypeUse():
@@ -482,12 +497,12 @@ def as_type_use(given: Given, slot: str) -> syntax.TypeUse:
 
 
 def note_of(instance: Instance) -> str:
-    """Where in the tree a mistake was found, for the note of its diagnostic."""
+    """The note of a diagnostic that names the instance where the error was found."""
     return f"in `{instance.path}`" if instance.path else ""
 
 
 def note(env: Environment) -> str:
-    """The same for an environment."""
+    """The note that names the instance of an environment."""
     return note_of(env.instance) if env.instance else ""
 
 

@@ -1,6 +1,6 @@
-"""Limits on the size of a model: beyond them it is a mistake, or too large to compile."""
+"""Limits on the size of a model, which only a mistake or a model too large to compile exceeds."""
 
-MAX_DEPTH = 60  # models inside models
-MAX_PARTS = 200_000  # parts of a scene
-MAX_TURNS = 100_000  # of all `for` loops
-MAX_WIDTH = 10_000  # of a vector, a bond or an array of parts
+MAX_DEPTH = 60  # nesting of models
+MAX_PARTS = 200_000  # parts of a scene; also iterations of all its `for` loops
+MAX_TURNS = 100_000  # absolute value of a loop's bounds and of a part's index
+MAX_WIDTH = 10_000  # components of a vector or a bond

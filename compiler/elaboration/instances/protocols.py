@@ -1,7 +1,7 @@
-"""The services that the parts of elaboration offer each other, as protocols.
+"""Protocols of the services that the modules of elaboration provide to each other.
 
-Reading a name may build a part, evaluate a quantity or read a bond, and each of these reads names.
-The protocols let each module depend on these few methods instead of on the others' classes.
+Resolving a name may build a part, evaluate a quantity or read a bond, and each of these resolves
+names. Each module depends on the few methods here instead of on the others' classes.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class Builds(Protocol):
 class Evaluates(Protocol):
     """Evaluates quantities when they are first needed.
 
-    `definitions` are the assignments to outputs and signals; `parameters`, `states` and
-    `unknowns` are those found so far, in the order of their symbols.
+    `definitions` are the assignments to outputs and signals. `parameters`, `states` and
+    `unknowns` list those evaluated so far, in the order of their symbols.
     """
 
     parameters: list[Parameter]
@@ -47,17 +47,17 @@ class Evaluates(Protocol):
         """The value of a constant of a file."""
 
     def value(self, quantity: Quantity, span: Span) -> Value:
-        """The value of a quantity; BgError when it has none."""
+        """The value of a quantity; BgError if it has none."""
 
     def start(self, quantity: Quantity) -> Value:
-        """The initial value of a state, or the start of an unknown."""
+        """The initial value of a state, or the initial guess of an unknown."""
 
     def component_index(
         self, target: syntax.Expr, env: Environment, shape: Shape, name: str
     ) -> tuple[int, ...]:
         """The component that an indexed target such as `x[2]` names."""
 
-    def is_left_at_zero(self, expr: syntax.Expr, env: Environment) -> bool:
+    def is_zero_by_default(self, expr: syntax.Expr, env: Environment) -> bool:
         """Whether an expression names a parameter or input of a part that is zero by default."""
 
 
@@ -71,8 +71,8 @@ class ReadsBonds(Protocol):
         """A variable or signal of a port by name."""
 
 
-class Surroundings(Protocol):
-    """Everything that reading a name may need."""
+class Services(Protocol):
+    """All services that resolving a name may need."""
 
     @property
     def builder(self) -> Builds:

@@ -1,11 +1,12 @@
-"""Values of `param const let signal input output state unknown`, computed when first needed.
+"""Lazy evaluation of `param const let signal input output state unknown`.
 
-So declarations may come in any order, and a value that is defined by itself is found.
+A value is evaluated when it is first needed, so declarations may come in any order; a value that
+depends on itself is reported.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial, reduce
 
 from bgc.algebra.dag import Kind, Level
@@ -16,7 +17,13 @@ from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import already_reported
 from bgc.diagnostics.source import Span
-from bgc.elaboration.instances.checks import check, check_units, level_of, require_level, shaped
+from bgc.elaboration.instances.checks import (
+    check_units,
+    check_value,
+    fit_shape,
+    level_of,
+    require_level,
+)
 from bgc.elaboration.instances.instantiate import note
 from bgc.elaboration.instances.limits import MAX_WIDTH
 from bgc.elaboration.instances.scopes import find_member
@@ -55,7 +62,7 @@ class Quantities:
         return self.value(quantity, span)
 
     def value(self, quantity: Quantity, span: Span) -> Value:
-        """The value, computed now if it has not been yet; BgError when it has none."""
+        """The value of a quantity, evaluated at the first call; BgError if it has none."""
         if quantity.value is not None:
             return quantity.value
         if quantity in self._provisional:
@@ -70,7 +77,7 @@ class Quantities:
         return self.world.demands.meet(quantity, partial(self._compute, quantity))
 
     def forget_provisional(self) -> None:
-        """Drop what was computed before the bonds were numbered."""
+        """Discard values that contain placeholders for variables of bonds."""
         self._provisional.clear()
 
     def _compute(self, quantity: Quantity) -> Value:
@@ -111,7 +118,7 @@ class Quantities:
                 return self._given(quantity)
 
     def _given(self, quantity: Quantity) -> Value:
-        """The argument, definition or default of a quantity, in its declared shape and unit."""
+        """Evaluate the argument or default of a quantity in its declared shape and unit."""
         declaration = quantity.declaration
         given = quantity.given
         if given is None:
@@ -122,11 +129,11 @@ class Quantities:
         value = self.fit(quantity, value, given.value.span)
         return self._with_parts(quantity, value)
 
-    def is_left_at_zero(self, expr: syntax.Expr, env: Environment) -> bool:
-        """Whether an expression names a part's parameter or input that nobody gave a value.
+    def is_zero_by_default(self, expr: syntax.Expr, env: Environment) -> bool:
+        """Whether an expression names a parameter or input of a part with a default of zero.
 
-        Its default has to be zero; those of the scene's own model are the user's words. A name
-        that a part was given stands for what it was given.
+        An argument that is itself a name is followed to its own quantity. Parameters and inputs of
+        the scene's own model do not count, since the user chose their defaults.
         """
         while isinstance(expr, syntax.Name):
             quantity = find_member(env, expr.name)
@@ -144,7 +151,7 @@ class Quantities:
         return False
 
     def _without_value(self, quantity: Quantity) -> Diagnostic:
-        """Points to where the part is made: there the value should have been given."""
+        """Report a missing value at the declaration of the part, where it has to be supplied."""
         declaration, instance = quantity.declaration, quantity.env.instance
         here = declaration.name_span
         if instance is None or instance.parent is None:
@@ -152,7 +159,7 @@ class Quantities:
         return names.no_value(instance.span, declaration.name, declaration.kind, here)
 
     def _with_parts(self, quantity: Quantity, value: Value) -> Value:
-        """The value with the components that a scene sets one by one."""
+        """Replace the components that a scene sets individually."""
         if not quantity.parts:
             return value
         nodes, units = list(value.nodes), list(value.units)
@@ -163,12 +170,12 @@ class Quantities:
                 shape = describe_shape(value.shape)
                 raise BgError([names.no_such_index(given.span, quantity.path, index, shape)])
             component = self.world.evaluate(given.value, given.env)
-            check(component, (), units[position], given.value.span, f"`{quantity.path}`")
+            check_value(component, (), units[position], given.value.span, f"`{quantity.path}`")
             nodes[position] = component.nodes[0]
         return Value(value.shape, tuple(nodes), tuple(units))
 
     def _assigned(self, quantity: Quantity) -> Value:
-        """The value of an output that a statement of the model gives, whole or by component."""
+        """Evaluate an output or signal from its assignments, whole or component by component."""
         declaration = quantity.declaration
         statements = self.definitions.get(quantity, [])
         if not statements:
@@ -176,13 +183,20 @@ class Quantities:
                 [names.no_value(declaration.name_span, declaration.name, declaration.kind, None)]
             )
         whole = [(s, e) for s, e in statements if not isinstance(s.target, syntax.Index)]
-        if whole:
-            if len(statements) > 1:
-                (first, _), (second, _) = statements[:2]
-                raise BgError([names.given_twice(second.span, declaration.name, first.span)])
-            statement, env = whole[0]
-            value = self.world.evaluate(statement.value, env)
-            return self.fit(quantity, value, statement.value.span)
+        if not whole:
+            return self._assigned_by_component(quantity, statements)
+        if len(statements) > 1:
+            (first, _), (second, _) = statements[:2]
+            raise BgError([names.given_twice(second.span, declaration.name, first.span)])
+        statement, env = whole[0]
+        value = self.world.evaluate(statement.value, env)
+        return self.fit(quantity, value, statement.value.span)
+
+    def _assigned_by_component(
+        self, quantity: Quantity, statements: Sequence[tuple[syntax.Assign, Environment]]
+    ) -> Value:
+        """Assemble a value from assignments such as `x[1] = ..`, one for each component."""
+        declaration = quantity.declaration
         shape = self.declared_shape(quantity) or ()
         found: dict[tuple[int, ...], Value] = {}
         for statement, env in statements:
@@ -191,7 +205,7 @@ class Quantities:
                 raise BgError([names.given_twice(statement.span, declaration.name, statement.span)])
             value = self.world.evaluate(statement.value, env)
             unit = self.declared_unit(quantity)
-            check(value, (), unit, statement.value.span, f"`{declaration.name}`")
+            check_value(value, (), unit, statement.value.span, f"`{declaration.name}`")
             found[index] = value
         missing = [i for i in indices(shape) if i not in found]
         if missing:
@@ -208,7 +222,7 @@ class Quantities:
     def component_index(
         self, target: syntax.Expr, env: Environment, shape: Shape, name: str
     ) -> tuple[int, ...]:
-        """Which component an indexed target as `x[2]` means."""
+        """The index (from 1) of the component that an indexed target such as `x[2]` names."""
         assert isinstance(target, syntax.Index)
         index = tuple(
             self.world.whole(i, env, "an index", 1, MAX_WIDTH)
@@ -259,7 +273,7 @@ class Quantities:
         return Value(default.shape, tuple(nodes), default.units)
 
     def _range(self, quantity: Quantity, default: Value) -> tuple[float | None, float | None]:
-        """The ends of the declared range, of the kind that the parameter is."""
+        """The bounds of the declared range in SI units; None where no range is declared."""
         ends = quantity.declaration.range
         if ends is None:
             return None, None
@@ -267,7 +281,7 @@ class Quantities:
         unit = default.unit
         for end in ends:
             value = self.world.evaluate(end, quantity.env)
-            check(value, (), unit, end.span, "an end of the range")
+            check_value(value, (), unit, end.span, "an end of the range")
             require_level(self.world.dag, value, Level.CONST, end.span, "an end of the range")
             found.append(evaluate_nodes(self.world.dag, value.nodes, {})[0])
         low, high = found
@@ -277,7 +291,7 @@ class Quantities:
         return low, high
 
     def _symbols(self, quantity: Quantity, kind: Kind) -> Value:
-        """Symbols for a state or an unknown; its shape is declared, or its start's."""
+        """Create symbols for a state or unknown, in its declared shape or that of its start."""
         shape = self.declared_shape(quantity)
         unit = self.declared_unit(quantity)
         units: tuple[Dimension | None, ...] | None = None
@@ -299,7 +313,7 @@ class Quantities:
         return Value(shape, nodes, units or (unit,) * count)
 
     def start(self, quantity: Quantity) -> Value:
-        """The initial value of a state, or the start of an unknown; zero if none is given."""
+        """The initial value of a state, or the initial guess of an unknown; zero by default."""
         declaration = quantity.declaration
         if declaration.value is None:
             shape = self.declared_shape(quantity) or ()
@@ -313,7 +327,7 @@ class Quantities:
     # --- shapes and units -----------------------------------------------------------
 
     def declared_shape(self, quantity: Quantity) -> Shape | None:
-        """The shape that the brackets give; None without brackets."""
+        """The shape declared in brackets; None without brackets."""
         dims = quantity.declaration.dims
         if not dims:
             return None
@@ -323,22 +337,25 @@ class Quantities:
         return tuple(self.world.whole(d, quantity.env, "a dimension", 0, MAX_WIDTH) for d in dims)
 
     def declared_unit(self, quantity: Quantity) -> Dimension | None:
-        """The dimension of the unit after the colon; None without one."""
+        """The dimension of the declared unit; None without a unit."""
         text = quantity.declaration.unit
         return dimension_of(text, quantity.declaration.span) if text is not None else None
 
     def fit(self, quantity: Quantity, value: Value, span: Span) -> Value:
-        """The value in the shape and unit that are declared; a literal takes the unit on."""
+        """Convert a value to the declared shape and check it against the declared unit.
+
+        A component of unknown unit gets the declared one.
+        """
         shape = self.declared_shape(quantity)
         unit = self.declared_unit(quantity)
         what = f"`{quantity.declaration.name}`"
-        value = shaped(self.world.dag, value, shape, span, what)
+        value = fit_shape(self.world.dag, value, shape, span, what)
         check_units(value, unit, span, what)
         return value.with_unit(unit) if unit is not None else value
 
 
 def dimension_of(text: str, span: Span) -> Dimension:
-    """The dimension of a unit as written; BgError when it is no unit."""
+    """The dimension of a unit as written; BgError if the text is not a unit."""
     unit = parse_unit(text)
     if unit is None:
         raise BgError([values.unknown_unit(span, text, suggest_unit(text))])
@@ -346,7 +363,7 @@ def dimension_of(text: str, span: Span) -> Dimension:
 
 
 def indices(shape: Shape) -> list[tuple[int, ...]]:
-    """The indices of all components from 1, a matrix row after row; one empty one of a scalar."""
+    """The indices of all components, from 1, matrices by rows; `[()]` for a scalar."""
     found: list[tuple[int, ...]] = [()]
     for size in shape:
         found = [(*index, k) for index in found for k in range(1, size + 1)]
@@ -354,13 +371,13 @@ def indices(shape: Shape) -> list[tuple[int, ...]]:
 
 
 def ordinal(index: tuple[int, ...], shape: Shape) -> int:
-    """Where a component with that index from 1 stands, a matrix row after row."""
+    """The position (from 0, matrices by rows) of the component with an index (from 1)."""
     steps = zip(index, shape, strict=True)
     return reduce(lambda before, step: before * step[1] + step[0] - 1, steps, 0)
 
 
 def component_name(name: str, index: tuple[int, ...]) -> str:
-    """`M[1,2]`; the plain name of a scalar."""
+    """The name of a component, `M[1,2]`; the plain name for a scalar."""
     return f"{name}[{','.join(map(str, index))}]" if index else name
 
 

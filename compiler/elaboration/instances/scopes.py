@@ -1,4 +1,4 @@
-"""The names that expressions see, and the paths that lead from them into parts of parts."""
+"""Name lookup in expressions, and views of parts and ports for paths such as `body.tip.f`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import cast
 from bgc.diagnostics.catalogue import laws, names
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
-from bgc.elaboration.instances.protocols import Surroundings
+from bgc.elaboration.instances.protocols import Services
 from bgc.elaboration.instances.tree import (
     Element,
     Environment,
@@ -29,20 +29,26 @@ from bgc.values.value import Value
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """The scope of an expression: `extra` names (a law's variables), then its environment."""
+    """The scope of an expression: `extra` names (the variables of a law), then `env`.
 
-    world: Surroundings
+    `rates` permits `der(x)`.
+    """
+
+    world: Services
     env: Environment
     extra: Mapping[str, Value | Namespace]
     rates: bool
 
     @property
     def allows_rates(self) -> bool:
-        """Whether `der(x)` may stand here."""
+        """Whether `der(x)` is permitted here."""
         return self.rates
 
     def lookup(self, name: str, span: Span) -> Value | Namespace | None:
-        """What a name stands for: a law's variable, a local, a member, a file's constant."""
+        """Resolve a name: a variable of the law, a local, a member, a constant of the file.
+
+        Returns None for an unknown name.
+        """
         extra = self.extra.get(name)
         if extra is not None:
             if isinstance(find_member(self.env, name), Quantity):
@@ -66,30 +72,30 @@ class Names:
         return ChainMap(*(cast(dict[str, object], table) for table in tables))
 
     def is_value(self, name: str) -> bool:
-        """Whether a name stands for a law's variable, a local, a quantity or a constant."""
+        """Whether a name denotes a variable of the law, a local, a quantity or a constant."""
         if name in self.extra or name in self.env.locals:
             return True
         return isinstance(find_member(self.env, name), Quantity | Declared)
 
     def function(self, name: str) -> FunctionUse | None:
-        """A function that the file sees; its body sees the constants of its own file."""
+        """A function visible in the file, with the scope of the file that declares it."""
         declared = self.env.module.functions.get(name)
         if declared is None:
             return None
         return FunctionUse(declared.syntax, file_scope(self.world, declared.module))
 
     def function_names(self) -> Collection[str]:
-        """The functions that the file sees."""
+        """The names of the functions visible in the file."""
         return self.env.module.functions
 
 
-def file_scope(world: Surroundings, module: Module) -> Names:
-    """The scope of what stands outside any model."""
+def file_scope(world: Services, module: Module) -> Names:
+    """The scope of a file, outside any model."""
     return Names(world, Environment(None, module, {}), {}, False)
 
 
 def find_member(env: Environment, name: str) -> object | None:
-    """What a plain name stands for in an environment, unevaluated."""
+    """Find the declaration of a plain name in an environment, without evaluating it."""
     if name in env.locals:
         return env.locals[name]
     if env.instance is not None and name in env.instance.members:
@@ -97,8 +103,8 @@ def find_member(env: Environment, name: str) -> object | None:
     return env.module.constants.get(name)
 
 
-def member_view(world: Surroundings, member: Member, span: Span) -> Value | Namespace:
-    """A member as an expression sees it."""
+def member_view(world: Services, member: Member, span: Span) -> Value | Namespace:
+    """The value of a member, or a view of a port or part."""
     match member:
         case Quantity():
             return world.quantities.value(member, span)
@@ -110,16 +116,16 @@ def member_view(world: Surroundings, member: Member, span: Span) -> Value | Name
             return part_view(world, world.builder.build(member))
 
 
-def part_view(world: Surroundings, part: Instance | Element) -> Namespace:
-    """A part as an expression sees it."""
+def part_view(world: Services, part: Instance | Element) -> Namespace:
+    """A view of a part for expressions."""
     return InstanceView(world, part) if isinstance(part, Instance) else ElementView(world, part)
 
 
 @dataclass(frozen=True, slots=True)
 class InstanceView:
-    """A model's instance: all of its members can be read."""
+    """An instance of a model in an expression; all its members can be read."""
 
-    world: Surroundings
+    world: Services
     instance: Instance
 
     @property
@@ -144,9 +150,9 @@ class InstanceView:
 
 @dataclass(frozen=True, slots=True)
 class ElementView:
-    """A basic element: its efforts, flows, charges and power."""
+    """A basic element in an expression: its efforts, flows, stored variables and power."""
 
-    world: Surroundings
+    world: Services
     element: Element
 
     @property
@@ -155,7 +161,7 @@ class ElementView:
         return f"the {self.element.kind} `{self.element.path}`"
 
     def member(self, name: str, span: Span) -> Value | Namespace:
-        """`e f p q power`, `e1 .. f2`, and of a junction what its domain names."""
+        """One of `e f p q power`, `e1 f1 e2 f2`, or a name of the domain at a junction."""
         return self.world.bonds.of_element(self.element, name, span)
 
     def index(self, indices: tuple[int, ...], span: Span) -> Value | Namespace:
@@ -165,9 +171,9 @@ class ElementView:
 
 @dataclass(frozen=True, slots=True)
 class PortView:
-    """A port of a model: what passes through it, and the signals of its domain."""
+    """A port in an expression: its effort, flow, power, and the signals of its domain."""
 
-    world: Surroundings
+    world: Services
     port: PortEntry
 
     @property
@@ -176,7 +182,7 @@ class PortView:
         return f"the port `{self.port.path}`"
 
     def member(self, name: str, span: Span) -> Value | Namespace:
-        """`e`, `f`, `power`, or a name of the domain."""
+        """One of `e`, `f`, `power`, or a name of the domain."""
         return self.world.bonds.of_port(self.port, name, span)
 
     def index(self, indices: tuple[int, ...], span: Span) -> Value | Namespace:
@@ -186,9 +192,9 @@ class PortView:
 
 @dataclass(frozen=True, slots=True)
 class ArrayView:
-    """An array of parts: only its elements have members."""
+    """An array of parts in an expression; only its indexed parts have members."""
 
-    world: Surroundings
+    world: Services
     array: PartArray
 
     @property
@@ -206,7 +212,7 @@ class ArrayView:
 
 
 def part_at(array: PartArray, indices: tuple[int, ...], span: Span) -> Pending:
-    """The part of an array at an index; BgError when there is none."""
+    """The part at an index of an array; BgError if there is none."""
     pending = array.parts.get(indices)
     if pending is None:
         raise BgError([names.no_such_index(span, array.path, indices, array.description)])
@@ -214,5 +220,5 @@ def part_at(array: PartArray, indices: tuple[int, ...], span: Span) -> Pending:
 
 
 def path_of(expr: syntax.Expr) -> str:
-    """A path as the reader wrote it, blanks removed: `crane.boom.mass`."""
+    """The source text of a path without blanks: `crane.boom.mass`."""
     return "".join(expr.span.text.split())

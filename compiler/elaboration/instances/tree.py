@@ -1,6 +1,6 @@
-"""The instance tree: models with their arguments, slots filled, loops and `if` expanded.
+"""Data of the instance tree: models with arguments, filled slots, expanded loops and `if`.
 
-Mutable while elaboration builds it, and thrown away after. Nothing here computes anything.
+The tree is mutable while elaboration builds it and discarded afterwards.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from bgc.values.value import Value
 
 @dataclass(slots=True, eq=False)
 class Environment:
-    """Where an expression was written: what its names mean.
+    """The scope in which an expression was written.
 
-    `instance` is None at the level of a file; a scene's is set once its model is there.
-    `locals` are a model's dimensions, a scene's devices and, within a `for`, its variable and
-    the values declared there.
+    `instance` is None at file level; that of a scene is set when its model is instantiated.
+    `locals` hold the dimensions of a model, the devices of a scene and, within a `for`, its
+    variable and the values declared there.
     """
 
     instance: Instance | None
@@ -32,13 +32,13 @@ class Environment:
     locals: dict[str, Value | Quantity | Namespace]
 
     def nested(self) -> Environment:
-        """The environment of one turn of a `for`, with locals of its own."""
+        """A copy with its own locals, for one iteration of a `for`."""
         return Environment(self.instance, self.module, dict(self.locals))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Given:
-    """An expression and where it was written: an argument, a `set`, a `drive`, a definition."""
+    """An expression with its environment: an argument, a `set`, a `use`, a `drive`, a default."""
 
     value: syntax.Expr
     env: Environment
@@ -46,7 +46,7 @@ class Given:
 
 
 class Status(Enum):
-    """How far the lazy evaluation of a quantity has come."""
+    """The progress of the lazy evaluation of a quantity or part."""
 
     NEW = 0
     OPEN = 1
@@ -58,8 +58,8 @@ class Status(Enum):
 class Quantity:
     """A named value of an instance: `param const let signal input output state unknown`.
 
-    `given` replaces its default. `parts` give single components (`set M[1, 2] = ..`).
-    `first` is the index of its first symbol, of a param, state or unknown.
+    `given` replaces its default; `parts` replace single components (`set M[1, 2] = ..`).
+    `first` is the index of the first symbol of a param, state or unknown.
     """
 
     path: str
@@ -73,13 +73,13 @@ class Quantity:
 
     @property
     def kind(self) -> str:
-        """`param`, `state`, .."""
+        """The keyword of the declaration: `param`, `state`, .."""
         return self.declaration.kind
 
 
 @dataclass(slots=True, eq=False)
 class PortEntry:
-    """A model's port: the face that bonds outside meet, and the one for those inside."""
+    """A port of a model, with one face for bonds outside and one for bonds inside the model."""
 
     path: str
     declaration: syntax.Port
@@ -94,7 +94,7 @@ class Element:
     """A basic element. A two-port has the faces `in` and `out`, any other the face `all`."""
 
     path: str
-    kind: str  # as written: "I", "MSe", "J1", "Mux"
+    kind: str  # as in the source: "I", "MSe", "J1", "Mux"
     use: syntax.TypeUse
     law: tuple[syntax.LawEquation, ...] | None
     env: Environment
@@ -111,10 +111,10 @@ class Element:
 
 @dataclass(slots=True, eq=False)
 class Instance:
-    """A model with its arguments.
+    """An instance of a model.
 
-    `kinds` are the models and interfaces that it is, with the dimensions it is them with.
-    The other lists hold its statements, each with the environment it was written in.
+    `kinds` lists the model, the models that it extends and its interfaces, each with dimensions.
+    The other lists hold its statements, each with the environment in which it was written.
     """
 
     path: str
@@ -134,7 +134,7 @@ class Instance:
 
     @property
     def name(self) -> str:
-        """For messages: its path, or the model's name at the root."""
+        """The path, or the name of the model at the root; for messages."""
         return self.path or self.declared.syntax.name
 
     def within(self, name: str) -> str:
@@ -144,7 +144,7 @@ class Instance:
 
 @dataclass(slots=True, eq=False)
 class Pending:
-    """A part that is declared but not built yet; `fill` is what an argument puts in its slot."""
+    """A declared part, `built` when it is first needed; `fill` is the argument for its slot."""
 
     path: str
     part: syntax.Part
@@ -164,7 +164,7 @@ class PartArray:
 
     @property
     def description(self) -> str:
-        """What it is, for messages."""
+        """The array's extent, for messages."""
         indices = list(self.parts)
         shown = [", ".join(map(str, index)) for index in (indices[0], indices[-1])]
         if len(indices) == 1:

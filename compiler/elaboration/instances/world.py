@@ -1,4 +1,4 @@
-"""What the parts of elaboration share while they work: the DAG, the report, and each other."""
+"""The shared state of an elaboration: the DAG, the report, the scene's edits, the services."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ from bgc.values.value import Value
 
 @dataclass(frozen=True, slots=True)
 class Edits:
-    """What a scene and the command line change, by the path of what they change.
+    """Changes that a scene and the command line make to a model, keyed by path.
 
-    `sets` replace defaults, `parts` single components, `uses` fill slots, `drives` give
-    inputs. Whatever is not `used` in the end names nothing.
+    `sets` replace defaults, `parts` replace single components, `uses` fill slots, `drives` define
+    inputs. `used` holds the (kind, path) pairs that elaboration has applied; an edit that is not
+    among them at the end has no target in the model.
     """
 
     sets: dict[str, Given] = field(default_factory=dict)
@@ -33,7 +34,7 @@ class Edits:
     used: set[tuple[str, str]] = field(default_factory=set)
 
     def take(self, kind: str, path: str) -> Given | None:
-        """The edit of that kind for a path, marked as used."""
+        """Return the edit of a kind for a path, and mark it as used."""
         table: dict[str, Given] = getattr(self, kind)
         given = table.get(path)
         if given is not None:
@@ -41,7 +42,7 @@ class Edits:
         return given
 
     def take_parts(self, path: str) -> Mapping[tuple[int, ...], Given]:
-        """The single components that are set of a value, marked as used."""
+        """Return the component edits of a value, and mark them as used."""
         parts = self.parts.get(path)
         if parts is None:
             return {}
@@ -58,13 +59,13 @@ class World:
     report: Report
     edits: Edits
     demands: Demands = field(default_factory=Demands)
-    provisional: bool = False  # widths are still being inferred: values show shapes only
+    provisional: bool = False  # widths are being inferred: bond variables are placeholders
     builder: Builds = field(init=False)
     quantities: Evaluates = field(init=False)
     bonds: ReadsBonds = field(init=False)
 
     def connect(self, builder: Builds, quantities: Evaluates, bonds: ReadsBonds) -> None:
-        """Give the world its services; each of them knows the world, so this comes last."""
+        """Set the services, which are constructed with this world."""
         self.builder, self.quantities, self.bonds = builder, quantities, bonds
 
     def evaluate(
@@ -74,14 +75,17 @@ class World:
         extra: Mapping[str, Value | Namespace] | None = None,
         rates: bool = False,
     ) -> Value:
-        """The value of an expression in its environment, `extra` names first."""
+        """Evaluate an expression in its environment; `extra` names take precedence.
+
+        `rates` permits `der(x)`.
+        """
         return evaluate(expr, Names(self, env, extra or {}, rates), self.dag)
 
     def whole(self, expr: syntax.Expr, env: Environment, what: str, low: int, high: int) -> int:
-        """The value of an expression that must be a whole number known at compile time."""
+        """Evaluate an expression that must be a compile-time integer from `low` to `high`."""
         return evaluate_whole(expr, Names(self, env, {}, False), self.dag, what, low, high)
 
     def holds(self, condition: syntax.Expr, env: Environment) -> bool:
-        """Whether the condition of an `if` with braces holds."""
+        """Whether the condition of a compile-time `if` holds."""
         scope = Names(self, env, {}, False)
         return evaluate_condition(condition, scope, self.dag, "the condition")

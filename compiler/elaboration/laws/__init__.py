@@ -1,1 +1,1 @@
-"""Laws: arguments, law blocks and equations as nodes of the flat graph."""
+"""Laws: read arguments, law blocks and equations as nodes of the flat graph."""

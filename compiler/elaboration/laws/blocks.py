@@ -1,4 +1,4 @@
-"""Arguments and law blocks of elements: names, shapes, and which variables they may hold."""
+"""Read arguments and law blocks of elements: names, shapes, units and permitted variables."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.scalarise import Scalars
 from bgc.elaboration.bonds.shape_probe import names_in
 from bgc.elaboration.bonds.values import BondValues
-from bgc.elaboration.instances.checks import check, check_units
+from bgc.elaboration.instances.checks import check_units, check_value
 from bgc.elaboration.instances.faces import Face
 from bgc.elaboration.instances.scopes import find_member
 from bgc.elaboration.instances.tree import Element, Quantity
@@ -22,7 +22,7 @@ from bgc.ir.graph import Form, Matrix, Node, Port
 from bgc.values.units import divide
 from bgc.values.value import Value, describe_shape
 
-# The names that the law of an element has as an argument, and the form each gives it.
+# The arguments that give an element a linear law, with the form of that law.
 LAW_ARGUMENTS: dict[str, dict[str, Form]] = {
     "C": {"compliance": Form.DISPLACEMENT, "stiffness": Form.EFFORT},
     "I": {"inertia": Form.MOMENTUM},
@@ -31,7 +31,7 @@ LAW_ARGUMENTS: dict[str, dict[str, Form]] = {
 VALUE_ARGUMENT = {"Se": "e", "Sf": "f", "TF": "ratio", "GY": "ratio"}
 INITIAL_ARGUMENTS = {"C": ("q0", "e0"), "I": ("p0", "f0"), "IC": ("q0", "p0", "e0", "f0")}
 
-_WAYS = {
+_MISSING_LAW_HELP = {
     "Se": "give its effort: `Se(e = 5)`",
     "Sf": "give its flow: `Sf(f = 1)`",
     "C": "give its compliance, `C(c)` or `C(stiffness = k)`, or a law: `C { e = k*q; }`",
@@ -45,14 +45,14 @@ _WAYS = {
 
 @dataclass(frozen=True, slots=True)
 class Laws:
-    """What reading the laws of one graph needs."""
+    """Reads the values, matrices and equations of the laws of one graph."""
 
     world: World
     values: BondValues
     scalars: Scalars
 
     def ports(self, element: Element, side: str) -> tuple[Port, ...]:
-        """The ports of one side of an element that is no junction."""
+        """The ports of one side of an element other than a junction, one per component."""
         return tuple(found[0] for found in self.scalars.ports(element.faces[side]))
 
     # --- shapes ---------------------------------------------------------------------
@@ -60,7 +60,7 @@ class Laws:
     def vector(
         self, value: Value, width: int, span: Span, what: str, *, spread: bool
     ) -> tuple[Node, ...]:
-        """One node for each component; a scalar stands for all where it may `spread`."""
+        """One node per component; a scalar is repeated if `spread`, the number zero always."""
         if len(value.nodes) == width and (len(value.shape) < 2 or value.shape[1] == 1):
             return value.nodes
         if value.is_scalar and (spread or value.nodes == (self.world.dag.zero,)):
@@ -71,7 +71,7 @@ class Laws:
         )
 
     def matrix(self, value: Value, rows: int, columns: int, span: Span, what: str) -> Matrix:
-        """A matrix of a given size."""
+        """A matrix of the given size; BgError for any other shape."""
         if value.shape != (rows, columns):
             expected, found = f"a {rows} x {columns} matrix", describe_shape(value.shape)
             raise BgError([law_messages.wrong_matrix(span, what, expected, found)])
@@ -90,10 +90,10 @@ class Laws:
     def check_entries(
         self, element: Element, value: Value, left: str, right: str, span: Span, what: str
     ) -> None:
-        """BgError where `left = value * right` does not go with the units of the two variables.
+        """Raise BgError if `left = value * right` contradicts the units of the two variables.
 
-        A scalar or vector is a diagonal. While units are spread over bonds only the diagonal is
-        looked at, and not what depends on bonds itself.
+        A scalar or vector is a diagonal. This check is needed since the inference of units uses
+        the diagonal only, and no values that depend on bonds.
         """
         rows, columns = self.variable(element, left).units, self.variable(element, right).units
         count = len(columns)
@@ -111,7 +111,7 @@ class Laws:
     # --- law blocks -----------------------------------------------------------------
 
     def variable(self, element: Element, name: str) -> Value:
-        """The variable of an element that a bare name in its law means."""
+        """The variable of an element denoted by a name without a path in its law."""
         if name in {"q", "p"}:
             return self.values.storage(element, name)
         return self.values.variable(face_of(element, name), name[0])
@@ -123,9 +123,10 @@ class Laws:
         right: dict[str, str],
         have: Sequence[str],
     ) -> tuple[str, tuple[Node, ...]]:
-        """The one left side of these equations, and a node for each component of it.
+        """The common left side of these equations, and one node for each of its components.
 
-        `right` gives, for each left side that is allowed, the variable its right side holds.
+        `right` maps each permitted left side to the variable of its right side; `have` lists the
+        permitted equations for messages.
         """
         left = left_name(law[0])
         for equation in law:
@@ -167,7 +168,7 @@ class Laws:
         right: str,
         width: int,
     ) -> list[tuple[int, Value]]:
-        """The components (from 0) that one equation gives."""
+        """The components (from 0) that one equation defines, with their values."""
         value = self.right_side(element, equation, left, (right,))
         span = equation.right.span
         if isinstance(equation.left, syntax.Name):
@@ -183,7 +184,7 @@ class Laws:
                 [law_messages.law_not_of_this(at, element.kind, text, [f"{left}[1] = .."])]
             )
         place = self.world.whole(index, element.env, "an index", 1, width)
-        check(value, (), None, span, f"`{left}`")
+        check_value(value, (), None, span, f"`{left}`")
         return [(place - 1, value)]
 
     def right_side(
@@ -193,10 +194,10 @@ class Laws:
         left: str,
         allowed: Sequence[str],
     ) -> Value:
-        """The value of a law's right side; variables it cannot depend on are refused by name."""
+        """The value of a law's right side; BgError for a variable that is not `allowed`."""
         two_port = len(allowed[0]) == 2
         own = ("e1", "f1", "e2", "f2") if two_port else ("e", "f", "p", "q")
-        # Other paths may lead to the same bond (`body.p` in a law): only bare names are meant.
+        # Paths (`body.p`) are not checked here, although they may lead to the same bond.
         bare = set(names_in(equation.right))
         span = equation.right.span
         for name in own:
@@ -217,14 +218,14 @@ class Laws:
 
 
 def face_of(element: Element, variable: str) -> Face:
-    """The face that a variable of a law belongs to: of `e2` the one that power leaves by."""
+    """The face of a variable in a law: the output side for `e2` and `f2`, where power leaves."""
     if len(variable) == 2:
         return element.faces["in" if variable[1] == "1" else "out"]
     return element.faces.get("all") or element.faces["in"]
 
 
 def left_name(equation: syntax.LawEquation) -> str:
-    """The variable on the left side, of `e[1]` the `e`; empty when it is none."""
+    """The variable on the left side, `e` for `e[1]`; empty for any other expression."""
     match equation.left:
         case syntax.Name(name=name) | syntax.Index(base=syntax.Name(name=name)):
             return name
@@ -233,13 +234,13 @@ def left_name(equation: syntax.LawEquation) -> str:
 
 
 def missing_law(element: Element) -> BgError:
-    """An element with neither argument nor law."""
-    way = _WAYS[element.basic]
+    """The error for an element with neither argument nor law."""
+    way = _MISSING_LAW_HELP[element.basic]
     return BgError([law_messages.law_missing(element.span, element.path, element.kind, way)])
 
 
 def arguments_of(element: Element, allowed: tuple[str, ...]) -> dict[str, syntax.Argument]:
-    """The arguments by name; the first may do without one, and is then the first allowed."""
+    """The arguments by name; a positional first argument is that of the first allowed name."""
     found: dict[str, syntax.Argument] = {}
     problems = []
     what = with_article(element.kind)
@@ -264,7 +265,7 @@ def arguments_of(element: Element, allowed: tuple[str, ...]) -> dict[str, syntax
 
 
 def value_argument(element: Element) -> tuple[str, syntax.Argument] | None:
-    """The argument that is an element's law or value, with its name, for its units."""
+    """The argument that is an element's law or value, with its name; used to infer units."""
     known = [*LAW_ARGUMENTS.get(element.basic, {})]
     if element.basic in VALUE_ARGUMENT:
         known.append(VALUE_ARGUMENT[element.basic])

@@ -1,4 +1,4 @@
-"""What the law of an element must fulfil: skew, inverse, varying or not."""
+"""Check the matrix of a law: skew symmetry, inverse, dependence on other variables."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _TOLERANCE = 1e-9
 
 
 class LawChecks:
-    """Checks of matrices by fingerprint, else by numbers at the parameters' defaults."""
+    """Checks matrices by fingerprint, otherwise numerically at the defaults of the parameters."""
 
     def __init__(self, world: World) -> None:
         self._world = world
@@ -27,14 +27,16 @@ class LawChecks:
         self._defaults: dict[Symbol, float] | None = None
 
     def skew_defect(self, matrix: Matrix) -> tuple[int, int] | None:
-        """Row and column (from 0) of an entry that is not the opposite of its mirror image."""
+        """Row and column (from 0) of an entry with `S[i, j] != -S[j, i]`; None if S is skew."""
         add = self._world.dag.add
         size = len(matrix)
         places = [(i, j) for i in range(size) for j in range(i, size)]
-        return self._first(places, [add(matrix[i][j], matrix[j][i]) for i, j in places], matrix)
+        return self._first_nonzero(
+            places, [add(matrix[i][j], matrix[j][i]) for i, j in places], matrix
+        )
 
     def inverts(self, inverse: Matrix, matrix: Matrix) -> bool:
-        """Whether the product of the two is the identity."""
+        """Whether `inverse * matrix` is the identity."""
         dag = self._world.dag
         columns = list(zip(*matrix, strict=True))
         if len(inverse) != len(columns) or len(inverse[0]) != len(matrix):
@@ -48,13 +50,13 @@ class LawChecks:
         return all(abs(number) <= _TOLERANCE for number in self._numbers(left))
 
     def is_finite(self, matrix: Matrix) -> bool:
-        """Whether all entries are numbers at the parameters' defaults."""
+        """Whether all entries are finite at the defaults of the parameters."""
         return all(map(math.isfinite, self._numbers([node for row in matrix for node in row])))
 
-    def _first(
+    def _first_nonzero(
         self, places: list[tuple[int, int]], nodes: list[Node], matrix: Matrix
     ) -> tuple[int, int] | None:
-        """The first place whose node is not zero, relative to the matrix there."""
+        """The first place with a nonzero node, relative to the entry of the matrix there."""
         doubtful = [
             (place, node)
             for place, node in zip(places, nodes, strict=True)
@@ -68,7 +70,7 @@ class LawChecks:
         return None
 
     def _numbers(self, nodes: Sequence[Node]) -> list[float]:
-        """The nodes at the parameters' defaults, and at random values of everything else."""
+        """Evaluate nodes at the defaults of the parameters and random values of other symbols."""
         if not nodes:
             return []
         dag = self._world.dag
@@ -84,12 +86,15 @@ class LawChecks:
 
 
 def varies(dag: Dag, matrix: Matrix) -> bool:
-    """Whether any entry depends on more than parameters."""
+    """Whether an entry depends on time, an input or a state."""
     return any(dag.level[node] > Level.PARAM for row in matrix for node in row)
 
 
 def depends_on_others(laws: Laws, law: Law, element: Element, own: set[Kind]) -> bool:
-    """Whether a one-port's law varies by anything but its own variables of these kinds."""
+    """Whether the law of an element with ports on one side depends on foreign symbols.
+
+    Parameters and the element's own variables of the kinds `own` are permitted.
+    """
     dag = laws.world.dag
     match law:
         case LinearLaw():

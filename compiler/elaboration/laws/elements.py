@@ -1,4 +1,4 @@
-"""From the elements of the tree to those of the flat graph, with their laws in nodes."""
+"""Convert the elements of the tree to those of the flat graph, with their laws as nodes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from bgc.ir.graph import Junction
 def read_elements(
     world: World, wiring: Wiring, values: BondValues, scalars: Scalars
 ) -> tuple[FlatElement, ...]:
-    """All elements with their laws, in reading order; those without a right one are reported."""
+    """Read all elements with their laws, in source order; invalid laws are reported."""
     laws, checks = Laws(world, values, scalars), LawChecks(world)
     found: list[FlatElement] = []
     for element in wiring.elements:
@@ -32,7 +32,7 @@ def read_elements(
 
 
 def _read(laws: Laws, checks: LawChecks, element: Element) -> list[FlatElement]:
-    """What one element of the tree stands for; a Mux has dissolved."""
+    """Convert one element of the tree; a Mux has no element in the flat graph."""
     match element.basic:
         case "J0" | "J1":
             return [*_read_junctions(laws, element)]
@@ -54,7 +54,7 @@ def _read(laws: Laws, checks: LawChecks, element: Element) -> list[FlatElement]:
 
 
 def _read_junctions(laws: Laws, element: Element) -> list[Junction]:
-    """A wide junction is as many scalar ones."""
+    """Split a wide junction into scalar ones."""
     _require_bare(element)
     found = laws.scalars.ports(element.faces["all"])
     return [
@@ -69,7 +69,7 @@ def _read_junctions(laws: Laws, element: Element) -> list[Junction]:
 
 
 def _require_bare(element: Element) -> None:
-    """Junctions and Muxes have neither arguments nor laws."""
+    """Raise BgError if a junction or Mux has an argument or a law."""
     arguments_of(element, ())
     if element.law is not None:
         raise BgError([law_messages.law_of_junction(element.span, element.path, element.kind)])

@@ -1,4 +1,4 @@
-"""Sources, storage elements and resistors: from arguments and law blocks to the flat graph's."""
+"""Read sources, storage elements and resistors from their arguments and law blocks."""
 
 from __future__ import annotations
 
@@ -37,16 +37,16 @@ from bgc.ir.graph import (
 )
 from bgc.values.value import Value, describe_shape
 
-# Of each left side: the variable that the right side holds, and the form.
+# For each left side: the variable of the right side, and the form of the law.
 _LAWS: dict[str, dict[str, tuple[str, Form]]] = {
     "C": {"e": ("q", Form.EFFORT), "q": ("e", Form.DISPLACEMENT)},
     "I": {"f": ("p", Form.FLOW), "p": ("f", Form.MOMENTUM)},
     "R": {"e": ("f", Form.EFFORT), "f": ("e", Form.FLOW)},
     "IC": {},
 }
-_MAX_PORTS = 1000  # of a field: its matrix has as many rows and columns
+_MAX_PORTS = 1000  # of a multiport element, whose matrix has one row and column per port
 _ENERGY_VARIABLES = {"C": ("q",), "I": ("p",), "IC": ("q", "p")}
-_OWN = {
+_STATE_KINDS = {
     "C": {Kind.DISPLACEMENT},
     "I": {Kind.MOMENTUM},
     "IC": {Kind.DISPLACEMENT, Kind.MOMENTUM},
@@ -54,7 +54,7 @@ _OWN = {
 
 
 def read_sources(laws: Laws, element: Element) -> list[Source]:
-    """A wide source is as many scalar ones."""
+    """Read a source, with one scalar element per component."""
     variable = VALUE_ARGUMENT[element.basic]
     given = arguments_of(element, (variable,))
     if variable in given and element.law is not None:
@@ -87,7 +87,7 @@ def read_sources(laws: Laws, element: Element) -> list[Source]:
 def _source_law(
     laws: Laws, element: Element, law: Sequence[syntax.LawEquation], variable: str
 ) -> Value:
-    """`Se { e = 5*sin(time); }` says the same as an argument."""
+    """The value of a source with a law, `Se { e = 5*sin(time); }`."""
     first = law[0]
     if not isinstance(first.left, syntax.Name) or first.left.name != variable:
         text = " ".join(first.left.span.text.split())
@@ -99,11 +99,11 @@ def _source_law(
 
 
 def read_storage(laws: Laws, element: Element) -> Storage:
-    """A C, I or IC of any width is one element."""
+    """Read a C, I or IC: one element of any width."""
     kind = element.basic
     given = arguments_of(element, (*LAW_ARGUMENTS.get(kind, {}), *INITIAL_ARGUMENTS[kind]))
     law = _read_law(laws, element, given)
-    if depends_on_others(laws, law, element, _OWN[kind]):
+    if depends_on_others(laws, law, element, _STATE_KINDS[kind]):
         raise BgError([law_messages.storage_varies(element.use.span, element.path, kind)])
     initial = [
         start
@@ -120,7 +120,7 @@ def read_storage(laws: Laws, element: Element) -> Storage:
 def _read_initial(
     laws: Laws, element: Element, name: str, argument: syntax.Argument
 ) -> list[Initial]:
-    """The initial values that `q0`, `p0`, `e0` or `f0` gives, port by port."""
+    """The initial values from an argument `q0`, `p0`, `e0` or `f0`, one per port."""
     value = laws.world.evaluate(argument.value, element.env)
     span, what = argument.span, f"`{name}` of `{element.path}`"
     require_level(laws.world.dag, value, Level.TIME, span, what)
@@ -129,12 +129,12 @@ def _read_initial(
     units = value.units if len(value.units) == len(nodes) else value.units * len(nodes)
     for node, unit, expected in zip(nodes, units, own.units, strict=True):
         check_units(Value.scalar(node, unit), expected, span, what)
-    yields = laws.world.quantities.is_left_at_zero(argument.value, element.env)
-    return [Initial(k, name[0], node, span, yields) for k, node in enumerate(nodes)]
+    is_default = laws.world.quantities.is_zero_by_default(argument.value, element.env)
+    return [Initial(k, name[0], node, span, is_default) for k, node in enumerate(nodes)]
 
 
 def read_resistor(laws: Laws, element: Element) -> Resistor:
-    """An R of any width is one element."""
+    """Read an R: one element of any width."""
     given = arguments_of(element, tuple(LAW_ARGUMENTS["R"]))
     law = _read_law(laws, element, given)
     assert not isinstance(law, EnergyLaw)

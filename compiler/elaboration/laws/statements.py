@@ -1,4 +1,4 @@
-"""The statements of all instances: outputs and port signals, states, equations, asserts."""
+"""Read the statements of all instances: assignments, states, equations and asserts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bgc.elaboration.bonds.carried import Carried
 from bgc.elaboration.bonds.domains import Domains
 from bgc.elaboration.bonds.units import SECOND
 from bgc.elaboration.bonds.wiring import Wiring
-from bgc.elaboration.instances.checks import check, shaped
+from bgc.elaboration.instances.checks import check_value, fit_shape
 from bgc.elaboration.instances.instantiate import note
 from bgc.elaboration.instances.quantities import component_names, ordinal
 from bgc.elaboration.instances.scopes import find_member, path_of
@@ -27,7 +27,7 @@ from bgc.values.value import Value, describe_shape
 
 @dataclass(frozen=True, slots=True)
 class Statements:
-    """What the statements say, ready for the flat graph."""
+    """States, unknowns, equations and asserts, as the flat graph holds them."""
 
     states: tuple[State, ...]
     unknowns: tuple[Unknown, ...]
@@ -35,16 +35,16 @@ class Statements:
     guards: tuple[Guard, ...]
 
 
-def note_assignments(world: World, wiring: Wiring, domains: Domains, carried: Carried) -> None:
-    """Tell outputs and port signals which statements define them; nothing is evaluated."""
+def collect_assignments(world: World, wiring: Wiring, domains: Domains, carried: Carried) -> None:
+    """Register each assignment with the output or port signal it defines, without evaluation."""
     carried.owners = wiring.owners
     for instance in wiring.instances:
         for statement, env in instance.assigns:
             with world.report.collecting(note(env)):
-                _note_assignment(world, domains, carried, instance, statement, env)
+                _collect_assignment(world, domains, carried, instance, statement, env)
 
 
-def _note_assignment(
+def _collect_assignment(
     world: World,
     domains: Domains,
     carried: Carried,
@@ -83,8 +83,8 @@ def _note_assignment(
     raise BgError([graph.cannot_assign(target.span, path_of(target))])
 
 
-def force_values(world: World, wiring: Wiring, carried: Carried) -> None:
-    """Evaluate every value of every instance, so that each mistake in them is reported."""
+def evaluate_values(world: World, wiring: Wiring, carried: Carried) -> None:
+    """Evaluate all values of all instances, so that every error in them is reported."""
     writes: dict[Instance, list[Quantity]] = {}
     for (port, _), quantity in carried.written.items():
         writes.setdefault(port.instance, []).append(quantity)
@@ -95,8 +95,8 @@ def force_values(world: World, wiring: Wiring, carried: Carried) -> None:
                 world.quantities.value(quantity, quantity.declaration.name_span)
 
 
-def force_parameters(world: World, wiring: Wiring) -> None:
-    """Number the parameters in reading order; none of them can depend on a bond."""
+def evaluate_parameters(world: World, wiring: Wiring) -> None:
+    """Evaluate parameters and constants, which numbers the parameters in source order."""
     for instance in wiring.instances:
         for member in instance.members.values():
             if isinstance(member, Quantity) and member.kind in {"param", "const"}:
@@ -105,7 +105,7 @@ def force_parameters(world: World, wiring: Wiring) -> None:
 
 
 def read_statements(world: World, wiring: Wiring) -> Statements:
-    """States with their derivatives, unknowns, equations and asserts of all instances."""
+    """Read states with their derivatives, unknowns, equations and asserts of all instances."""
     derivatives: dict[int, tuple[Node, Span]] = {}
     projections: dict[int, tuple[Node, Span]] = {}
     equations: list[Equation] = []
@@ -124,7 +124,7 @@ def read_statements(world: World, wiring: Wiring) -> Statements:
             with world.report.collecting(note(env)):
                 condition = world.evaluate(statement.condition, env)
                 span = statement.condition.span
-                check(condition, (), None, span, "the condition")
+                check_value(condition, (), None, span, "the condition")
                 guards.append(Guard(condition.nodes[0], statement.message, statement.span))
     states = tuple(_states(world, derivatives, projections))
     unknowns = tuple(_unknowns(world))
@@ -140,7 +140,7 @@ def _read_target(
     found: dict[int, tuple[Node, Span]],
     rate: bool,
 ) -> None:
-    """Note the value of `der(x) = ..` or `project x = ..` for each component of x."""
+    """Record the value of `der(x) = ..` or `project x = ..` for each component of x."""
     target = statement.target
     base = target.base if isinstance(target, syntax.Index) else target
     assert env.instance is not None
@@ -154,10 +154,10 @@ def _read_target(
     if isinstance(target, syntax.Index):
         index = world.quantities.component_index(target, env, symbols.shape, state.path)
         places = [ordinal(index, symbols.shape)]
-        value = shaped(world.dag, value, (), span, f"`{what}`")
+        value = fit_shape(world.dag, value, (), span, f"`{what}`")
     else:
         places = list(range(len(symbols.nodes)))
-        value = shaped(world.dag, value, symbols.shape, span, f"`{what}`")
+        value = fit_shape(world.dag, value, symbols.shape, span, f"`{what}`")
     for place, node, unit in zip(places, value.nodes, value.units, strict=True):
         declared = symbols.units[place]
         expected = divide(declared, SECOND) if rate and declared is not None else declared
@@ -179,7 +179,7 @@ def _read_equation(world: World, equation: syntax.Equation, env: Environment) ->
     left = world.evaluate(equation.left, env, rates=True)
     right = world.evaluate(equation.right, env, rates=True)
     if left.shape != right.shape:
-        right = shaped(world.dag, right, left.shape, equation.right.span, "the right side")
+        right = fit_shape(world.dag, right, left.shape, equation.right.span, "the right side")
     for one, two in zip(left.units, right.units, strict=True):
         _check_unit(two, one, equation.right.span, "the right side")
     dag = world.dag
@@ -189,7 +189,7 @@ def _read_equation(world: World, equation: syntax.Equation, env: Environment) ->
 
 
 def unit_symbol(quantity: Quantity, dimension: Dimension | None) -> str:
-    """How tables print the unit of a value: as declared, else the SI unit; empty if unknown."""
+    """The unit of a value for tables: as declared, else the SI unit; empty if unknown."""
     declared = parse_unit(quantity.declaration.unit) if quantity.declaration.unit else None
     if declared is not None:
         return declared.symbol
@@ -197,7 +197,7 @@ def unit_symbol(quantity: Quantity, dimension: Dimension | None) -> str:
 
 
 def _components(world: World, quantity: Quantity) -> list[tuple[str, str, Node]]:
-    """Name, unit and start of each component of a state or unknown."""
+    """Name, unit and initial value of each component of a state or unknown."""
     value = quantity.value
     assert value is not None
     start: Value = world.quantities.start(quantity)
@@ -250,9 +250,11 @@ def _check_counts(
     unknowns: tuple[Unknown, ...],
     equations: list[Equation],
 ) -> None:
-    """Report states that nothing moves, and unknowns without their equations.
+    """Report unequal numbers of equations and unknowns.
 
-    A state may also be one whose rate no equation holds: the row of a singular mass matrix.
+    States without a derivative count as unknowns. Of unequal numbers, the cause is a state whose
+    rate appears in no equation, if there is one; with equal numbers, such a state is valid: its
+    row of the mass matrix is zero.
     """
     implicit = [state for state in states if state.derivative is None]
     held = [*(u.span for u in unknowns), *(state.span for state in implicit)]

@@ -1,4 +1,4 @@
-"""Transformers, gyrators and gyristors: from ratios and laws to the flat graph's elements."""
+"""Read transformers, gyrators and gyristors from their ratios and laws."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from bgc.elaboration.laws.checks import LawChecks, varies
 from bgc.grammar import syntax
 from bgc.ir.graph import Gyrator, Gyristor, Matrix, Node, Port, Transformer
 
-# Of each left side: the variable that the right side holds.
+# For each left side: the variable of the right side.
 _LAWS = {
     "TF": {"f2": "f1", "e1": "e2", "f1": "f2", "e2": "e1"},
     "GY": {"e2": "f1", "e1": "f2", "f1": "e2", "f2": "e1"},
 }
-_BACKWARDS = {"f2": "f1", "f1": "f2", "e1": "e2", "e2": "e1"}
+_INVERSE_SIDE = {"f2": "f1", "f1": "f2", "e1": "e2", "e2": "e1"}
 
 
 def read_transformers(laws: Laws, checks: LawChecks, element: Element) -> list[Transformer]:
-    """A scalar ratio on wide bonds is as many scalar transformers; a matrix is one element."""
+    """Read a transformer: one element for a matrix, one per component for a scalar ratio."""
     ratio = _read_ratio(laws, element)
     ports1, ports2 = laws.ports(element, "in"), laws.ports(element, "out")
     if isinstance(ratio, list):
@@ -38,23 +38,23 @@ def read_transformers(laws: Laws, checks: LawChecks, element: Element) -> list[T
     assert element.law
     found = _read_equations(laws, element, element.law)
     left, matrix = found[0]
-    backwards: Matrix | None = None
+    inverse_matrix: Matrix | None = None
     if len(found) > 1:
-        other, backwards = found[1]
-        if other != _BACKWARDS[left]:
+        other, inverse_matrix = found[1]
+        if other != _INVERSE_SIDE[left]:
             raise BgError(
                 [law_messages.law_too_many(element.law[1].span, element.path, "keep one")]
             )
-        if not checks.inverts(backwards, matrix):
+        if not checks.inverts(inverse_matrix, matrix):
             raise BgError([law_messages.inverse_differs(element.law[1].span, element.path)])
     if left in {"e1", "e2"}:  # e1 = m' e2, e2 = w' e1
-        matrix = _transposed(matrix)
-        backwards = _transposed(backwards) if backwards is not None else None
-    return [Transformer(element.path, left, ports1, ports2, matrix, backwards, element.span)]
+        matrix = _transpose(matrix)
+        inverse_matrix = _transpose(inverse_matrix) if inverse_matrix is not None else None
+    return [Transformer(element.path, left, ports1, ports2, matrix, inverse_matrix, element.span)]
 
 
 def read_gyrators(laws: Laws, checks: LawChecks, element: Element) -> list[Gyrator]:
-    """The same for gyrators; a law of flows is turned round into one of efforts."""
+    """Read a gyrator likewise; a law that gives flows is inverted to one that gives efforts."""
     ratio = _read_ratio(laws, element)
     ports1, ports2 = laws.ports(element, "in"), laws.ports(element, "out")
     if isinstance(ratio, list):
@@ -71,14 +71,14 @@ def read_gyrators(laws: Laws, checks: LawChecks, element: Element) -> list[Gyrat
             )
         left, matrix = found[0]
         if left in {"f1", "f2"}:
-            ratio = _turned_round(laws, checks, element, element.law[0], left, matrix)
+            ratio = _ratio_from_flows(laws, checks, element, element.law[0], left, matrix)
         else:
-            ratio = matrix if left == "e2" else _transposed(matrix)
+            ratio = matrix if left == "e2" else _transpose(matrix)
     return [Gyrator(element.path, ports1, ports2, ratio, element.span)]
 
 
 def read_gyristor(laws: Laws, checks: LawChecks, element: Element) -> Gyristor:
-    """An MGY with bonds on one side only: `e = S f` with a skew S (eq. 13)."""
+    """Read an MGY with bonds on one side only: `e = S f` with skew S (eq. 13)."""
     if element.use.arguments or not element.law:
         side = law_messages.one_sided(element.span, element.path, element.kind, "out of")
         raise BgError([side])
@@ -96,7 +96,7 @@ def read_gyristor(laws: Laws, checks: LawChecks, element: Element) -> Gyristor:
 
 
 def _read_ratio(laws: Laws, element: Element) -> Matrix | list[Node] | None:
-    """The ratio: a matrix, or one node for each component; None when there is a law instead."""
+    """The ratio as a matrix or as one node per component; None if a law replaces it."""
     given = arguments_of(element, ("ratio",))
     if "ratio" not in given:
         if not element.law:
@@ -120,7 +120,7 @@ def _read_ratio(laws: Laws, element: Element) -> Matrix | list[Node] | None:
 def _read_equations(
     laws: Laws, element: Element, law: Sequence[syntax.LawEquation]
 ) -> list[tuple[str, Matrix]]:
-    """Each left side with the matrix of its right side, in the order written."""
+    """Each left side with the matrix of its right side, in source order."""
     table = _LAWS[element.basic]
     have = [f"{name} = .." for name in table]
     groups: dict[str, list[syntax.LawEquation]] = {}
@@ -141,7 +141,7 @@ def _read_equations(
     return found
 
 
-def _turned_round(
+def _ratio_from_flows(
     laws: Laws,
     checks: LawChecks,
     element: Element,
@@ -149,10 +149,10 @@ def _turned_round(
     left: str,
     matrix: Matrix,
 ) -> Matrix:
-    """The ratio r of a gyrator given by its flows: `f1 = w e2` and `f2 = w' e1`, with w r = 1.
+    """The ratio r of a gyrator with a law for its flows: `f1 = w e2` or `f2 = w' e1`, w r = 1.
 
-    A wide one must have a matrix of constants and parameters that can be inverted: nothing would
-    keep a varying one from becoming singular during the run.
+    A matrix w must be square, nonsingular and of constants and parameters only, since a varying
+    one may become singular during the run.
     """
     dag, at = laws.world.dag, equation.left.span
     if len(matrix) == len(matrix[0]) == 1 and matrix[0][0] != dag.zero:
@@ -170,11 +170,11 @@ def _turned_round(
     if turned is None or not checks.is_finite(turned):
         why = "its matrix is singular"
         raise BgError([law_messages.flows_not_invertible(at, element.path, why)])
-    return turned if left == "f1" else _transposed(turned)
+    return turned if left == "f1" else _transpose(turned)
 
 
 def _require_modulated(laws: Laws, element: Element, matrix: Matrix) -> None:
-    """BgError when an element varies that does not say so by its M."""
+    """Raise BgError if the matrix of an unmodulated element (TF, GY) varies."""
     if element.kind in {"TF", "GY"} and varies(laws.world.dag, matrix):
         raise BgError([law_messages.modulated(element.use.span, element.path, element.kind)])
 
@@ -182,7 +182,7 @@ def _require_modulated(laws: Laws, element: Element, matrix: Matrix) -> None:
 def _pairs(
     element: Element, ports1: Sequence[Port], ports2: Sequence[Port], nodes: Sequence[Node]
 ) -> Iterator[tuple[str, Port, Port, Node]]:
-    """The scalar two-ports of a wide one."""
+    """Split a wide two-port with a diagonal ratio into scalar ones: name, ports and ratio."""
     width = len(ports1)
     if len(ports2) != width:
         raise BgError([width_messages.widths_differ(element.span, width, None, len(ports2), None)])
@@ -190,5 +190,5 @@ def _pairs(
         yield component_name(element.path, (k + 1,) if width > 1 else ()), one, two, node
 
 
-def _transposed(matrix: Matrix) -> Matrix:
+def _transpose(matrix: Matrix) -> Matrix:
     return tuple(zip(*matrix, strict=True))

@@ -1,4 +1,4 @@
-"""Units of bonds from ports, sources and the arguments of elements."""
+"""Infer units of bonds from ports, sources and the arguments of elements."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from bgc.elaboration.laws.blocks import value_argument
 from bgc.values.units import Dimension, divide, power
 from bgc.values.value import Value
 
-# Of each argument: 1 where it is effort by flow, -1 the other way round, and the power of seconds
-# in it. A stiffness is effort by displacement, which is flow times time; an inertia is momentum,
-# which is effort times time, by flow.
+# For each argument: 1 if it is effort / flow, -1 if it is flow / effort, and its power of seconds.
+# A stiffness is effort / displacement, with displacement = flow * time; an inertia is
+# momentum / flow, with momentum = effort * time.
 _IN_ARGUMENT = {
     "resistance": (1, 0),
     "conductance": (-1, 0),
@@ -27,7 +27,7 @@ _IN_ARGUMENT = {
 
 
 def infer_units(world: World, wiring: Wiring, domains: Domains, scalars: Scalars) -> BondUnits:
-    """The units of all bonds as far as anything tells; contradictions are reported."""
+    """Infer the units of all bonds as far as they are determined; report contradictions."""
     units = BondUnits([bond.name for bond in scalars.bonds], world.report)
     for element in wiring.elements:
         if element.basic in {"J0", "J1"}:
@@ -44,7 +44,7 @@ def infer_units(world: World, wiring: Wiring, domains: Domains, scalars: Scalars
         try:
             value = world.evaluate(given.value, element.env)
         except (BgError, WidthUnknown):
-            continue  # reported when the law itself is read
+            continue  # reported when the law is read
         if any(unit is not None for unit in value.units):
             _from_argument(element, name, value, scalars, units, ratios, links)
     units.solve(ratios, links)
@@ -65,9 +65,9 @@ def _from_domains(wiring: Wiring, domains: Domains, scalars: Scalars, units: Bon
     for facts, place, bond, span in found:
         effort, flow = facts.effort_units[place], facts.flow_units[place]
         if effort is not None:
-            units.know("effort", bond, effort, span, facts.effort_symbols[place])
+            units.set_unit("effort", bond, effort, span, facts.effort_symbols[place])
         if flow is not None:
-            units.know("flow", bond, flow, span, facts.flow_symbols[place])
+            units.set_unit("flow", bond, flow, span, facts.flow_symbols[place])
 
 
 def _from_argument(
@@ -87,7 +87,7 @@ def _from_argument(
         variable = "effort" if element.basic == "Se" else "flow"
         for found, unit in zip(ports, diagonal, strict=True):
             if unit is not None:
-                units.know(variable, found[0].bond, unit, span)
+                units.set_unit(variable, found[0].bond, unit, span)
         return
     if element.basic in {"TF", "GY"}:
         _from_ratio(element, value, scalars, links)
@@ -101,7 +101,7 @@ def _from_argument(
 
 
 def _from_ratio(element: Element, value: Value, scalars: Scalars, links: list[Link]) -> None:
-    """`f2 = m f1`, `e1 = m e2`; of a GY `e2 = r f1`, `e1 = r f2`."""
+    """Link the units of a TF by `f2 = m f1`, `e1 = m e2`, of a GY by `e2 = r f1`, `e1 = r f2`."""
     into = scalars.ports(element.faces["in"])
     out = scalars.ports(element.faces["out"])
     span = element.use.span
@@ -123,7 +123,7 @@ def _from_ratio(element: Element, value: Value, scalars: Scalars, links: list[Li
 
 
 def _diagonal(value: Value, width: int) -> list[Dimension | None]:
-    """The unit of each component: of a scalar for all, of a matrix along its diagonal."""
+    """The unit of each component: that of a scalar repeated, or those on a matrix diagonal."""
     if value.is_scalar:
         return [value.units[0]] * width
     if len(value.shape) == 1:

@@ -1,1 +1,1 @@
-"""Scenes: what a scene and the command line change, observe, drive and require."""
+"""Scenes: read their changes to a model, observations, devices and requirements."""

@@ -1,4 +1,4 @@
-"""Devices of a scene: the channels they give and the commands they take."""
+"""Read the devices of a scene: the input channels in use and the commands."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue import names, scenes
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
-from bgc.elaboration.instances.checks import check_units, shaped
+from bgc.elaboration.instances.checks import check_units, fit_shape
 from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.scenes.scene import Device, Scene, constant_of
@@ -25,7 +25,7 @@ _RATE: Dimension = (0, 0, -1, 0, 0, 0, 0)
 _FORCE: Dimension = (1, 1, -2, 0, 0, 0, 0)
 _TORQUE: Dimension = (1, 2, -2, 0, 0, 0, 0)
 
-# Channels of a device: what it gives and what it takes.
+# Channels with shape and unit: inputs of the model, and commands to the device.
 _INPUTS: dict[str, tuple[Shape, Dimension | None]] = {
     "position": ((3,), _METRE),
     "orientation": ((4,), None),
@@ -42,14 +42,14 @@ _COMMANDS: dict[str, tuple[Shape, Dimension | None]] = {
 
 
 def channel_unit(channel: str) -> str:
-    """The SI unit of what a device gives."""
+    """The SI unit of an input channel; empty if it has none."""
     unit = _INPUTS[channel][1]
     return si_symbol(unit) if unit is not None else ""
 
 
 @dataclass(frozen=True, slots=True)
 class DeviceView:
-    """A device in an expression: its input channels."""
+    """A device in an expression; its members are the input channels."""
 
     world: World
     device: Device
@@ -60,7 +60,7 @@ class DeviceView:
         return f"the device `{self.device.item.name}`"
 
     def member(self, name: str, span: Span) -> Value | Namespace:
-        """A channel that the device gives."""
+        """The value of an input channel."""
         if name not in self.device.inputs:
             raise BgError([scenes.unknown_channel(span, name, self.device.item.name, _INPUTS)])
         shape, unit = _INPUTS[name]
@@ -75,10 +75,10 @@ class DeviceView:
 
 
 def declare_devices(world: World, scene: Scene) -> None:
-    """Number the input channels that the scene reads, device by device."""
+    """Number the input channels read by the scene, device by device."""
     used = [_channels(item) for item in scene.items]
     next_input = 0
-    for item in scene.every(syntax.Device):
+    for item in scene.statements(syntax.Device):
         if item.name in scene.devices:
             first = scene.devices[item.name].item.span
             world.report.add(scenes.device_name_taken(item.span, item.name, first))
@@ -130,7 +130,7 @@ def _members(expr: syntax.Expr) -> Iterator[tuple[str, str]]:
 
 
 def device_of(target: syntax.Expr, scene: Scene) -> Device | None:
-    """The device whose command a target names, if it does."""
+    """The device whose command a target names; None for any other target."""
     base = target.base if isinstance(target, syntax.Index) else target
     match base:
         case syntax.Member(base=syntax.Name(name=name)):
@@ -152,7 +152,7 @@ def _read_command(world: World, scene: Scene, item: syntax.Drive, device: Device
     if isinstance(target, syntax.Index):
         index = world.quantities.component_index(target, scene.env, shape, path_of(base))
         places, shape = [index[0] - 1], ()
-    value = shaped(world.dag, value, shape, item.value.span, what)
+    value = fit_shape(world.dag, value, shape, item.value.span, what)
     check_units(value, unit, item.value.span, what)
     for place, node in zip(places, value.nodes, strict=True):
         key = (base.name, place + 1)
@@ -162,8 +162,8 @@ def _read_command(world: World, scene: Scene, item: syntax.Drive, device: Device
 
 
 def read_devices(world: World, scene: Scene) -> tuple[DeviceUse, ...]:
-    """The devices with the channels used and the commands given."""
-    for item in scene.every(syntax.Drive):
+    """Read the devices with the input channels in use and the values of their commands."""
+    for item in scene.statements(syntax.Drive):
         device = device_of(item.target, scene)
         if device is not None:
             with world.report.collecting():

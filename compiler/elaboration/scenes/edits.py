@@ -1,4 +1,4 @@
-"""What a scene and the command line change of a model: `set`, `use`, `drive`."""
+"""Collect and check the changes of a model by `set`, `use`, `drive` and the command line."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from bgc.values.expressions import resolve_path
 
 
 def collect_edits(world: World, scene: Scene, overrides: Sequence[tuple[str, str]]) -> None:
-    """Note what the scene and the command line set, use and drive; devices get their symbols."""
+    """Enter the scene's edits, then the command line's; number the channels of devices."""
     edits = world.edits
     declare_devices(world, scene)
     for item in scene.items:
@@ -42,7 +42,7 @@ def collect_edits(world: World, scene: Scene, overrides: Sequence[tuple[str, str
         with world.report.collecting():
             setting = _read_override(override)
             path = canonical_path(world, setting.target, scene.env)
-            edits.sets.pop(path, None)  # the command line has the last word
+            edits.sets.pop(path, None)  # the command line overrides the scene
             _note_set(world, scene, edits, setting.target, setting.value, setting.value.span)
 
 
@@ -73,12 +73,12 @@ def _note(table: dict[str, Given], path: str, given: Given) -> None:
 
 
 def _read_override(override: tuple[str, str]) -> syntax.Set:
-    """The two sides of `--set name=value`, with places in what the user typed."""
+    """Parse the two sides of `--set name=value`, with spans in the user's text."""
     return parse_setting(Source("--set", "=".join(override)))
 
 
 def canonical_path(world: World, expr: syntax.Expr, env: Environment) -> str:
-    """A path as instances spell theirs: `body[2].mass`, indices worked out."""
+    """A path as instances spell theirs, with indices evaluated: `body[2].mass`."""
     match expr:
         case syntax.Name():
             return expr.name
@@ -97,7 +97,7 @@ def canonical_path(world: World, expr: syntax.Expr, env: Environment) -> str:
 
 
 def check_edits(world: World, scene: Scene) -> None:
-    """Report each `set`, `use` and `drive` that changed nothing, since its path fits nothing."""
+    """Report each `set`, `use` and `drive` that was not applied, since its path has no target."""
     edits = world.edits
     tables = {
         "sets": (edits.sets, "a parameter or constant"),
@@ -127,14 +127,14 @@ def check_edits(world: World, scene: Scene) -> None:
     for expr, span, kind, path in unused:
         if (kind, path) not in edits.used:
             with world.report.collecting():
-                _look_up(world, scene, expr)
+                _check_path(world, scene, expr)
                 what = tables.get(kind, (None, "a parameter or constant"))[1]
-                found, way = _instead(world, scene, expr)
+                found, way = _mismatch(world, scene, expr)
                 raise BgError([scenes.edit_without_target(span, path, what, found, way)])
 
 
 def check_overrides(world: World, scene: Scene, overrides: Sequence[tuple[str, str]]) -> None:
-    """The same for the command line."""
+    """Report each override of the command line whose path has no target."""
     for override in overrides:
         with world.report.collecting():
             expr = _read_override(override).target
@@ -142,14 +142,14 @@ def check_overrides(world: World, scene: Scene, overrides: Sequence[tuple[str, s
             path = canonical_path(world, base, scene.env)
             kind = "parts" if isinstance(expr, syntax.Index) else "sets"
             if (kind, path) not in world.edits.used:
-                _look_up(world, scene, expr)
+                _check_path(world, scene, expr)
                 what = "a parameter or constant"
-                found, way = _instead(world, scene, expr)
+                found, way = _mismatch(world, scene, expr)
                 raise BgError([scenes.edit_without_target(expr.span, path, what, found, way)])
 
 
-def _instead(world: World, scene: Scene, expr: syntax.Expr) -> tuple[str, str]:
-    """What a path leads to where it may not be changed so, and the way out; empty if unclear."""
+def _mismatch(world: World, scene: Scene, expr: syntax.Expr) -> tuple[str, str]:
+    """A description of a value that cannot be changed in this way, and the remedy; or empty."""
     quantity = declared_value(world, scene, expr)
     if quantity is None:
         return "", ""
@@ -165,7 +165,7 @@ def _instead(world: World, scene: Scene, expr: syntax.Expr) -> tuple[str, str]:
             return "computed by the model", "set a parameter that it is made of"
 
 
-def _look_up(world: World, scene: Scene, expr: syntax.Expr) -> None:
-    """BgError when a path leads nowhere; what it leads to is not evaluated further."""
+def _check_path(world: World, scene: Scene, expr: syntax.Expr) -> None:
+    """Raise BgError if a path has no target; variables of unknown width count as targets."""
     with suppress(WidthUnknown):
         resolve_path(expr, Names(world, scene.env, {}, False), world.dag)

@@ -1,4 +1,4 @@
-"""What a scene observes: the columns of its result, with their units."""
+"""Read the observations of a scene: the columns of its result, with their units."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ACCOUNTS = ("stored", "supplied", "dissipated", "residual")
 
 @dataclass(frozen=True, slots=True)
 class Observed:
-    """What the scene observes: columns in order, the accounts among them."""
+    """The observations and energy accounts of a scene, and the columns of both in order."""
 
     observations: tuple[Observation, ...]
     accounts: tuple[str, ...]
@@ -32,11 +32,11 @@ class Observed:
 
 
 def read_observed(world: World, scene: Scene, root: Instance) -> Observed:
-    """The observed columns; two of one name are an error."""
+    """Read the observed columns; two of the same name are reported."""
     observations: list[Observation] = []
     accounts: list[str] = []
     columns: dict[str, Span] = {}
-    for item in scene.every(syntax.Observe):
+    for item in scene.statements(syntax.Observe):
         with world.report.collecting():
             account = _account(item, root)
             if account is not None:
@@ -58,15 +58,15 @@ def read_observed(world: World, scene: Scene, root: Instance) -> Observed:
 
 
 def with_accounts(graph: FlatGraph) -> FlatGraph:
-    """The graph of a scene that observes all energy accounts."""
+    """The graph with all energy accounts observed, in place of those of the scene."""
     columns = dict.fromkeys(c for c in graph.scene.columns if c not in _account_columns(graph))
-    # No name of the language has a blank.
+    # A blank keeps these names distinct from all names of the language.
     own = tuple(f"account {account}" for account in ACCOUNTS)
     return replace(graph, scene=replace(graph.scene, accounts=ACCOUNTS, columns=(*columns, *own)))
 
 
 def _account_columns(graph: FlatGraph) -> set[str]:
-    """The columns of the accounts that the scene itself observes: those that are no outputs."""
+    """The columns of the accounts that the scene observes: those that are not observations."""
     return set(graph.scene.columns) - {o.name for o in graph.observations}
 
 
@@ -78,7 +78,7 @@ def _add_columns(columns: dict[str, Span], labels: Sequence[str], span: Span) ->
 
 
 def _account(item: syntax.Observe, root: Instance) -> str | None:
-    """The energy account that is observed, if it is one."""
+    """The energy account that a statement observes; None for any other expression."""
     match item.value:
         case syntax.Member(base=syntax.Name(name="energy"), name=name):
             if "energy" in root.members:
@@ -91,7 +91,7 @@ def _account(item: syntax.Observe, root: Instance) -> str | None:
 
 
 def is_path(expr: syntax.Expr) -> bool:
-    """Whether an expression is a plain path, which needs no other name for its column."""
+    """Whether an expression is a path, which can serve as the name of its column."""
     match expr:
         case syntax.Name():
             return True
@@ -102,7 +102,7 @@ def is_path(expr: syntax.Expr) -> bool:
 
 
 def units_of(world: World, scene: Scene, expr: syntax.Expr, value: Value) -> list[str]:
-    """Units for the header: as declared where a declared value is observed, else SI."""
+    """Units for the header: as declared for a declared value, else SI; empty if unknown."""
     quantity = declared_value(world, scene, expr)
     if quantity is not None:
         return [unit_symbol(quantity, unit) for unit in value.units]
@@ -110,7 +110,10 @@ def units_of(world: World, scene: Scene, expr: syntax.Expr, value: Value) -> lis
 
 
 def declared_value(world: World, scene: Scene, expr: syntax.Expr) -> Quantity | None:
-    """The declared value that a path of plain names leads to, if it does."""
+    """The declared value at a path of plain names; None for any other expression.
+
+    An index, or a component `.x`, `.y` or `.z`, belongs to the value before it.
+    """
     match expr:
         case syntax.Name() if scene.env.instance is not None:
             member = scene.env.instance.members.get(expr.name)
@@ -118,7 +121,7 @@ def declared_value(world: World, scene: Scene, expr: syntax.Expr) -> Quantity | 
         case syntax.Index():
             return declared_value(world, scene, expr.base)
         case syntax.Member(base=base) if is_path(base):
-            part = _part(world, scene, base)
+            part = _instance_at(world, scene, base)
             member = part.members.get(expr.name) if part else None
             if isinstance(member, Quantity):
                 return member
@@ -127,13 +130,13 @@ def declared_value(world: World, scene: Scene, expr: syntax.Expr) -> Quantity | 
             return None
 
 
-def _part(world: World, scene: Scene, expr: syntax.Expr) -> Instance | None:
-    """The instance that a path of plain names leads to."""
+def _instance_at(world: World, scene: Scene, expr: syntax.Expr) -> Instance | None:
+    """The instance at a path of plain names; None for any other expression."""
     match expr:
         case syntax.Name():
             above = scene.env.instance
         case syntax.Member():
-            above = _part(world, scene, expr.base)
+            above = _instance_at(world, scene, expr.base)
         case _:
             return None
     member = above.members.get(expr.name) if above else None

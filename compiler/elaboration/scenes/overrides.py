@@ -1,4 +1,4 @@
-"""Statements from outside a scene that take the place of its own: uses and observations."""
+"""Replace the uses and observations of a scene by those from outside."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ def _use(scene: Scene, use: tuple[str, str]) -> syntax.Use:
 
 
 def with_observations(scene: Scene, texts: Sequence[str]) -> Scene:
-    """Observe these instead: names of the scene's own columns, or any expressions.
+    """Replace the observations by names of the scene's own columns or other expressions.
 
     Without any, the scene is returned unchanged. Raises BgError where a text is not an expression.
     """
     if not texts:
         return scene
-    own = {_column(item): item for item in scene.every(syntax.Observe)}
+    own = {_column(item): item for item in scene.statements(syntax.Observe)}
     replaced = syntax.Observe | syntax.Plot | syntax.Require
     kept = (item for item in scene.items if not isinstance(item, replaced))
     added = (own[text] if text in own else _observation(text, own) for text in texts)
@@ -55,7 +55,7 @@ def with_observations(scene: Scene, texts: Sequence[str]) -> Scene:
 
 
 def _column(item: syntax.Observe) -> str:
-    """The column's name of an observation; empty where it needs an alias."""
+    """The column name of an observation; empty if it needs an alias."""
     return item.alias or (path_of(item.value) if is_path(item.value) else "")
 
 

@@ -1,4 +1,4 @@
-"""How a scene is run: its solver, step and duration, and the accuracy asked of it."""
+"""Read the run of a scene: solver, step, duration, plots, kept paths, required accuracy."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
 _HERTZ: Dimension = (0, 0, -1, 0, 0, 0, 0)
 _NUMBER: Dimension = (0, 0, 0, 0, 0, 0, 0)
 
-# Options of every solver with their kind; of `atol`, one for all states, any kind.
+# Options of every solver with their dimension; `atol`, one for all states, may have any.
 _SOLVER_OPTIONS: dict[str, Dimension | None] = {
     "rtol": _NUMBER,
     "atol": None,
@@ -34,12 +34,12 @@ _SOLVER_OPTIONS: dict[str, Dimension | None] = {
 
 
 def read_requirements(world: World, scene: Scene, observed: Observed) -> tuple[Requirement, ...]:
-    """The accuracies asked for, component by component, of any expression or observed column."""
+    """Read the required accuracies, one per component of an expression or observed column."""
     found: list[Requirement] = []
     columns = {o.node: o.name for o in reversed(observed.observations)}
-    for item in scene.every(syntax.Require):
+    for item in scene.statements(syntax.Require):
         with world.report.collecting():
-            expr = _observed_as(scene, item.value)
+            expr = _expand_column(scene, item.value)
             value = world.evaluate(expr, scene.env)
             tolerance = constant_of(world, scene, item.tolerance, "the tolerance", value.unit)
             if not tolerance > 0:
@@ -55,21 +55,21 @@ def read_requirements(world: World, scene: Scene, observed: Observed) -> tuple[R
     return tuple(found)
 
 
-def _observed_as(scene: Scene, expr: syntax.Expr) -> syntax.Expr:
-    """What a column is made of, where an expression is a column's name and nothing else's."""
+def _expand_column(scene: Scene, expr: syntax.Expr) -> syntax.Expr:
+    """Replace the alias of a column by its expression, unless a member has the same name."""
     root = scene.env.instance
     match expr:
         case syntax.Name(name=name) if root is None or name not in root.members:
-            own = (item.value for item in scene.every(syntax.Observe) if item.alias == name)
+            own = (item.value for item in scene.statements(syntax.Observe) if item.alias == name)
             return next(own, expr)
         case _:
             return expr
 
 
 def read_kept(world: World, scene: Scene) -> tuple[str, ...]:
-    """The paths after `keep`."""
+    """Read the paths of all `keep` statements."""
     found = []
-    for item in scene.every(syntax.Keep):
+    for item in scene.statements(syntax.Keep):
         with world.report.collecting():
             resolve_path(item.target, Names(world, scene.env, {}, False), world.dag)
             found.append(canonical_path(world, item.target, scene.env))
@@ -77,11 +77,11 @@ def read_kept(world: World, scene: Scene) -> tuple[str, ...]:
 
 
 def read_facts(world: World, scene: Scene, observed: Observed) -> SceneFacts:
-    """How the run is made."""
-    run = _only(world, scene, syntax.Run, "run")
-    step = _only(world, scene, syntax.Step, "step")
-    deadline = _only(world, scene, syntax.Deadline, "deadline")
-    solver = _only(world, scene, syntax.Solver, "solver")
+    """Read solver, step, duration, interval, deadline and plots."""
+    run = _single(world, scene, syntax.Run, "run")
+    step = _single(world, scene, syntax.Step, "step")
+    deadline = _single(world, scene, syntax.Deadline, "deadline")
+    solver = _single(world, scene, syntax.Solver, "solver")
     duration = _time(world, scene, run.duration if run else None, "the duration")
     every = _time(world, scene, run.every if run else None, "the interval")
     return SceneFacts(
@@ -99,11 +99,11 @@ def read_facts(world: World, scene: Scene, observed: Observed) -> SceneFacts:
 
 
 def _plots(world: World, scene: Scene, columns: Sequence[str]) -> tuple[Plot, ...]:
-    """The panels of the scene's plot: columns, or vectors by the name their columns share."""
+    """The panels of the scene's plot, of columns or of vectors by their common name."""
     vectors = (column.rpartition("[")[0] for column in columns if column.endswith("]"))
     known = dict.fromkeys(("time", *columns, *vectors))
     found = []
-    for item in scene.every(syntax.Plot):
+    for item in scene.statements(syntax.Plot):
         with world.report.collecting():
             paths = (*item.columns, *((item.against,) if item.against else ()))
             for path in paths:
@@ -114,15 +114,15 @@ def _plots(world: World, scene: Scene, columns: Sequence[str]) -> tuple[Plot, ..
     return tuple(found)
 
 
-def _only(world: World, scene: Scene, kind: type[Item], what: str) -> Item | None:
-    found = list(scene.every(kind))
+def _single(world: World, scene: Scene, kind: type[Item], what: str) -> Item | None:
+    found = list(scene.statements(kind))
     if len(found) > 1:
         world.report.add(scenes.said_twice(found[1].span, what, found[0].span))
     return found[0] if found else None
 
 
 def _time(world: World, scene: Scene, expr: syntax.Expr | None, what: str) -> float | None:
-    """A time in seconds; a number without a unit, `2*pi` too, is in seconds."""
+    """A positive time in seconds; a number without a unit, such as `2*pi`, is in seconds."""
     if expr is None:
         return None
     with world.report.collecting():

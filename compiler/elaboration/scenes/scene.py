@@ -1,4 +1,4 @@
-"""The scene that is compiled: its model, its statements, its devices."""
+"""Choose the scene to compile: its model, statements and devices."""
 
 from __future__ import annotations
 
@@ -25,7 +25,11 @@ Item = TypeVar("Item", bound=syntax.SceneItem)
 
 @dataclass(slots=True, eq=False)
 class Device:
-    """A device of the scene: which channels are read, and the commands given to it."""
+    """A device of the scene: the input channels in use, and its commands.
+
+    `first` is the index of its first INPUT symbol; `commands` maps a channel and a component
+    (from 1) to a value.
+    """
 
     item: syntax.Device
     first: int
@@ -35,7 +39,10 @@ class Device:
 
 @dataclass(slots=True, eq=False)
 class Scene:
-    """The chosen scene: its model, its statements, and the environment they are written in."""
+    """The chosen scene: its model, its statements and their environment.
+
+    `implicit` is True for a file without scenes, in which all states are observed.
+    """
 
     name: str
     model: Declared[syntax.Model]
@@ -45,24 +52,24 @@ class Scene:
     implicit: bool
     devices: dict[str, Device] = field(default_factory=dict)
 
-    def every(self, kind: type[Item]) -> Iterator[Item]:
-        """The statements of one kind, in order."""
+    def statements(self, kind: type[Item]) -> Iterator[Item]:
+        """The statements of one kind, in source order."""
         return (item for item in self.items if isinstance(item, kind))
 
 
 def stands_alone(package: Package) -> bool:
-    """Whether a file can be compiled as it is: it has a scene, or a model that lacks nothing.
+    """Whether a file can be compiled by itself: it has a scene, or its last model is complete.
 
-    A file of library parts does not: its models have ports to bond and values to be given.
+    A file of library parts cannot: its models have ports to bond and values to be supplied.
     """
     root = package.root
-    if root.scenes or not root.file.declarations:  # an empty file is no library either
+    if root.scenes or not root.file.declarations:  # an empty file is not a library
         return True
-    return bool(root.own_models) and not _lacks(root.own_models[-1], frozenset())
+    return bool(root.own_models) and not _is_incomplete(root.own_models[-1], frozenset())
 
 
-def _lacks(model: Declared[syntax.Model], given: frozenset[str]) -> bool:
-    """Whether a model has ports, dimensions or values that someone else has to fill."""
+def _is_incomplete(model: Declared[syntax.Model], given: frozenset[str]) -> bool:
+    """Whether a model has ports, or dimensions or values without a default."""
     if any(formal.default is None for formal in model.syntax.formals):
         return True
     for item in model.syntax.items:
@@ -75,11 +82,11 @@ def _lacks(model: Declared[syntax.Model], given: frozenset[str]) -> bool:
     above = model.module.models.get(base.name) if base else None
     if base is None or above is None or above.syntax.interface:
         return False
-    return _lacks(above, given | {a.name for a in base.arguments if a.name is not None})
+    return _is_incomplete(above, given | {a.name for a in base.arguments if a.name is not None})
 
 
 def choose_scene(package: Package, name: str | None) -> Scene:
-    """The scene of that name, the file's first, or an implicit one of its last model."""
+    """Choose the scene of a name, else the file's first, else an implicit one of its last model."""
     module = package.root
     found = module.scenes
     if name is not None:
@@ -107,7 +114,7 @@ def choose_scene(package: Package, name: str | None) -> Scene:
 def constant_of(
     world: World, scene: Scene, expr: syntax.Expr, what: str, unit: Dimension | None
 ) -> float:
-    """A number known at compile time, in SI units, of the kind asked for."""
+    """Evaluate a compile-time number in SI units; BgError for a unit other than `unit`."""
     value = world.evaluate(expr, scene.env)
     found = value.unit
     if unit is not None and found is not None and found != unit:

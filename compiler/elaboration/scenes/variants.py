@@ -1,8 +1,7 @@
-"""Lines that make another scene of one, and what could stand in its slots instead.
+"""Changes of a scene, and the alternative models for its slots.
 
-Nothing here knows what the models are. A model may stand in a slot if it is (by `is`) what the
-slot asks for, and is visible where the scene is written; whether it can stand there as it is,
-with no more arguments than the slot gives, shows when it is compiled.
+A model is an alternative for a slot if it has the slot's interface (by `is`) and is visible in the
+file of the scene. Compiling the changed scene shows if the model needs further arguments.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from bgc.resolution.modules import Declared, Package, fitting_models
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """One line of a scene: `use name = value;`, or `set name = value;` where it is no slot's."""
+    """A statement added to a scene: `use name = value;`, or with `is_use` False `set ..`."""
 
     name: str
     value: str
@@ -26,11 +25,11 @@ class Change:
 
     @property
     def statement(self) -> str:
-        """The line that a scene would say."""
+        """The text of the statement."""
         return f"{'use' if self.is_use else 'set'} {self.name} = {self.value};"
 
     def excludes(self, other: Change) -> bool:
-        """Whether both cannot be made: of the same, or of what is in the slot that one fills."""
+        """Whether both changes have one target, or one fills the slot that contains the other."""
         return (
             self.name == other.name
             or (self.is_use and other.name.startswith(f"{self.name}."))
@@ -39,7 +38,7 @@ class Change:
 
 
 def with_changes(options: Options, changes: Iterable[Change]) -> Options:
-    """The options with the changes made."""
+    """The options with the changes added."""
     made = tuple(changes)
     uses = tuple((change.name, change.value) for change in made if change.is_use)
     sets = tuple((change.name, change.value) for change in made if not change.is_use)
@@ -47,7 +46,7 @@ def with_changes(options: Options, changes: Iterable[Change]) -> Options:
 
 
 def variants_of(package: Package, graph: FlatGraph) -> tuple[Change, ...]:
-    """All other models for each slot, slots as they are in the model, models by name."""
+    """All alternative models for each slot: slots in order of the model, models by name."""
     models = package.root.models
     found: list[Change] = []
     for slot in graph.slots:
@@ -62,7 +61,7 @@ def variants_of(package: Package, graph: FlatGraph) -> tuple[Change, ...]:
 
 
 def _as_type(slot: Slot, model: Declared[syntax.Model]) -> str | None:
-    """The model as a type with the slot's dimensions, or its own; None if they do not fit."""
+    """The model as a type with the slot's dimensions or its defaults; None if neither fits."""
     formals = model.syntax.formals
     if slot.dims and len(formals) == len(slot.dims):
         return f"{model.syntax.name}[{', '.join(map(str, slot.dims))}]"
