@@ -1,1 +1,1 @@
-"""From a file to all files it imports and the names that each of them sees."""
+"""Read a file with its imports, and resolve the names that are visible in each."""

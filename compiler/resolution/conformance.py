@@ -1,4 +1,4 @@
-"""Whether models have what the interfaces list that they are declared to be."""
+"""Check that a model declares all items of its interfaces."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ _READABLE = {"output", "signal", "let", "state", "param", "const", "unknown"}
 
 
 def check_conformance(declared: Declared[syntax.Model], report: Report) -> None:
-    """Report each item of an interface that the model, or what it extends, does not declare.
+    """Report each item of an interface that neither the model nor its base models declare.
 
-    Both branches of an `if` count: which one is taken is not known before the model is used.
+    Items in both branches of an `if` count, since the condition is known only in a scene.
     """
     model = declared.syntax
-    line = list(ancestors(declared))
+    lineage = list(ancestors(declared))
     if model.interface:
         return
-    items = [i for d in line if not d.syntax.interface for i in flatten(d.syntax.items)]
+    items = [i for d in lineage if not d.syntax.interface for i in flatten(d.syntax.items)]
     members = {i.name: i for i in items if isinstance(i, syntax.Value | syntax.Port | syntax.Part)}
-    for interface in (d.syntax for d in line if d.syntax.interface):
+    for interface in (d.syntax for d in lineage if d.syntax.interface):
         for item in interface.items:
             if not isinstance(item, syntax.Value | syntax.Port | syntax.Part):
                 continue
@@ -41,7 +41,7 @@ def check_conformance(declared: Declared[syntax.Model], report: Report) -> None:
 
 
 def _missing(item: syntax.Value | syntax.Port | syntax.Part, member: syntax.Item | None) -> str:
-    """What is missing where `member` stands for an interface's item, in words; empty if nothing."""
+    """Describe the mismatch of a member with an interface's item; empty if it conforms."""
     match item:
         case syntax.Value():
             kind = member.kind if isinstance(member, syntax.Value) else ""
@@ -60,7 +60,7 @@ def _missing(item: syntax.Value | syntax.Port | syntax.Part, member: syntax.Item
 
 
 def _same_kind(wanted: str | None, given: str | None) -> bool:
-    """Whether two units as written are of one kind; what is not written, or no unit, may be."""
+    """Whether two units have one dimension; an absent or unknown unit matches any."""
     one = parse_unit(wanted) if wanted else None
     two = parse_unit(given) if given else None
     return one is None or two is None or one.dimension == two.dimension

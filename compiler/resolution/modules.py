@@ -1,4 +1,4 @@
-"""Files and the names they see: what reading a package makes, and elaboration works on."""
+"""A package: files with the names visible in each, as elaboration expects them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ D = TypeVar("D", bound=syntax.Declaration)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Declared(Generic[D]):
-    """A declaration, and the file whose names it was written with."""
+    """A declaration and the file in which its names are resolved."""
 
     syntax: D
     module: Module
@@ -28,7 +28,7 @@ class Declared(Generic[D]):
 
 @dataclass(slots=True, eq=False)
 class Module:
-    """One file and the names it sees: its own and those of all it imports.
+    """A file and the names visible in it: its own and those of all its imports.
 
     Types (models, interfaces, domains) and values (constants, functions) are two namespaces.
     """
@@ -40,17 +40,17 @@ class Module:
     functions: dict[str, Declared[syntax.Function]] = field(default_factory=dict)
 
     def tables(self) -> tuple[dict[str, Declared[syntax.Declaration]], ...]:
-        """The tables of names, in an order that is the same for every module."""
+        """The tables of names, in the same order for every module."""
         return (self.models, self.domains, self.constants, self.functions)  # type: ignore[return-value]
 
     @property
     def scenes(self) -> tuple[syntax.Scene, ...]:
-        """The file's own scenes; those of imported files are not seen."""
+        """The scenes of the file itself; those of imported files are not visible."""
         return tuple(d for d in self.file.declarations if isinstance(d, syntax.Scene))
 
     @property
     def own_models(self) -> tuple[Declared[syntax.Model], ...]:
-        """The models declared in this very file, interfaces left out."""
+        """The models declared in the file itself, without interfaces."""
         return tuple(
             self.models[d.name]
             for d in self.file.declarations
@@ -60,7 +60,7 @@ class Module:
 
 @dataclass(frozen=True, slots=True)
 class LoadedFile:
-    """A file that was read: its place, None for a text given as such, and what it held."""
+    """A file that was read; `path` is None for a text that is not in a file."""
 
     path: Path | None
     source: Source
@@ -68,7 +68,7 @@ class LoadedFile:
 
 @dataclass(frozen=True, slots=True)
 class Package:
-    """A file with all it imports. `files` lists every file read, the root last."""
+    """A file with all its imports. `files` lists every file read, the root last."""
 
     root: Module
     modules: tuple[Module, ...]
@@ -87,7 +87,7 @@ class Package:
 
 
 def flatten(items: tuple[syntax.Item, ...]) -> Iterator[syntax.Item]:
-    """All items, those within `for` and both branches of `if` too."""
+    """All items, including those within `for` and both branches of `if`."""
     for item in items:
         yield item
         match item:
@@ -101,7 +101,7 @@ def flatten(items: tuple[syntax.Item, ...]) -> Iterator[syntax.Item]:
 
 
 def ancestors(declared: Declared[syntax.Model]) -> Iterator[Declared[syntax.Model]]:
-    """The model, what it `is`, what that is, and so on."""
+    """The model, followed by its base models and interfaces, nearest first."""
     yield declared
     while (base := declared.syntax.base) is not None:
         declared = declared.module.models[base.name]
@@ -111,7 +111,7 @@ def ancestors(declared: Declared[syntax.Model]) -> Iterator[Declared[syntax.Mode
 def fitting_models(
     interface: syntax.Model, seen: Mapping[str, Declared[syntax.Model]]
 ) -> list[str]:
-    """The names of the visible models that are the interface, sorted."""
+    """The names of the visible models that implement the interface, sorted."""
     return sorted(
         name
         for name, declared in seen.items()

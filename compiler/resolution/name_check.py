@@ -1,7 +1,7 @@
-"""Whether every plain name in the models of a file is declared, used or not.
+"""Check that every plain name in the models of a file is declared.
 
-What a path leads to behind its first name depends on what fills the slots, and is only known
-when a scene is elaborated.
+Of a path only the first name is checked: the others depend on the models that fill the slots, which
+are known when a scene is elaborated.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _LAW_VARIABLES = {"e", "f", "p", "q", "e1", "f1", "e2", "f2", "H"}
 
 
 def check_names(declared: Declared[syntax.Model], report: Report) -> None:
-    """Report each name and each function that the model uses and nothing declares."""
+    """Report each undeclared name and function in a model."""
     members = set(_ALWAYS)
     for ancestor in ancestors(declared):
         members.update(formal.name for formal in ancestor.syntax.formals)
@@ -91,7 +91,7 @@ class _Checker:
             self._argument(argument.value, seen)
 
     def _argument(self, value: syntax.Expr, seen: set[str]) -> None:
-        """An argument may be a type that fills a slot: `Rigid`, `Rigid[5]`, `Rigid(k = 3)`."""
+        """Check an argument: an expression, or a type for a slot (`Rigid[5]`, `Rigid(k = 3)`)."""
         match value:
             case syntax.TypeUse():
                 self.type_use(value, seen)
@@ -113,7 +113,7 @@ class _Checker:
 
     def expression(self, expr: syntax.Expr | syntax.Range, seen: set[str]) -> None:
         if self._report.is_full:
-            return  # to look for names that are near takes time
+            return  # further errors are not shown, and finding similar names is slow
         match expr:
             case syntax.Name():
                 if expr.name not in seen and expr.name not in self._module.constants:

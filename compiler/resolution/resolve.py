@@ -1,4 +1,4 @@
-"""From the path of a `.bg` file to all files it needs and the names that each of them sees."""
+"""Read a `.bg` file with all its imports, and resolve the names visible in each file."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ __all__ = ["Package", "library_folder", "library_modules", "load", "load_text"]
 
 
 def load(path: Path) -> Package:
-    """Read a file and all it imports; BgError lists every mistake in all of them."""
+    """Read a file with all its imports; BgError lists all errors in them."""
     return _load_root(read_source(path), path)
 
 
 def load_text(text: str, name: str = "<text>") -> Package:
-    """The same for a text; files that it imports are taken from the working folder."""
+    """Read a text with all its imports, which are relative to the working folder."""
     return _load_root(Source(name, text), None)
 
 
 def library_folder() -> Path:
-    """Where the `.bg` files of the installed library are."""
+    """The folder of the installed library's `.bg` files."""
     return Path(str(resources.files("bgc.library")))
 
 
@@ -75,9 +75,9 @@ class _Loader:
         self._open.append((key, source.name))
         for item in file.imports:
             with self.report.collecting():
-                imported = self._follow(item, source, path)
+                imported = self._import(item, source, path)
                 if imported is not None:
-                    self._share(imported, module, item.span)
+                    self._merge_names(imported, module, item.span)
         self._open.pop()
         self._declare(module)
         self.files.append(LoadedFile(path, source))
@@ -85,7 +85,7 @@ class _Loader:
             self.modules[key] = module
         return module
 
-    def _follow(self, item: syntax.Import, source: Source, path: Path | None) -> Module | None:
+    def _import(self, item: syntax.Import, source: Source, path: Path | None) -> Module | None:
         target, name = self._locate(item, source, path)
         if target is None:
             return None
@@ -94,8 +94,8 @@ class _Loader:
             return self.modules[key]
         opened = [k for k, _ in self._open]
         if key in opened:
-            circle = [n for _, n in self._open[opened.index(key) :]]
-            self.report.add(imports.import_cycle(item.span, [*circle, circle[0]]))
+            cycle = [n for _, n in self._open[opened.index(key) :]]
+            self.report.add(imports.import_cycle(item.span, [*cycle, cycle[0]]))
             return None
         read = read_source(target)
         return self.read(Source(name, read.text), target, key)
@@ -103,7 +103,7 @@ class _Loader:
     def _locate(
         self, item: syntax.Import, source: Source, path: Path | None
     ) -> tuple[Path | None, str]:
-        """The imported file and its name for messages; None, reported, if it is not there."""
+        """The imported file and its name for messages; None, with a report, if it is missing."""
         match item:
             case syntax.ImportFile():
                 folder = path.parent if path else Path()
@@ -124,8 +124,8 @@ class _Loader:
 
     # --- names ----------------------------------------------------------------------
 
-    def _share(self, imported: Module, module: Module, span: Span) -> None:
-        """Make all that the imported file sees visible in the importing one."""
+    def _merge_names(self, imported: Module, module: Module, span: Span) -> None:
+        """Make all names visible in the imported file visible in the importing one."""
         for theirs, ours in zip(imported.tables(), module.tables(), strict=True):
             for name, declared in theirs.items():
                 present = ours.setdefault(name, declared)
@@ -169,7 +169,7 @@ class _Loader:
 
 
 def _is_file(path: Path) -> bool:
-    """Whether there is such a file; a path that the system refuses names none."""
+    """Whether a path names a file; False for a path that the system rejects."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -184,7 +184,7 @@ def _name_span(declaration: syntax.Declaration) -> Span:
 
 
 def _check_types(module: Module, report: Report) -> None:
-    """Report every type name of the file's own declarations that names nothing."""
+    """Report every undeclared type name in the file's own declarations."""
     for declaration in module.file.declarations:
         match declaration:
             case syntax.Model():
@@ -198,7 +198,7 @@ def _check_types(module: Module, report: Report) -> None:
 def _check_model(model: syntax.Model, module: Module, report: Report) -> None:
     declared = module.models.get(model.name)
     if declared is None or declared.syntax is not model:
-        return  # a duplicate, reported as such
+        return  # reported as a duplicate
     if model.base is not None:
         base = model.base
         if base.name not in module.models:
@@ -223,23 +223,23 @@ def _check_model(model: syntax.Model, module: Module, report: Report) -> None:
 
 
 def _check_ancestry(declared: Declared[syntax.Model], report: Report) -> None:
-    """Report a model that reaches itself by `is`."""
-    line = [declared]
-    while (base := line[-1].syntax.base) is not None:
-        parent = line[-1].module.models.get(base.name)
+    """Report a model that is its own ancestor by `is`."""
+    lineage = [declared]
+    while (base := lineage[-1].syntax.base) is not None:
+        parent = lineage[-1].module.models.get(base.name)
         if parent is None:
             return
         if parent.syntax is declared.syntax:
-            places = [d.syntax.name_span for d in line if d.module is declared.module]
+            places = [d.syntax.name_span for d in lineage if d.module is declared.module]
             if declared.syntax.name_span.start > min(place.start for place in places):
-                return  # reported where the circle is first written
-            cycle = [*(d.syntax.name for d in line), declared.syntax.name]
+                return  # reported where the cycle is first written
+            cycle = [*(d.syntax.name for d in lineage), declared.syntax.name]
             assert declared.syntax.base is not None
             report.add(names.inheritance_cycle(declared.syntax.base.name_span, cycle))
             return
-        if any(parent.syntax is d.syntax for d in line):
-            return  # a circle further up, reported there
-        line.append(parent)
+        if any(parent.syntax is d.syntax for d in lineage):
+            return  # a cycle among its ancestors, which is reported there
+        lineage.append(parent)
 
 
 def _check_root(use: syntax.TypeUse, module: Module, report: Report) -> None:
@@ -258,7 +258,7 @@ def _check_root(use: syntax.TypeUse, module: Module, report: Report) -> None:
 
 
 def check_type(use: syntax.TypeUse, module: Module, report: Report) -> bool:
-    """Whether the type of a part is declared; reported if not."""
+    """Whether the type of a part is declared; an undeclared type is reported."""
     if use.name in module.models or use.name in ELEMENTS:
         return True
     if use.name in module.domains:
@@ -271,7 +271,7 @@ def check_type(use: syntax.TypeUse, module: Module, report: Report) -> bool:
 
 
 def _home_in_library(name: str) -> str | None:
-    """The module of the library that declares a model or interface, for the way out."""
+    """The library module that declares a model or interface, for the help of a message."""
     declaration = re.compile(rf"^(?:model|interface) {re.escape(name)}\b", re.MULTILINE)
     for module in library_modules():
         path = library_folder().joinpath(*module.split(".")).with_suffix(".bg")
