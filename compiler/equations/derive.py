@@ -87,7 +87,7 @@ def derive_equations(causal: CausalGraph) -> Program:
         dropped=(),
         kept=graph.kept,
         loops=tuple(resolver.loops),
-        yielded=tuple(dict.fromkeys(variables.yielded)),
+        ignored_defaults=tuple(dict.fromkeys(variables.ignored_defaults)),
     )
     program = settle_motions(program, variables, resolver, numbers)
     program = with_start_values(program, range(len(states) - len(resolver.algebraic), len(states)))

@@ -1,1 +1,1 @@
-"""Intermediate representations: the immutable results that the passes hand on."""
+"""Intermediate representations: the immutable results that one pass hands to the next."""

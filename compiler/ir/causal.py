@@ -1,17 +1,17 @@
-"""The causal graph: which flows are independent, what each bond's variables follow from.
+"""The causal graph: the independent flows, and the dependence of all other variables on them.
 
 Duality
 -------
-Gyrators are removed before anything else; the pieces that are left are regions, and the bonds
-of some regions are *dualised*: effort and flow change names there (J0 <-> J1, C <-> I,
-Se <-> Sf), which turns a gyrator between two differently coloured regions into a transformer.
-In this module every bond therefore has a *through* variable (its flow; its effort where
-`dual`) and an *across* variable (the other one), and one matrix serves both:
+Without its gyrators the graph falls into regions. The bonds of some regions are *dualised*:
+effort and flow exchange roles there (J0 <-> J1, C <-> I, Se <-> Sf), which makes a gyrator between
+a dual and a primal region a transformer. In this module every bond therefore has a *through*
+variable (its flow; its effort where `dual`) and an *across* variable (the other one), and one
+matrix relates both:
 
     through = N u  (u: the independent through variables),    N' across = 0.
 
-A port's own sense is that of power into its element: `through` times `turn_through(port)` and
-`across` times `turn_across(port)`, each +1 or -1.
+In the sense of an element, in which power into it is positive, the variables of a port are
+`through` times `through_sign` and `across` times `across_sign`, each +1 or -1.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from bgc.ir.program import PositiveParameter
 
 
 class Role(Enum):
-    """What an element's port is in the terms of its region (its dual name where dualised)."""
+    """The role of an element's port in its region; in a dual region that of the dual element."""
 
     FLOW_SOURCE = "flow source"  # gives the through variable
     EFFORT_SOURCE = "effort source"  # gives the across variable
@@ -37,9 +37,9 @@ class Role(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ElementPort:
-    """A port of an element that stores, dissipates or drives.
+    """A port of a storage element, resistor, source or gyrator.
 
-    `position` counts the element's ports; a gyrator's ports 2 follow its ports 1.
+    `position` numbers the element's ports; a gyrator's ports 2 follow its ports 1.
     """
 
     element: int
@@ -50,19 +50,19 @@ class ElementPort:
     role: Role
 
     @property
-    def turn_through(self) -> int:
-        """Through variable in the element's sense = this times the bond's."""
+    def through_sign(self) -> int:
+        """The factor from the bond's through variable to that in the element's sense."""
         return 1 if self.dual else self.sign
 
     @property
-    def turn_across(self) -> int:
-        """Across variable in the element's sense = this times the bond's."""
+    def across_sign(self) -> int:
+        """The factor from the bond's across variable to that in the element's sense."""
         return self.sign if self.dual else 1
 
 
 @dataclass(frozen=True, slots=True)
 class BondClass:
-    """Bonds that share one through variable, and the element ports on them."""
+    """Bonds with one common through variable, and the element ports on them."""
 
     bonds: tuple[int, ...]
     ports: tuple[int, ...]  # indices of CausalGraph.ports
@@ -70,7 +70,7 @@ class BondClass:
 
 @dataclass(frozen=True, slots=True)
 class RowEnd:
-    """Where a row meets a bond: the coefficient there, and the sign of the port."""
+    """A bond in a row: its coefficient, and the sign of the port."""
 
     bond: int
     sign: int
@@ -79,7 +79,7 @@ class RowEnd:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """`sum coefficient * through = 0`, which a junction or a transformer demands.
+    """A constraint `sum coefficient * through = 0` of a junction or transformer.
 
     Its multiplier l gives the across variable at its ends: `sign * coefficient * l`.
     """
@@ -90,11 +90,11 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One elimination: `working` says what `dependent` is in terms of other classes.
+    """One elimination step: class `dependent` expressed by other classes.
 
-    `working` is what is left of row `row` after the earlier steps; its entry at `dependent` is
-    certain never to vanish. `factors[k] = (r, f)`: f times the working row of row r was taken
-    from it before, so the row itself is `working + sum f * working_r`.
+    `working` is row `row` reduced by the earlier steps; its entry at `dependent`, the pivot, is
+    provably nonzero. `factors[k] = (r, f)`: f times the working row of row r was subtracted, so
+    the original row is `working + sum f * working_r`.
     """
 
     row: int
@@ -104,7 +104,7 @@ class Step:
 
 
 class BasisKind(Enum):
-    """What an independent through variable is determined by."""
+    """The kind of port that determines an independent through variable."""
 
     FLOW_SOURCE = "flow source"
     INERTIA = "inertia"
@@ -115,14 +115,14 @@ class BasisKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Basis:
-    """An independent class and what determines it."""
+    """An independent class and the kind of port that determines it."""
 
     bond_class: int
     kind: BasisKind
 
 
 class Rule(Enum):
-    """Why a stroke is where it is, in the terms of the sequential assignment (SCAP)."""
+    """The rule of the sequential causality assignment procedure (SCAP) that placed a stroke."""
 
     FIXED = "fixed"
     PREFERRED = "preferred"
@@ -133,7 +133,7 @@ class Rule(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Stroke:
-    """The causal stroke of a bond: the end that is given the effort and gives the flow."""
+    """The causal stroke of a bond, at the end where the effort is imposed."""
 
     at_head: bool
     rule: Rule
@@ -142,19 +142,19 @@ class Stroke:
 
 @dataclass(frozen=True, slots=True)
 class CausalGraph:
-    """A flat graph with its independent flows, and how everything else follows from them."""
+    """A flat graph with its independent through variables and the causality of its bonds."""
 
     graph: FlatGraph
     fingerprints: Fingerprints
-    dual: tuple[bool, ...]  # of each bond
+    dual: tuple[bool, ...]  # for each bond
     ports: tuple[ElementPort, ...]
     classes: tuple[BondClass, ...]
-    class_of: tuple[int, ...]  # of each bond
+    class_of: tuple[int, ...]  # for each bond
     rows: tuple[Row, ...]
     steps: tuple[Step, ...]
-    redundant: frozenset[int]  # rows that repeat each other: their multipliers are indeterminate
+    redundant: frozenset[int]  # linearly dependent rows, whose multipliers are indeterminate
     basis: tuple[Basis, ...]
-    flows: tuple[tuple[tuple[int, Node], ...], ...]  # of each class: (index in basis, entry of N)
-    strokes: tuple[Stroke, ...]  # of each bond
+    flows: tuple[tuple[tuple[int, Node], ...], ...]  # for each class: (index in basis, entry of N)
+    strokes: tuple[Stroke, ...]  # for each bond
     positive: tuple[PositiveParameter, ...]
     warnings: tuple[Diagnostic, ...]

@@ -1,4 +1,4 @@
-"""The values that parameters have when nobody sets them."""
+"""Evaluate the defaults of parameters."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bgc.ir.graph import Parameter
 
 
 def default_values(dag: Dag, parameters: Iterable[Parameter]) -> dict[Symbol, float]:
-    """The default of each parameter as a number; a default may hold other parameters."""
+    """The default of each parameter as a number; a default may depend on other parameters."""
     values: dict[Symbol, float] = {}
     waiting = {Symbol(Kind.PARAM, p.index): p.value for p in parameters}
     needs = {

@@ -1,15 +1,15 @@
-"""The flat bond graph: scalar bonds between elements, every law in the nodes of one DAG.
+"""The flat bond graph: scalar bonds between elements, with all laws as nodes of one DAG.
 
-What elaboration makes and causality reads. No models, slots, widths or units of expressions
-are left; what remains of them are names, spans and units for messages and tables.
+It is the result of elaboration. Models, slots, widths and units of expressions are resolved;
+names, spans and units remain for messages and tables.
 
 Conventions
 -----------
 A bond's effort and flow are positive when power runs along its half arrow, tail to head.
 A port's `sign` is +1 where the half arrow points into the element, -1 where it points out.
-Of C, I and R the language only allows +1; the passes after elaboration accept both.
-TF: port sets 1 (power in) and 2 (power out): `f2 = m f1`, `e1 = m' e2` for an n2 x n1 matrix m.
-GY: `e1 = r' f2`, `e2 = r f1` for an n2 x n1 matrix r.
+The language permits only +1 for C, I and R; the passes after elaboration accept both.
+TF: ports 1 (power in) and ports 2 (power out): `f2 = m f1`, `e1 = m' e2`, m an n2 x n1 matrix.
+GY: `e1 = r' f2`, `e2 = r f1`, r an n2 x n1 matrix.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from bgc.diagnostics.source import Span
 
 @dataclass(frozen=True, slots=True)
 class Bond:
-    """A scalar bond. `wide` names the bond it is component `component` (from 1) of.
+    """A scalar bond: component `component` (from 1) of the bond named `wide`, of `width`.
 
     `power` is False in pseudo domains, whose effort times flow is not a power.
     """
@@ -44,24 +44,23 @@ class Bond:
 
     @property
     def name(self) -> str:
-        """`base -> hub`, or `base -> hub [3]` of a wide bond."""
+        """`base -> hub`, or `base -> hub [3]` in a wide bond."""
         return self.wide if self.width == 1 else f"{self.wide} [{self.component}]"
 
 
 @dataclass(frozen=True, slots=True)
 class Port:
-    """Where a bond meets an element: the bond, and +1 where its arrow points in."""
+    """One end of a bond at an element; `sign` is +1 where the half arrow points in, else -1."""
 
     bond: int
     sign: int
 
 
 class Form(Enum):
-    """Which way round a law is written.
+    """The variable on the left side of a law.
 
-    EFFORT: efforts in terms of the other variable: C `e = K q`, R `e = R f`.
-    FLOW: flows in terms of it: I `f = W p`, R `f = G e`.
-    DISPLACEMENT: `q = C e`.  MOMENTUM: `p = M f`.
+    EFFORT: C `e = K q`, R `e = R f`.  FLOW: I `f = W p`, R `f = G e`.
+    DISPLACEMENT: C `q = C e`.  MOMENTUM: I `p = M f`.
     """
 
     EFFORT = "effort"
@@ -72,7 +71,7 @@ class Form(Enum):
 
 @dataclass(frozen=True, slots=True)
 class LinearLaw:
-    """`left = matrix * right`, the two named by the form and the element's kind."""
+    """A law `left = matrix * right`; the form and the element's kind determine the variables."""
 
     form: Form
     matrix: Matrix
@@ -80,11 +79,11 @@ class LinearLaw:
 
 @dataclass(frozen=True, slots=True)
 class ExplicitLaw:
-    """One node a port for the variable that `form` names, in the law's other variable.
+    """A nonlinear law: one node per port for the variable of `form`.
 
-    Of C: form EFFORT, nodes in DISPLACEMENT symbols. Of I: form FLOW, nodes in MOMENTUM
-    symbols. Of R: form EFFORT with nodes in FLOW symbols of its bonds, or FLOW with EFFORT
-    symbols. Symbols of its own bonds are taken in the element's sense (into the element).
+    C: form EFFORT, nodes in DISPLACEMENT symbols. I: form FLOW, nodes in MOMENTUM symbols.
+    R: form EFFORT with nodes in FLOW symbols of its bonds, or FLOW with EFFORT symbols. Symbols of
+    the element's own bonds are taken in the element's sense (positive into the element).
     """
 
     form: Form
@@ -93,7 +92,7 @@ class ExplicitLaw:
 
 @dataclass(frozen=True, slots=True)
 class EnergyLaw:
-    """`H` in DISPLACEMENT (C), MOMENTUM (I) or both kinds of symbols (IC)."""
+    """The energy `H` in DISPLACEMENT (C), MOMENTUM (I) or both kinds of symbols (IC)."""
 
     energy: Node
 
@@ -103,7 +102,7 @@ Law: TypeAlias = LinearLaw | ExplicitLaw | EnergyLaw
 
 @dataclass(frozen=True, slots=True)
 class Junction:
-    """A scalar J0 (common effort) or J1 (common flow), component of a wide one or alone."""
+    """A scalar J0 (common effort) or J1 (common flow), possibly a component of a wide one."""
 
     name: str
     kind: str  # "J0" or "J1"
@@ -115,7 +114,7 @@ class Junction:
 class Source:
     """Se or Sf: sets its bond's effort or flow, in the bond's own sense, to `value`.
 
-    (`Se(e = 5 V)` drives 5 V whichever way its arrow points.)
+    `Se(e = 5 V)` imposes 5 V for either direction of its half arrow.
     """
 
     name: str
@@ -127,25 +126,25 @@ class Source:
 
 @dataclass(frozen=True, slots=True)
 class Initial:
-    """A given initial value of one storage port: `variable` is `q`, `p`, `e` or `f`.
+    """An initial value of one storage port: `variable` is `q`, `p`, `e` or `f`.
 
-    `yields` tells a zero that nobody chose: the default of a part's parameter or input, left
-    alone. It holds as long as it contradicts nothing else.
+    `is_default` marks a zero that is the default of a part's parameter or input. It is ignored
+    where it contradicts other initial values.
     """
 
-    port: int  # which port of the element
+    port: int  # position among the element's ports
     variable: str
     value: Node
     span: Span
-    yields: bool = False
+    is_default: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Storage:
-    """C, I or IC, of any number of ports.
+    """C, I or IC with any number of ports.
 
-    `first_state` is the index of port 0 among the DISPLACEMENT (C), MOMENTUM (I) symbols;
-    port k has `first_state + k`. An IC port has both symbols, at the same index.
+    Port k has the DISPLACEMENT (C) or MOMENTUM (I) symbol `first_state + k`; an IC port has both,
+    with the same index.
     """
 
     name: str
@@ -159,7 +158,7 @@ class Storage:
 
 @dataclass(frozen=True, slots=True)
 class Resistor:
-    """R of any number of ports."""
+    """R with any number of ports."""
 
     name: str
     ports: tuple[Port, ...]
@@ -168,7 +167,7 @@ class Resistor:
 
     @property
     def kind(self) -> str:
-        """Its name in a drawing: R."""
+        """The label in drawings."""
         return "R"
 
 
@@ -176,10 +175,10 @@ class Resistor:
 class Transformer:
     """TF or MTF: `f2 = m f1`, `e1 = m' e2`; ports 1 have sign +1, ports 2 sign -1.
 
-    `given` says which equation the user wrote: `matrix` is m for "f2" and "e1" (already
-    transposed), and the matrix of `f1 = w f2`, `e2 = w' e1` for "f1" and "e2", in which case
-    `matrix` is n1 x n2. A non-square matrix so fixes the causality. `inverse` is the matrix
-    the other way round where it is known (a rotation's transpose), else None.
+    `given` is the left side of the user's equation. For "f2" and "e1" `matrix` is m (n2 x n1);
+    for "f1" and "e2" it is the matrix w (n1 x n2) of `f1 = w f2`, `e2 = w' e1`. A non-square
+    matrix thereby determines the causality. `inverse` is the matrix of the opposite direction if
+    the user gives it (for a rotation the transpose), else None.
     """
 
     name: str
@@ -192,7 +191,7 @@ class Transformer:
 
     @property
     def kind(self) -> str:
-        """Its name in a drawing: TF, also of an MTF."""
+        """The label in drawings, also for an MTF."""
         return "TF"
 
 
@@ -208,7 +207,7 @@ class Gyrator:
 
     @property
     def kind(self) -> str:
-        """Its name in a drawing: GY, also of an MGY."""
+        """The label in drawings, also for an MGY."""
         return "GY"
 
 
@@ -223,7 +222,7 @@ class Gyristor:
 
     @property
     def kind(self) -> str:
-        """Its name in a drawing: GY: an MGY on one side."""
+        """The label in drawings."""
         return "GY"
 
 
@@ -243,12 +242,12 @@ def ports_of(element: Element) -> tuple[Port, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A run-time parameter, SI value. `index` is that of its PARAM symbol.
+    """A run-time parameter in SI units. `index` is that of its PARAM symbol.
 
-    `value` is its default, a node in constants and other parameters (recomputed when those
-    change unless it was set itself). `low`, `high` bound it, None where open. `is_own` tells
-    parameters of the scene's own model from those of its parts, `is_set` those which the scene
-    or the command line gives a value.
+    `value` is its default, a node in constants and other parameters; it is recomputed when those
+    change, unless the parameter itself is set. `low` and `high` are its bounds, None without one.
+    `is_own` marks parameters of the scene's own model rather than its parts, `is_set` those that
+    the scene or the command line sets.
     """
 
     index: int
@@ -264,20 +263,20 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """A declared state, one component. `derivative` is None when only equations hold it."""
+    """A component of a declared state; `derivative` is None where equations determine it."""
 
     index: int
     name: str
     unit: str
     initial: Node
     derivative: Node | None
-    projection: Node | None  # what it is set to after each completed step
+    projection: Node | None  # the value to which each completed step projects it
     span: Span
 
 
 @dataclass(frozen=True, slots=True)
 class Unknown:
-    """A declared unknown, one component, with the value the solution is searched from."""
+    """A component of a declared unknown; `start` is the initial guess of its solution."""
 
     index: int
     name: str
@@ -288,7 +287,7 @@ class Unknown:
 
 @dataclass(frozen=True, slots=True)
 class Equation:
-    """`residual = 0`, which may hold UNKNOWN and RATE symbols."""
+    """An equation `residual = 0`, which may contain UNKNOWN and RATE symbols."""
 
     residual: Node
     span: Span
@@ -296,7 +295,7 @@ class Equation:
 
 @dataclass(frozen=True, slots=True)
 class Guard:
-    """A condition that must stay nonzero (true); the run ends with the message otherwise."""
+    """A condition that must remain nonzero (true); otherwise the run ends with the message."""
 
     condition: Node
     message: str
@@ -305,7 +304,7 @@ class Guard:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """One scalar output: `name` as the header prints it (`tip[1]`), in SI units."""
+    """A scalar output in SI units, named as in the header of the result (`tip[1]`)."""
 
     name: str
     unit: str
@@ -315,9 +314,9 @@ class Observation:
 
 @dataclass(frozen=True, slots=True)
 class Requirement:
-    """The accuracy asked of an expression, one scalar component.
+    """The required accuracy (`tolerance`, absolute) of one component of an expression.
 
-    `name` is the output that shows it: a column of the scene, or one of its own.
+    `name` is the output that contains it: a column of the scene, or an additional one.
     """
 
     name: str
@@ -331,9 +330,9 @@ class Requirement:
 class DeviceUse:
     """A device of the scene: its name, driver, and the driver's options as text.
 
-    `inputs` and `commands` list the channel components used, components counted from 1:
-    `inputs[k] = (channel, component)` fills INPUT symbol `first_input + k`; `commands[k]` gets
-    node k of `values`.
+    `inputs` and `commands` list the channel components in use, numbered from 1:
+    `inputs[k] = (channel, component)` is INPUT symbol `first_input + k`; `commands[k]` is given
+    by node k of `values`.
     """
 
     name: str
@@ -348,7 +347,7 @@ class DeviceUse:
 
 @dataclass(frozen=True, slots=True)
 class SolverChoice:
-    """`solver name(rtol = ..)`: options as SI numbers. Name `auto` picks by measurement."""
+    """A statement `solver name(rtol = ..)`, options in SI units; `auto` chooses by measurement."""
 
     name: str
     options: tuple[tuple[str, float], ...]
@@ -357,7 +356,7 @@ class SolverChoice:
 
 @dataclass(frozen=True, slots=True)
 class Plot:
-    """A panel of the scene's plot: observed columns against another one, or None: time."""
+    """A panel of the scene's plot: columns over the column `against`; None means over time."""
 
     columns: tuple[str, ...]
     against: str | None
@@ -365,7 +364,7 @@ class Plot:
 
 @dataclass(frozen=True, slots=True)
 class SceneFacts:
-    """What the scene says of the run; None where it says nothing."""
+    """The run of a scene: times in s, None where the scene gives none."""
 
     name: str
     model: str
@@ -380,14 +379,14 @@ class SceneFacts:
 
     @property
     def needed_accounts(self) -> frozenset[str]:
-        """Which of stored, supplied and dissipated are read; the residual takes all three."""
+        """The accounts among stored, supplied, dissipated in use; the residual needs all."""
         basic = {"stored", "supplied", "dissipated"}
         return frozenset(basic if "residual" in self.accounts else basic & set(self.accounts))
 
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A slot of the model: what it asks for, `Lock[5]`, and the model that fills it."""
+    """A slot of the model: its interface and dimensions (`Lock[5]`), and the model that fills it."""
 
     path: str
     interface: str
@@ -397,7 +396,7 @@ class Slot:
 
 @dataclass(frozen=True, slots=True)
 class FlatGraph:
-    """A model ready for causality. `dag` is shared with, and grown by, the later passes."""
+    """A model as causality assignment expects it; later passes add nodes to its `dag`."""
 
     dag: Dag
     scene: SceneFacts
@@ -413,7 +412,7 @@ class FlatGraph:
     devices: tuple[DeviceUse, ...]
     kept: tuple[str, ...]
     warnings: tuple[Diagnostic, ...] = ()
-    varied: int = 0  # INPUT symbols beyond those of the devices, which the caller sets
+    varied: int = 0  # additional INPUT symbols, after those of the devices, set by the caller
     slots: tuple[Slot, ...] = ()
 
 

@@ -1,6 +1,7 @@
-"""Every node that a flat graph holds, and the same graph on other nodes.
+"""List the nodes of a flat graph, and map them to others.
 
-One place knows where a `FlatGraph` keeps nodes, as `program_nodes` does for a `Program`.
+Only this module lists the fields of a `FlatGraph` that contain nodes; `program_nodes` does so for
+a `Program`.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ _New = Callable[[Node], Node]
 
 
 def graph_roots(graph: FlatGraph) -> list[Node]:
-    """All nodes of a graph, in one fixed order; some may be there twice."""
+    """All nodes of a graph, in a fixed order, possibly repeated."""
     roots: list[Node] = []
 
     def note(node: Node) -> Node:
@@ -46,7 +47,7 @@ def graph_roots(graph: FlatGraph) -> list[Node]:
 
 
 def map_graph(graph: FlatGraph, dag: Dag, new: _New) -> FlatGraph:
-    """The graph with every node `n` replaced by `new(n)`, a node of `dag`."""
+    """Replace every node `n` of a graph by `new(n)`, a node of `dag`."""
     return replace(
         graph,
         dag=dag,
@@ -63,7 +64,7 @@ def map_graph(graph: FlatGraph, dag: Dag, new: _New) -> FlatGraph:
 
 
 def law_nodes(law: Law) -> tuple[Node, ...]:
-    """The nodes that a law is made of, in its order."""
+    """The nodes of a law, in order."""
     nodes: list[Node] = []
 
     def note(node: Node) -> Node:

@@ -1,8 +1,7 @@
-"""The lowered program: what each C function of a model has to compute, before any C is written.
+"""The lowered program: the contents of each C function of a model, before C is printed.
 
-Pure data between the passes over the graph and the printer. A kernel is a list of array
-elements and the nodes they get; the iteration matrix of the stiff methods is a plan of which
-entries to compute in which order.
+A kernel is a list of array elements with the nodes assigned to them. The factorisation of the
+iteration matrix is planned symbolically: pivots, fill and order of the operations.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from bgc.ir.program import Program
 
 @dataclass(frozen=True, slots=True)
 class Jacobian:
-    """Stored entries of df/dx, by rows then columns, and df/dt of every row."""
+    """The stored entries of df/dx, sorted by row, then column, and df/dt for every row."""
 
     rows: tuple[int, ...]
     columns: tuple[int, ...]
@@ -27,9 +26,9 @@ class Jacobian:
 
 
 class Reads(Enum):
-    """What a kernel may refer to, which settles the nodes it finds ready.
+    """The arguments from which a kernel computes its nodes.
 
-    PARAMETERS: p alone. HOISTED: everything of parameter level is in h, next to t, x and u.
+    PARAMETERS: p only. HOISTED: t, x, u, and h for the nodes of parameter level.
     """
 
     PARAMETERS = "parameters"
@@ -47,14 +46,14 @@ class Store:
 
 @dataclass(frozen=True, slots=True)
 class Kernel:
-    """One C function `name(inputs, results, w)` that makes all its stores.
+    """A C function `name(inputs, results, w)` that performs the stores.
 
-    The names of its arguments are in the order of the C interface; w is scratch. One that is
-    `in_place` reads the array it writes, and makes all stores after all reads.
+    The argument names are in the order of the C interface; w is scratch memory. An `in_place`
+    kernel reads the array that it writes, and performs all stores after all reads.
     """
 
     name: str
-    purpose: str  # the comment above it
+    purpose: str  # the comment above the C function
     inputs: tuple[str, ...]
     results: tuple[str, ...]
     reads: Reads
@@ -64,11 +63,12 @@ class Kernel:
 
 @dataclass(frozen=True, slots=True)
 class LuPlan:
-    """Pivots and fill of the LU factors of `W = c M - J`, symbolically.
+    """The symbolic LU factorisation of `W = c M - J`: pivots and fill.
 
-    Pivot k is in row `rows[k]` and column `columns[k]` of W. `lower[k]` and `upper[k]` are the
-    pivots (ascending) whose columns hold the entries of row k left and right of its pivot.
-    `operations` counts the multiplications, additions and divisions of one factorisation.
+    Pivot k is in row `rows[k]` and column `columns[k]` of W. Row k of the factors has its entries
+    left of the pivot in the columns of the pivots `lower[k]`, those right of it in the columns of
+    the pivots `upper[k]` (both ascending). `operations` counts the multiplications, additions and
+    divisions of one numerical factorisation.
     """
 
     rows: tuple[int, ...]
@@ -79,28 +79,28 @@ class LuPlan:
 
     @property
     def entries(self) -> int:
-        """Stored entries of both factors, the pivots among them."""
+        """The number of stored entries of both factors, including the pivots."""
         return len(self.rows) + sum(map(len, self.lower)) + sum(map(len, self.upper))
 
 
 @dataclass(frozen=True, slots=True)
 class Switch:
-    """A discontinuous operation whose result, its mode, is held over a step.
+    """A discontinuous operation whose result (its mode) is held constant over a step.
 
-    Mode k is INPUT symbol `program.inputs + k`; where it is a NaN, the operation is made instead.
+    Mode k is INPUT symbol `program.inputs + k`; where it is NaN, the operation is evaluated.
     """
 
     operation: Jump
     argument: Node
-    timed: bool  # no state is in the argument
-    jumps: bool  # False: what it switches is continuous there, for certain
-    place: Span | None  # in the source
-    states: tuple[str, ...]  # names of those in the argument
+    timed: bool  # the argument does not depend on states
+    jumps: bool  # False if the rates are provably continuous at the switch
+    place: Span | None  # of the operation in the source
+    states: tuple[str, ...]  # names of the states in the argument
 
 
 @dataclass(frozen=True, slots=True)
 class Lowered:
-    """All that the printer needs. `hoisted[k]` is the node that h[k] holds."""
+    """A program with its kernels, Jacobian and LU plan; `hoisted[k]` is the node of h[k]."""
 
     program: Program
     switches: tuple[Switch, ...]

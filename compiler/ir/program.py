@@ -1,6 +1,6 @@
-"""The program: assigned state equations, ready to be optimised and emitted.
+"""The program: explicit state equations, ready to be optimised and emitted.
 
-All nodes are in PARAM, TIME, INPUT and STATE symbols only.
+All nodes depend on PARAM, TIME, INPUT and STATE symbols only.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from bgc.ir.graph import DeviceUse, Guard, Node, Observation, Parameter, Require
 class ProgramState:
     """State x[i]: `kind` is `momentum`, `displacement`, `declared` or `algebraic`.
 
-    `scale` weighs its absolute tolerance: 1 in the unit of the state (the momentum of the
-    smallest certain inertia at 1 m/s, a displacement of 1 unit, ...), a node of PARAM level.
-    The row of an `algebraic` state in the mass matrix is zero. `stores` names the elements whose
-    momenta or charges it holds: one, of a merged state several, of any other state none.
+    `scale`, a node of PARAM level, is the natural size of the state, by which its absolute
+    tolerance is multiplied (the momentum of the smallest certain inertia at 1 m/s, a displacement
+    of 1 unit, ...). The row of an `algebraic` state in the mass matrix is zero. `stores` names the
+    elements whose momenta or displacements it holds: one, several for a merged state, else none.
     """
 
     name: str
@@ -44,7 +44,7 @@ class MassEntry:
 
 @dataclass(frozen=True, slots=True)
 class Energy:
-    """The accounts: stored energy now, power supplied by sources, power dissipated, in W."""
+    """The energy accounts: stored energy in J, supplied and dissipated power in W."""
 
     stored: Node
     supplied: Node
@@ -53,7 +53,7 @@ class Energy:
 
 @dataclass(frozen=True, slots=True)
 class PositiveParameter:
-    """A node of PARAM level that was divided by: it must stay positive (or nonzero)."""
+    """A divisor of PARAM level, which must be positive, or nonzero if not `strictly_positive`."""
 
     node: Node
     message: str
@@ -78,10 +78,10 @@ class LoopSolution(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """Variables that depend on each other at one instant.
+    """An algebraic loop: variables that depend on each other at the same instant.
 
-    `bonds` are those it runs through, `elements` those whose laws are in it, and `torn` the
-    variables that are solved for together; all others follow from them one by one.
+    `bonds` are the bonds along the loop, `elements` those with laws in it. `torn` are the tearing
+    variables, which are solved for together; all others follow from them one by one.
     """
 
     bonds: tuple[str, ...]
@@ -93,7 +93,7 @@ class Loop:
 
 
 class Reason(Enum):
-    """Why a state is not in the program."""
+    """The reason why slicing removed a state."""
 
     UNREAD = "nothing that the scene reads depends on it"
     ZERO = "starts at zero and stays there"
@@ -102,7 +102,7 @@ class Reason(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Dropped:
-    """A state that slicing left out."""
+    """A state that slicing removed."""
 
     name: str
     reason: Reason
@@ -110,10 +110,10 @@ class Dropped:
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """`M y' = f(t, y, u, p)` with everything the scene reads.
+    """`M y' = f(t, y, u, p)` with the observations, commands and guards of the scene.
 
-    `mass` is None for the identity. Initial values are explicit, in PARAM symbols (and TIME,
-    INPUT, at the start).
+    `mass` is None for the identity. `inputs` is the number of INPUT symbols. Initial values
+    depend on PARAM symbols, and on TIME and INPUT symbols taken at the start.
     """
 
     dag: Dag
@@ -128,7 +128,7 @@ class Program:
     guards: tuple[Guard, ...]
     energy: Energy
     positive: tuple[PositiveParameter, ...]
-    dropped: tuple[Dropped, ...]  # states that slicing left out
-    kept: tuple[str, ...] = ()  # names of what slicing must not leave out
+    dropped: tuple[Dropped, ...]  # states that slicing removed
+    kept: tuple[str, ...] = ()  # paths of the states that slicing must retain
     loops: tuple[Loop, ...] = ()  # algebraic loops, in the order in which they are solved
-    yielded: tuple[str, ...] = ()  # storage whose initial defaults gave way to what was given
+    ignored_defaults: tuple[str, ...] = ()  # storage whose default start contradicts given values

@@ -1,7 +1,7 @@
-"""Every node that a program holds, and the same program on other nodes.
+"""List the nodes of a program, and map them to others.
 
-One place knows where a `Program` keeps nodes, so that a pass over the graph is a function from
-nodes to nodes.
+Only this module lists the fields of a `Program` that contain nodes, so that a pass over the DAG is
+a function from nodes to nodes.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from bgc.ir.program import Program
 
 
 def program_roots(program: Program) -> list[Node]:
-    """All nodes of a program, in one fixed order; some may be there twice."""
+    """All nodes of a program, in a fixed order, possibly repeated."""
     roots: list[Node] = []
 
     def note(node: Node) -> Node:
@@ -27,7 +27,7 @@ def program_roots(program: Program) -> list[Node]:
 
 
 def map_program(program: Program, dag: Dag, new: Callable[[Node], Node]) -> Program:
-    """The program with every node `n` replaced by `new(n)`, a node of `dag`."""
+    """Replace every node `n` of a program by `new(n)`, a node of `dag`."""
 
     def optional(node: Node | None) -> Node | None:
         return None if node is None else new(node)

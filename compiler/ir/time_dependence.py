@@ -1,4 +1,4 @@
-"""Whether a program moves of itself alone, or is moved by the time too."""
+"""Test if a program depends explicitly on time."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from bgc.ir.program import Program
 
 
 def depends_on_time(program: Program) -> bool:
-    """Whether the time itself stands in the rates, or in the powers that the scene observes."""
+    """Whether the rates, or the powers of observed accounts, depend explicitly on time."""
     dag = program.dag
     nodes = [state.derivative for state in program.states]
     if program.scene.accounts:

@@ -1,9 +1,8 @@
-"""The invariants of every intermediate representation.
+"""Check the invariants of each intermediate representation.
 
-A pass relies on what the pass before it guarantees. Each function here states the guarantees of
-one representation and raises `BrokenInvariant` where one does not hold: that is a bug in bgc, never
-a fault of the user's model. Numerical identities (`N` against the raw rows, the power balance) are
-checked by the passes themselves, on every compile.
+Each pass relies on the invariants of the representation that it receives. A violation raises
+`BrokenInvariant`: it is a bug in bgc, never an error in the user's model. The passes themselves
+check numerical identities (`N` against the original rows, the power balance) in every compilation.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ from collections.abc import Iterable, Mapping
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.ir.causal import BasisKind, CausalGraph
 from bgc.ir.graph import (
+    Element,
     FlatGraph,
     Gyrator,
     Gyristor,
@@ -33,11 +33,11 @@ from bgc.ir.program_nodes import program_roots
 
 
 class BrokenInvariant(AssertionError):
-    """A pass made a result that the next pass must not rely on."""
+    """The result of a pass violates an invariant of its representation."""
 
 
 def verify(result: object) -> None:
-    """Check the invariants of a pass's result; results without any pass."""
+    """Check the invariants of the result of a pass; other objects are accepted."""
     match result:
         case FlatGraph():
             _verify_graph(result)
@@ -57,7 +57,7 @@ def _require(holds: bool, message: str) -> None:
 
 
 def _verify_graph(graph: FlatGraph) -> None:
-    """Bonds join two ends, symbols are those of the graph, laws fit their ports."""
+    """Require two ends per bond, symbols of this graph only, and laws that fit their ports."""
     _require_numbered("bond", (bond.index for bond in graph.bonds))
     _require_numbered("parameter", (parameter.index for parameter in graph.parameters))
     _require_numbered("state", (state.index for state in graph.states))
@@ -69,26 +69,7 @@ def _verify_graph(graph: FlatGraph) -> None:
     places = sorted(e.first_state + k for e in storage for k in range(len(e.ports)))
     _require(places == list(range(len(places))), "storage ports are not numbered one by one")
     for element in graph.elements:
-        match element:
-            case Storage(law=LinearLaw(matrix=matrix)) | Resistor(law=LinearLaw(matrix=matrix)):
-                size = len(element.ports)
-                _require_shape(element.name, matrix, size, size)
-            case Transformer():
-                sizes = (len(element.ports2), len(element.ports1))
-                _require_shape(
-                    element.name,
-                    element.matrix,
-                    *(sizes if element.given in {"f2", "e1"} else sizes[::-1]),
-                )
-            case Gyrator():
-                _require_shape(
-                    element.name, element.matrix, len(element.ports2), len(element.ports1)
-                )
-            case Gyristor():
-                size = len(element.ports)
-                _require_shape(element.name, element.matrix, size, size)
-            case _:
-                pass
+        _verify_matrix(element)
     inputs = sum(len(device.inputs) for device in graph.devices) + graph.varied
     counts = {
         Kind.PARAM: len(graph.parameters),
@@ -109,8 +90,30 @@ def _verify_graph(graph: FlatGraph) -> None:
     _require(len(others) == len(graph.scene.accounts), "a column is not observed")
 
 
+def _verify_matrix(element: Element) -> None:
+    """Require that the matrix of a law has one row and column per port."""
+    match element:
+        case Storage(law=LinearLaw(matrix=matrix)) | Resistor(law=LinearLaw(matrix=matrix)):
+            size = len(element.ports)
+            _require_shape(element.name, matrix, size, size)
+        case Transformer():
+            sizes = (len(element.ports2), len(element.ports1))
+            _require_shape(
+                element.name,
+                element.matrix,
+                *(sizes if element.given in {"f2", "e1"} else sizes[::-1]),
+            )
+        case Gyrator():
+            _require_shape(element.name, element.matrix, len(element.ports2), len(element.ports1))
+        case Gyristor():
+            size = len(element.ports)
+            _require_shape(element.name, element.matrix, size, size)
+        case _:
+            pass
+
+
 def _verify_causal(causal: CausalGraph) -> None:
-    """Every bond is in one class and has a stroke; every class is dependent or in the basis."""
+    """Require one class and one stroke per bond, and each class to be dependent or in the basis."""
     bonds = len(causal.graph.bonds)
     for name, table in (
         ("dual", causal.dual),
@@ -146,7 +149,7 @@ def _verify_causal(causal: CausalGraph) -> None:
 
 
 def _verify_program(program: Program, modes: int = 0) -> None:
-    """Equations hold only states, time, inputs and parameters; M fits; names are unique."""
+    """Require symbols of the program only, a mass matrix of the right size, and unique names."""
     dag = program.dag
     names = Counter(state.name for state in program.states)
     twice = [name for name, count in names.items() if count > 1]
@@ -173,7 +176,7 @@ def _verify_program(program: Program, modes: int = 0) -> None:
 
 
 def _verify_lowered(lowered: Lowered) -> None:
-    """Kernels fill each array once, the Jacobian is sorted, the plan is a permutation."""
+    """Require single stores, a sorted Jacobian, pivots that permute the rows and columns."""
     program, jacobian, plan = lowered.program, lowered.jacobian, lowered.plan
     _verify_program(program, len(lowered.switches))
     size = len(program.states)
@@ -194,7 +197,7 @@ def _verify_lowered(lowered: Lowered) -> None:
 
 
 def _verify_kernel(kernel: Kernel) -> None:
-    """Every element of every array that a kernel makes is stored once."""
+    """Require that a kernel stores to its results only, and to each array element once."""
     arrays: dict[str, list[int]] = {}
     for store in kernel.stores:
         arrays.setdefault(store.array, []).append(store.index)

@@ -53,7 +53,7 @@ def storage_table(causal: CausalGraph, program: Program) -> Table:
             element,
             rules.get(index, set()),
             states.get(element.name, []),
-            yields=element.name in program.yielded,
+            yields=element.name in program.ignored_defaults,
         )
         for index, element in enumerate(causal.graph.elements)
         if isinstance(element, Storage)

@@ -53,7 +53,7 @@ TWO = "node : J1; a : {a}; b : {b}; push : Se(0); push -> node -> a, b;"
 def test_the_part_that_was_given_a_value_decides(a: str, b: str) -> None:
     program = program_of(TWO.format(a=a, b=b))
     assert start_of(program) == pytest.approx(3)
-    assert len(program.yielded) == 1
+    assert len(program.ignored_defaults) == 1
 
 
 def test_a_value_that_the_scene_sets_is_given() -> None:
@@ -80,7 +80,7 @@ def test_a_zero_that_was_given_has_to_agree(a: str, b: str, scene: str) -> None:
 def test_what_a_source_moves_starts_as_the_source_does() -> None:
     program = program_of("node : J1; drag : Sf(4 + time); a : Mass(); drag -> node -> a;")
     assert start_of(program) == pytest.approx(4)
-    assert program.yielded == ("a.body",)
+    assert program.ignored_defaults == ("a.body",)
 
 
 def test_an_element_gives_way_as_a_whole() -> None:
@@ -98,7 +98,7 @@ def test_an_element_gives_way_as_a_whole() -> None:
     program = derive_equations(assign_causality(graph))
     # Of (1 + v)^2/2 + v^2/2, the least; standing still in the second place alone would be -1.
     assert start_of(program) == pytest.approx(-0.5)
-    assert program.yielded == ("link.body",)
+    assert program.ignored_defaults == ("link.body",)
 
 
 def test_the_table_tells_what_gave_way() -> None:

@@ -134,7 +134,7 @@ class MergedAudit:
         for merged in self._groups:
             for port, momentum in _momenta(point, merged.group.elements, now):
                 point.set_known({port.state: momentum})
-                number, sign = class_of[port.port.bond], port.port.turn_through
+                number, sign = class_of[port.port.bond], port.port.through_sign
                 rise = (last[number] - first[number]) / (2 * _SHIFT)
                 powers.append(momentum * sign * rise)
         point.set_around(before, after)
@@ -170,7 +170,7 @@ class _Point:
     def row_of(self, port: StoragePort) -> dict[int, float]:
         """A port's row of N in the element's sense."""
         number = self.variables.causal.class_of[port.port.bond]
-        return {k: port.port.turn_through * x for k, x in self._rows[number].items()}
+        return {k: port.port.through_sign * x for k, x in self._rows[number].items()}
 
     def flows(self, independent: Mapping[int, float]) -> dict[int, float]:
         """The flows of all classes; those not given are zero."""
@@ -228,7 +228,7 @@ def _momenta(
     for element in elements:
         totals = {port.index: 0.0 for port in inertias_of(element)}
         for port, other, entry in _entries(point, element):
-            flow = other.port.turn_through * classes[class_of[other.port.bond]]
+            flow = other.port.through_sign * classes[class_of[other.port.bond]]
             totals[port.index] += entry * flow
         yield from ((port, totals[port.index]) for port in inertias_of(element))
 

@@ -61,7 +61,7 @@ def _kinetic_energy(variables: Variables, elements: Sequence[StorageElement]) ->
         for port, other in product(inertias_of(element), repeat=2):
             i, j = sorted((port.port.position, other.port.position))
             entry = element.law.capacity[i][j]
-            if port.port.turn_through != other.port.turn_through:
+            if port.port.through_sign != other.port.through_sign:
                 entry = dag.neg(entry)
             row = matrix.setdefault(class_of[port.port.bond], {})
             column = class_of[other.port.bond]
@@ -143,7 +143,7 @@ def turning_forces(variables: Variables, elements: Sequence[StorageElement]) -> 
 
     for element in elements:
         for port in inertias_of(element):
-            number, sign = causal.class_of[port.port.bond], port.port.turn_through
+            number, sign = causal.class_of[port.port.bond], port.port.through_sign
             collect(momenta, number, variables.symbols.turned(port.state, sign))
             collect(forces, number, variables.symbols.turned(port.bias, sign))
     for step, definition in zip(causal.steps, flow_definitions(variables).values(), strict=True):

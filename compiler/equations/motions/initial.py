@@ -138,7 +138,7 @@ def _conditions_on_momenta(dag: Dag, block: Momenta, place: Mapping[Node, int]) 
     given = [(e, initial) for e in block.elements for initial in e.storage.initial]
     if not given:
         return []
-    element, initial = min(given, key=lambda pair: pair[1].yields)
+    element, initial = min(given, key=lambda pair: pair[1].is_default)
     return [
         Condition({place[state.symbol]: dag.one}, state.initial, element, initial)
         for state in block.states

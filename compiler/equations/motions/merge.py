@@ -240,7 +240,7 @@ class _Merging:
             speed = variables.new_speed(state.symbol, state.derivative)
             parts = {variables.symbol_of(("flow", k)): node for k, node in motion.flows.items()}
             for k, node in motion.efforts.items():
-                turned = variables.symbols.turned(node, variables.causal.ports[k].turn_across)
+                turned = variables.symbols.turned(node, variables.causal.ports[k].across_sign)
                 parts[variables.symbol_of(("port", k))] = turned
             for symbol, node in parts.items():
                 shares[symbol] = dag.add(shares.get(symbol, dag.zero), dag.mul(node, speed))

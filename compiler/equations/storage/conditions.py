@@ -30,12 +30,12 @@ class Condition:
     row: Row
     value: Node
     element: StorageElement
-    initial: Initial | None  # None of a value that nothing was said about
+    initial: Initial | None  # None for a value that is not given
 
     @property
-    def yields(self) -> bool:
-        """Whether it gives way to values that the user gave."""
-        return self.initial is not None and self.initial.yields
+    def is_default(self) -> bool:
+        """Whether it is a zero by default, ignored where it contradicts given values."""
+        return self.initial is not None and self.initial.is_default
 
 
 def independent_conditions(
@@ -46,8 +46,8 @@ def independent_conditions(
     """Insert conditions one at a time; a dependent one has to agree with the earlier ones.
 
     All are evaluated numerically, at the start and the parameters' defaults. The balances, as rows
-    and right-hand sides, always hold and come first. Conditions that yield come last, and those of
-    one element hold together or not at all. Elements whose conditions gave way are noted in the
+    and right-hand sides, always hold and come first. Defaults come after given values, and those of
+    one element hold together or not at all. Elements with ignored defaults are recorded in the
     variables.
     """
     if not conditions:
@@ -76,8 +76,8 @@ def independent_conditions(
         if condition is None:
             system = found
             chosen += [c for c, answer in answers if answer is Answer.ADDS]
-        elif condition.yields:
-            variables.yielded.append(condition.element.storage.name)
+        elif condition.is_default:
+            variables.ignored_defaults.append(condition.element.storage.name)
         else:
             raise contradiction(condition, chosen)
     return chosen
@@ -86,18 +86,18 @@ def independent_conditions(
 def _in_groups(
     given: Iterable[tuple[Condition, list[float]]],
 ) -> list[list[tuple[Condition, list[float]]]]:
-    """Conditions with their numbers in the order in which they hold, together in each group."""
-    firm: list[list[tuple[Condition, list[float]]]] = []
-    yielding: dict[str, list[tuple[Condition, list[float]]]] = {}  # of each element
-    unsaid: list[list[tuple[Condition, list[float]]]] = []
+    """Conditions with their numbers, in groups that hold together, in order of precedence."""
+    given_values: list[list[tuple[Condition, list[float]]]] = []
+    defaults: dict[str, list[tuple[Condition, list[float]]]] = {}  # by element
+    not_given: list[list[tuple[Condition, list[float]]]] = []
     for condition, row in given:
         if condition.initial is None:
-            unsaid.append([(condition, row)])
-        elif condition.yields:
-            yielding.setdefault(condition.element.storage.name, []).append((condition, row))
+            not_given.append([(condition, row)])
+        elif condition.is_default:
+            defaults.setdefault(condition.element.storage.name, []).append((condition, row))
         else:
-            firm.append([(condition, row)])
-    return [*firm, *yielding.values(), *unsaid]
+            given_values.append([(condition, row)])
+    return [*given_values, *defaults.values(), *not_given]
 
 
 class Answer(Enum):

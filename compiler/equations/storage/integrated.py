@@ -17,7 +17,7 @@ def integrate_alone(variables: Variables, element: StorageElement) -> list[Integ
         if port.port.role is Role.COMPLIANCE:
             variables.set_answer(port.index, port.answer)
         else:
-            answer = port.answer if port.port.turn_through > 0 else dag.neg(port.answer)
+            answer = port.answer if port.port.through_sign > 0 else dag.neg(port.answer)
             variables.set_flow(causal.class_of[port.port.bond], Explicit(answer))
     return [
         state

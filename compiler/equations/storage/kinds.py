@@ -104,7 +104,7 @@ def _has_momentum(port: ElementPort) -> bool:
 def own_flow(causal: CausalGraph, port: ElementPort) -> dict[int, Node]:
     """A port's row of N in the element's own sense: independent flow -> entry."""
     row = dict(causal.flows[causal.class_of[port.bond]])
-    if port.turn_through < 0:
+    if port.through_sign < 0:
         return {k: causal.graph.dag.neg(entry) for k, entry in row.items()}
     return row
 

@@ -28,11 +28,11 @@ class Symbols:
 
     def port_through(self, port: ElementPort) -> Node:
         """A port's through variable in the element's sense."""
-        return self.turned(self.through(port.bond), port.turn_through)
+        return self.turned(self.through(port.bond), port.through_sign)
 
     def port_across(self, port: ElementPort) -> Node:
         """A port's across variable in the element's sense."""
-        return self.turned(self.across(port.bond), port.turn_across)
+        return self.turned(self.across(port.bond), port.across_sign)
 
     def turned(self, node: Node, sign: int) -> Node:
         """A node times +1 or -1."""

@@ -82,7 +82,7 @@ class Variables:
         )
         self._certifier = Certifier(self.dag, causal.fingerprints, causal.graph.parameters)
         self.watched: list[PositiveParameter] = []
-        self.yielded: list[str] = []  # storage whose initial defaults gave way to what was given
+        self.ignored_defaults: list[str] = []  # storage elements
         self.speeds: dict[Node, Speed] = {}
         self.resting: set[Node] = set()  # states whose rates are those at motions of speed zero
         self._rests: dict[Node, Node | None] = {}  # unknown -> its part beside free motions
@@ -140,7 +140,7 @@ class Variables:
     def set_answer(self, port_index: int, answer: Node) -> None:
         """Define a port's across variable, in the element's sense."""
         port = self.causal.ports[port_index]
-        self._answers[port_index] = self.symbols.turned(answer, port.turn_across)
+        self._answers[port_index] = self.symbols.turned(answer, port.across_sign)
 
     def set_flow(self, number: int, definition: Definition) -> None:
         """Define an independent through variable."""
@@ -151,7 +151,7 @@ class Variables:
         port = self.causal.ports[port_index]
         if self.balances.answer_at(port.bond) is None:
             answer = self.dag.add(self.rate_of(state, port.element), bias)
-            turned = self.symbols.turned(answer, port.turn_across)
+            turned = self.symbols.turned(answer, port.across_sign)
             self.definitions[self.symbols.across(port.bond)] = Explicit(turned)
 
     def add_equation(self, residual: Node, unknown: Node) -> None:
@@ -276,7 +276,7 @@ class Variables:
                     port = self.causal.ports[k]
                     across = self.symbols.across(port.bond)
                     if k in laws and across not in self._rests:
-                        given = self.symbols.turned(laws.pop(k), port.turn_through)
+                        given = self.symbols.turned(laws.pop(k), port.through_sign)
                         self.definitions[unknown] = Explicit(given)
                         unknown = across
                         break
