@@ -386,7 +386,7 @@ class SceneFacts:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A slot of the model: its interface and dimensions (`Lock[5]`), and the model that fills it."""
+    """A slot of the model: its interface with dimensions (`Lock[5]`), and the model in it."""
 
     path: str
     interface: str

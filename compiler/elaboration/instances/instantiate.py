@@ -367,11 +367,11 @@ class Builder:
         try:
             if self._parts >= MAX_PARTS:
                 raise self._too_many(pending.part.span)
-            built = self._part(pending)
+            built = self._construct(pending)
         except BgError as err:
             self.world.report.add(*err.diagnostics, note=note(pending.env))
             raise already_reported() from err
-        except BaseException:  # put aside: its loops will be counted again
+        except BaseException:  # suspended: its loops will be counted again
             self._turns = turns
             raise
         self._parts += 1
@@ -379,7 +379,7 @@ class Builder:
         pending.status = Status.DONE
         return built
 
-    def _part(self, pending: Pending) -> Instance | Element:
+    def _construct(self, pending: Pending) -> Instance | Element:
         part, env = pending.part, pending.env
         declared = env.module.models.get(part.type.name)
         if declared is not None:
