@@ -1,1 +1,1 @@
-"""What the compiler made, as people read it: tables, text, LaTeX."""
+"""Print the results of the compiler for people: tables, text, LaTeX, drawings."""

@@ -1,4 +1,4 @@
-"""Causality as tables: strokes with their reasons, storage, algebraic loops."""
+"""Tabulate causality: strokes with their reasons, storage, algebraic loops."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _COMPONENT = re.compile(r"(?P<base>.+)\[(?P<index>\d+)\]")
 
 
 def stroke_table(causal: CausalGraph) -> Table:
-    """Each bond with its stroke, at the end that is given the effort, and the reason for it.
+    """Each bond with its stroke, at the end where the effort is imposed, and the reason for it.
 
-    Neighbouring components of a wide bond that are alike are one row.
+    Components of a wide bond with equal strokes and reasons share a row.
     """
     graph = causal.graph
     rows: dict[tuple[str, ...], list[int]] = {}
@@ -39,7 +39,7 @@ def stroke_table(causal: CausalGraph) -> Table:
 
 
 def storage_table(causal: CausalGraph, program: Program) -> Table:
-    """Each storage element: integral or derivative, its states, and whom it shares them with."""
+    """Each storage element: its causality, its states, and the elements that share them."""
     rules: dict[int, set[Rule]] = {}
     for port in causal.ports:
         if port.role in {Role.INERTIA, Role.COMPLIANCE}:
@@ -53,7 +53,7 @@ def storage_table(causal: CausalGraph, program: Program) -> Table:
             element,
             rules.get(index, set()),
             states.get(element.name, []),
-            yields=element.name in program.ignored_defaults,
+            ignores_default=element.name in program.ignored_defaults,
         )
         for index, element in enumerate(causal.graph.elements)
         if isinstance(element, Storage)
@@ -62,11 +62,11 @@ def storage_table(causal: CausalGraph, program: Program) -> Table:
 
 
 def _storage_row(
-    element: Storage, rules: set[Rule], states: Sequence[ProgramState], *, yields: bool
+    element: Storage, rules: set[Rule], states: Sequence[ProgramState], *, ignores_default: bool
 ) -> tuple[str, str, str, str]:
     found = [rule.value for rule in (Rule.PREFERRED, Rule.DERIVATIVE) if rule in rules]
-    said = {Rule.PREFERRED.value: "integral", Rule.DERIVATIVE.value: "derivative"}
-    causality = " and ".join(said[name] for name in found)
+    words = {Rule.PREFERRED.value: "integral", Rule.DERIVATIVE.value: "derivative"}
+    causality = " and ".join(words[name] for name in found)
     others = [name for state in states for name in state.stores if name != element.name]
     names = _listed([state.name for state in states])
     if not states:
@@ -74,13 +74,13 @@ def _storage_row(
     elif others:
         kind = states[0].kind
         names = f"the generalised {kind} {names}, with {_listed(dict.fromkeys(others))}"
-    if yields:
+    if ignores_default:
         names += "; starts as what it is joined to, not at zero"
     return element.name, element.kind, causality, names
 
 
 def loop_table(loops: Iterable[Loop]) -> Table:
-    """Each algebraic loop: what it runs through, what is solved for, and how."""
+    """Each algebraic loop: its tearing variables, its elements, its kind and its solution."""
     return Table(
         "algebraic loops",
         ("solved for", "through", "kind", "solution"),
@@ -106,7 +106,7 @@ def causality_tables(stages: Stages) -> tuple[Table, ...]:
 
 
 def element_ends(graph: FlatGraph) -> list[tuple[str, str]]:
-    """Of each bond: the names of the elements at its tail and its head."""
+    """The names of the elements at the tail and the head of each bond."""
     tails, heads = [""] * len(graph.bonds), [""] * len(graph.bonds)
     for element in graph.elements:
         for port in ports_of(element):
@@ -115,7 +115,7 @@ def element_ends(graph: FlatGraph) -> list[tuple[str, str]]:
 
 
 def ranges(found: Sequence[int]) -> str:
-    """Components of a wide bond: ` [1..3]`, ` [1, 4]`; nothing of a scalar bond."""
+    """Components of a wide bond, ` [1..3]` or ` [1, 4]`; empty for a scalar bond."""
     parts: list[list[int]] = []
     for component in found:
         if parts and component == parts[-1][-1] + 1:
@@ -127,12 +127,12 @@ def ranges(found: Sequence[int]) -> str:
 
 
 def _whole(name: str, bond: Bond) -> str:
-    """The name of an element that is component by component on a wide bond, without its own."""
+    """The name of an element on a wide bond, without the index of the component."""
     return name.removesuffix(f"[{bond.component}]") if bond.width > 1 else name
 
 
 def _listed(names: Iterable[str], most: int = 4) -> str:
-    """Names, of many the first few; components of one vector as `p[1..6]`."""
+    """Names separated by commas, abbreviated beyond `most`; components are joined: `p[1..6]`."""
     whole: dict[str, list[int]] = {}
     namesakes: dict[str, int] = {}  # merged states of the same elements: `merged(a, b).p#2`
     for name in names:

@@ -1,8 +1,8 @@
 """Draw a bond graph: half arrows, causal strokes, names, and parts as boxes.
 
 Input: a causal graph. Output: the text of Graphviz's `dot` language, or a picture that `dot`
-lays out from it. Bonds of one wide bond are drawn as one double line with its width; where its
-components differ in causality, the numbers of strokes stand at both ends.
+renders from it. A wide bond is a double line labelled with its width; if its components differ in
+causality, the number of strokes is given at each end.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _HEAD = """digraph bond_graph {
 
 @dataclass(frozen=True, slots=True)
 class _Edge:
-    """Bonds drawn as one, between two drawn nodes."""
+    """Bonds drawn as one edge between two nodes of the drawing."""
 
     tail: int
     head: int
@@ -43,7 +43,7 @@ class _Edge:
 
 
 def lay_out(text: str, kind: str) -> bytes:
-    """Turn dot text into a picture of a kind that Graphviz knows: svg, pdf, png."""
+    """Render dot text as a picture in a format of Graphviz: svg, pdf, png."""
     program = shutil.which("dot")
     if program is None:
         raise BgError([dot_missing()])
@@ -56,10 +56,10 @@ def lay_out(text: str, kind: str) -> bytes:
 
 
 def to_dot(causal: CausalGraph) -> str:
-    """Print a causal graph in the language of Graphviz's `dot`; the same text for the same graph.
+    """Print a causal graph in the language of Graphviz's `dot`; equal graphs give equal text.
 
-    A node is drawn at the place of each element, junctions and sources of one wide bond as
-    one. The stroke stands at the end that is given the effort.
+    Each element is a node; the components of a wide element share one. The stroke is at the end
+    where the effort is imposed.
     """
     graph = causal.graph
     drawn = _merge_components(graph)
@@ -75,9 +75,9 @@ def to_dot(causal: CausalGraph) -> str:
 
 
 def _merge_components(graph: FlatGraph) -> list[int]:
-    """Map each element to the first of those that are drawn as one with it.
+    """Map each element to the first of those that share its node in the drawing.
 
-    United are the ends of a wide bond's components that are components of one part.
+    Elements share a node if they are components of one part at the same end of one wide bond.
     """
     sets = DisjointSets(len(graph.elements))
     first: dict[tuple[str, int, str, str], int] = {}
@@ -106,7 +106,7 @@ def _name(graph: FlatGraph, parts: Sequence[int]) -> str:
 
 
 def _clusters(nodes: Iterable[tuple[int, str]], graph: FlatGraph) -> list[str]:
-    """Print nodes, those of a part inside its box."""
+    """Print the nodes, with a box around those of each part."""
     tree: dict[str, object] = {}
     for node, name in nodes:
         *path, last = name.split(".")

@@ -1,8 +1,8 @@
-r"""State equations as LaTeX: `align*` environments that need the package amsmath only.
+r"""Typeset state equations in LaTeX: `align*` environments, which require only amsmath.
 
-Products and quotients become fractions and powers, rates carry dots. What is long, or used more
-than once and not short, is an auxiliary quantity of its own, defined before it is used; so the
-text grows in proportion to the graph.
+Products and quotients become fractions and powers, rates have dots. An expression that is long, or
+not short and used repeatedly, becomes an auxiliary quantity, defined before it is used. The length
+of the text is therefore proportional to the size of the DAG.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from bgc.ir.graph import Node
 from bgc.ir.program import Program
 from bgc.printing.latex_names import dotted, latex_names
 
-_LINE = 80  # visible characters of a line, about
-_LONG = 30  # operations after which an expression is cut
-_DENOMINATOR = 12  # the largest of a number that is set as a fraction
-_SHORT = 4  # operations below which a repeated expression stays where it is
+_LINE = 80  # approximate number of visible characters of a line
+_LONG = 30  # operations above which an expression becomes an auxiliary quantity
+_DENOMINATOR = 12  # largest denominator of a number that is typeset as a fraction
+_SHORT = 4  # operations below which a repeated expression is written out
 _SUM, _PRODUCT, _POWER, _ATOM = 1, 2, 3, 4
 _AUXILIARY = (r"\eta", r"\xi", r"\zeta", r"\chi")
 
 
 def latex_equations(program: Program, name: Callable[[Symbol], str]) -> str:
-    """The state equations with their start, and what the scene observes."""
+    """Typeset the initial values, the state equations and the observations of the scene."""
     text = _symbols(program, name)
     symbols = [text[state.name] for state in program.states]
-    spell = partial(_spelled, text, name)
+    spell = partial(_symbol_text, text, name)
     left = _left_sides(program, symbols, spell)
     equations = [
         *zip(left, (state.derivative for state in program.states), strict=True),
@@ -56,7 +56,7 @@ def latex_equations(program: Program, name: Callable[[Symbol], str]) -> str:
 
 
 def _symbols(program: Program, name: Callable[[Symbol], str]) -> dict[str, str]:
-    """The LaTeX of all that is named, each different from the others."""
+    """Distinct LaTeX symbols of all names in the equations."""
     states, observed = program.states, program.observations
     roots = [node for state in states for node in (state.initial, state.derivative)]
     roots += [o.node for o in observed] + [entry.value for entry in program.mass or ()]
@@ -65,20 +65,20 @@ def _symbols(program: Program, name: Callable[[Symbol], str]) -> dict[str, str]:
     return latex_names([s.name for s in states] + [o.name for o in observed] + read)
 
 
-def _spelled(text: Mapping[str, str], name: Callable[[Symbol], str], symbol: Symbol) -> str:
+def _symbol_text(text: Mapping[str, str], name: Callable[[Symbol], str], symbol: Symbol) -> str:
     return text[name(symbol)]
 
 
-_Terms = list[str]  # of a sum, each but the first with its sign
+_Terms = list[str]  # terms of a sum, each except the first with its sign
 
 
 def _align(title: str, equations: Sequence[tuple[str, _Terms]]) -> str:
-    lines = " \\\\\n".join(f"  {left} &= {_broken(terms)}" for left, terms in equations)
+    lines = " \\\\\n".join(f"  {left} &= {_break_lines(terms)}" for left, terms in equations)
     return f"% {title}\n\\begin{{align*}}\n{lines}\n\\end{{align*}}\n"
 
 
-def _broken(terms: _Terms) -> str:
-    """A sum over as many lines as it needs."""
+def _break_lines(terms: _Terms) -> str:
+    """A sum with line breaks between terms."""
     lines, width = [""], 0
     for term in terms:
         size = _visible(term)
@@ -91,7 +91,7 @@ def _broken(terms: _Terms) -> str:
 
 
 def _visible(text: str) -> int:
-    """About how many characters wide a formula is; a fraction counts once."""
+    """The approximate width of a formula in characters."""
     return len(re.sub(r"\\(?:mathrm|mathit|frac|left|right|,|[a-z]+)|[{}_^\\ ]", "", text))
 
 
@@ -110,7 +110,7 @@ def _left_sides(
 
 
 class _Printer:
-    """The text of nodes; what is named is in `auxiliaries`, in the order of its need."""
+    """Typesets nodes; `auxiliaries` are the auxiliary quantities, operands first."""
 
     def __init__(self, dag: Dag, name: Callable[[Symbol], str], roots: Sequence[Node]) -> None:
         self._dag = dag
@@ -122,15 +122,15 @@ class _Printer:
         taken = {name(s) for s in map(dag.symbol_of, order) if s is not None}
         free = (a for a in _AUXILIARY if not any(text.startswith(a) for text in taken))
         letter = next(free, r"\mathcal{A}")
-        for node in self._worth_a_name(order, roots):
+        for node in self._nodes_to_name(order, roots):
             terms = self.terms(node)
             symbol = f"{letter}_{{{len(self.auxiliaries) + 1}}}"
             self.auxiliaries.append((symbol, terms))
             self._text[node] = (symbol, _ATOM)
             self._named.add(node)
 
-    def _worth_a_name(self, order: Iterable[Node], roots: Sequence[Node]) -> list[Node]:
-        """Nodes to name: long ones, repeated ones that are not short, choices; operands first."""
+    def _nodes_to_name(self, order: Iterable[Node], roots: Sequence[Node]) -> list[Node]:
+        """Long nodes, repeated nodes that are not short, and choices, operands first."""
         dag = self._dag
         order = list(order)
         uses = Counter(operand for node in order for operand in dag.operands(node))
@@ -152,7 +152,7 @@ class _Printer:
     # --- sums -------------------------------------------------------------------------------
 
     def terms(self, node: Node) -> _Terms:
-        """The terms of a sum as text, with their signs; equal ones together."""
+        """The terms of a sum as text with their signs; equal terms are combined."""
         found: dict[Node, int] = {}
         self._collect(node, found)
         texts: _Terms = []
@@ -167,7 +167,7 @@ class _Printer:
         return texts or ["0"]
 
     def _collect(self, node: Node, found: dict[Node, int]) -> None:
-        """Count the terms of a sum, in order; those taken away count negative."""
+        """Count the terms of a sum, in order; subtracted terms count as negative."""
         stack = [(node, 1)]
         while stack:
             inner, sign = stack.pop()
@@ -180,18 +180,18 @@ class _Printer:
             stack.extend(reversed(list(zip(operands, signs, strict=False))))
 
     def _times(self, count: int, node: Node) -> tuple[bool, str]:
-        """A term that is there `count` times: whether it is negative, and the rest."""
+        """A term times `count`: True if it is negative, and its text without the sign."""
         return self._fraction(Fraction(count), *self._factors(node))
 
-    # --- all else ---------------------------------------------------------------------------
+    # --- other operations -------------------------------------------------------------------
 
     def bracketed(self, node: Node, needed: int) -> str:
-        """The text of a node, in brackets where it binds less than needed."""
-        text, strength = self._of(node)
+        """The text of a node, in brackets if its precedence is below `needed`."""
+        text, strength = self._text_of(node)
         return text if strength >= needed else rf"\left({text}\right)"
 
-    def _of(self, node: Node) -> tuple[str, int]:
-        """Text and binding strength; the operands' are known, or are found first."""
+    def _text_of(self, node: Node) -> tuple[str, int]:
+        """The text and precedence of a node, without recursion: operands are composed first."""
         stack = [node]
         while stack:
             top = stack[-1]
@@ -199,12 +199,12 @@ class _Printer:
             if top in self._text or not missing:
                 stack.pop()
                 if top not in self._text:
-                    self._text[top] = self._make(top)
+                    self._text[top] = self._compose(top)
             else:
                 stack.extend(missing)
         return self._text[node]
 
-    def _make(self, node: Node) -> tuple[str, int]:
+    def _compose(self, node: Node) -> tuple[str, int]:
         dag = self._dag
         value, symbol = dag.value(node), dag.symbol_of(node)
         if value is not None:
@@ -243,41 +243,41 @@ class _Printer:
         return (f"-{text}", _SUM) if negative else (text, _PRODUCT)
 
     def _factors(self, node: Node) -> tuple[Fraction, dict[Node, int]]:
-        """A product as a number, and factors with their exponents, in order."""
-        number_, exponents = Fraction(1), dict[Node, int]()
+        """A product as a coefficient, and factors with their exponents, in order."""
+        coefficient, exponents = Fraction(1), dict[Node, int]()
         stack = [(node, 1)]
         while stack:
             inner, sign = stack.pop()
             op, value = self._dag.op[inner], self._dag.value(inner)
             if value is not None and value != 0:
-                number_ *= value**sign
+                coefficient *= value**sign
             elif inner in self._named or op not in {Op.MUL, Op.DIV, Op.NEG}:
                 exponents[inner] = exponents.get(inner, 0) + sign
             else:
-                number_ *= -1 if op == Op.NEG else 1
+                coefficient *= -1 if op == Op.NEG else 1
                 signs = [sign, -sign if op == Op.DIV else sign]
                 operands = self._dag.operands(inner)
                 stack.extend(reversed(list(zip(operands, signs, strict=False))))
-        return number_, exponents
+        return coefficient, exponents
 
     def _fraction(
-        self, times: Fraction, number_: Fraction, exponents: dict[Node, int]
+        self, times: Fraction, coefficient: Fraction, exponents: dict[Node, int]
     ) -> tuple[bool, str]:
-        """Factors as one fraction: whether it is negative, and the rest."""
-        number_ *= times
-        size = abs(number_)
+        """Factors as one fraction: True if it is negative, and its text without the sign."""
+        coefficient *= times
+        size = abs(coefficient)
         split = size.denominator <= _DENOMINATOR
         above = Fraction(size.numerator) if split else size
         below = Fraction(size.denominator) if split else Fraction(1)
         top = self._powers(above, {x: n for x, n in exponents.items() if n > 0})
         bottom = self._powers(below, {x: -n for x, n in exponents.items() if n < 0})
         text = top if bottom == "1" else rf"\frac{{{top}}}{{{bottom}}}"
-        return number_ < 0, text
+        return coefficient < 0, text
 
-    def _powers(self, number_: Fraction, factors: dict[Node, int]) -> str:
-        """A number and factors side by side."""
-        alone = number_ == 1 and list(factors.values()) == [1]
-        texts = [] if number_ == 1 and factors else [_number(number_)[0]]
+    def _powers(self, coefficient: Fraction, factors: dict[Node, int]) -> str:
+        """A coefficient and factors in a row; the coefficient one is omitted."""
+        alone = coefficient == 1 and list(factors.values()) == [1]
+        texts = [] if coefficient == 1 and factors else [_number(coefficient)[0]]
         for x, count in factors.items():
             text = self.bracketed(x, _SUM if alone else _PRODUCT if count == 1 else _ATOM)
             texts.append(text if count == 1 else f"{text}^{{{count}}}")
@@ -285,7 +285,7 @@ class _Printer:
 
 
 def _number(value: Fraction) -> tuple[str, int]:
-    """A number in decimals, or as a power of ten."""
+    """A number in decimals or scientific notation, and its precedence."""
     text = number(value)
     mantissa, _, exponent = text.partition("e")
     strength = _SUM if value < 0 else _ATOM

@@ -1,4 +1,4 @@
-r"""Names of a model in LaTeX: `crane.boom.omega_x[2]` is `\omega_{x,\mathrm{crane.boom},2}`."""
+r"""Typeset names of a model: `crane.boom.omega_x[2]` is `\omega_{x,\mathrm{crane.boom},2}`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SPECIAL = str.maketrans({"_": r"\_", "#": r"\#", "%": r"\%", "&": r"\&", "$": r
 
 
 def latex_name(name: str) -> str:
-    """A name as a symbol: its last word, the parts before it and its index as a subscript."""
+    """A name as a symbol: its last word, with the path before it and its index as subscripts."""
     if name == "time":
         return "t"
     merged = _MERGED.fullmatch(name)
@@ -43,7 +43,7 @@ def latex_name(name: str) -> str:
 
 
 def latex_names(names: Iterable[str]) -> dict[str, str]:
-    """Symbols of names; of names that would look alike, such as `x1` and `x_1`, the whole names."""
+    """Symbols of names; names with equal symbols, such as `x1` and `x_1`, are spelled in full."""
     short = {name: latex_name(name) for name in names}
     alike = Counter(short.values())
     return {
@@ -53,7 +53,7 @@ def latex_names(names: Iterable[str]) -> dict[str, str]:
 
 
 def dotted(symbol: str) -> str:
-    """The rate of a symbol: a dot above its letter."""
+    """The symbol with a dot above its letter, for its rate."""
     letter, below, rest = symbol.partition("_{")
     return rf"\dot{{{letter}}}{below}{rest}"
 

@@ -1,4 +1,4 @@
-"""Every intermediate result as text, for `bgc show --after PASS` and the golden files."""
+"""Print the result of each pass as text, for `bgc show --after PASS` and the golden files."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _WIDTH = 100
 
 
 def show_pass(name: Pass, stages: Stages) -> str:
-    """The result of a pass as text; `stages` have to go that far."""
+    """The result of a pass as text; `stages` must include that pass."""
     match name:
         case "parse":
             return show_syntax(stages.package.root.file)
@@ -52,7 +52,7 @@ def show_pass(name: Pass, stages: Stages) -> str:
 
 
 def needed_for(name: Pass) -> Stage:
-    """The last stage to run before a pass can be shown, with the warnings about its result."""
+    """The last stage that the result of a pass and the warnings about it require."""
     match name:
         case "elaborate":
             return "physics"
@@ -63,7 +63,7 @@ def needed_for(name: Pass) -> Stage:
 
 
 def show_syntax(file: File) -> str:
-    """The syntax tree, a node a line where it fits, indented where it does not; no spans."""
+    """The syntax tree without spans: one line per node, or an indented block if it is too long."""
     nodes = (*file.imports, *file.declarations)
     return "".join(f"{_tree(node, 0)}\n" for node in nodes)
 
@@ -98,7 +98,7 @@ def _flat(node: Any) -> str:
 
 
 def _fields(node: Any) -> list[tuple[str, Any]]:
-    """What tells two nodes apart: no spans, and nothing that is absent or empty."""
+    """The fields of a syntax node, without spans and without absent or empty values."""
     found = ((f.name, getattr(node, f.name)) for f in fields(node))
     return [
         (name, value)
@@ -109,10 +109,10 @@ def _fields(node: Any) -> list[tuple[str, Any]]:
 
 def show_graph(graph: FlatGraph) -> str:
     """The flat bond graph: its elements with their bonds, then the bonds."""
-    return _sections(_of_graph(graph))
+    return _sections(_graph_sections(graph))
 
 
-def _of_graph(graph: FlatGraph) -> tuple[tuple[str, list[str]], ...]:
+def _graph_sections(graph: FlatGraph) -> tuple[tuple[str, list[str]], ...]:
     return (
         ("elements", [_element(graph, element) for element in graph.elements]),
         ("bonds", _bonds(graph)),
@@ -122,13 +122,13 @@ def _of_graph(graph: FlatGraph) -> tuple[tuple[str, list[str]], ...]:
 
 
 def show_folding(folding: Folding) -> str:
-    """The parameters that were put in as numbers, and the flat graph that is left."""
+    """The parameters that were replaced by numbers, and the resulting flat graph."""
     folded = ("folded", list(folded_lines(folding.parameters)))
-    return _sections((folded, *_of_graph(folding.graph)))
+    return _sections((folded, *_graph_sections(folding.graph)))
 
 
 def show_equations(program: Program) -> str:
-    """The state equations `M y' = f`, what they start from, and what the scene observes."""
+    """The initial values, the state equations `M y' = f`, and the observations of the scene."""
     names = symbol_names(program)
 
     def lines(equations: list[tuple[str, int]]) -> list[str]:
@@ -154,7 +154,7 @@ def _dropped(program: Program) -> list[str]:
 
 
 def _accounts(program: Program) -> list[tuple[str, int]]:
-    """The energy's nodes, of which those are derived that the scene needs."""
+    """The stored energy and the rates of the other accounts, as far as the scene uses them."""
     energy = program.energy
     rates = [
         ("stored", energy.stored),
@@ -187,7 +187,7 @@ def _left_sides(program: Program) -> list[str]:
 
 
 def symbol_names(program: Program) -> Callable[[Symbol], str]:
-    """What the symbols of a program are called."""
+    """A function that returns the name of a symbol of a program."""
     inputs = [
         f"{device.name}.{channel}[{component}]"
         for device in program.devices
@@ -206,7 +206,7 @@ def symbol_names(program: Program) -> Callable[[Symbol], str]:
 
 
 def _element(graph: FlatGraph, element: Element) -> str:
-    """One line; neighbouring components of a wide bond together."""
+    """One line for an element, with consecutive components of a wide bond as a range."""
     on: dict[str, list[int]] = {}
     for port in ports_of(element):
         bond = graph.bonds[port.bond]

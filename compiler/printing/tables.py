@@ -1,18 +1,18 @@
-"""Tables as data, and as plain text: what commands print is made of these."""
+"""Tables as data and as plain text, from which commands compose their output."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-_WIDEST = 60  # of a column that others are aligned to
+_WIDEST = 60  # characters of a column up to which the next one is aligned
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Rows under a title; `header` may be empty. `note` is said below them.
+    """Rows under a title, with an optional header above and an optional note below.
 
-    `spare` are headings of columns that may be left out where there is no room, the first first.
+    `spare` are headings of columns that may be dropped where space is short, in this order.
     """
 
     title: str
@@ -23,12 +23,12 @@ class Table:
 
 
 def as_text(tables: Iterable[Table]) -> str:
-    """Tables one below the other, columns aligned, an empty line between; none that are empty."""
+    """Nonempty tables with aligned columns, separated by empty lines."""
     return "\n".join(table_text(table) for table in tables if table.rows or table.note)
 
 
 def table_text(table: Table) -> str:
-    """One table as lines."""
+    """One table as text, one line per row."""
     rows = [*([table.header] if table.header and table.rows else []), *table.rows]
     widths = _widths(rows)
     lines = [table.title]
@@ -41,7 +41,7 @@ def table_text(table: Table) -> str:
 
 
 def _widths(rows: Sequence[Sequence[str]]) -> list[int]:
-    """The width of each column, the last one as it is."""
+    """The width of each column; zero for the last one, which needs no padding."""
     if not rows:
         return []
     columns = list(zip(*rows, strict=True))
@@ -49,9 +49,9 @@ def _widths(rows: Sequence[Sequence[str]]) -> list[int]:
 
 
 def fitted(table: Table, width: int, between: int) -> Table:
-    """A table of at most so many characters, so many of them beside each column, if it can be.
+    """Drop spare columns until a table fits `width` characters, and list them in its note.
 
-    Spare columns are left out as long as it is wider; a note says which.
+    `between` is the number of characters added to each column.
     """
     left_out: list[str] = []
     while table.rows and len(left_out) < len(table.spare):
@@ -69,7 +69,7 @@ def fitted(table: Table, width: int, between: int) -> Table:
 
 
 def elided(rows: Sequence[tuple[str, ...]], most: int) -> tuple[tuple[str, ...], ...]:
-    """The rows, of more than `most` the first and the last with `...` between."""
+    """The rows, at most `most` of them: the first and the last, with a row of dots between."""
     if len(rows) <= most:
         return tuple(rows)
     head = most // 2
