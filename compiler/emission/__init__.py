@@ -1,1 +1,1 @@
-"""From state equations to C."""
+"""Emission: optimise, differentiate and lower the state equations, and print them as C."""

@@ -1,4 +1,4 @@
-"""What a program costs to run: its size, and the operations of its kernels."""
+"""The cost of a program: its size, and the operations of its kernels."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from bgc.ir.lowered import Lowered
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """Sizes and operations. What depends on parameters alone is done once, and not counted.
+    """The size of a program, and the operations of one evaluation of its parts.
 
-    `rhs` and `jacobian` count the operations of f and of J with df/dt, `factorisation` those of
-    one LU, `entries` the entries of its factors: a solution takes two operations for each.
+    `rhs` counts the operations of f, `jacobian` those of J and df/dt, `factorisation` those of one
+    LU factorisation; `entries` are the entries of its factors, with two operations each per
+    solution. Expressions of parameters are computed once per run and not counted.
     """
 
     states: int
@@ -28,7 +29,7 @@ class Cost:
     def operations(
         self, rhs: float, jacobians: float, factorisations: float, solutions: float
     ) -> float:
-        """The operations of so many of each."""
+        """The operations of the given numbers of evaluations, factorisations and solutions."""
         return (
             rhs * self.rhs
             + jacobians * self.jacobian

@@ -1,11 +1,10 @@
-"""Derivatives of a program's right-hand sides: df/dx with its sparsity, and df/dt.
+"""Differentiate a program's right-hand sides: df/dx with its sparsity, and df/dt.
 
-Forward differentiation carries a sparse row of derivatives with every node; elimination of
-vertices (`vertices.py`) takes nodes out of the graph in the order that costs least at each. Which
-of them shares more depends on the model (8,517 operations against 9,379 on a crane of springs,
-86,747 against 60,194 on an arm of 12 rigid joints), so both are made and the one with fewer
-operations is kept. Both visit only nodes that depend on a state or on time: their cost is that
-of the derivatives there are.
+Forward differentiation propagates a sparse row of derivatives to every node; vertex elimination
+(`vertices.py`) removes nodes from the graph, the cheapest first. The model decides which gives
+fewer operations (forward and elimination: 8,517 and 9,379 on a crane with springs, 86,747 and
+60,194 on an arm of 12 rigid joints), so both are tried. Both visit only nodes that depend on a
+state or on time, so their cost is proportional to the number of nonzero derivatives.
 """
 
 from __future__ import annotations
@@ -26,10 +25,10 @@ _PARAM = int(Level.PARAM)
 
 
 def differentiate(program: Program) -> tuple[Program, Jacobian]:
-    """The Jacobian of a program, and the program on the graph that holds it too.
+    """Return a program on a DAG that contains its Jacobian, and the Jacobian.
 
-    Device inputs are constants here: they are held over a step. The program given is left
-    as it is; the one returned has the same nodes.
+    Inputs are constants, since they are held over a step. The given program is unchanged; the
+    returned one has the same node numbers.
     """
     outputs = [state.derivative for state in program.states]
     dag = program.dag.copy()
@@ -45,7 +44,7 @@ def differentiate(program: Program) -> tuple[Program, Jacobian]:
 
 
 def operation_count(dag: Dag, jacobian: Jacobian) -> int:
-    """Operations that evaluate the Jacobian, without those of parameters alone."""
+    """The operations of the Jacobian, without those that depend on parameters only."""
     op, level = dag.op, dag.level
     nodes = dag.reachable((*jacobian.entries, *jacobian.by_time))
     return sum(1 for n in nodes if op[n] > _SYMBOL and level[n] > _PARAM)
@@ -71,7 +70,11 @@ def forward_rows(
     outputs: Sequence[Node],
     column_of: Callable[[Symbol], int | None] = by_state_and_time,
 ) -> list[Row]:
-    """The derivatives of each output by the symbols that have a column, carried up from them."""
+    """Differentiate each output by the symbols with a column, in forward mode.
+
+    `column_of` gives the column of a symbol, None for a constant one. Returns a sparse row per
+    output.
+    """
     op, level, a, b = dag.op, dag.level, dag.a, dag.b
     add, sub, mul, neg, zero = dag.add, dag.sub, dag.mul, dag.neg, dag.zero
     nothing: Row = {}

@@ -1,4 +1,4 @@
-"""The C of a model: units to compile, and the one self-contained file of model and runtime."""
+"""Print a model as C: units to compile, or one self-contained file of model and runtime."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from bgc.building.build import Unit
 from bgc.building.cache import digest_of
 from bgc.building.toolchain import COMMON_FLAGS, GCC_PASSES
-from bgc.emission.frame import framed
+from bgc.emission.frame import print_unit
 from bgc.emission.kernels import KernelText, print_defaults, print_kernel, prototype
 from bgc.emission.lower import dependent_defaults, lower
 from bgc.emission.print_c import DOUBLES, HELPERS, Numbers
@@ -19,12 +19,12 @@ from bgc.emission.tables import Field, model_tables
 from bgc.ir.lowered import Lowered
 from bgc.ir.program import Program
 
-# The optimisations that pay on straight-line code. -std=c11 alone forbids fused multiply-adds,
-# which make the factorisation 1.5 times faster.
+# The optimisations that are effective on straight-line code. -ffp-contract=fast permits fused
+# multiply-adds, which -std=c11 disables; they make the factorisation 1.5 times faster.
 MODEL_FLAGS = ("-O1", *GCC_PASSES, *COMMON_FLAGS, "-ffp-contract=fast")
 
-_SPLIT = 1_500  # nodes from which a model is cut into units that are compiled at the same time
-_LISTED = 200  # names in the comment at the top of the file
+_SPLIT = 1_500  # number of nodes above which a model is split into units compiled in parallel
+_LISTED = 200  # most names in each list of the comment at the top of the file
 
 _OWN_INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([^"]+)".*\n', re.MULTILINE)
 _FEATURE = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(_[A-Z_]+_SOURCE)[ \t]+(\w+)", re.MULTILINE)
@@ -45,9 +45,9 @@ _HOW_TO_USE = """\
 
 @dataclass(frozen=True, slots=True)
 class EmittedModel:
-    """The C units of a model, and what one call of each of its functions costs.
+    """The C units of a model, and the cost of one call of each of its functions.
 
-    `operations` gives the additions, multiplications, divisions and calls of functions.
+    `operations` counts additions, multiplications, divisions and function calls, by function.
     """
 
     name: str
@@ -58,22 +58,22 @@ class EmittedModel:
 
 
 def emit_model(program: Program, source_hash: str) -> EmittedModel:
-    """The C of an optimised program: the same bytes for the same input."""
+    """Print an optimised program as C; equal input gives identical bytes."""
     return emit_lowered(lower(program), source_hash)
 
 
 def content_of(emitted: EmittedModel) -> str:
-    """A hash of what was emitted, without that of the text it came from: comments do not count."""
+    """A hash of the emitted text without the source hash, so that source comments do not count."""
     return digest_of(unit.text.replace(emitted.source_hash, "") for unit in emitted.units)
 
 
 def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> EmittedModel:
-    """The C of a lowered program; with `split`, that of a large one in several units."""
+    """Print a lowered program as C; with `split`, a large program in several units."""
     program = lowered.program
-    apart = split and is_large(program)
-    shared = {"jacobian", "factor", "solve"} if apart else set[str]()
+    separate = split and is_large(program)
+    shared = {"jacobian", "factor", "solve"} if separate else set[str]()
     texts = _print_kernels(lowered, shared)
-    matrix = print_matrix(lowered, apart)
+    matrix = print_matrix(lowered, separate)
     work = max(matrix.work, *(text.work for text in texts.values()))
     tables, fields = model_tables(lowered, matrix.tables, source_hash)
     fields.append(("n_work", str(work)))
@@ -86,12 +86,12 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
     frame = _Frame(
         f"{program.scene.name}: a bond graph of model {program.scene.model}, compiled by bgc.",
         [*(prototype(k) for k in lowered.kernels if k.name in shared), matrix_prototypes()]
-        if apart
+        if separate
         else [],
         _needed_parts(lowered),
     )
     main = [text for name, text in texts.items() if name not in shared]
-    if apart:
+    if separate:
         jacobian = [texts["jacobian"]]
         units = [
             frame.unit("model", _about(lowered), main, tables=tables, fields=fields),
@@ -117,7 +117,7 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """What the units of a model have in common."""
+    """The common parts of the units of a model."""
 
     title: str
     prototypes: Sequence[str]
@@ -140,7 +140,7 @@ class _Frame:
             *(kernel.text for kernel in kernels),
             *([matrix] if matrix else []),
         ]
-        text = framed(self.title, about, functions, tables, fields)
+        text = print_unit(self.title, about, functions, tables, fields)
         return Unit(name, text, MODEL_FLAGS, parts=self.parts)
 
 
@@ -156,10 +156,10 @@ def _needed_parts(lowered: Lowered) -> frozenset[str]:
 
 
 def amalgamate(emitted: EmittedModel, runtime_dir: Path) -> str:
-    """One C11 file of the model and the runtime, which needs nothing but libm.
+    """Print the model and the runtime as one C11 file that requires only libm.
 
-    Includes of the runtime's own headers are replaced by their text, once; what selects
-    features of the system's headers comes before all else.
+    The first include of each of the runtime's headers is replaced by its text, further ones are
+    removed. Feature test macros of the system headers come first.
     """
     headers = {path.name: path.read_text("utf-8") for path in sorted(runtime_dir.glob("*.h"))}
     sources = [(path.name, path.read_text("utf-8")) for path in sorted(runtime_dir.glob("*.c"))]
@@ -190,7 +190,7 @@ def amalgamate(emitted: EmittedModel, runtime_dir: Path) -> str:
 
 
 def _print_kernels(lowered: Lowered, shared: set[str]) -> dict[str, KernelText]:
-    """The text of every kernel by its name."""
+    """Print all kernels, by name."""
     program = lowered.program
     hoisted = {node: k for k, node in enumerate(lowered.hoisted)}
     texts = {
@@ -202,12 +202,12 @@ def _print_kernels(lowered: Lowered, shared: set[str]) -> dict[str, KernelText]:
 
 
 def is_large(program: Program) -> bool:
-    """Whether a model is cut into units that are compiled at the same time."""
+    """Whether a model is split into several units, which are compiled in parallel."""
     return len(program.dag) > _SPLIT
 
 
 def print_matrix(lowered: Lowered, shared: bool, numbers: Numbers = DOUBLES) -> MatrixText:
-    """The factors of the iteration matrix, and the functions that make and use them."""
+    """Print the tables, `factor` and `solve` of the iteration matrix."""
     jacobian, mass = lowered.jacobian, lowered.program.mass
     positions = zip(jacobian.rows, jacobian.columns, strict=True)
     return print_lu(
@@ -220,7 +220,7 @@ def print_matrix(lowered: Lowered, shared: bool, numbers: Numbers = DOUBLES) -> 
 
 
 def _about(lowered: Lowered) -> list[str]:
-    """What the arrays of the model hold, by name."""
+    """The comment that lists the names of the elements of each array of the model."""
     program = lowered.program
     inputs = [
         f"{device.name}.{channel}[{component}]"

@@ -1,4 +1,4 @@
-"""The frame of a C unit of a model: its title, what it includes, and its tables."""
+"""The frame of a C unit of a model: title, includes, functions and tables."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ const bgc_model *bgc_get_model(void)
 """
 
 
-def framed(
+def print_unit(
     title: str,
     about: Iterable[str],
     functions: Iterable[str],
     tables: Iterable[str] = (),
     fields: Sequence[Field] = (),
 ) -> str:
-    """The C text of a unit; with `fields`, those of the model, the one that has the tables."""
+    """The C text of a unit, with the model's tables if `fields` (of `bgc_model`) are given."""
     text = _UNIT.format(
         title=title,
         about="".join(f" * {line}\n" if line else " *\n" for line in about),

@@ -1,10 +1,10 @@
-"""Kernels as C: straight-line functions of bounded size.
+"""Print kernels as straight-line C functions of bounded size.
 
-Statements come in depth-first post-order from the outputs, so that values are used soon after
-they are made (in creation order the same code ran 1.3 times slower). A value used once is part
-of the expression that uses it. Beyond a number of operations a kernel is cut into functions, and
-values that are used across the cut travel through the work array `w`: compile time stays
-linear, and no function is too large for the register allocator.
+Statements are in depth-first post-order from the outputs, so that values are used soon after they
+are computed (in the order of creation the same code ran 1.3 times slower). A value used once is
+part of the expression that uses it. A long kernel is split into several functions, and values used
+beyond such a cut are passed in the work array `w`. Compile time therefore grows linearly, and no
+function exceeds the capacity of the register allocator.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
-from bgc.emission.print_c import DOUBLES, Numbers, asks_for_number
-from bgc.emission.windows import pointed, repointed
+from bgc.emission.print_c import DOUBLES, Numbers, is_number_test
+from bgc.emission.windows import pointer_argument, shift_indices
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Kernel, Reads, Store
 
-_INLINE = 20  # operations in one expression
-_LOOP = 8  # elements that are copied by a loop
+_INLINE = 20  # operations of an expression from which it becomes a statement
+_LOOP = 8  # number of elements from which a loop copies them
 _ARGUMENT = re.compile(r"\b(?:\w+(?=\[)|t\b)")
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
@@ -29,7 +29,10 @@ _CONST, _SYMBOL, _SELECT, _PARAM = int(Op.CONST), int(Op.SYMBOL), int(Op.SELECT)
 
 @dataclass(frozen=True, slots=True)
 class KernelText:
-    """C functions of one kernel, the scratch they need and the operations they take."""
+    """The C functions of one kernel, with their scratch memory and number of operations.
+
+    `work` counts the doubles of `w`; `helpers` are the functions to define or declare.
+    """
 
     text: str
     work: int
@@ -46,7 +49,7 @@ class _Schedule:
 
 
 def hoisted_nodes(dag: Dag, kernels: Sequence[Kernel]) -> tuple[Node, ...]:
-    """What the kernels read that depends on parameters alone, in the order they meet it."""
+    """The largest subexpressions of parameters in the kernels, in the order of first use."""
     roots = [s.node for k in kernels if k.reads is Reads.HOISTED for s in k.stores]
     op, level, a, b, c = dag.op, dag.level, dag.a, dag.b, dag.c
     found: dict[Node, None] = {}
@@ -76,16 +79,16 @@ def print_kernel(
     shared: bool = False,
     numbers: Numbers = DOUBLES,
 ) -> KernelText:
-    """The C text of a kernel; `hoisted` maps a node to its place in h.
+    """Print a kernel as C; `hoisted` maps a node to its index in h.
 
-    A kernel that is `shared` with other units is `bgc_model_NAME`, else it is static.
+    A `shared` kernel is visible to other units; others are static.
     """
     if kernel.reads is Reads.HOISTED:
         floor, leaves = int(Level.PARAM), {n: f"h[{k}]" for n, k in hoisted.items()}
     else:
         floor, leaves = int(Level.CONST) - 1, {}
     stores, finish = kernel.stores, list[str]()
-    if kernel.in_place:  # all new values are known before the first is stored
+    if kernel.in_place:  # compute all new values before the first is stored
         stores = tuple(Store("w", k, s.node) for k, s in enumerate(stores))
         finish = [f"{s.array}[{s.index}] = w[{k}];" for k, s in enumerate(kernel.stores)]
     body = _Body(dag, stores, floor, leaves, reserved=len(finish), numbers=numbers)
@@ -98,7 +101,7 @@ def print_kernel(
 
 
 def print_defaults(dag: Dag, values: Sequence[tuple[int, Node]]) -> KernelText:
-    """`defaults`: parameters given by others, in an order in which those come first."""
+    """Print `defaults`: each parameter follows those on which its default depends."""
     blocks = []
     operations = 0
     helpers: set[str] = set()
@@ -165,14 +168,19 @@ def _schedule(dag: Dag, roots: Sequence[Node], floor: int, leaves: Set[Node]) ->
 
 @dataclass(frozen=True, slots=True)
 class _Chunk:
-    """Statements of one function and the arguments they refer to."""
+    """The statements of one function, and the arguments that they use."""
 
     lines: list[str]
     used: frozenset[str]
 
 
 class _Body:
-    """The statements of one kernel, cut into chunks."""
+    """The statements of one kernel, split into chunks.
+
+    Nodes at or below the level `floor`, and the nodes in `leaves` (with their text), are not
+    computed. The first `reserved` elements of w are not used for intermediate results. `whole`
+    prevents splitting.
+    """
 
     def __init__(
         self,
@@ -191,11 +199,11 @@ class _Body:
         schedule = _schedule(dag, [s.node for s in stores], floor, leaves.keys())
         self._order, self._uses = schedule.order, schedule.uses
         self.operations = len(self._order)
-        self._statement: dict[Node, int] = {}  # node -> chunk of the statement that makes it
+        self._statement: dict[Node, int] = {}  # node -> chunk of the statement that computes it
         self._limit = len(self._order) + len(stores) + 1 if whole else numbers.part
         self._cut(self._limit)
         self._last: dict[Node, int] = {}  # node -> last chunk that reads it
-        self._local: set[Node] = set()  # read in the chunk that makes it
+        self._local: set[Node] = set()  # nodes read in the chunk that computes them
         self._find_crossings()
         self.work = reserved
         self._slots = self._assign_slots(reserved)
@@ -205,13 +213,13 @@ class _Body:
         self.helpers = self._printer.helpers
 
     def _cut(self, limit: int) -> None:
-        """Chooses which nodes are statements of their own, and the chunk of each."""
+        """Choose the nodes that become statements, and the chunk of each."""
         dag, uses, targets, statement = self._dag, self._uses, self._targets, self._statement
         a, b, c = dag.a, dag.b, dag.c
-        conditions = {  # a choice looks at them twice
-            a[n] for n in self._order if dag.op[n] == _SELECT and not asks_for_number(dag, a[n])
+        conditions = {  # a choice reads its condition twice
+            a[n] for n in self._order if dag.op[n] == _SELECT and not is_number_test(dag, a[n])
         }
-        size: dict[Node, int] = {}  # operations of an expression that is still open
+        size: dict[Node, int] = {}  # operations of a node that is part of a larger expression
         chunk, filled = 0, 0
         for node in self._order:
             n = 1 + size.get(a[node], 0)
@@ -228,8 +236,9 @@ class _Body:
             statement[node] = chunk
 
     def _find_crossings(self) -> None:
+        """Find the values that are read in their own chunk, and those read in later ones."""
         dag, statement = self._dag, self._statement
-        home: dict[Node, int] = {}  # chunk in which an open expression ends up
+        home: dict[Node, int] = {}  # chunk of the statement that contains an inlined node
         last = self._last
         for node in reversed(self._order):
             chunk = statement[node] if node in statement else home[node]
@@ -243,7 +252,7 @@ class _Body:
                     last[operand] = chunk
 
     def _assign_slots(self, reserved: int) -> dict[Node, int]:
-        """Places in w of the values that cross a cut; a place is free after its last reader."""
+        """Elements of w for the values that cross a cut, reused after their last reader."""
         slots: dict[Node, int] = {}
         free: list[int] = []
         ends: dict[int, list[int]] = {}
@@ -271,7 +280,7 @@ class _Body:
                 chunks.append(_Chunk(lines, frozenset(printer.used)))
                 lines = []
                 printer.used.clear()
-                for other in crossing:  # from here on they are read from w
+                for other in crossing:  # later chunks read them from w
                     printer.name(other, f"w[{slots[other]}]")
                 crossing = []
             text = printer.expression(node)
@@ -303,10 +312,10 @@ class _Body:
 
 
 def _copies(stores: Iterable[tuple[str, str]]) -> Iterator[str]:
-    """Statements that store what is known: loops over elements that lie side by side.
+    """Statements that store constants and array elements, with loops over consecutive ones.
 
-    A store is a place and the text of a number or of an element. Thousands of statements in one
-    function, as a Jacobian of constant entries has them, would take the C compiler seconds.
+    Each store is a target and the text of a number or element. Without loops, the thousands of
+    statements of a Jacobian with constant entries would take the C compiler seconds.
     """
     runs: list[list[tuple[str, str]]] = []
     expected = None
@@ -327,7 +336,7 @@ def _copies(stores: Iterable[tuple[str, str]]) -> Iterator[str]:
 
 
 def _read(statements: Sequence[str]) -> frozenset[str]:
-    """The arguments that statements of `_copies` refer to."""
+    """The arguments that statements of `_copies` use."""
     return frozenset(_ARGUMENT.findall("\n".join(statements)))
 
 
@@ -338,7 +347,7 @@ def _element(text: str) -> tuple[str, int]:
 
 
 def _next(text: str) -> str:
-    """The element behind this one; a number itself."""
+    """The next array element; a number is returned unchanged."""
     if "[" not in text:
         return text
     array, index = _element(text)
@@ -348,7 +357,7 @@ def _next(text: str) -> str:
 def _functions(
     kernel: Kernel, body: _Body, finish: list[str], shared: bool, numbers: Numbers
 ) -> str:
-    """One function, or several and the one that calls them in turn."""
+    """Print one function, or several parts and a function that calls them in turn."""
     results = kernel.results
     names = (*kernel.inputs, *results, "w")
     comment = f"/* {kernel.purpose} */\n"
@@ -364,13 +373,13 @@ def _functions(
     used = frozenset(results)
     for k, chunk in enumerate(body.chunks, 1):
         passed = [name for name in names if name in chunk.used]
-        # What is written in place is only read here: new values wait in w.
+        # Parts of an in-place kernel only read its array: new values are kept in w.
         declared = _declared(passed, () if kernel.in_place else results, numbers, "restrict ")
         part = f"{own}_{k}"
         arrays = [name for name in passed if name != "t"]
-        lines, places = repointed(chunk.lines, arrays, numbers.reach)
+        lines, places = shift_indices(chunk.lines, arrays, numbers.reach)
         parts.append(_function(f"static void {part}", declared, lines, chunk.used))
-        calls.append(f"{part}({', '.join(pointed(name, places) for name in passed)});")
+        calls.append(f"{part}({', '.join(pointer_argument(name, places) for name in passed)});")
         used |= chunk.used
     parts.append(_function(head, _declared(names, results, numbers), calls + finish, used))
     return comment + "\n".join(parts)
@@ -379,7 +388,7 @@ def _functions(
 def _declared(
     names: Sequence[str], results: Sequence[str], numbers: Numbers, restrict: str = ""
 ) -> dict[str, str]:
-    """The C declarations of some arguments."""
+    """The C declarations of arguments, by name."""
     number = numbers.type
     declared = {}
     for name in names:
@@ -393,7 +402,7 @@ def _declared(
 
 
 def _function(head: str, declared: dict[str, str], lines: Sequence[str], used: Set[str]) -> str:
-    """The text of a C function; arguments it has no use for are marked as such."""
+    """The text of a C function; unused arguments are marked by a cast to void."""
     signature = f"{head}({', '.join(declared.values())})"
     if len(signature) > 100:
         signature = signature.replace("(", "(\n    ", 1)
@@ -404,7 +413,7 @@ def _function(head: str, declared: dict[str, str], lines: Sequence[str], used: S
 
 
 def _fold(line: str) -> str:
-    """A statement on lines of at most 100 characters, broken at spaces."""
+    """Break a statement at spaces into lines of at most 100 characters."""
     if len(line) <= 96:
         return line
     parts = []
@@ -415,6 +424,6 @@ def _fold(line: str) -> str:
 
 
 def prototype(kernel: Kernel, numbers: Numbers = DOUBLES) -> str:
-    """The declaration of a kernel that another unit calls."""
+    """The declaration of a kernel that other units call."""
     declared = _declared((*kernel.inputs, *kernel.results, "w"), kernel.results, numbers)
     return f"void {numbers.shared}_{kernel.name}(\n    {', '.join(declared.values())});\n"

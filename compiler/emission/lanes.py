@@ -1,8 +1,8 @@
-"""The C of a model for several instances at once: the kernels of a run, on vectors.
+"""Print the kernels of a model for several instances at once, on vector registers.
 
-The same statements as of the scalar model, with a number of each instance in a lane of a vector
-register (`bgc_lanes.h`). What happens once in a run, as the parameters and the initial state, is
-left to the scalar functions of every instance.
+The statements are those of the scalar model; each lane of a vector register (`bgc_lanes.h`) holds
+the number of one instance. Parameters and initial states, which are computed once per run, use the
+scalar functions of each instance.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ _DEFINED_BY = {
 
 
 def lane_units(lowered: Lowered) -> tuple[Unit, ...]:
-    """The C units to link with a model and its runtime, and with those of `runtime/c/lanes`."""
+    """The additional C units of an ensemble, linked with the model and `runtime/c/lanes`."""
     return (_function_unit(), *_model_units(lowered))
 
 
 def _function_unit() -> Unit:
-    """The functions of the language on vector registers; one unit, the same for all models."""
+    """The unit of the language's functions on vector registers, the same for all models."""
     lines = [
         f"{_DEFINED_BY[row.lanes]}_{row.arity}({row.c})\n"
         for row in ROWS
@@ -45,7 +45,7 @@ def _function_unit() -> Unit:
 
 
 def _declarations() -> dict[str, str]:
-    """The text that a unit needs before it calls a function on vector registers, by its name."""
+    """The declaration or definition of each function on vector registers, by its name."""
     declared = {}
     for row in ROWS:
         name = lane_name(row)
@@ -59,16 +59,16 @@ def _declarations() -> dict[str, str]:
 
 def _model_units(lowered: Lowered) -> tuple[Unit, ...]:
     """The kernels of a model on vector registers."""
-    apart = is_large(lowered.program)
+    separate = is_large(lowered.program)
     kernels = {kernel.name: kernel for kernel in lowered.kernels if kernel.name in _KERNELS}
     texts = {
-        name: _jacobian(lowered, kernel, apart) if name == "jacobian" else _text(lowered, kernel)
+        name: _jacobian(lowered, kernel, separate) if name == "jacobian" else _text(lowered, kernel)
         for name, kernel in kernels.items()
     }
-    matrix = print_matrix(lowered, apart, LANES)
+    matrix = print_matrix(lowered, separate, LANES)
     work = max(matrix.work, *(text.work for text in texts.values()))
-    table = _table((*kernels, *(("factor", "solve") if matrix.text else ())), work, apart)
-    if not apart:
+    table = _table((*kernels, *(("factor", "solve") if matrix.text else ())), work, separate)
+    if not separate:
         return (_unit("lanes", [], texts.values(), [matrix.text, table]),)
     shared = [prototype(kernels["jacobian"], LANES), matrix_prototypes(LANES)]
     main = [text for name, text in texts.items() if name != "jacobian"]
@@ -87,10 +87,10 @@ def _text(lowered: Lowered, kernel: Kernel, shared: bool = False) -> KernelText:
 
 
 def _jacobian(lowered: Lowered, kernel: Kernel, shared: bool) -> KernelText:
-    """The Jacobian, made by rows or by columns.
+    """Print the Jacobian by rows or by columns, in the order with less scratch memory.
 
-    Every number takes a cache line here, so those that wait to be used crowd the cache: of a crane
-    of 70 states, 714 wait where it is made by rows, 239 by columns, and that takes 0.8 of the time.
+    Each number occupies a cache line here, so intermediate results fill the cache. On a crane with
+    70 states there are 714 by rows and 239 by columns, which takes 0.8 times as long.
     """
     columns = lowered.jacobian.columns
     entries, by_time = kernel.stores[: len(columns)], kernel.stores[len(columns) :]
@@ -102,7 +102,7 @@ def _jacobian(lowered: Lowered, kernel: Kernel, shared: bool) -> KernelText:
 def _unit(
     name: str, shared: Sequence[str], kernels: Iterable[KernelText], rest: Sequence[str] = ()
 ) -> Unit:
-    """A C file of kernels and other text, with the functions that the kernels call."""
+    """A C unit of kernels and other text, with the helper functions that the kernels call."""
     kernels = list(kernels)
     called = {helper for kernel in kernels for helper in kernel.helpers}
     functions = "".join(text for name, text in _declarations().items() if name in called)
@@ -111,9 +111,9 @@ def _unit(
     return Unit(name, f'#include "bgc_lanes.h"\n\n{text}', MODEL_FLAGS)
 
 
-def _table(functions: Sequence[str], work: int, apart: bool) -> str:
-    """The table of the functions there are, and the function that gives it."""
-    shared = {"jacobian", "factor", "solve"} if apart else set[str]()
+def _table(functions: Sequence[str], work: int, separate: bool) -> str:
+    """The table of the model's functions, and the function that returns the table."""
+    shared = {"jacobian", "factor", "solve"} if separate else set[str]()
     fields = {"n_work": str(work)}
     for name in functions:
         fields[name] = f"{LANES.shared if name in shared else LANES.prefix}_{name}"

@@ -1,8 +1,8 @@
-"""From a program to what each C function computes."""
+"""Lower a program to the contents of its C functions."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 
@@ -21,13 +21,12 @@ _RUNNING = "h t x u"
 
 
 def lower(program: Program) -> Lowered:
-    """Differentiates the program, plans its linear algebra and lays out its kernels.
+    """Differentiate an optimised program, plan its linear algebra and list its kernels.
 
-    The program should be optimised before. Nodes of the result are those of its own program,
-    on a graph of its own.
+    The result has its own program on its own DAG, to which all its nodes belong.
     """
     program, switches, jacobian = _differentiated(*hold_modes(program))
-    program = _with_a_mass(program, jacobian)
+    program = _with_stored_mass(program, jacobian)
     kernels = _kernels(program, switches, jacobian)
     for kernel in kernels:
         _verify(program.dag, kernel)
@@ -50,8 +49,8 @@ def lower(program: Program) -> Lowered:
     )
 
 
-def _with_a_mass(program: Program, jacobian: Jacobian) -> Program:
-    """The program with a zero in a mass matrix that is empty: no entries mean the identity."""
+def _with_stored_mass(program: Program, jacobian: Jacobian) -> Program:
+    """Store one zero in an empty mass matrix, since the runtime takes no entries as identity."""
     if program.mass != () or not program.states:
         return program
     place = next(zip(jacobian.rows, jacobian.columns, strict=True), (0, 0))
@@ -59,7 +58,7 @@ def _with_a_mass(program: Program, jacobian: Jacobian) -> Program:
 
 
 def _verify(dag: Dag, kernel: Kernel) -> None:
-    """Asserts that a kernel's nodes need no more than its arguments."""
+    """Assert that a kernel's nodes depend on its arguments only."""
     arguments = {*kernel.inputs, *(kernel.results if kernel.in_place else ())}
     if "x" not in arguments:
         highest = Level.TIME if "t" in arguments else Level.PARAM
@@ -74,7 +73,7 @@ def _verify(dag: Dag, kernel: Kernel) -> None:
 def _differentiated(
     program: Program, switches: tuple[Switch, ...]
 ) -> tuple[Program, tuple[Switch, ...], Jacobian]:
-    """The program and its Jacobian, optimised together; entries found to be zero are gone."""
+    """Differentiate a program, and optimise it with its Jacobian; zero entries are removed."""
     program, jacobian = differentiate(program)
     others = (*jacobian.entries, *jacobian.by_time, *(switch.argument for switch in switches))
     dag, new = number_values(program.dag, (*program_roots(program), *others))
@@ -100,139 +99,154 @@ def _stores(array: str, nodes: Iterable[Node]) -> tuple[Store, ...]:
 def _kernels(
     program: Program, switches: tuple[Switch, ...], jacobian: Jacobian
 ) -> tuple[Kernel, ...]:
-    """All kernels but `prepare`, those of the inner loop first."""
+    """All kernels except `prepare`, those of the integration loop first."""
+    return (
+        *_step_kernels(program, jacobian),
+        *_event_kernels(program, switches),
+        *_setup_kernels(program),
+    )
 
-    def kernel(
-        name: str, purpose: str, inputs: str, results: str, *stores: Store, in_place: bool = False
-    ) -> Kernel:
-        return Kernel(
-            name,
-            purpose,
-            tuple(inputs.split()),
-            tuple(results.split()),
-            Reads.HOISTED,
-            stores,
-            in_place,
-        )
 
-    states = program.states
+def _kernel(
+    name: str,
+    purpose: str,
+    inputs: str,
+    results: str,
+    stores: Iterable[Store],
+    *,
+    in_place: bool = False,
+) -> Kernel:
+    """A kernel that reads hoisted nodes; argument names are separated by blanks."""
+    return Kernel(
+        name,
+        purpose,
+        tuple(inputs.split()),
+        tuple(results.split()),
+        Reads.HOISTED,
+        tuple(stores),
+        in_place,
+    )
+
+
+def _step_kernels(program: Program, jacobian: Jacobian) -> Iterator[Kernel]:
+    """The kernels that are evaluated within steps and at rows."""
     energy = program.energy
+    yield _kernel(
+        "rhs",
+        "The right-hand sides f of M y' = f.",
+        _RUNNING,
+        "f",
+        _stores("f", (s.derivative for s in program.states)),
+    )
+    yield _kernel(
+        "jacobian",
+        "The entries of df/dx in the order of jac_row and jac_col, and df/dt.",
+        _RUNNING,
+        "jac dfdt",
+        (*_stores("jac", jacobian.entries), *_stores("dfdt", jacobian.by_time)),
+    )
+    yield _kernel(
+        "energy",
+        "Stored energy, supplied power, dissipated power.",
+        _RUNNING,
+        "out",
+        _stores("out", (energy.stored, energy.supplied, energy.dissipated)),
+    )
+    yield _kernel(
+        "outputs",
+        "What the scene observes.",
+        _RUNNING,
+        "y",
+        _stores("y", (o.node for o in program.observations)),
+    )
+    yield _kernel(
+        "commands",
+        "What the devices are told.",
+        _RUNNING,
+        "c",
+        _stores("c", (value for d in program.devices for value in d.values)),
+    )
+
+
+def _event_kernels(program: Program, switches: tuple[Switch, ...]) -> Iterator[Kernel]:
+    """The kernels of asserts, projections and switches, the last two only if there are any."""
+    yield _kernel(
+        "asserts",
+        "Conditions that have to hold: nonzero where they do.",
+        _RUNNING,
+        "a",
+        _stores("a", (g.condition for g in program.guards)),
+    )
     projections = [
         Store("x", index, state.projection)
-        for index, state in enumerate(states)
+        for index, state in enumerate(program.states)
         if state.projection is not None
     ]
-    project = kernel(
-        "project",
-        "States that are set after each completed step.",
-        "h t",
-        "x",
-        *projections,
-        in_place=True,
-    )
-    return (
-        kernel(
-            "rhs",
-            "The right-hand sides f of M y' = f.",
-            _RUNNING,
-            "f",
-            *_stores("f", (s.derivative for s in states)),
-        ),
-        kernel(
-            "jacobian",
-            "The entries of df/dx in the order of jac_row and jac_col, and df/dt.",
-            _RUNNING,
-            "jac dfdt",
-            *_stores("jac", jacobian.entries),
-            *_stores("dfdt", jacobian.by_time),
-        ),
-        kernel(
-            "energy",
-            "Stored energy, supplied power, dissipated power.",
-            _RUNNING,
-            "out",
-            *_stores("out", (energy.stored, energy.supplied, energy.dissipated)),
-        ),
-        kernel(
-            "outputs",
-            "What the scene observes.",
-            _RUNNING,
-            "y",
-            *_stores("y", (o.node for o in program.observations)),
-        ),
-        kernel(
-            "commands",
-            "What the devices are told.",
-            _RUNNING,
-            "c",
-            *_stores("c", (value for d in program.devices for value in d.values)),
-        ),
-        kernel(
-            "asserts",
-            "Conditions that have to hold: nonzero where they do.",
-            _RUNNING,
-            "a",
-            *_stores("a", (g.condition for g in program.guards)),
-        ),
-        *([project] if projections else []),
-        *(
-            [
-                kernel(
-                    "switches",
-                    "The arguments of discontinuous operations.",
-                    _RUNNING,
-                    "z",
-                    *_stores("z", (switch.argument for switch in switches)),
-                )
-            ]
-            if switches
-            else []
-        ),
-        kernel(
-            "mass",
-            "The entries of M in the order of mass_row and mass_col.",
-            "h",
-            "m",
-            *_stores("m", (entry.value for entry in program.mass or ())),
-        ),
-        kernel(
-            "initial",
-            "The states at the start.",
-            "h t u",
+    if projections:
+        yield _kernel(
+            "project",
+            "States that are set after each completed step.",
+            "h t",
             "x",
-            *_stores("x", (s.initial for s in states)),
-        ),
-        kernel(
-            "scale",
-            "The unit in which the error of each state is measured.",
-            "h",
-            "scale",
-            *_stores("scale", (s.scale for s in states)),
-        ),
-        kernel(
-            "positive",
-            "Parameters and expressions of them that have to be positive.",
-            "p h",
-            "check",
-            *_stores("check", _checks(program)),
-        ),
+            projections,
+            in_place=True,
+        )
+    if switches:
+        yield _kernel(
+            "switches",
+            "The arguments of discontinuous operations.",
+            _RUNNING,
+            "z",
+            _stores("z", (switch.argument for switch in switches)),
+        )
+
+
+def _setup_kernels(program: Program) -> Iterator[Kernel]:
+    """The kernels that are evaluated once, when parameters are set or a run starts."""
+    yield _kernel(
+        "mass",
+        "The entries of M in the order of mass_row and mass_col.",
+        "h",
+        "m",
+        _stores("m", (entry.value for entry in program.mass or ())),
+    )
+    yield _kernel(
+        "initial",
+        "The states at the start.",
+        "h t u",
+        "x",
+        _stores("x", (s.initial for s in program.states)),
+    )
+    yield _kernel(
+        "scale",
+        "The unit in which the error of each state is measured.",
+        "h",
+        "scale",
+        _stores("scale", (s.scale for s in program.states)),
+    )
+    yield _kernel(
+        "positive",
+        "Parameters and expressions of them that have to be positive.",
+        "p h",
+        "check",
+        _stores("check", _checks(program)),
     )
 
 
-_ROUNDING = Fraction(1, 2**48)  # of the terms of a sum: what is left of nothing
+_ROUNDING = Fraction(1, 2**48)  # bound on the relative rounding error of a sum that is zero
 
 
 def _checks(program: Program) -> list[Node]:
-    """Nodes that have to be positive; of one that must only not be zero, how far it is from it."""
+    """Nodes that must be positive; for a nonzero divisor, its distance from zero."""
     dag = program.dag
     return [
-        check.node if check.strictly_positive else _size(dag, check.node)
+        check.node if check.strictly_positive else _distance_from_zero(dag, check.node)
         for check in program.positive
     ]
 
 
-def _size(dag: Dag, node: Node) -> Node:
-    """The size of a node, less what the rounding of its terms may leave of a zero."""
+def _distance_from_zero(dag: Dag, node: Node) -> Node:
+    """The absolute value of a node, less a bound on the rounding error of its terms."""
     terms, stack, seen = [], [node], set()
     while stack:
         top = stack.pop()
@@ -250,7 +264,7 @@ def _size(dag: Dag, node: Node) -> Node:
 
 
 def dependent_defaults(program: Program) -> list[tuple[int, Node]]:
-    """Parameters whose default is computed from others."""
+    """The index and default of each parameter whose default depends on others."""
     return [
         (parameter.index, parameter.value)
         for parameter in program.parameters

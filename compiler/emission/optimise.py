@@ -1,14 +1,14 @@
-"""Simplification of a program's graph.
+"""Simplify the DAG of a program.
 
-Three things happen in one pass over the nodes that are needed, operands first:
+One pass over the required nodes, operands first, combines three simplifications:
 
-- every operation is made again by the graph's own rules, which fold constants, zeros and ones;
-- a quotient becomes a product with a reciprocal, which the quotients of one divisor share and
-  which is computed once and for all where the divisor is a parameter;
-- nodes that are equal, or opposite, modulo a large prime at random points become one
-  (value numbering), which also finds expressions that are zero without looking it.
+- every operation is rebuilt by the rules of the DAG, which fold constants, zeros and ones;
+- a quotient becomes a product with a reciprocal, which quotients with the same divisor share and
+  which is computed once per run where the divisor is a parameter;
+- nodes with equal or opposite values modulo a large prime at random points are merged (value
+  numbering), which also detects expressions that are identically zero.
 
-Literals stay exact: floats would lose cancellations.
+Literals remain exact, since rounding would prevent cancellations.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ from bgc.ir.program_nodes import map_program, program_roots
 _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG = map(
     int, (Op.CONST, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG)
 )
-_ARITHMETIC = frozenset((_ADD, _SUB, _MUL, _DIV, _NEG))  # of fingerprints too
+_ARITHMETIC = frozenset((_ADD, _SUB, _MUL, _DIV, _NEG))  # exact on fingerprints
 
 
 def optimise(program: Program) -> Program:
-    """The program on a new graph that holds nothing else, with equal outputs.
+    """Return an equivalent program on a new DAG that contains only required nodes.
 
-    Raises AssertionError if an output has another fingerprint than before.
+    Raises AssertionError if the fingerprint of an output changes.
     """
     dag, new = number_values(program.dag, program_roots(program))
     return map_program(program, dag, new.__getitem__)
 
 
 def number_values(dag: Dag, roots: Sequence[Node]) -> tuple[Dag, dict[Node, Node]]:
-    """A new graph with the roots simplified, and the new node of every old one they need."""
+    """Simplify the roots on a new DAG; also return the new node of every old node they need."""
     simple = Dag()
     values, after = Fingerprints(dag).values(), Fingerprints(simple)
     first: dict[int, Node] = {}  # fingerprint -> node
     new: dict[Node, Node] = {}
-    computed: set[Node] = set()  # their values in `dag` are hashes of numbers now computed with
+    folded: set[Node] = set()  # nodes whose fingerprint in `dag` is outdated by constant folding
     op, a, b = dag.op, dag.a, dag.b
     for node in dag.reachable(roots):
         kind = op[node]
@@ -56,10 +56,10 @@ def number_values(dag: Dag, roots: Sequence[Node]) -> tuple[Dag, dict[Node, Node
         else:
             made = _remake(dag, simple, node, new)
         is_function = kind not in _ARITHMETIC
-        if (is_function or computed) and _is_computed(dag, simple, node, new, computed):
-            computed.add(node)
+        if (is_function or folded) and _is_folded(dag, simple, node, new, folded):
+            folded.add(node)
             values[node] = after.value(made)
-        new[node] = _known(simple, first, values[node], made)
+        new[node] = _representative(simple, first, values[node], made)
     for node in sorted(dag.places.keys() & new.keys()):
         simple.mark(new[node], dag.places[node])
     now = after.values()
@@ -68,16 +68,15 @@ def number_values(dag: Dag, roots: Sequence[Node]) -> tuple[Dag, dict[Node, Node
     return simple, new
 
 
-def _is_computed(
-    dag: Dag, simple: Dag, node: Node, new: dict[Node, Node], computed: set[Node]
-) -> bool:
-    """Whether a function meets an operand that has turned out to be a number, or is of such.
+def _is_folded(dag: Dag, simple: Dag, node: Node, new: dict[Node, Node], folded: set[Node]) -> bool:
+    """Whether constant folding changes the fingerprint of a node.
 
-    `max(a - a + 2, 1)` is 2, which no hash of the operands tells.
+    The fingerprint of a function is a hash of its operands, so it changes where an operand becomes
+    a constant: `max(a - a + 2, 1)` becomes 2. Nodes that depend on such a function change too.
     """
     is_function = dag.op[node] not in _ARITHMETIC
     return any(
-        x in computed or (is_function and dag.op[x] != _CONST and simple.op[new[x]] == _CONST)
+        x in folded or (is_function and dag.op[x] != _CONST and simple.op[new[x]] == _CONST)
         for x in dag.operands(node)
     )
 
@@ -89,8 +88,11 @@ def _remake(dag: Dag, simple: Dag, node: Node, new: dict[Node, Node]) -> Node:
     return simple.adopt(dag, node, operands)
 
 
-def _known(dag: Dag, first: dict[int, Node], value: int, node: Node) -> Node:
-    """The node to use for one with this value: an equal one, the opposite of one, or itself."""
+def _representative(dag: Dag, first: dict[int, Node], value: int, node: Node) -> Node:
+    """The representative of a node with this fingerprint: an equal node, a negation, or itself.
+
+    The representative is the first node found, unless a later one has a lower level.
+    """
     if dag.op[node] <= _SYMBOL:
         first[value] = node
         return node

@@ -1,4 +1,4 @@
-"""Expressions of the graph as C text."""
+"""Print expressions of the DAG as C."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from bgc.algebra.operation import Lanes, Operation
 from bgc.algebra.operations import ROWS
 from bgc.ir.graph import Node
 
-# How tightly a piece of text binds, as in C.
+# Precedence of a piece of C text, ascending.
 _CHOICE, _COMPARE, _SUM, _PRODUCT, _UNARY, _ATOM = range(6)
 
 
 def function_text(number: str, name: str, arity: int, formula: str) -> str:
-    """A C function that returns a formula in `a` (and `b`), which are of the C type `number`."""
+    """A C function that returns a formula in its arguments `a` (and `b`) of type `number`."""
     arguments = ", ".join(f"{number} {x}" for x in "ab"[:arity])
     return f"static inline {number} {name}({arguments})\n{{\n    return {formula};\n}}\n"
 
 
-# Functions that C lacks, defined in each unit that calls them.
+# Functions that are missing in C, defined in each unit that calls them.
 HELPERS: dict[str, str] = {
     row.c: function_text("double", row.c, row.arity, row.c_formula) for row in ROWS if row.c_formula
 }
@@ -35,24 +35,24 @@ _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG, _SELECT = map(
 
 
 def literal(value: Fraction) -> str:
-    """The double nearest to an exact value, in the fewest digits that read back as it."""
+    """The double nearest to an exact value, in the shortest text that reads back exactly."""
     try:
         return repr(float(value))
     except OverflowError:
         return "INFINITY" if value > 0 else "-INFINITY"
 
 
-def asks_for_number(dag: Dag, node: Node) -> bool:
-    """Whether a condition is `x == x`: true of a number, false of a NaN."""
+def is_number_test(dag: Dag, node: Node) -> bool:
+    """Whether a condition is `x == x`, which is false if x is NaN."""
     return dag.op[node] == Op.EQ and dag.a[node] == dag.b[node]
 
 
 class Printer:
-    """Text of nodes. Nodes that have a name are referred to, all others are written out.
+    """Prints nodes as C: named nodes by their name, all others as expressions.
 
-    Conditions are 1, 0 or, undefined, a NaN, and so is what is chosen by one that is; those of
-    choices have a name. `used` collects the arrays (and `t`) that the text refers to, `helpers`
-    the functions it calls that the unit has to define or declare.
+    A condition is 1, 0, or NaN if undefined; a choice with an undefined condition is NaN. The
+    condition of a choice must have a name, since it is read twice. `used` collects the arrays (and
+    `t`) that the text reads, `helpers` the functions that the unit has to define or declare.
     """
 
     def __init__(self, dag: Dag, names: Mapping[Node, str]) -> None:
@@ -63,11 +63,11 @@ class Printer:
         self.helpers: set[str] = set()
 
     def name(self, node: Node, text: str) -> None:
-        """From here on, write `text` for the node."""
+        """Print the node as `text` from now on."""
         self._names[node] = text
 
     def expression(self, node: Node) -> str:
-        """The node's operation written out, even where the node has a name."""
+        """The node as an expression, even if it has a name."""
         return self._write(node)[0]
 
     def leaf(self, node: Node) -> str:
@@ -94,7 +94,7 @@ class Printer:
         return f"{array}[{symbol.index}]", _ATOM
 
     def _within(self, node: Node, least: int) -> str:
-        """The operand, in parentheses if it binds less tightly than `least`."""
+        """The operand, in parentheses if its precedence is below `least`."""
         text, binding = self._operand(node)
         return text if binding >= least else f"({text})"
 
@@ -126,7 +126,7 @@ class Printer:
     def _choice(self, node: Node) -> tuple[str, int]:
         condition = self._a[node]
         yes, no = self._within(self._b[node], _COMPARE), self._within(self._c[node], _COMPARE)
-        if asks_for_number(self._dag, condition):
+        if is_number_test(self._dag, condition):
             mode = self._operand(self._a[condition])[0]
             return f"{mode} == {mode} ? {yes} : {no}", _CHOICE
         truth = self._operand(condition)[0]
@@ -138,7 +138,7 @@ class Printer:
         return row.c
 
     def _open_reciprocal(self, node: Node) -> str | None:
-        """The divisor of a reciprocal that has no name: its product is one division."""
+        """The divisor if a node is an unnamed reciprocal, whose product is one division."""
         if self._op[node] != _DIV or node in self._names:
             return None
         if self._dag.value(self._a[node]) != 1:
@@ -147,10 +147,7 @@ class Printer:
 
 
 class LanePrinter(Printer):
-    """The same for the vectors of `bgc_lanes.h`: a number for each instance of a batch.
-
-    Both sides of a choice are computed.
-    """
+    """Prints nodes for the vectors of `bgc_lanes.h`; both operands of a choice are computed."""
 
     def _constant(self, text: str) -> tuple[str, int]:
         return f"lane_of({text})", _ATOM
@@ -158,7 +155,7 @@ class LanePrinter(Printer):
     def _choice(self, node: Node) -> tuple[str, int]:
         condition = self._a[node]
         yes, no = self._operand(self._b[node])[0], self._operand(self._c[node])[0]
-        if asks_for_number(self._dag, condition):
+        if is_number_test(self._dag, condition):
             mode = self._operand(self._a[condition])[0]
             return f"lane_select({mode} == {mode}, {yes}, {no})", _ATOM
         return f"lane_choose({self._operand(condition)[0]}, {yes}, {no})", _ATOM
@@ -171,17 +168,17 @@ class LanePrinter(Printer):
 
 
 def lane_name(row: Operation) -> str:
-    """The function on vector registers of an operation."""
+    """The name of an operation's function on vector registers."""
     return f"lane_{row.c.removeprefix('model_')}"
 
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """What the numbers of emitted functions are: their C type, and how the text differs.
+    """The C type of the numbers of emitted functions, and the differences that follow from it.
 
-    `prefix` begins the names of functions that belong to one unit, `shared` of those that units
-    share, `function` of mathematical ones. A long function is cut into parts of `part` operations.
-    So many numbers before and behind a pointer as `reach` are near: see `windows.py`.
+    `prefix` is that of static functions, `shared` that of functions shared between units,
+    `function` that of mathematical functions. A long function is split into parts of `part`
+    operations. `reach` is the distance from a pointer that has a short encoding (`windows.py`).
     """
 
     type: str
@@ -193,7 +190,7 @@ class Numbers:
     printer: Callable[[Dag, Mapping[Node, str]], Printer]
 
     def constant(self, text: str) -> str:
-        """A literal as such a number."""
+        """A literal of this type."""
         return f"{self.type}_of({text})" if self.function else text
 
 

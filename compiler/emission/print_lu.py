@@ -1,11 +1,10 @@
-"""The factors of `W = c M - J`: their pattern as tables, `factor` and `solve` as C.
+"""Print the LU factorisation of `W = c M - J`: its pattern as tables, `factor` and `solve` as C.
 
-The factors are stored row after row in `lu`: the entries left of the pivot (of L, whose
-diagonal is one), the reciprocal of the pivot, the entries right of it (of U). Each is one
-expression, with the assembly of `W = c M - J` folded in, which compiles and runs faster than
-an elimination in place (1.05 us and 0.45 s of gcc against 2.35 us and 4.6 s on a crane of 70
-states). Beyond `UNROLLED` operations the runtime works by the tables: slower to run by 3.5, nothing
-to compile.
+The factors are stored by rows in `lu`: the entries left of the pivot (of L, with unit diagonal),
+the reciprocal of the pivot, the entries right of it (of U). Each entry is one expression that
+includes the assembly of `W = c M - J`. This compiles and runs faster than elimination in place
+(1.05 us and 0.45 s of gcc instead of 2.35 us and 4.6 s on a crane with 70 states). Above `UNROLLED`
+operations there is no C text: the runtime uses the tables, which takes 3.5 times as long to run.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from bgc.emission.print_c import DOUBLES, LANES, Numbers
-from bgc.emission.windows import pointed, repointed
+from bgc.emission.windows import pointer_argument, shift_indices
 from bgc.ir.lowered import LuPlan
 
 UNROLLED = 30_000  # operations of a factorisation
@@ -40,7 +39,7 @@ _PURPOSE = (
 
 @dataclass(frozen=True, slots=True)
 class MatrixText:
-    """C functions `factor` and `solve` (none where the tables serve), and what they need."""
+    """C functions `factor` and `solve` (empty if the runtime uses the tables), and their needs."""
 
     text: str
     tables: dict[str, Sequence[int]]  # the pattern of the factors, see `bgc.h`
@@ -51,7 +50,7 @@ class MatrixText:
 
 @dataclass(frozen=True, slots=True)
 class _Slots:
-    """Where each row of the factors begins in `lu`."""
+    """The index of the first entry of each row of the factors in `lu`."""
 
     plan: LuPlan
     first: tuple[int, ...]
@@ -67,17 +66,17 @@ def print_lu(
     shared: bool = False,
     numbers: Numbers = DOUBLES,
 ) -> MatrixText:
-    """The tables and the C text for a plan.
+    """Print the tables and the C functions of a plan.
 
-    `mass` and `jacobian` give the places of entries in m and jac. No text beyond `UNROLLED`
-    operations. Functions `shared` with other units are `bgc_model_NAME`, else they are static.
-    On lanes, `growth` is all that `factor` tells.
+    `mass` and `jacobian` map a position to the index of its entry in m and jac. There are no
+    functions above `UNROLLED` operations. `shared` functions are visible to other units; others are
+    static. On lanes `factor` reports through `growth` only and has no status.
     """
     tables = _pattern(plan, mass, jacobian)
     solve = 2 * plan.entries - len(plan.rows)
     if plan.operations > UNROLLED:
         return MatrixText("", tables, 0, plan.operations, solve)
-    slots = _Slots(plan, _starts(plan))
+    slots = _Slots(plan, _row_starts(plan))
     factor = _unrolled_factor(slots, mass, jacobian, shared, numbers)
     text = f"{factor}\n{_unrolled_solve(slots, shared, numbers)}"
     work = 0 if plan.rows == plan.columns else len(plan.rows)
@@ -85,7 +84,7 @@ def print_lu(
 
 
 def matrix_prototypes(numbers: Numbers = DOUBLES) -> str:
-    """The declarations of `factor` and `solve` where they are shared."""
+    """The declarations of shared functions `factor` and `solve`."""
     return f"{_factor_head(True, numbers)};\n{_solve_head(True, numbers)};\n"
 
 
@@ -107,7 +106,7 @@ def _linkage(shared: bool, result: str, numbers: Numbers) -> str:
     return f"{result} {numbers.shared}" if shared else f"static {result} {numbers.prefix}"
 
 
-def _starts(plan: LuPlan) -> tuple[int, ...]:
+def _row_starts(plan: LuPlan) -> tuple[int, ...]:
     starts, total = [], 0
     for lower, upper in zip(plan.lower, plan.upper, strict=True):
         starts.append(total)
@@ -116,7 +115,7 @@ def _starts(plan: LuPlan) -> tuple[int, ...]:
 
 
 def _wrapped(start: str, terms: Sequence[str], joint: str) -> str:
-    """`start` and the terms, on as many lines as they need."""
+    """`start` followed by the terms, with line breaks."""
     lines = [joint.join(terms[k : k + _PER_LINE]) for k in range(0, len(terms), _PER_LINE)]
     return start + f"\n       {joint}".join(lines)
 
@@ -124,10 +123,10 @@ def _wrapped(start: str, terms: Sequence[str], joint: str) -> str:
 # --- factor ---------------------------------------------------------------------------
 
 
-def _assembled(
+def _entry_of_w(
     position: Position, mass: dict[Position, int] | None, jacobian: dict[Position, int]
 ) -> str:
-    """One entry of W as text, empty where W has none there."""
+    """An entry of W as text; empty where W has none (fill)."""
     if mass is None:
         inertia = "c" if position[0] == position[1] else ""
     else:
@@ -144,7 +143,7 @@ def _magnitude(
     jacobian: dict[Position, int],
     size: str,
 ) -> str:
-    """The sizes of the parts of an entry of W, added up; `size` is the name of that function."""
+    """The sum of the magnitudes of the terms of an entry of W; `size` is the C function fabs."""
     parts = []
     if mass is None:
         if position[0] == position[1]:
@@ -172,7 +171,7 @@ def _unrolled_factor(
     )
     parts, calls = [], []
     for count, statements in enumerate(chunks, 1):
-        lines, places = _near(statements, numbers)
+        lines, places = _shift_pointers(statements, numbers)
         body = "\n".join(lines)
         used = [name for name, reads in _READS.items() if reads.search(body)]
         declared = ", ".join(_ARGUMENTS[name].format(number) for name in used)
@@ -181,7 +180,7 @@ def _unrolled_factor(
             f"static {number} {part}({declared})\n"
             f"{{\n    {number} g = {zero};\n{body}\n    return g;\n}}\n\n"
         )
-        passed = ", ".join(pointed(name, places) for name in used)
+        passed = ", ".join(pointer_argument(name, places) for name in used)
         calls.append(f"    g += {part}({passed});\n")
     if not plan.rows:
         parts, calls = [], ["    (void)c;\n    (void)lu;\n"]
@@ -195,7 +194,7 @@ def _unrolled_factor(
 
 
 def _unused(mass: dict[Position, int] | None, jacobian: dict[Position, int]) -> str:
-    """Statements that mark the arguments of `factor` that a model has no use for."""
+    """Statements that mark unused arguments of `factor`."""
     return ("" if mass else "    (void)m;\n") + ("" if jacobian else "    (void)jac;\n")
 
 
@@ -206,7 +205,7 @@ def _factor_row(
     jacobian: dict[Position, int],
     fabs: str,
 ) -> Iterator[tuple[str, int]]:
-    """The statements of row k, left to right, each with its count of operations."""
+    """The statements of row k from left to right, each with its number of operations."""
     plan = slots.plan
     lower, upper = plan.lower[k], plan.upper[k]
     row = plan.rows[k]
@@ -217,7 +216,7 @@ def _factor_row(
     for slot, j in enumerate(products, slots.first[k]):
         position = (row, plan.columns[j])
         terms = products[j]
-        start = _assembled(position, mass, jacobian)
+        start = _entry_of_w(position, mass, jacobian)
         if not start:
             start = f"-{terms[0]}"  # -a * b is (-a) * b
             following = terms[1:]
@@ -246,7 +245,7 @@ def _factor_row(
 def _unrolled_solve(slots: _Slots, shared: bool, numbers: Numbers) -> str:
     plan, number = slots.plan, numbers.type
     diagonal = plan.rows == plan.columns
-    # With pivots off the diagonal the unknowns are kept in w, in the order of elimination.
+    # With pivots off the diagonal, w holds the unknowns in the order of elimination.
     place = [f"b[{row}]" if diagonal else f"w[{k}]" for k, row in enumerate(plan.rows)]
     statements = []
     for k, lower in enumerate(plan.lower):
@@ -257,7 +256,7 @@ def _unrolled_solve(slots: _Slots, shared: bool, numbers: Numbers) -> str:
     for k in reversed(range(len(plan.rows))):
         pivot = slots.pivot(k)
         terms = [f"lu[{slot}] * {place[j]}" for slot, j in enumerate(plan.upper[k], pivot + 1)]
-        terms.reverse()  # those known longest first, so that the processor need not wait
+        terms.reverse()  # the unknowns computed first come first, which avoids pipeline stalls
         if terms:
             value = f"({_wrapped(f'{place[k]} - ', terms, ' - ')}) * lu[{pivot}]"
         else:
@@ -269,26 +268,28 @@ def _unrolled_solve(slots: _Slots, shared: bool, numbers: Numbers) -> str:
     parts, calls = [], []
     extra, more = ("", "") if diagonal else (f", {number} *restrict w", ", w")
     for count, chunk in enumerate(_in_chunks(statements), 1):
-        lines, places = _near(chunk, numbers)
+        lines, places = _shift_pointers(chunk, numbers)
         part = f"{numbers.prefix}_solve_{count}"
         parts.append(
             f"static void {part}(const {number} *restrict lu, {number} *restrict b{extra})\n"
             "{\n" + "\n".join(lines) + "\n}\n\n"
         )
-        passed = f"{pointed('lu', places)}, {pointed('b', places)}"
+        passed = f"{pointer_argument('lu', places)}, {pointer_argument('b', places)}"
         calls.append(f"    {part}({passed}{more});\n")
     head = "".join(["    (void)w;\n"] * diagonal + ["    (void)lu;\n    (void)b;\n"] * (not parts))
     signature = _solve_head(shared, numbers)
     return f"{_SOLVE_PURPOSE}{''.join(parts)}{signature}\n{{\n{head}{''.join(calls)}}}\n"
 
 
-def _near(statements: Sequence[str], numbers: Numbers) -> tuple[list[str], dict[str, int]]:
-    """The statements of a part, its pointers near what it uses."""
-    return repointed(statements, ("m", "jac", "lu", "b"), numbers.reach)
+def _shift_pointers(
+    statements: Sequence[str], numbers: Numbers
+) -> tuple[list[str], dict[str, int]]:
+    """Shift the indices of a part's statements relative to its pointers."""
+    return shift_indices(statements, ("m", "jac", "lu", "b"), numbers.reach)
 
 
 def _in_chunks(statements: Iterable[tuple[str, int]]) -> list[list[str]]:
-    """Statements in groups of at most `_CHUNK` operations."""
+    """Group statements into chunks of at most `_CHUNK` operations."""
     chunks: list[list[str]] = []
     filled = _CHUNK
     for line, operations in statements:
@@ -306,8 +307,8 @@ def _in_chunks(statements: Iterable[tuple[str, int]]) -> list[list[str]]:
 def _pattern(
     plan: LuPlan, mass: dict[Position, int] | None, jacobian: dict[Position, int]
 ) -> dict[str, Sequence[int]]:
-    """Where the entries of the factors, of M and of the Jacobian are, by the name of the table."""
-    slots = _Slots(plan, _starts(plan))
+    """The tables of the factors, and of the positions of M and J in them, by name."""
+    slots = _Slots(plan, _row_starts(plan))
     size = len(plan.rows)
     place: dict[Position, int] = {}
     for k, row in enumerate(plan.rows):

@@ -1,12 +1,12 @@
-"""The order of elimination and the fill of `W = c M - J`, from its pattern alone.
+"""Plan the pivots and fill of the LU factorisation of `W = c M - J` from its pattern.
 
-Pivots are fixed at compile time. Where M has a diagonal entry the pivot is on the diagonal; a
-row without one (an algebraic equation) gets an entry of its own by a matching of rows to
-columns. Among these pivots the next is always one that fills in least, found with a heap that is
-allowed to be stale: by the bound of Markowitz (1957), entries in its row times entries in its
-column, and of small models by the count of entries that it fills, which takes longer to make out.
-The order with fewer operations is kept.
-The factors are kept up-looking: row k from rows above it, each entry one sum of products.
+Pivots are chosen at compile time. A row has its pivot on the diagonal where the pattern has an
+entry there; the other rows (algebraic equations) get theirs from a matching of rows and columns,
+entries of M first. The order of elimination is greedy, by the bound of Markowitz (1957) on fill,
+(entries in the row - 1) (entries in the column - 1); for small models also by the exact fill, which
+is more expensive to compute, and the order with fewer operations is kept. The priority queue may
+hold stale costs, which are updated when they reach its head. The factorisation is up-looking: row k
+follows from the rows above it, each entry a single sum of products.
 """
 
 from __future__ import annotations
@@ -18,65 +18,86 @@ from bgc.algebra.matching import Matching
 from bgc.ir.lowered import Jacobian, LuPlan
 from bgc.ir.program import Program
 
-_COUNTED = 5_000  # operations of a factorisation up to which fill is counted
+_MAX_FOR_EXACT_FILL = 5_000  # operations of a factorisation up to which exact fill is tried
 
 
 def plan_lu(program: Program, jacobian: Jacobian) -> LuPlan:
-    """Pivots and fill for the iteration matrix of a program."""
+    """Plan the factorisation of the iteration matrix of a program."""
     size = len(program.states)
-    sure = (
+    preferred = (
         {(i, i) for i in range(size)}
         if program.mass is None
         else {(m.row, m.column) for m in program.mass}
     )
-    return plan_pattern(size, sure, zip(jacobian.rows, jacobian.columns, strict=True))
+    return plan_pattern(size, preferred, zip(jacobian.rows, jacobian.columns, strict=True))
 
 
 def plan_pattern(
-    size: int, sure: Iterable[tuple[int, int]], others: Iterable[tuple[int, int]]
+    size: int, preferred: Iterable[tuple[int, int]], others: Iterable[tuple[int, int]]
 ) -> LuPlan:
-    """Pivots and fill of a pattern; pivots are taken among `sure` positions where possible."""
-    first: list[set[int]] = [set() for _ in range(size)]
+    """Plan the factorisation of a pattern: positions in `preferred` (those of M) and `others`.
+
+    Pivots are on the diagonal where possible, then at preferred positions.
+    """
+    preferred_columns: list[set[int]] = [set() for _ in range(size)]
     pattern: list[set[int]] = [set() for _ in range(size)]
-    for row, column in sure:
-        first[row].add(column)
+    for row, column in preferred:
+        preferred_columns[row].add(column)
         pattern[row].add(column)
     for row, column in others:
         pattern[row].add(column)
-    column_of = _match(first, pattern)
-    plan = _eliminate(pattern, column_of, _products)
-    if plan.operations > _COUNTED:
+    column_of = _match(preferred_columns, pattern)
+    plan = _eliminate(pattern, column_of, _product_count)
+    if plan.operations > _MAX_FOR_EXACT_FILL:
         return plan
-    return min(plan, _eliminate(pattern, column_of, _filled), key=lambda p: p.operations)
+    return min(plan, _eliminate(pattern, column_of, _fill_count), key=lambda p: p.operations)
 
 
-def _match(first: Sequence[set[int]], pattern: Sequence[set[int]]) -> list[int]:
-    """Match every row of a pattern with a column, its own where possible; `first` is part of it.
+def _match(preferred: Sequence[set[int]], pattern: Sequence[set[int]]) -> list[int]:
+    """Match every row of a pattern with a column, its own where possible.
 
-    Diagonal entries are taken where there are any; then augmenting paths, over `first` before the
-    whole pattern, complete the matching.
+    Rows without a diagonal entry are matched by augmenting paths, over the `preferred` part of the
+    pattern before the whole pattern.
     """
     size = len(pattern)
     own = {k: k for k in range(size) if k in pattern[k]}
     matching = Matching(own)
     for row in range(size):
-        if row in own or matching.augment(row, lambda k: sorted(first[k])):
+        if row in own or matching.augment(row, lambda k: sorted(preferred[k])):
             continue
         if not matching.augment(row, lambda k: sorted(pattern[k])):
             raise AssertionError(f"no pivot for row {row}: the equations are singular")
     return [matching.column_of[row] for row in range(size)]
 
 
-def _products(rows: Sequence[set[int]], columns: Sequence[set[int]], pivot: int) -> int:
-    """The products of a pivot's row and column."""
+def _product_count(rows: Sequence[set[int]], columns: Sequence[set[int]], pivot: int) -> int:
+    """The number of products of a pivot's row and column, a bound on its fill."""
     return (len(rows[pivot]) - 1) * (len(columns[pivot]) - 1)
 
 
-def _filled(rows: Sequence[set[int]], columns: Sequence[set[int]], pivot: int) -> tuple[int, int]:
-    """The entries that a pivot fills, and its products."""
+def _fill_count(
+    rows: Sequence[set[int]], columns: Sequence[set[int]], pivot: int
+) -> tuple[int, int]:
+    """The fill of a pivot, and its number of products."""
     across = rows[pivot]
     filled = sum(len(across - rows[row]) for row in columns[pivot])
-    return filled, _products(rows, columns, pivot)
+    return filled, _product_count(rows, columns, pivot)
+
+
+def _with_diagonal_pivots(
+    pattern: Sequence[set[int]], column_of: Sequence[int]
+) -> tuple[list[set[int]], list[set[int]]]:
+    """The pattern by rows and by columns, columns renumbered such that pivots are diagonal."""
+    size = len(pattern)
+    row_of = [0] * size
+    for row, column in enumerate(column_of):
+        row_of[column] = row
+    rows = [{row_of[column] for column in entries} for entries in pattern]
+    columns: list[set[int]] = [set() for _ in range(size)]
+    for row, entries in enumerate(rows):
+        for column in entries:
+            columns[column].add(row)
+    return rows, columns
 
 
 def _eliminate(
@@ -84,21 +105,14 @@ def _eliminate(
     column_of: Sequence[int],
     cost_of: Callable[[Sequence[set[int]], Sequence[set[int]], int], int | tuple[int, int]],
 ) -> LuPlan:
-    """Eliminates symbolically. Columns are renamed after the row whose pivot they hold."""
+    """Eliminate symbolically, each time the pivot with the least `cost_of`."""
     size = len(pattern)
-    named = [0] * size
-    for row, column in enumerate(column_of):
-        named[column] = row
-    rows = [{named[column] for column in entries} for entries in pattern]
-    columns: list[set[int]] = [set() for _ in range(size)]
-    for row, entries in enumerate(rows):
-        for column in entries:
-            columns[column].add(row)
+    rows, columns = _with_diagonal_pivots(pattern, column_of)
     queue = [(cost_of(rows, columns, k), k) for k in range(size)]
     heapify(queue)
     order: list[int] = []
     place = [-1] * size
-    right: list[set[int]] = []  # of each pivot: the columns right of it
+    right: list[set[int]] = []  # for each pivot: the columns right of it
     lower: list[list[int]] = [[] for _ in range(size)]
     operations = 0
     while queue:

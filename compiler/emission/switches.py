@@ -1,12 +1,14 @@
-"""Discontinuous operations become modes, which the runtime holds over a step.
+"""Replace discontinuous operations by modes, which the runtime holds constant over a step.
 
-A method keeps its order where the right-hand side is smooth. So the result of every comparison,
-`sign`, `floor`, `ceil` and `fmod` that the derivatives or the energies depend on, and that states
-or time can change, is read from an input of the kernels, and the runtime ends a step where the
-operation would give another one. A mode that is no number means: make the operation.
+An integration method has its order only where the right-hand side is smooth. The result of every
+comparison, `sign`, `floor`, `ceil` and `fmod` on which the derivatives or energies depend, and
+which states or time can change, therefore becomes an input of the kernels (its mode), and the
+runtime ends a step where the operation would change its result. A mode of NaN means that the
+operation itself is evaluated.
 
-`abs`, `min` and `max` are continuous and left to error control. So is a `sign` of what multiplies
-it to zero, as in `sign(x)*sqrt(abs(x))`. `==` holds at single instants only and raises no event.
+`abs`, `min` and `max` are continuous and left to error control. So is a `sign` whose factor is zero
+where it changes, as in `sign(x)*sqrt(abs(x))`. `==` is true at isolated instants only and causes no
+event.
 """
 
 from __future__ import annotations
@@ -27,10 +29,10 @@ _JUMPS = {int(op): op.row.jump for op in Op if op.row.jump is not None}
 
 
 def hold_modes(program: Program) -> tuple[Program, tuple[Switch, ...]]:
-    """The program with modes for its discontinuous operations, timed ones first.
+    """Replace the discontinuous operations of a program by modes, those of time alone first.
 
-    Initial values and projections go without: they are computed between steps. The program given
-    is left as it is; the one returned is on a graph of its own.
+    Initial values and projections are computed between steps and keep their operations. The given
+    program is unchanged; the returned one has its own DAG.
     """
     if _JUMPS.keys().isdisjoint(program.dag.op):
         return program, ()
@@ -61,7 +63,7 @@ def hold_modes(program: Program) -> tuple[Program, tuple[Switch, ...]]:
 
 
 def places_of(lowered: Lowered) -> Places:
-    """Where a run may have to point at."""
+    """The source locations that run-time messages refer to."""
     return Places(
         assertions=tuple(Place(guard.span) for guard in lowered.program.guards),
         switches=tuple(Place(switch.place, switch.states) for switch in lowered.switches),
@@ -69,7 +71,7 @@ def places_of(lowered: Lowered) -> Places:
 
 
 def _states_in(program: Program, node: Node) -> tuple[str, ...]:
-    """Names of the states that a node depends on, in their order."""
+    """Names of the states on which a node depends, in the order of the program."""
     dag = program.dag
     symbols = (dag.symbol_of(n) for n in dag.reachable([node]))
     indices = {s.index for s in symbols if s is not None and s.kind is Kind.STATE}
@@ -77,8 +79,11 @@ def _states_in(program: Program, node: Node) -> tuple[str, ...]:
 
 
 def _discontinuous(dag: Dag, roots: Iterable[Node]) -> dict[Node, bool]:
-    """Operations that may change during a step -> whether time alone changes them."""
-    changed_by: dict[Node, Kind] = {}  # the state before the time, where both do
+    """Find the operations that may change during a step.
+
+    Maps each to True if its argument depends on time but not on states.
+    """
+    changed_by: dict[Node, Kind] = {}  # STATE where a node depends on both
     found: dict[Node, bool] = {}
     for node in dag.reachable(roots):
         symbol = dag.symbol_of(node)
@@ -95,9 +100,9 @@ def _discontinuous(dag: Dag, roots: Iterable[Node]) -> dict[Node, bool]:
 
 
 def _with_modes(program: Program, number: Mapping[Node, int]) -> tuple[Program, dict[Node, Node]]:
-    """The program, on its own graph, that reads the results of some operations from modes.
+    """Replace the results of the numbered operations by modes, on the program's own DAG.
 
-    Also returns the argument of each, in which modes of others may be read.
+    Also returns the argument of each operation, which may itself contain modes.
     """
     dag = program.dag
     bare = replace(program, states=())
@@ -119,7 +124,7 @@ def _with_modes(program: Program, number: Mapping[Node, int]) -> tuple[Program, 
 def _argument_and_result(
     dag: Dag, op: int, operands: tuple[Node, ...], mode: Node
 ) -> tuple[Node, Node]:
-    """What decides on the mode of an operation, and its result in a mode."""
+    """The argument z that determines the mode of an operation, and its result for a mode."""
     match _JUMPS[op]:
         case Jump.ABOVE | Jump.NOT_BELOW:
             return dag.sub(operands[1], operands[0]), mode
@@ -134,7 +139,7 @@ def _argument_and_result(
 
 
 def _jumps(dag: Dag, roots: Iterable[Node], found: Iterable[Node]) -> dict[Node, bool]:
-    """Whether what each operation switches may jump where it changes: False is certain."""
+    """Whether the roots may jump where each operation changes; False if provably continuous."""
     roots = list(roots)
     readers: dict[Node, list[Node]] = {node: [] for node in found}
     for node in dag.reachable(roots):
@@ -145,14 +150,15 @@ def _jumps(dag: Dag, roots: Iterable[Node], found: Iterable[Node]) -> dict[Node,
     return {
         node: node in roots
         or not any(
-            _are_continuous(dag, fingerprints, node, readers, edge) for edge in _edges(dag, node)
+            _are_continuous(dag, fingerprints, node, readers, threshold)
+            for threshold in _thresholds(dag, node)
         )
         for node in found
     }
 
 
-def _edges(dag: Dag, node: Node) -> list[dict[Node, Node]]:
-    """Substitutions that put the argument of an operation where the result changes."""
+def _thresholds(dag: Dag, node: Node) -> list[dict[Node, Node]]:
+    """Substitutions for the points at which an operation changes its result."""
     a, b = dag.a[node], dag.b[node]
     match _JUMPS[dag.op[node]]:
         case Jump.ABOVE | Jump.NOT_BELOW:
@@ -168,20 +174,20 @@ def _are_continuous(
     fingerprints: Fingerprints,
     node: Node,
     readers: Mapping[Node, list[Node]],
-    edge: Mapping[Node, Node],
+    threshold: Mapping[Node, Node],
 ) -> bool:
-    """Whether all that read an operation's result give the same on both sides of its edge."""
+    """Whether all readers of an operation's result are continuous at its threshold."""
     for reader in readers[node]:
         a, b, c = dag.a[reader], dag.b[reader], dag.c[reader]
         match dag.op[reader]:
             case Op.NOT:
-                if not _are_continuous(dag, fingerprints, reader, readers, edge):
+                if not _are_continuous(dag, fingerprints, reader, readers, threshold):
                     return False
             case Op.SELECT if node not in (b, c):
-                if not fingerprints.equal(*dag.substitute((b, c), edge)):
+                if not fingerprints.equal(*dag.substitute((b, c), threshold)):
                     return False
             case Op.MUL if dag.op[node] == Op.SIGN and a != b:
-                (other,) = dag.substitute([b if a == node else a], edge)
+                (other,) = dag.substitute([b if a == node else a], threshold)
                 if not fingerprints.is_zero(other):
                     return False
             case _:

@@ -1,4 +1,4 @@
-"""The constant tables of an emitted model, as C text: names, units, bounds, patterns, devices."""
+"""Print the constant tables of a model as C: names, units, bounds, patterns, devices."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ Field = tuple[str, str]  # a member of bgc_model and its value
 def model_tables(
     lowered: Lowered, factors: Mapping[str, Sequence[int]], source_hash: str
 ) -> tuple[list[str], list[Field]]:
-    """Definitions of the tables, and the members of `bgc_model` that name and size them.
+    """Print the tables, and the members of `bgc_model` that refer to them or give their sizes.
 
-    `factors` holds the tables of the factors of W.
+    `factors` are the tables of the LU factors of W.
     """
     program, jacobian = lowered.program, lowered.jacobian
     scene = program.scene
@@ -41,20 +41,7 @@ def model_tables(
         ("abi", "BGC_ABI"),
         ("name", quoted(scene.name)),
         ("hash", quoted(source_hash)),
-        ("n_param", str(len(program.parameters))),
-        ("n_hoist", str(len(lowered.hoisted))),
-        ("n_state", str(len(program.states))),
-        ("n_input", str(program.inputs)),
-        ("n_output", str(len(program.observations))),
-        ("n_command", str(len(commands))),
-        ("n_assert", str(len(program.guards))),
-        ("n_device", str(len(program.devices))),
-        ("n_jac", str(len(jacobian.entries))),
-        ("n_mass", str(len(program.mass or ()))),
-        ("n_lu", str(lowered.plan.entries)),
-        ("n_check", str(len(program.positive))),
-        ("n_switch", str(len(lowered.switches))),
-        ("n_timed", str(sum(switch.timed for switch in lowered.switches))),
+        *((f"n_{name}", str(size)) for name, size in _sizes(lowered).items()),
     ]
 
     def table(field: str, type_: str, rows: Sequence[str]) -> None:
@@ -90,6 +77,27 @@ def model_tables(
     return tables, fields
 
 
+def _sizes(lowered: Lowered) -> dict[str, int]:
+    """The sizes of the arrays of a model, by the members of `bgc_model` without `n_`."""
+    program = lowered.program
+    return {
+        "param": len(program.parameters),
+        "hoist": len(lowered.hoisted),
+        "state": len(program.states),
+        "input": program.inputs,
+        "output": len(program.observations),
+        "command": sum(len(device.commands) for device in program.devices),
+        "assert": len(program.guards),
+        "device": len(program.devices),
+        "jac": len(lowered.jacobian.entries),
+        "mass": len(program.mass or ()),
+        "lu": lowered.plan.entries,
+        "check": len(program.positive),
+        "switch": len(lowered.switches),
+        "timed": sum(switch.timed for switch in lowered.switches),
+    }
+
+
 def number(value: float) -> str:
     """A double as C text."""
     if value in (float("inf"), float("-inf")):
@@ -98,7 +106,7 @@ def number(value: float) -> str:
 
 
 def quoted(text: str) -> str:
-    """A C string literal, in ASCII whatever the text."""
+    """A C string literal in ASCII; other bytes of the UTF-8 text are escaped."""
     out = []
     for byte in text.encode("utf-8"):
         char = chr(byte)
@@ -140,7 +148,7 @@ def _switches(lowered: Lowered) -> list[str]:
 
 
 def _inputs(program: Program) -> list[str]:
-    """Where each input comes from; device -1 for one that the caller sets."""
+    """The source of each input: a device channel, or device -1 for one that the caller sets."""
     rows = ["{-1, 0, 0}"] * program.inputs
     for d, device in enumerate(program.devices):
         for k, use in enumerate(device.inputs, device.first_input):

@@ -1,11 +1,11 @@
-"""Derivatives by elimination of vertices from the graph of partial derivatives.
+"""Differentiate by vertex elimination on the graph of partial derivatives.
 
-Every edge of the graph carries the derivative of a node by one of its operands. A node between
-is taken out by multiplying its edges in with its edges out; what is left in the end leads from
-symbols to outputs and is the Jacobian. Taking nodes out from the symbols on is forward
-differentiation, from the outputs on reverse differentiation; taken out first here is always the
-node with the fewest products (Markowitz 1957; Griewank and Reese 1991), of equals the last one.
-On chains of rigid joints that takes a third less than either.
+Each edge of the graph carries the derivative of a node by one of its operands. An intermediate
+vertex is eliminated by multiplying each incoming with each outgoing edge; the edges that remain
+lead from symbols to outputs and are the Jacobian. Elimination in topological order is forward
+differentiation, in reverse order reverse differentiation. Here the vertex with the fewest products
+is eliminated first (Markowitz 1957; Griewank and Reese 1991), among equals the last one. On chains
+of rigid joints this takes a third fewer operations than either order.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from bgc.ir.graph import Node
 
 TIME = -1  # the column of df/dt
 
-Row = dict[int, Node]  # column -> derivative, zeros left out
+Row = dict[int, Node]  # column -> nonzero derivative
 _Edges = dict[int, Node]  # vertex -> derivative
 
 
 def by_state_and_time(symbol: Symbol) -> int | None:
-    """The column of a symbol's derivatives, None where it is held constant."""
+    """The column of the derivatives by a symbol; None for a symbol that is held constant."""
     match symbol.kind:
         case Kind.STATE:
             return symbol.index
@@ -35,36 +35,36 @@ def by_state_and_time(symbol: Symbol) -> int | None:
 
 
 def eliminated_rows(dag: Dag, outputs: Sequence[Node], budget: int) -> list[Row] | None:
-    """The derivatives of each output by states and time; None beyond `budget` nodes."""
+    """Differentiate each output by states and time; None if the DAG exceeds `budget` nodes."""
     graph = _Graph(dag, outputs)
     return graph.rows() if graph.eliminate(budget) else None
 
 
 class _Graph:
-    """The graph while nodes are taken out of it.
+    """The graph of partial derivatives during elimination.
 
-    Vertices are nodes and, with numbers below zero, sinks: one for every output, and two for
-    every choice. Of a choice only what is chosen may count, also where the derivative of the
-    other is no number, so its two operands are differentiated by the symbols to the end, as
-    outputs are, before one of the two derivatives is chosen.
+    Vertices are nodes and, with negative numbers, sinks: one for every output and two for every
+    choice. The derivative of the operand that is not chosen must not count, even where it is NaN.
+    The two operands of a choice are therefore differentiated by the symbols completely, like
+    outputs, and the derivative of the choice selects between the results.
     """
 
     def __init__(self, dag: Dag, outputs: Sequence[Node]) -> None:
         self._dag = dag
         self._outputs = outputs
-        self._column: dict[Node, int] = {}  # of the symbols
+        self._column: dict[Node, int] = {}  # symbol -> column
         self._into: dict[int, _Edges] = {}
         self._out_of: dict[int, _Edges] = {}
-        self._choice_of: dict[int, Node] = {}  # of the sinks of choices
-        self._sinks: dict[Node, tuple[int, int]] = {}  # of the choices, in the order of operands
-        self._queue: list[tuple[int, int]] = []
+        self._choice_of: dict[int, Node] = {}  # sink of a choice -> choice
+        self._sinks: dict[Node, tuple[int, int]] = {}  # choice -> sinks of its two operands
+        self._queue: list[tuple[int, int]] = []  # cost and negative vertex
         self._number = 0
         for node in dag.reachable(outputs):
             self._add(node)
         self._of_output = [self._sink(output) for output in outputs]
 
     def _add(self, node: Node) -> None:
-        """Adds a node if it depends on a symbol that counts."""
+        """Add a node if it depends on a symbol with a column."""
         dag = self._dag
         if (symbol := dag.symbol_of(node)) is not None:
             column = by_state_and_time(symbol)
@@ -88,7 +88,7 @@ class _Graph:
             self._out_of[operand][node] = partial
 
     def _sink(self, node: Node) -> int:
-        """A new sink, which is the node."""
+        """Add a sink whose value is that of the node."""
         self._number -= 1
         self._into[self._number] = {}
         if node in self._out_of:
@@ -97,7 +97,7 @@ class _Graph:
         return self._number
 
     def rows(self) -> list[Row]:
-        """What leads from the symbols to the outputs."""
+        """The derivatives of the outputs by the symbols, after elimination."""
         column = self._column
         return [
             {column[symbol]: edge for symbol, edge in self._into[sink].items()}
@@ -105,9 +105,9 @@ class _Graph:
         ]
 
     def eliminate(self, budget: int) -> bool:
-        """Takes all nodes out but the symbols; False if that makes more nodes than `budget`."""
+        """Eliminate all nodes except symbols; False if the DAG exceeds `budget` nodes."""
         for node in list(self._sinks):
-            self._choose(node)
+            self._resolve_choice(node)
         queue, into, out_of = self._queue, self._into, self._out_of
         queue += [(self._cost(v), -v) for v in into if v >= 0 and v not in self._sinks]
         heapify(queue)
@@ -120,25 +120,25 @@ class _Graph:
             if cost != present:
                 heappush(queue, (present, place))
                 continue
-            self._take_out(vertex)
+            self._eliminate_vertex(vertex)
             if len(self._dag) > budget:
                 return False
         return True
 
     def _cost(self, vertex: int) -> int:
-        """The number of products that it takes to take a vertex out."""
+        """The number of products in the elimination of a vertex."""
         return len(self._into[vertex]) * len(self._out_of[vertex])
 
-    def _take_out(self, vertex: int) -> None:
+    def _eliminate_vertex(self, vertex: int) -> None:
         dag, into, out_of = self._dag, self._into, self._out_of
-        before, behind = into.pop(vertex), out_of.pop(vertex)
-        for source in before:
+        incoming, outgoing = into.pop(vertex), out_of.pop(vertex)
+        for source in incoming:
             del out_of[source][vertex]
-        for target in behind:
+        for target in outgoing:
             del into[target][vertex]
-        for target, outer in behind.items():
+        for target, outer in outgoing.items():
             edges = into[target]
-            for source, inner in before.items():
+            for source, inner in incoming.items():
                 edge = dag.mul(inner, outer)
                 if source in edges:
                     edge = dag.add(edges[source], edge)
@@ -146,14 +146,14 @@ class _Graph:
                     edges[source] = out_of[source][target] = edge
                 elif source in edges:
                     del edges[source], out_of[source][target]
-        for other in (*before, *behind):
+        for other in (*incoming, *outgoing):
             if other in self._choice_of:
-                self._choose(self._choice_of[other])
+                self._resolve_choice(self._choice_of[other])
             elif other >= 0 and other in into and other not in self._sinks:
                 heappush(self._queue, (self._cost(other), -other))
 
-    def _choose(self, node: Node) -> None:
-        """Makes an ordinary vertex of a choice whose operands are differentiated by now."""
+    def _resolve_choice(self, node: Node) -> None:
+        """Turn a choice into an ordinary vertex once both operands are differentiated."""
         if node not in self._sinks:
             return
         of_yes, of_no = (self._into[sink] for sink in self._sinks[node])
