@@ -1,4 +1,4 @@
-"""Powers of elements over a run; the scene is compiled anew to observe them.
+"""Powers of elements over a run; the scene is compiled again to observe them.
 
 The activity of an element is the integral over time of the absolute power that it exchanges; its
 share of the sum is its activity index: L. S. Louca, J. L. Stein, G. M. Hulbert, J. Sprague, Proper

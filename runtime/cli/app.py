@@ -114,7 +114,7 @@ def _report_bug(problem: Exception) -> int:
         kind = type(problem).__name__
         click.echo(printable(f"this is a bug in bgc: {kind}: {problem}"), err=True)
         click.echo(
-            "please report it with the model that shows it, and with what is printed when the "
+            "please report it with the model, and with the traceback that is printed when the "
             "variable BGC_DEBUG is set to 1",
             err=True,
         )

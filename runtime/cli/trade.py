@@ -100,7 +100,7 @@ def trade(
             progress=not quiet,
         )
     except KeyboardInterrupt:
-        click.echo("interrupted; what was measured is kept: the same command continues", err=True)
+        click.echo("interrupted; measurements are kept: the same command continues", err=True)
         context.exit(INTERRUPTED)
     if not quiet:
         print_tables(tables(found, everything))

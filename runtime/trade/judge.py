@@ -158,7 +158,7 @@ def _of_none(rows: Sequence[Measurement], target: Target) -> str:
     done = [row for row in ours if row.done and target.samples(row)]
     if not done:
         if any(row.message == OUT_OF_BUDGET for row in ours):
-            return "The budget was spent before anything was measured: the same command goes on."
+            return "The budget was spent before anything was measured: the same command continues."
         return "No configuration completed the run."
     accurate = [row for row in done if target.accurate(row)]
     timely = [row for row in done if target.timely(row)]

@@ -67,7 +67,7 @@ def _draw(trade: TradeResult) -> Figure:
     _draw_limits(trade, axes)
     axes.grid(True, which="minor", alpha=0.12)
     axes.set_xlabel("processor time for a second of the scene [s]")
-    of = "what is required" if trade.target.required else "the range"
+    of = "the requirement" if trade.target.required else "the range"
     worst = [q.name for q in trade.quantities if q.decides]
     about = worst[0] if len(worst) == 1 else "the worst quantity"
     axes.set_ylabel(f"error of {about}, as a part of {of}")

@@ -182,7 +182,7 @@ def reference_lines(trade: TradeResult) -> tuple[tuple[str, ...], ...]:
     reference = trade.reference
     one, other = reference.methods
     agree = "agree to" if reference.converged else "differ by"
-    of = "of what is required" if trade.target.required else "of the range"
+    of = "of the requirement" if trade.target.required else "of the range"
     lines = [
         f"reference: {one} and {other} at rtol {reference.rtol:g} {agree} "
         f"{reference.accuracy:.1e} {of}"

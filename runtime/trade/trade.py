@@ -242,7 +242,7 @@ def _warnings(
 ) -> list[str]:
     found: list[str] = []
     if not reference.converged:
-        of = "of what is required" if target.required else "of the range"
+        of = "of the requirement" if target.required else "of the range"
         found.append(
             f"the reference is not converged: {' and '.join(reference.methods)} differ by "
             f"{reference.accuracy:.2g} {of} at best, so errors mean little and nothing is stored "
