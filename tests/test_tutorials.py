@@ -148,6 +148,7 @@ def rewritten(text: str, outputs: Iterator[str]) -> str:
 
 
 @pytest.mark.parametrize("name", PAGES)
+@pytest.mark.slow
 def test_every_command_prints_what_the_page_shows(name, tmp_path, bless):
     if "bgc graph" in page_text(name) and shutil.which("dot") is None:
         pytest.skip("Graphviz is not installed")

@@ -89,6 +89,7 @@ def mutated(text: str, rng: random.Random) -> str:
 
 
 @pytest.mark.parametrize("seed", range(10))
+@pytest.mark.slow
 def test_mutated_models_never_give_a_traceback(seed):
     rng = random.Random(seed)
     for _ in range(40):
@@ -113,6 +114,7 @@ def reworded(text: str, rng: random.Random) -> str:
 
 
 @pytest.mark.parametrize("seed", range(10))
+@pytest.mark.slow
 def test_reworded_models_never_give_a_traceback(tmp_path, seed):
     rng = random.Random(seed)
     for _ in range(10):

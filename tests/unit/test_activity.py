@@ -55,6 +55,7 @@ def train(times):
     return sprung, joined, link
 
 
+@pytest.mark.slow
 def test_a_stiff_spring_that_does_little_is_made_rigid_at_the_error_that_this_has():
     report = report_of("train", negligible=0.05)
     times = np.linspace(0, 1, 2001)

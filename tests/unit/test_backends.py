@@ -13,6 +13,8 @@ from bgc.building.backends import BACKENDS, build_backend
 from bgc.building.build import runtime_directory
 from bgc.building.cache import open_cache
 
+pytestmark = pytest.mark.slow
+
 RLC = """
 model RLC {
   param R = 2 ohm;

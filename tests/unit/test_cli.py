@@ -219,6 +219,7 @@ def script(built: Built, tmp_path: Path) -> list[str]:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.slow
 def test_an_interrupted_run_has_its_status_and_keeps_the_rows(oscillator, tmp_path, number, status):
     out = tmp_path / "r.csv"
     command = [*script(oscillator, tmp_path), "run", "x.bg", "--rtol", "1e-12", "--out", str(out)]
@@ -250,6 +251,7 @@ def test_a_closed_pipe_ends_it_quietly(oscillator, tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX terminals")
+@pytest.mark.slow
 def test_a_long_run_shows_its_progress_on_a_terminal(oscillator, tmp_path):
     master, slave = os.openpty()
     command = [*script(oscillator, tmp_path), "run", "x.bg", "--rtol", "1e-13"]

@@ -108,6 +108,7 @@ def test_the_estimate_goes_with_the_operations(file: Path) -> None:
     assert report.estimate(report.whole) > report.measured.step_seconds  # type: ignore[operator]
 
 
+@pytest.mark.slow
 def test_the_spectral_radius_is_that_of_the_emitted_jacobian() -> None:
     file = Path(bgc.library.__path__[0]) / "scenes" / "planar_crane.bg"
     lowered = compile_scene(file, Options("planar"), until="lower").lowered

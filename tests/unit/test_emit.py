@@ -146,6 +146,7 @@ def test_growth_tells_a_cancelled_pivot(tmp_path: Path) -> None:
     assert model.factor(jac, 3.0 * (1 + 1e-9))[2] > 1e9
 
 
+@pytest.mark.slow
 def test_large_models_are_cut_into_functions(tmp_path: Path) -> None:
     program = random_program(seed=5, size=14, operations=700)
     emitted = emit_model(optimise(program), "0")
@@ -241,6 +242,7 @@ def test_what_is_undefined_does_not_matter_where_another_condition_decides(tmp_p
 
 
 @pytest.mark.parametrize("operations", [100, 700])
+@pytest.mark.slow
 def test_the_amalgamation_is_one_strict_c11_file(operations: int, tmp_path: Path) -> None:
     emitted = emit_model(optimise(random_program(seed=5, size=10, operations=operations)), "0")
     text = amalgamate(emitted, RUNTIME)
@@ -293,6 +295,7 @@ def test_initial_values_cannot_read_states() -> None:
         emit_model(make_program(dag, [x], initial=[x]), "0")
 
 
+@pytest.mark.slow
 def test_the_text_does_not_depend_on_the_order_of_hashes() -> None:
     program = (
         "import sys; from pathlib import Path; from bgc.driver import compile_scene;"

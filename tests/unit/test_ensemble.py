@@ -301,6 +301,7 @@ _COMPILERS = {
 
 
 @pytest.mark.parametrize("kind", _COMPILERS)
+@pytest.mark.slow
 def test_registers_of_every_width_give_the_same_values(
     kind, oscillator_file, oscillator, monkeypatch
 ):

@@ -135,6 +135,7 @@ def test_an_argument_that_becomes_undefined_ends_its_instance_alone(switching):
 
 
 @pytest.mark.parametrize("solver", ["ros34prw", "rodas5p"])
+@pytest.mark.slow
 def test_the_crane_follows_its_handle_as_alone(solver):
     model = bgc.compile(SCENES / "two_beam_crane.bg")
     values = {"crane.post.mass": np.linspace(5e3, 7e3, 5)}

@@ -421,6 +421,7 @@ def test_a_momentum_that_an_energy_does_not_hold_cannot_be_observed() -> None:
 
 @settings(max_examples=150, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 10**6), gyrators=st.sampled_from([0.0, 0.25, 0.6]))
+@pytest.mark.slow
 def test_random_graphs_are_solved_or_refused(seed: int, gyrators: float) -> None:
     """Every regular graph is solved right, every other refused with a diagnostic."""
     check_random_graph(seed, 6, gyrators)

@@ -155,6 +155,7 @@ def test_what_is_printed_has_the_value_of_the_nodes(seed):
     ("name", "scene"),
     [("dc_motor", None), ("duffing", None), ("vessel_at_rest", "rolling"), ("lock_damping", None)],
 )
+@pytest.mark.slow
 def test_mathtext_takes_every_equation(name, scene):
     program = compile_scene(MODELS / f"{name}.bg", Options(scene), until="optimise").optimised
     text = latex_equations(program, symbol_names(program))

@@ -278,9 +278,7 @@ def test_every_module_of_the_library_is_listed():
     "row", table_after("### Bodies and joints of the library"), ids=lambda row: row[0]
 )
 def test_parts_of_the_library_have_what_is_listed(row):
-    imports = "".join(
-        f"import {module};\n" for module in library_modules() if "scenes" not in module
-    )
+    imports = "".join(f"import {module};\n" for module in modules_listed())
     models = load_text(imports).root.models
     parts, *listed = (re.findall(r"`(.*?)`", cell) for cell in row)
     for part in parts:

@@ -144,6 +144,7 @@ def test_a_failed_assertion_is_told_in_the_models_words(model):
     assert len(error.value.result.time) == 0
 
 
+@pytest.mark.slow
 def test_ctrl_c_stops_a_long_run_at_once_and_keeps_its_rows(model):
     def press() -> None:
         pressed.append(time.monotonic())

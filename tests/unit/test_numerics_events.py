@@ -88,6 +88,7 @@ def end_error(instance: Any, truth: Floats) -> float:
 # --- accuracy --------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_contacts_at_tight_tolerance(c_model: Any, truth: Floats) -> None:
     stop = c_model("stop")
     stop.start("rodas5p", rtol=1e-11, atol=1e-12)

@@ -394,6 +394,7 @@ def test_accounts_change_the_solution_by_no_more_than_their_steps_do(
 # --- the code itself -------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_runtime_and_model_compile_as_one_unit(
     tmp_path: Path, compile_c: Any, runtime_c: Path
 ) -> None:

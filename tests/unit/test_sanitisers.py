@@ -16,6 +16,8 @@ from bgc.driver import compile_scene
 from bgc.emission.emit import amalgamate
 from bgc.options import Options
 
+pytestmark = pytest.mark.slow
+
 TESTS = Path(__file__).parents[1]
 FOLDERS = (TESTS / "golden").iterdir()
 GOLDEN = sorted(f.name for f in FOLDERS if (TESTS / "models" / f"{f.name}.bg").is_file())

@@ -18,6 +18,8 @@ from bgc.ir.defaults import default_values
 from bgc.ir.program import Program
 from bgc.options import Options
 
+pytestmark = pytest.mark.slow
+
 
 def joints(count: int) -> str:
     """Bars on rigid joints from a body that floats, axes in turn across each other."""

@@ -9,6 +9,8 @@ import pytest
 import bgc
 from bgc.diagnostics.diagnostic import BgError, Severity, as_error
 
+pytestmark = pytest.mark.slow
+
 ODD = """
 model M { push : Se(e = 1); node : J1; mass : I(1); drag : R(-2); push -> node -> mass, drag; }
 scene s of M { observe mass.f; run 10 ms; }"""

@@ -46,6 +46,7 @@ COMMANDS = [
 
 
 @pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.slow
 def test_a_negative_resistance_is_reported_by_every_command(command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("odd.bg").write_text(ODD)
