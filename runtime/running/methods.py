@@ -13,8 +13,6 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-import bgc.runtime
-
 _FAMILY = re.compile(r"^static const bgc_family (\w+) = \{\n(.*?)^\};", re.MULTILINE | re.DOTALL)
 _TABLE = re.compile(r"^const bgc_method bgc_methods\[\] = \{\n(.*?)^\};", re.MULTILINE | re.DOTALL)
 _ROW = re.compile(r"^    \{\n(.*?)^    \},", re.MULTILINE | re.DOTALL)
@@ -75,7 +73,7 @@ def default_method(methods: Iterable[MethodInfo], fixed: bool) -> MethodInfo:
 @cache
 def known_methods() -> tuple[MethodInfo, ...]:
     """Read all methods from the table in `runtime/c/tableaus.c`, in its order."""
-    text = (Path(bgc.runtime.__path__[0]) / "c" / "tableaus.c").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[1] / "c" / "tableaus.c").read_text(encoding="utf-8")
     families = {name: dict(_FIELD.findall(body)) for name, body in _FAMILY.findall(text)}
     table = _TABLE.search(text)
     assert table is not None
