@@ -42,11 +42,11 @@ _DISK_FULL = {
 _LOOPS = frozenset(
     ("accounts", "corrections", "dense", "explicit", "rosenbrock", "sparse", "stages", "vectors")
 )
-# Optional parts of the runtime and their files; `runtime/c/absent` holds the stubs that replace
-# them in a model that does not need them.
+# Optional parts of the runtime and their files or folders; `runtime/c/absent` holds the stubs that
+# replace them in a model that does not need them.
 _OPTIONAL = {
     "consistent": ("consistent",),
-    "devices": ("devices", "trace"),
+    "devices": ("devices", "drivers/"),
     "events": ("events",),
 }
 EVERY_PART = frozenset(_OPTIONAL)
@@ -81,8 +81,12 @@ def runtime_units(parts: Set[str] = EVERY_PART) -> tuple[Unit, ...]:
     Started once each, without the parts that a model has no use for, and at no higher level than
     is felt, the C compiler takes half the time that it takes for every file by itself at `-O3`.
     """
-    left_out = {name for part in _OPTIONAL.keys() - parts for name in _OPTIONAL[part]}
-    sources = {path.stem: path for path in _sources() if path.stem not in left_out}
+    left_out = tuple(name for part in _OPTIONAL.keys() - parts for name in _OPTIONAL[part])
+    sources = {
+        name: path
+        for name, path in runtime_sources(runtime_directory()).items()
+        if not any(name == file or (file[-1] == "/" and name.startswith(file)) for file in left_out)
+    }
     for part in _OPTIONAL.keys() - parts:
         sources[part] = runtime_directory() / "absent" / f"{part}.c"
     texts = {name: sources[name].read_text(encoding="utf-8") for name in sorted(sources)}
@@ -94,8 +98,10 @@ def runtime_units(parts: Set[str] = EVERY_PART) -> tuple[Unit, ...]:
     )
 
 
-def _sources() -> list[Path]:
-    return sorted(runtime_directory().glob("*.c"))
+def runtime_sources(folder: Path) -> dict[str, Path]:
+    """The C files of the runtime and of its drivers by name: `step`, `drivers/trace`."""
+    paths = (*folder.glob("*.c"), *folder.glob("drivers/*.c"))
+    return {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(paths)}
 
 
 def _joined(sources: Mapping[str, str]) -> str:

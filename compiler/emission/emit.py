@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from bgc.building.build import Unit
+from bgc.building.build import Unit, runtime_sources
 from bgc.building.cache import digest_of
 from bgc.building.toolchain import COMMON_FLAGS, GCC_PASSES
 from bgc.emission.frame import print_unit
@@ -161,8 +161,12 @@ def amalgamate(emitted: EmittedModel, runtime_dir: Path) -> str:
     The first include of each of the runtime's headers is replaced by its text, further ones are
     removed. Feature test macros of the system headers come first.
     """
-    headers = {path.name: path.read_text("utf-8") for path in sorted(runtime_dir.glob("*.h"))}
-    sources = [(path.name, path.read_text("utf-8")) for path in sorted(runtime_dir.glob("*.c"))]
+    files = sorted((*runtime_dir.glob("*.h"), *runtime_dir.glob("drivers/*.h")))
+    headers = {path.relative_to(runtime_dir).as_posix(): path.read_text("utf-8") for path in files}
+    sources = [
+        (f"{name}.c", path.read_text("utf-8"))
+        for name, path in runtime_sources(runtime_dir).items()
+    ]
     included: set[str] = set()
 
     def expanded(text: str) -> str:

@@ -302,7 +302,6 @@ typedef struct {
     void (*close)(void *handle);
 } bgc_driver;
 
-extern const bgc_driver bgc_trace_driver;
 const bgc_driver *bgc_find_driver(const char *name);  /* NULL: unknown */
 
 /* Opens device k of the model with the given driver (NULL: the scene's) and options (NULL: the

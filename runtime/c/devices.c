@@ -1,11 +1,16 @@
 /* devices.c: inputs from haptic devices and commands to them. Forces are set to zero on a fault, after
  * a failed run, and when a device is closed. */
 #include "bgc_internal.h"
+#include "drivers/drivers.h"
 
 #include <stdio.h>
 #include <string.h>
 
-static const bgc_driver *const drivers[] = {&bgc_trace_driver};
+#define DECLARED(driver) extern const bgc_driver driver;
+BGC_DRIVERS(DECLARED)
+
+#define LISTED(driver) &driver,
+static const bgc_driver *const drivers[] = {BGC_DRIVERS(LISTED)};
 
 const bgc_driver *bgc_find_driver(const char *name) {
     for (size_t k = 0; k < sizeof drivers / sizeof *drivers; k++) {

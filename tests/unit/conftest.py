@@ -18,6 +18,7 @@ import numpy.typing as npt
 import pytest
 
 import bgc.runtime
+from bgc.building.build import runtime_sources
 from bgc.runtime.running.binding import CountsStruct, Status
 
 RUNTIME = Path(bgc.runtime.__file__).parent / "c"
@@ -179,9 +180,9 @@ def runtime_objects(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """The C runtime, compiled once, with warnings as errors."""
     folder = tmp_path_factory.mktemp("runtime")
     objects = []
-    for source in sorted(RUNTIME.glob("*.c")):
+    for source in runtime_sources(RUNTIME).values():
         objects.append(folder / f"{source.stem}.o")
-        run_compiler("-c", source, "-o", objects[-1], warnings=True)
+        run_compiler(f"-I{RUNTIME}", "-c", source, "-o", objects[-1], warnings=True)
     return objects
 
 

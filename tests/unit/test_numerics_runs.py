@@ -17,6 +17,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from bgc.building.build import runtime_sources
 from bgc.runtime.running.binding import Status
 
 SETUPS: dict[str, dict[str, Any]] = {
@@ -400,7 +401,7 @@ def test_runtime_and_model_compile_as_one_unit(
 ) -> None:
     unit = tmp_path / "all.c"
     model = Path(__file__).parent / "cmodels" / "oscillator.c"
-    includes = [f'#include "{source}"' for source in (*sorted(runtime_c.glob("*.c")), model)]
+    includes = [f'#include "{source}"' for source in (*runtime_sources(runtime_c).values(), model)]
     unit.write_text("\n".join(includes) + "\n")
     compile_c(f"-I{runtime_c}", "-c", unit, "-o", tmp_path / "all.o", warnings=True)
 

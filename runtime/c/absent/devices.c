@@ -1,4 +1,4 @@
-/* devices.c: replaces devices.c and trace.c in a model without devices. */
+/* devices.c: replaces devices.c and the drivers in a model without devices. */
 #include "bgc_internal.h"
 
 #include <stdio.h>

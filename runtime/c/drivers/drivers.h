@@ -1,0 +1,9 @@
+/* drivers.h: the drivers of devices, one line each. Each is defined in a file of this folder; its
+ * functions are described at bgc_driver in bgc.h. */
+#ifndef BGC_DRIVERS_H
+#define BGC_DRIVERS_H
+
+#define BGC_DRIVERS(DRIVER) \
+    DRIVER(bgc_trace_driver)
+
+#endif
