@@ -26,6 +26,7 @@ _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG = map(
     int, (Op.CONST, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG)
 )
 _ARITHMETIC = frozenset((_ADD, _SUB, _MUL, _DIV, _NEG))  # exact on fingerprints
+_FUNCTIONS = frozenset(int(op) for op in Op if op.row.curve is not None)  # may equal arithmetic
 
 
 def optimise(program: Program) -> Program:
@@ -91,7 +92,8 @@ def _remake(dag: Dag, simple: Dag, node: Node, new: dict[Node, Node]) -> Node:
 def _representative(dag: Dag, first: dict[int, Node], value: int, node: Node) -> Node:
     """The representative of a node with this fingerprint: an equal node, a negation, or itself.
 
-    The representative is the first node found, unless a later one has a lower level.
+    The representative is the first node found, unless a later one has a lower level, or is a
+    function and the first is arithmetic: `exp(x) - 1` loses the digits that `expm1(x)` keeps.
     """
     if dag.op[node] <= _SYMBOL:
         first[value] = node
@@ -99,13 +101,12 @@ def _representative(dag: Dag, first: dict[int, Node], value: int, node: Node) ->
     if value == 0:
         return dag.zero
     known = first.get(value)
-    if known is None:
-        opposite = first.get(negative(value))
-        if opposite is None or dag.level[node] < dag.level[opposite]:
-            first[value] = node
-            return node
-        return dag.neg(opposite)
-    if dag.level[node] < dag.level[known]:
+    other = first.get(negative(value)) if known is None else known
+    if (
+        other is None
+        or dag.level[node] < dag.level[other]
+        or (dag.op[node] in _FUNCTIONS and dag.op[other] in _ARITHMETIC)
+    ):
         first[value] = node
         return node
-    return known
+    return dag.neg(other) if known is None else other

@@ -137,6 +137,16 @@ def test_optimisation_computes_functions_of_what_turns_out_a_number(dag: Dag) ->
     assert all(op not in {Op.MAX, Op.SELECT} for op in program.dag.op)
 
 
+def test_optimisation_keeps_functions_that_are_more_accurate(dag: Dag) -> None:
+    """`expm1(x)` equals `exp(x) - 1`, but near zero only the function keeps its digits."""
+    (x,) = states(dag, 1)
+    exponential, small = dag.call(Op.EXP, x), dag.call(Op.EXPM1, x)
+    outputs = [dag.sub(exponential, dag.one), dag.sub(dag.one, exponential), small, dag.neg(small)]
+    program = optimise(make_program(dag, [dag.zero], outputs=outputs))
+    found = evaluate_nodes(program.dag, [o.node for o in program.observations], at([1e-12]))
+    assert found[2:] == [math.expm1(1e-12), -math.expm1(1e-12)]
+
+
 def test_optimisation_shares_reciprocals(dag: Dag) -> None:
     x, y, z = states(dag, 3)
     program = optimise(make_program(dag, [dag.div(x, z), dag.div(y, z), dag.zero]))
