@@ -8,6 +8,8 @@ from scipy.optimize import brentq
 
 from bgc.runtime.running.failures import SimulationError
 
+pytestmark = pytest.mark.slow
+
 G = 9.81
 
 
@@ -44,7 +46,6 @@ def test_a_slack_rope(load):
     assert result.counts["events"] >= 8
 
 
-@pytest.mark.slow
 def test_a_rectifier(load):
     """The diode blocks over most of a period, during which the source must not be lost sight of."""
     result = load("events", "rectifier").simulate()

@@ -15,6 +15,8 @@ from scipy.optimize import brentq
 import bgc
 from bgc.runtime.model import Model
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = Path(__file__).parents[2] / "library" / "examples"
 GRAVITY = 9.81
 
@@ -422,7 +424,6 @@ class CraneByHand:
         return of
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "mass", "length", "tolerance"),
     [("rigid", 2000.0, 6.0, 3e-4), ("rigid", 3000.0, 4.0, 3e-4), ("crane", 2000.0, 9.0, 2e-2)],

@@ -23,6 +23,8 @@ from bgc.building.toolchain import GCC_PASSES, RUNTIME_FLAGS, Toolchain, find_to
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.running.binding import Instance, Library, Status
 
+pytestmark = pytest.mark.slow
+
 OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
 UNITS = (Unit("model", OSCILLATOR),)
 
@@ -105,7 +107,6 @@ def test_the_runtime_has_what_any_of_the_units_needs():
     assert ["trace_read" in text for text in texts.values()] == [True, False, False]
 
 
-@pytest.mark.slow
 def test_units_see_the_emitted_headers(cache, toolchain):
     unit = Unit("model", '#include "facts.h"\n' + OSCILLATOR)
     path = build_shared_object((unit,), toolchain, cache, {"facts.h": "#define FACT 1\n"})
@@ -124,7 +125,6 @@ def test_damaged_entries_are_rebuilt(cache, toolchain, kind):
     assert Library(build_shared_object(UNITS, toolchain, cache)).model.n_state == 2
 
 
-@pytest.mark.slow
 def test_two_builds_at_once_make_one_whole_library(tmp_path, toolchain):
     def build_it(_: int) -> Path:
         return build_shared_object(UNITS, toolchain, Cache(tmp_path / "cache"))
@@ -243,7 +243,6 @@ def test_the_runtime_is_clean_under_strict_warnings(toolchain, tmp_path):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the wheel is tried on Linux only")
-@pytest.mark.slow
 def test_zig_builds_a_model(tmp_path):
     pytest.importorskip("ziglang")
     toolchain = Toolchain((sys.executable, "-m", "ziglang", "cc"), "zig", "")

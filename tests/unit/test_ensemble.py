@@ -24,6 +24,8 @@ from bgc.runtime.model import Model
 from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted
 from bgc.runtime.running import many
 
+pytestmark = pytest.mark.slow
+
 MODELS = Path(__file__).parents[1] / "models"
 FIXED = {"solver": "ros34prw", "step": 0.01}
 
@@ -301,7 +303,6 @@ _COMPILERS = {
 
 
 @pytest.mark.parametrize("kind", _COMPILERS)
-@pytest.mark.slow
 def test_registers_of_every_width_give_the_same_values(
     kind, oscillator_file, oscillator, monkeypatch
 ):

@@ -104,6 +104,7 @@ def codes_of(path: str) -> list[str]:
     return re.findall(r"^(?:error|warning)\[(BG\d+)\]", done.output, re.MULTILINE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("block", of("bg"), ids=lambda block: block.place)
 def test_block_of_the_language_compiles_and_runs(block):
     name = block.name or "block.bg"
@@ -163,6 +164,7 @@ def matches(shown: list[str], found: list[str]) -> bool:
     return bool(found) and agrees(first, found[0]) and matches(rest, found[1:])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("block", of("console"), ids=lambda block: block.place)
 def test_command_prints_what_is_shown(block):
     for command, shown in commands(block):

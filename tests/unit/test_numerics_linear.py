@@ -137,6 +137,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("pivots")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("entries", [*ENTRIES, (1.0, 1e-14), (1e-14, 1.0), (0.7, 0.2)])
 def test_a_model_that_breaks_static_pivots_is_solved(
     folder: Path, entries: tuple[float, float]
@@ -146,6 +147,7 @@ def test_a_model_that_breaks_static_pivots_is_solved(
     assert error.max() < 1e-7
 
 
+@pytest.mark.slow
 def test_the_fallback_solves_it_and_nothing_else_would(folder: Path) -> None:
     """Which values break the pivots depends on the order of elimination; some do."""
     guarded, blind = emitted(True, folder), emitted(False, folder)

@@ -20,6 +20,8 @@ from bgc.runtime.stress.ringing import ringing_at_start
 from bgc.runtime.stress.stress import stress
 from bgc.runtime.stress.tables import summary
 
+pytestmark = pytest.mark.slow
+
 MODELS = Path(__file__).parents[1] / "models" / "stress.bg"
 
 

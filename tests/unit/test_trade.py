@@ -23,6 +23,8 @@ from bgc.runtime.trade import session as session_module
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.store import open_store
 
+pytestmark = pytest.mark.slow
+
 pytestmark = pytest.mark.usefixtures("measured")
 
 ORDERS = {
@@ -371,7 +373,6 @@ class Links(HTMLParser):
         self.found += [v or "" for k, v in attrs if k in ("src", "href", "xlink:href")]
 
 
-@pytest.mark.slow
 def test_the_command_writes_a_table_a_picture_and_a_page_that_needs_nothing_else(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

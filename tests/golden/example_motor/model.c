@@ -1,4 +1,4 @@
-/* drive: a bond graph of model Drive, compiled by bgc.
+/* drive: a bond graph of model ElasticDrive, compiled by bgc.
  *
  * Quantities are in SI units. t is time, h what depends on parameters alone, w scratch.
  *
