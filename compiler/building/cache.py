@@ -24,9 +24,9 @@ from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
 
+from bgc.building.user_folder import cache_directory
 from bgc.diagnostics.catalogue.machine import cache_not_writable
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.grammar.places import cache_directory
 
 _KEEP_SECONDS = 60 * 24 * 3600.0  # what is unused for longer is removed
 _KEEP_MAKING_SECONDS = 24 * 3600.0  # a killed run's half-made files

@@ -21,9 +21,9 @@ from typing import Any
 
 from bgc.building.built import Built, Panel, Place, Places, RunFacts
 from bgc.building.cache import Cache, digest_of, read_note, write_note
+from bgc.building.user_folder import cache_directory
 from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
 from bgc.diagnostics.source import Source, Span
-from bgc.grammar.places import cache_directory
 from bgc.options import Options
 
 _COMPILER_FILES = (".py", ".lark", ".json", ".c", ".h")

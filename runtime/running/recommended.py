@@ -17,7 +17,7 @@ from pathlib import Path
 from bgc.building.backends import BACKENDS
 from bgc.building.cache import digest_of, write_aside
 from bgc.building.recall import machine_identity
-from bgc.grammar.places import cache_directory
+from bgc.building.user_folder import cache_directory
 from bgc.runtime.running.identity import scene_identity
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue

@@ -9,9 +9,9 @@ from bgc.building.build import Unit, _shared_key, _unit_key
 from bgc.building.built import Built, Panel, RunFacts
 from bgc.building.cache import Cache, digest_of, open_cache, read_note, write_note
 from bgc.building.toolchain import Toolchain
+from bgc.building.user_folder import cache_directory
 from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
 from bgc.diagnostics.source import Source, Span
-from bgc.grammar.places import cache_directory
 from bgc.options import Options
 from bgc.resolution.resolve import library_folder
 
