@@ -1,1 +1,1 @@
-"""What is asked of a model besides its run: its linear form about an operating point."""
+"""Linearising: differentiate a scene by its states and by chosen inputs."""

@@ -1,4 +1,4 @@
-"""The derivatives of an opened program by its states and inputs, exactly, as nodes."""
+"""Differentiate an opened program by its states and inputs, exactly, as nodes."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ Entries = tuple[tuple[int, int, Node], ...]  # row, column, value
 
 @dataclass(frozen=True, slots=True)
 class LinearForm:
-    """`M x' = f(t, x, u)`, `y = g(t, x, u)` with all derivatives, nodes of `dag`.
+    """`M x' = f(t, x, u)`, `y = g(t, x, u)` with all derivatives, as nodes of `dag`.
 
-    `by_state` has the entries of df/dx, dg/dx below them; `by_input` those of df/du, dg/du.
+    `by_state` holds the entries of df/dx and, in the rows below, of dg/dx; `by_input` likewise
+    those of df/du and dg/du.
     """
 
     dag: Dag
@@ -28,9 +29,9 @@ class LinearForm:
 
 
 def linear_form(opened: Opened) -> LinearForm:
-    """Differentiates what the states and the outputs are computed from.
+    """Differentiate the rates and the outputs of an opened program.
 
-    The program is left as it is; columns are in the order of its states, and of the inputs.
+    The program is unchanged. Columns are in the order of its states and of its inputs.
     """
     program = opened.program
     dag = program.dag.copy()
@@ -59,7 +60,7 @@ def linear_form(opened: Opened) -> LinearForm:
 
 
 def _entries(rows: Sequence[dict[int, Node]], first: int, last: int) -> Entries:
-    """The entries in columns `first` up to `last`, columns counted from `first`."""
+    """The entries in columns from `first` to before `last`, renumbered from zero."""
     return tuple(
         (row, column - first, node)
         for row, derivatives in enumerate(rows)

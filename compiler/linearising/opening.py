@@ -1,7 +1,7 @@
-"""Open a scene for analysis: a program with inputs that can be varied, and chosen outputs.
+"""Open a scene for analysis: compile a program with chosen inputs and outputs.
 
-Each chosen input becomes an INPUT symbol that is added to what it varies, so that zero is the
-scene as it stands: the effort or flow of a source, the value of a parameter (and of those whose
+Each chosen input becomes an INPUT symbol that is added to the varied quantity, so that zero leaves
+the scene unchanged: the effort or flow of a source, the value of a parameter (and of those whose
 defaults follow from it), or the channel of a device. The initial state does not depend on it.
 """
 
@@ -38,7 +38,7 @@ class Varied:
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """A program reduced to what its outputs need, its inputs, and the texts it was read from."""
+    """A program reduced to the states that its outputs need, its inputs, and its source texts."""
 
     program: Program
     inputs: tuple[Varied, ...]
@@ -62,7 +62,7 @@ def open_scene(
     outputs: Sequence[str] = (),
     values: Mapping[str, float] | None = None,
 ) -> Opened:
-    """Compile a scene to a program with inputs and outputs of one's choice.
+    """Compile a scene to a program with chosen inputs and outputs.
 
     Parameters
     ----------
@@ -70,18 +70,18 @@ def open_scene(
         The file and its scene. The whole model is compiled, so that every parameter can be varied.
     inputs
         Efforts or flows of sources, parameters, channels of devices; by default all channels of
-        the scene's devices. A vector's name stands for its components.
+        the scene's devices. A vector's name selects all its components.
     outputs
-        Names that the scene observes, or expressions; by default all that it observes. The energy
-        accounts are left out.
+        Names that the scene observes, or expressions; by default all observations of the scene
+        except the energy accounts.
     values
         Other defaults of parameters by name, SI.
 
     Raises
     ------
     BgError
-        The model is at fault, or an input or output cannot be used; BG522 where an output
-        needs the rate of an input.
+        The model is invalid, or an input or output cannot be used; BG522 where an output needs
+        the rate of an input.
     """
     selection = _Selection(tuple(inputs), bool(outputs), dict(values or {}))
     options = replace(options, whole=True, observe=tuple(outputs))
@@ -107,7 +107,7 @@ class _Selection:
     parameters: dict[int, Node] = field(default_factory=dict)
 
     def applied_to(self, graph: FlatGraph) -> FlatGraph:
-        """The graph with the sources varied, without energy accounts, with other defaults."""
+        """Vary the chosen sources of a graph, remove its energy accounts, set the defaults."""
         if self.other_outputs and graph.scene.accounts:
             (account, *_) = graph.scene.accounts
             raise BgError([catalogue.account_as_output(f"energy.{account}")])
@@ -142,7 +142,7 @@ def _with_values(graph: FlatGraph, values: Mapping[str, float]) -> tuple[Paramet
 
 
 def _candidates(graph: FlatGraph) -> dict[str, _Candidate]:
-    """All inputs by name: channels of devices first, then sources, then parameters."""
+    """All possible inputs by name: channels of devices, then sources, then parameters."""
     found: dict[str, _Candidate] = {}
     for device in graph.devices:
         wide = {channel for channel, component in device.inputs if component > 1}
@@ -161,7 +161,7 @@ def _candidates(graph: FlatGraph) -> dict[str, _Candidate]:
 
 
 def _source_name(graph: FlatGraph, source: Source) -> tuple[str, str]:
-    """`supply.e` of an Se, `push.e[2]` of component 2 of a wide one; and its unit."""
+    """The name of a source as an input, `supply.e` or `push.e[2]` in a wide one, and its unit."""
     (port,) = ports_of(source)
     bond = graph.bonds[port.bond]
     letter = "e" if source.kind == "Se" else "f"
@@ -173,9 +173,9 @@ def _source_name(graph: FlatGraph, source: Source) -> tuple[str, str]:
 
 
 def _choose(candidates: Mapping[str, _Candidate], texts: Sequence[str]) -> list[str]:
-    """The names of the inputs asked for, each once.
+    """The names of the selected inputs, without repetition.
 
-    A vector's name gives its components, a source's name what it sets.
+    A vector's name selects its components, a source's name its effort or flow.
     """
     if not texts:
         return [name for name, candidate in candidates.items() if candidate.kind == "channel"]
@@ -212,13 +212,13 @@ def _with_sources(graph: FlatGraph, added: Mapping[int, Node]) -> FlatGraph:
 
 
 def _with_parameters(program: Program, added: Mapping[int, Node]) -> Program:
-    """The program with a symbol added to some parameters wherever the equations hold them."""
+    """Add a symbol to some parameters of a program, wherever its equations contain them."""
     if not added:
         return program
     dag = program.dag
     moved = {dag.symbol(Kind.PARAM, index): symbol for index, symbol in added.items()}
     replaced = {node: dag.add(node, symbol) for node, symbol in moved.items()}
-    for parameter in _by_need(program):
+    for parameter in _in_dependency_order(program):
         node = dag.symbol(Kind.PARAM, parameter)
         value = program.parameters[parameter].value
         if node in replaced or replaced.keys().isdisjoint(dag.reachable([value])):
@@ -243,8 +243,8 @@ def _with_parameters(program: Program, added: Mapping[int, Node]) -> Program:
     )
 
 
-def _by_need(program: Program) -> Iterable[int]:
-    """Indices of the parameters, each after those that its default is computed from."""
+def _in_dependency_order(program: Program) -> Iterable[int]:
+    """Indices of the parameters, each after those on which its default depends."""
     dag = program.dag
     done: dict[int, None] = {}
     for start in range(len(program.parameters)):
