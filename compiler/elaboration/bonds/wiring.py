@@ -278,8 +278,8 @@ def _check_bonded(world: World, root: Instance, wiring: Wiring) -> None:
 def check_single(world: World, wiring: Wiring, sized: set[Face]) -> None:
     """Report a second bond at a face that has room for one.
 
-    Several bonds may share a junction, a Mux, a face divided by slices only, or an element in
-    `sized`, whose width is known from brackets, arguments or its law.
+    Several bonds may share a face of a junction or Mux, a face that slices divide, and a face in
+    `sized`, whose width is known from brackets, arguments or a law.
     """
     for face, owner in wiring.owners.items():
         whole = [j for j in face.joints if j.slice is None]

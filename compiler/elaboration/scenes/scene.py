@@ -41,7 +41,7 @@ class Device:
 class Scene:
     """The chosen scene: its model, its statements and their environment.
 
-    `implicit` is True for a file without scenes, in which all states are observed.
+    `implicit` is True for a file without scenes, whose states and outputs are all observed.
     """
 
     name: str
