@@ -61,6 +61,13 @@ def storage_table(causal: CausalGraph, program: Program) -> Table:
     return Table("storage", ("element", "kind", "causality", "states"), tuple(rows))
 
 
+_FOLLOWS = {
+    "C": "none: its displacement follows from the effort that it is given",
+    "I": "none: its momentum follows from the flow that it is given",
+    "IC": "none: its energy variables follow from what its bonds give it",
+}
+
+
 def _storage_row(
     element: Storage, rules: set[Rule], states: Sequence[ProgramState], *, ignores_default: bool
 ) -> tuple[str, str, str, str]:
@@ -70,7 +77,7 @@ def _storage_row(
     others = [name for state in states for name in state.stores if name != element.name]
     names = _listed([state.name for state in states])
     if not states:
-        names = "none: its charge follows from the others on the same effort"
+        names = _FOLLOWS[element.kind]
     elif others:
         kind = states[0].kind
         names = f"the generalised {kind} {names}, with {_listed(dict.fromkeys(others))}"

@@ -145,3 +145,18 @@ def test_a_deep_syntax_tree_is_shown_to_its_leaves(tmp_path):
         f"model M {{ state x = 0; der(x) = {inner}; }} scene s of M {{ observe x; run 1 s; }}"
     )
     assert show_pass("parse", path, Options()).count("sin") == 20
+
+
+@pytest.mark.parametrize(
+    ("parts", "row"),
+    [
+        ("supply : Sf(f = sin(time)); store : I(1);", "momentum follows from the flow"),
+        ("supply : Se(e = sin(time)); store : C(1);", "displacement follows from the effort"),
+    ],
+)
+def test_storage_on_a_source_of_its_own_kind_has_no_state(tmp_path, parts, row):
+    path = tmp_path / "driven.bg"
+    path.write_text(
+        f"model M {{ {parts} supply -> store; }} scene s of M {{ observe store.e; run 1 s; }}"
+    )
+    assert f"none: its {row} that it is given" in show_pass("causality", path, Options())
