@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from bgc.runtime.running.simulate import method_of, simulate, state_after, times
 if TYPE_CHECKING:
     from bgc.runtime.results.ensemble import Ensemble
     from bgc.runtime.running.many import Sets
+    from bgc.symbolic.model import SymbolicModel
 
 
 class Model(LoadedModel):
@@ -219,6 +220,55 @@ class Model(LoadedModel):
             given = dict(zip(names, np.asarray(state, dtype=float).tolist(), strict=True))
             return opened.linearise(opened.at_state(given, time))
         return opened.linearise(opened.operating_point(at))
+
+    def symbolic(
+        self,
+        inputs: Sequence[str] = (),
+        outputs: Sequence[str] = (),
+        *,
+        at: float | Literal["start", "steady"] | Mapping[str, Any] | None = None,
+        parameters: Mapping[str, ParameterValue] | None = None,
+    ) -> SymbolicModel:
+        """The equations and their linear form as SymPy expressions in the model's own letters.
+
+        `f`, `g`, `A`, `B`, `C`, `D`, transfer functions with poles, zeros and static gain, and
+        derivatives by parameters; see `bgc.symbolic.model.SymbolicModel`.
+
+        Parameters
+        ----------
+        inputs
+            Efforts or flows of sources (`"supply.e"`), parameters (`"F"`), channels of devices
+            (`"hand.position[3]"`); by default the channels of the devices and the sources that
+            depend on parameters and the time alone.
+        outputs
+            Names that the scene observes, or any expressions; by default all it observes.
+        at
+            The operating point: None leaves all states as letters; `"start"` puts in the initial
+            values, `"steady"` the formula of an equilibrium near the initial state, a time in s
+            the numbers after a simulation up to it, a mapping numbers or SymPy expressions by
+            name.
+        parameters
+            Values for this call alone, SI numbers or texts with a unit; they only count where
+            numbers are asked for.
+
+        Raises
+        ------
+        BgError
+            An input or output does not exist, there is no equilibrium, or none with a formula.
+
+        Examples
+        --------
+        >>> model.symbolic().transfer("capacitor.e", "supply.e")  # doctest: +SKIP
+        1/(C*L*s**2 + C*R*s + 1)
+        """
+        # SymPy takes 0.3 s to import, and only this needs it.
+        from bgc.runtime.linearising.symbolic import symbolic_model
+
+        if self.origin is None:
+            raise ValueError("a model without its source has no letters: use `linearise`")
+        path, options = self.origin
+        values = self.parameters.given(parameters or {})
+        return symbolic_model(path, options, inputs, outputs, at, values)
 
     def eigenvalues(
         self,

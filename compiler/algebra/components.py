@@ -50,3 +50,15 @@ def strong_components(
                     members.append(open_vertices.pop())
                     is_open.remove(members[-1])
                 yield members, len(members) > 1 or vertex in needs_itself
+
+
+def all_components(
+    vertices: Iterable[Vertex], needs: Callable[[Vertex], Iterable[Vertex]]
+) -> Iterator[list[Vertex]]:
+    """Yield the components of a whole graph, each after those it needs."""
+    done: set[Vertex] = set()
+    for root in vertices:
+        if root not in done:
+            for component, _ in strong_components(root, needs, done.__contains__):
+                done.update(component)
+                yield component

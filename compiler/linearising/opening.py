@@ -8,17 +8,17 @@ defaults follow from it), or the channel of a device. The initial state does not
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from bgc.algebra.dag import Kind
+from bgc.algebra.dag import Dag, Kind
 from bgc.diagnostics.catalogue import analysis as catalogue
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.driver import compile_scene
 from bgc.elaboration.scenes.devices import channel_unit
-from bgc.emission.optimise import optimise
-from bgc.ir.graph import Element, FlatGraph, Node, Parameter, Source, ports_of
+from bgc.emission.optimise import number_values
+from bgc.ir.graph import DeviceUse, Element, FlatGraph, Node, Parameter, Source, ports_of
 from bgc.ir.program import Program
 from bgc.ir.program_nodes import map_program, program_roots
 from bgc.options import Options
@@ -29,11 +29,17 @@ _COMPONENT = re.compile(r"\[[\d,]+\]$")
 
 @dataclass(frozen=True, slots=True)
 class Varied:
-    """An input of the opened program: `index` is that of its INPUT symbol."""
+    """An input of the opened program: `index` is that of its INPUT symbol.
+
+    `kind` is `source`, `parameter` or `channel`. `given` is the scene's own value of a source
+    that the symbol replaces; None where the symbol is added to what it varies.
+    """
 
     name: str
     unit: str
     index: int
+    kind: str
+    given: Node | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +67,8 @@ def open_scene(
     inputs: Sequence[str] = (),
     outputs: Sequence[str] = (),
     values: Mapping[str, float] | None = None,
+    *,
+    total: bool = False,
 ) -> Opened:
     """Compile a scene to a program with chosen inputs and outputs.
 
@@ -76,6 +84,10 @@ def open_scene(
         except the energy accounts.
     values
         Other defaults of parameters by name, SI.
+    total
+        Whether the symbol of a source replaces its effort or flow, instead of being added to it,
+        where that depends on parameters and the time alone. Derivatives are the same. Without
+        `inputs`, all such sources are inputs too, except those of zero.
 
     Raises
     ------
@@ -83,28 +95,35 @@ def open_scene(
         The model is invalid, or an input or output cannot be used; BG522 where an output needs
         the rate of an input.
     """
-    selection = _Selection(tuple(inputs), bool(outputs), dict(values or {}))
+    selection = _Selection(tuple(inputs), bool(outputs), dict(values or {}), total)
     options = replace(options, whole=True, observe=tuple(outputs))
     stages = compile_scene(path, options, prepare=selection.applied_to, until="equations")
-    program = _with_parameters(stages.equations, selection.parameters)
-    sources = tuple(source.text for source in stages.package.sources)
-    return Opened(
-        optimise(without_unread(program)), tuple(selection.varied), stages.warnings, sources
+    program = without_unread(_with_parameters(stages.equations, selection.parameters))
+    given = selection.given
+    dag, new = number_values(program.dag, (*program_roots(program), *given.values()))
+    varied = (
+        replace(v, given=new[given[v.index]]) if v.index in given else v for v in selection.varied
     )
+    sources = tuple(source.text for source in stages.package.sources)
+    program = map_program(program, dag, new.__getitem__)
+    return Opened(program, tuple(varied), stages.warnings, sources)
 
 
 @dataclass(slots=True)
 class _Selection:
     """The chosen inputs of a scene, found in its flat graph.
 
-    `varied` are the inputs in order, `parameters` the INPUT symbols that are added to parameters.
+    `varied` are the inputs in order, `parameters` the INPUT symbols that are added to parameters,
+    `given` the values of the sources that an INPUT symbol replaces, by its index.
     """
 
     inputs: tuple[str, ...]
     other_outputs: bool
     values: dict[str, float]
+    total: bool = False
     varied: list[Varied] = field(default_factory=list)
     parameters: dict[int, Node] = field(default_factory=dict)
+    given: dict[int, Node] = field(default_factory=dict)
 
     def applied_to(self, graph: FlatGraph) -> FlatGraph:
         """Vary the chosen sources of a graph, remove its energy accounts, set the defaults."""
@@ -118,7 +137,9 @@ class _Selection:
         candidates = _candidates(graph)
         first = sum(len(device.inputs) for device in graph.devices)
         sources: dict[int, Node] = {}
-        for name in _choose(candidates, self.inputs):
+        given = _given_values(graph) if self.total else {}
+        chosen = _choose(candidates, self.inputs) if self.inputs else _default(candidates, given)
+        for name in chosen:
             candidate = candidates[name]
             index = candidate.index
             if candidate.kind != "channel":
@@ -126,8 +147,10 @@ class _Selection:
                 symbol = graph.dag.symbol(Kind.INPUT, index)
                 added = sources if candidate.kind == "source" else self.parameters
                 added[candidate.index] = symbol
-            self.varied.append(Varied(name, candidate.unit, index))
-        graph = _with_sources(graph, sources)
+                if candidate.kind == "source" and candidate.index in given:
+                    self.given[index] = given[candidate.index]
+            self.varied.append(Varied(name, candidate.unit, index, candidate.kind))
+        graph = _with_sources(graph, sources, given)
         return replace(graph, varied=len(sources) + len(self.parameters))
 
 
@@ -141,14 +164,21 @@ def _with_values(graph: FlatGraph, values: Mapping[str, float]) -> tuple[Paramet
 # --- what may be chosen -----------------------------------------------------------------------
 
 
+def channel_names(device: DeviceUse) -> list[str]:
+    """Names of a device's inputs in their order: `hand.position[3]`, `lever.angle`."""
+    wide = {channel for channel, component in device.inputs if component > 1}
+    return [
+        f"{device.name}.{channel}{f'[{component}]' if channel in wide else ''}"
+        for channel, component in device.inputs
+    ]
+
+
 def _candidates(graph: FlatGraph) -> dict[str, _Candidate]:
     """All possible inputs by name: channels of devices, then sources, then parameters."""
     found: dict[str, _Candidate] = {}
     for device in graph.devices:
-        wide = {channel for channel, component in device.inputs if component > 1}
-        for k, (channel, component) in enumerate(device.inputs, device.first_input):
-            suffix = f"[{component}]" if channel in wide else ""
-            name = f"{device.name}.{channel}{suffix}"
+        names = zip(channel_names(device), device.inputs, strict=True)
+        for k, (name, (channel, _)) in enumerate(names, device.first_input):
             found[name] = _Candidate("channel", k, channel_unit(channel))
     for index, element in enumerate(graph.elements):
         if isinstance(element, Source):
@@ -172,13 +202,20 @@ def _source_name(graph: FlatGraph, source: Source) -> tuple[str, str]:
     return f"{source.name}.{letter}", unit
 
 
+def _default(candidates: Mapping[str, _Candidate], given: Collection[int]) -> list[str]:
+    """The channels of the devices, and some sources, by their elements."""
+    return [
+        name
+        for name, candidate in candidates.items()
+        if candidate.kind == "channel" or (candidate.kind == "source" and candidate.index in given)
+    ]
+
+
 def _choose(candidates: Mapping[str, _Candidate], texts: Sequence[str]) -> list[str]:
     """The names of the selected inputs, without repetition.
 
     A vector's name selects its components, a source's name its effort or flow.
     """
-    if not texts:
-        return [name for name, candidate in candidates.items() if candidate.kind == "channel"]
     vectors: dict[str, list[str]] = {}
     for name, candidate in candidates.items():
         whole = _COMPONENT.sub("", name)
@@ -200,15 +237,35 @@ def _choose(candidates: Mapping[str, _Candidate], texts: Sequence[str]) -> list[
 # --- what is varied ---------------------------------------------------------------------------
 
 
-def _with_sources(graph: FlatGraph, added: Mapping[int, Node]) -> FlatGraph:
-    """The graph with a symbol added to what some of its sources set."""
+def _with_sources(
+    graph: FlatGraph, added: Mapping[int, Node], replaced: Collection[int]
+) -> FlatGraph:
+    """The graph with a symbol added to what some of its sources set, or in place of it."""
     elements: list[Element] = []
     for index, element in enumerate(graph.elements):
         if isinstance(element, Source) and index in added:
-            value = graph.dag.add(element.value, added[index])
+            symbol = added[index]
+            value = symbol if index in replaced else graph.dag.add(element.value, symbol)
             element = replace(element, value=value)
         elements.append(element)
     return replace(graph, elements=tuple(elements))
+
+
+def _given_values(graph: FlatGraph) -> dict[int, Node]:
+    """The values of the sources that depend on parameters and the time alone, and are not zero."""
+    dag = graph.dag
+    values = {k: e.value for k, e in enumerate(graph.elements) if isinstance(e, Source)}
+    return {
+        k: node
+        for k, node in values.items()
+        if node != dag.zero and _depends_on_parameters_alone(dag, node)
+    }
+
+
+def _depends_on_parameters_alone(dag: Dag, node: Node) -> bool:
+    """Test whether a node holds no symbols but parameters and the time."""
+    symbols = map(dag.symbol_of, dag.reachable([node]))
+    return all(s is None or s.kind in (Kind.PARAM, Kind.TIME) for s in symbols)
 
 
 def _with_parameters(program: Program, added: Mapping[int, Node]) -> Program:

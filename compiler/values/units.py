@@ -338,3 +338,14 @@ def _correct_word(word: str) -> str:
     products = (f"{one}*{two}" for one, two in cuts if _find_word(one) and _find_word(two))
     known = (case for case in cases if _find_word(case) is not None)
     return next(known, None) or next(products, word)
+
+
+def quotient_unit(above: str, below: str) -> str:
+    """The SI unit of a quotient as people read it: `A/V`, `m/(N*s)`, nothing of a plain number."""
+    if above == below or below in ("", "1"):
+        return above if above != below and above != "1" else ""
+    over, slash, under = above.partition("/")
+    if slash and "/" not in under + below:
+        return f"{over}/({under.strip('()')}*{below})"
+    compound = any(sign in below for sign in "*/")
+    return f"{above or '1'}/({below})" if compound else f"{above or '1'}/{below}"

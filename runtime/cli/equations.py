@@ -21,13 +21,14 @@ from bgc.runtime.cli.options import (
     output_option,
     point_options,
     read_assignments,
+    read_pair,
     read_point,
     read_uses,
     scene_option,
     set_option,
     use_option,
 )
-from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.cli.printing import print_tables, text_width
 from bgc.runtime.linear.tables import linear_tables, write_csv, write_npz
 from bgc.runtime.linearising.operating import OpenedModel
 
@@ -51,6 +52,13 @@ _KINDS = (".csv", ".npz")
 @point_options
 @input_option(multiple=True)
 @output_option(multiple=True)
+@click.option(
+    "--transfer",
+    "transfers",
+    multiple=True,
+    metavar="OUTPUT/INPUT",
+    help="A transfer function in the model's own letters, its poles, zeros and static gain.",
+)
 @click.option("--full", is_flag=True, help="Everything, however long.")
 @click.option("--out", metavar="FILE", help="Write the matrices: .csv or .npz.")
 def equations(
@@ -64,19 +72,29 @@ def equations(
     steady: bool,
     inputs: tuple[str, ...],
     outputs: tuple[str, ...],
+    transfers: tuple[str, ...],
     full: bool,
     out: str | None,
 ) -> None:
-    """Print the state equations of a scene of FILE, or their linear form.
+    """Print the state equations of a scene of FILE, their linear form, or a transfer function.
 
     Inputs are a source's effort or flow (supply.e), a parameter (mass) or a device's channel;
     by default those of the devices. Outputs are what the scene observes, or any expressions.
+
+    A transfer function is that of the linear form, a formula in the model's parameters; states of
+    a nonlinear model stand in it as letters. Numbers beside it are for the initial state, or for
+    that of --at or --steady.
     """
-    if latex and linear:
-        raise click.UsageError("--latex is for the equations; --linear has --out FILE")
-    if not linear and (inputs or outputs or at is not None or steady or out is not None):
-        raise click.UsageError("--input, --output, --at, --steady and --out need --linear")
+    if linear and (latex or transfers):
+        raise click.UsageError("--linear excludes --latex and --transfer; it has --out FILE")
+    if not linear and (inputs or outputs or out is not None):
+        raise click.UsageError("--input, --output and --out need --linear")
+    if not linear and not transfers and (at is not None or steady):
+        raise click.UsageError("--at and --steady need --linear or --transfer")
     options = Options(scene, read_assignments(assignments), uses=read_uses(uses))
+    if transfers:
+        _print_transfers(file, options, at, steady, transfers, latex=latex, full=full)
+        return
     if linear:
         _print_linear(file, options, at, steady, inputs, outputs, full, out)
         return
@@ -105,6 +123,37 @@ def _print_equations(program: Program, full: bool) -> None:
             Table("equations", (), (), f"{length} lines; --full prints them"),
         )
     )
+
+
+def _print_transfers(
+    file: Path,
+    options: Options,
+    at: str | None,
+    steady: bool,
+    transfers: tuple[str, ...],
+    *,
+    latex: bool,
+    full: bool,
+) -> None:
+    """Transfer functions one below the other, as text or LaTeX."""
+    # These import SymPy, which takes 0.3 s and which only transfer functions need.
+    from bgc.runtime.linearising.symbolic import transfer_at
+    from bgc.symbolic.latex import transfer_latex
+    from bgc.symbolic.terminal import transfer_lines, transfer_tables
+
+    pairs = [read_pair(text) for text in transfers]
+    point = read_point(at, steady)
+    for k, (output, input_) in enumerate(pairs):
+        function, values, warnings = transfer_at(file, options, output, input_, point)
+        if k == 0:
+            print_diagnostics(warnings)
+        else:
+            click.echo()
+        if latex:
+            click.echo(transfer_latex(function, values, full), nl=False)
+            continue
+        click.echo("\n".join(transfer_lines(function, text_width(), full)) + "\n")
+        print_tables(transfer_tables(function, values, full))
 
 
 def _print_linear(

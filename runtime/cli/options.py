@@ -10,6 +10,7 @@ import click
 
 from bgc.diagnostics.catalogue.arguments import bad_assignment, bad_option
 from bgc.diagnostics.catalogue.machine import cannot_write, unknown_file_kind
+from bgc.diagnostics.catalogue.symbolic import bad_pair
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.running.quantity import read_quantity
 
@@ -117,6 +118,14 @@ def read_assignments(texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
 def read_uses(texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     """Read the values of `--use`; BG064 where one has no slot or no type."""
     return _read_pairs(texts, '--use "elbow.lock=Rigid[5]"')
+
+
+def read_pair(text: str) -> tuple[str, str]:
+    """Read OUTPUT/INPUT, separated by the last slash; BG098 where one of them is missing."""
+    output, slash, input_ = (part.strip() for part in text.rpartition("/"))
+    if not (output and slash and input_):
+        raise BgError([bad_pair(text)])
+    return output, input_
 
 
 def read_times(**texts: str | None) -> dict[str, float | None]:

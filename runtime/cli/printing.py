@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from collections.abc import Iterable
 
@@ -11,6 +12,7 @@ import click
 from bgc.printing.tables import Table, fitted, table_text
 
 _BETWEEN = 2  # characters between columns
+_PIPE_WIDTH = 100  # characters of a line that goes to no terminal
 _SHORT = 24  # characters of a cell that is not wrapped
 
 
@@ -29,6 +31,11 @@ def print_tables(tables: Iterable[Table]) -> None:
         else:
             _print_rich(table)
         first = False
+
+
+def text_width() -> int:
+    """Characters of a line: those of the terminal (or of COLUMNS), else 100."""
+    return shutil.get_terminal_size((_PIPE_WIDTH, 24)).columns
 
 
 def _print_rich(table: Table) -> None:

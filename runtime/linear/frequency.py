@@ -16,6 +16,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.state_space import Linearisation, Mode
 from bgc.runtime.results.arrays import Array, Complex
 from bgc.runtime.results.files import written_whole
+from bgc.values.units import quotient_unit
 
 _POINTS_A_DECADE = 60
 _NEAR_A_MODE = 15  # points on either side of a resonance
@@ -92,7 +93,7 @@ def frequency_response(
     if high is None:  # beyond all modes the response falls, until only rounding is left
         kept = np.flatnonzero(np.abs(value) > _NEGLIGIBLE * np.nanmax(np.abs(value)))[-1] + 1
         omega, value = omega[:kept], value[:kept]
-    return Response(linear.inputs[0], linear.outputs[0], _per(above, below), omega, value)
+    return Response(linear.inputs[0], linear.outputs[0], quotient_unit(above, below), omega, value)
 
 
 def _range(modes: Sequence[Mode]) -> tuple[float, float]:
@@ -121,11 +122,3 @@ def _frequencies(modes: Sequence[Mode], low: float, high: float) -> Array:
             grids += [centre - offsets, centre + offsets]
     every = np.unique(np.concatenate(grids))
     return np.asarray(every[(every >= low) & (every <= high)], dtype=np.float64)
-
-
-def _per(above: str, below: str) -> str:
-    """Write the unit of a quotient."""
-    if above == below or below in ("", "1"):
-        return above if above != below and above != "1" else ""
-    compound = any(sign in below for sign in "*/")
-    return f"{above or '1'}/({below})" if compound else f"{above or '1'}/{below}"

@@ -293,6 +293,46 @@ def test_linear_equations_and_their_modes(rc):
     assert "at 6 s" in bgc("equations", rc, "--linear", "--at", "6 s").stdout
 
 
+def test_a_transfer_function_in_the_models_letters(rc):
+    result = bgc("equations", rc, "--transfer", "voltage/supply.e", "--set", "R=4 ohm")
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout.splitlines()[:5] == [
+        "voltage by supply.e",
+        "",
+        "             1",
+        "  G(s) = ---------",
+        "         R*C*s + 1",
+    ]
+    assert "-1/(C*R)" in result.stdout and "-0.0833333" in result.stdout  # -1/(3 F * 4 ohm)
+    latex = bgc("equations", rc, "--transfer", "current/supply.e", "--latex")
+    assert r"G(s) &= \frac{C\,s}{R\,C\,s + 1}" in latex.stdout
+    assert r"p_{1} &= - \frac{1}{C\,R} \approx -0.166667" in latex.stdout
+
+
+def test_several_transfer_functions_of_any_expressions(rc):
+    pairs = ("--transfer", "capacitor.e/2/supply.e", "--transfer", "current / R")
+    result = bgc("equations", rc, *pairs)
+    assert result.exit_code == 0, result.stderr
+    assert "capacitor.e/2 by supply.e" in result.stdout and "current by R" in result.stdout
+    assert "capacitor.q" in result.stdout  # the state stands in the second as a letter
+    steady = bgc("equations", rc, "--transfer", "current/R", "--steady").stdout
+    assert "  capacitor.q  15 " in steady
+
+
+@pytest.mark.parametrize(
+    ("pair", "code"),
+    [
+        ("voltage", "BG098"),
+        ("voltage/", "BG098"),
+        ("voltage/suply.e", "BG080"),
+        ("nothing/supply.e", "BG211"),
+    ],
+)
+def test_transfer_functions_of_what_does_not_exist(rc, pair, code):
+    result = bgc("equations", rc, "--transfer", pair)
+    assert result.exit_code == 1 and f"error[{code}" in result.stderr
+
+
 def test_bode_writes_rows_and_a_plot(rc):
     names = ("--input", "supply.e", "--output", "voltage")
     result = bgc("bode", rc, *names, "--out", "-", "--plot", "b.svg", "--from", "0.01", "--to", "9")
@@ -326,6 +366,8 @@ def test_bode_is_of_one_input_and_one_output(rc):
     [
         ["equations", "--latex", "--linear"],
         ["equations", "--steady"],
+        ["equations", "--linear", "--transfer", "voltage/supply.e"],
+        ["equations", "--transfer", "voltage/supply.e", "--input", "supply.e"],
         ["equations", "--linear", "--steady", "--at", "1 s"],
         ["bode", "--input", "R"],
     ],

@@ -48,6 +48,7 @@ bgc.emission
 bgc.driver
 bgc.linearising
 bgc.printing
+bgc.symbolic
 bgc.runtime.results
 bgc.runtime.linear
 bgc.runtime.running

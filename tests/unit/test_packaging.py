@@ -1,7 +1,10 @@
 """The package list in pyproject.toml is written by hand: it must match the tree."""
 
+import os
+import re
 import shutil
 import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -77,3 +80,54 @@ def test_the_top_level_holds_only_what_was_decided():
     visible = {name.split("/")[0] for name in listed.stdout.splitlines() if name[0] != "."}
     folders = {"grammar", "compiler", "runtime", "library", "tests"}
     assert visible == {"pyproject.toml", "README.md", "LICENSE", *folders}
+
+
+MODEL = """
+model RC {
+  param R = 2 ohm;
+  supply : Se(e = 5 V); loop : J1; resistor : R(R); capacitor : C(3 F);
+  supply -> loop -> resistor, capacitor;
+}
+scene charge of RC { observe capacitor.e; run 6 s every 2 s; }
+"""
+
+FROM_TEXT_TO_C = {
+    "compile": "import bgc; bgc.compile('rc.bg').simulate()",
+    "build": "command('build', 'rc.bg', '--target', 'c')",
+    "run": "command('run', 'rc.bg', '--out', 'rc.csv')",
+    "check": "command('check', 'rc.bg')",
+    "equations": "command('equations', 'rc.bg', '--latex')",
+}
+
+
+@pytest.mark.parametrize("way", FROM_TEXT_TO_C)
+def test_the_way_from_text_to_c_imports_neither_sympy_nor_jinja2(way, tmp_path):
+    """Both are for what a user asks for beside a run; SymPy alone takes 0.3 s to import."""
+    (tmp_path / "rc.bg").write_text(MODEL)
+    program = (
+        "import sys\n"
+        "from bgc.runtime.cli.app import application\n"
+        "def command(*arguments):\n"
+        "    try:\n"
+        "        application.main(list(arguments))\n"
+        "    except SystemExit as ended:\n"
+        "        assert not ended.code\n"
+        f"{FROM_TEXT_TO_C[way]}\n"
+        "print(sorted({'sympy', 'jinja2', 'bgc.symbolic'} & set(sys.modules)))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=tmp_path,
+        env={**os.environ, "BGC_CACHE_DIR": str(tmp_path / "cache")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_sympy_and_jinja2_are_installed_with_bgc():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    names = {re.split(r"[<>=]", text)[0] for text in project["dependencies"]}
+    assert {"sympy", "jinja2"} <= names
