@@ -1,7 +1,7 @@
 """Quotients of integer polynomials for SymPy expressions.
 
-What is not built from sums, products and whole powers (a cosine, a root, a choice) is one more
-letter, so that everything rational about an expression is exact and all else is left as it is.
+A part that is no sum, product or integer power (a cosine, a root, a choice) is one more letter, so
+all rational structure of an expression is handled exactly.
 
 Denominators are kept as products. A model divides by few different sums (a reduced mass, the pivot
 of an algebraic loop), each many times: a common denominator of two quotients then needs no greatest
@@ -47,11 +47,11 @@ class Field:
     Parameters
     ----------
     expressions
-        What is to be converted; all letters are found in it.
+        The expressions to convert, in which all letters are found.
     first
         Symbols that come first among the letters, in this order.
     budget
-        What all products together may cost; None for no limit.
+        The work that all products together may take; None for no limit.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class Field:
         self._one = Denominator(self.ring.one)
         generators = zip(self.letters, self.ring.gens, strict=False)
         self._known = {letter: Quotient(x, self._one) for letter, x in generators}
-        self.sums: dict[PolyElement, None] = {}  # all that stand below something
+        self.sums: dict[PolyElement, None] = {}  # all denominators found so far
 
     # --- conversion ---------------------------------------------------------------------------
 
@@ -81,7 +81,7 @@ class Field:
         Raises
         ------
         ZeroDivisionError
-            It divides by what is zero.
+            The expression divides by zero.
         """
         stack = [expression]
         while stack:
@@ -107,7 +107,7 @@ class Field:
         (base,) = parts
         exponent = _exponent(expression)
         power = reduce(self.product, [base] * abs(exponent))
-        return self._inverse(power) if exponent < 0 else power
+        return self._simple_signs(self._inverse(power) if exponent < 0 else power)
 
     def expression(self, polynomial: PolyElement) -> sympy.Expr:
         """The SymPy expression of a polynomial."""
@@ -122,7 +122,7 @@ class Field:
         found = dict(zip(self.letters, exponents, strict=False))
         for k in self._signs:
             (inner,) = self.letters[k].args
-            if found[self.letters[k]] and found.get(inner):
+            if found[self.letters[k]] == 1 and found.get(inner):
                 found[self.letters[k]], found[inner] = 0, found[inner] - 1
                 found[sympy.Abs(inner)] = 1
         return [(x, n) for x, n in found.items() if n]
@@ -165,7 +165,7 @@ class Field:
         return self._cancelled(above, below)
 
     def known_sums(self, polynomial: PolyElement) -> tuple[Counter[PolyElement], PolyElement]:
-        """The sums that something was divided by and that divide a polynomial; what is left."""
+        """Divide a polynomial by the known denominators; return these and the remaining factor."""
         found: Counter[PolyElement] = Counter()
         for divisor in self.sums:
             polynomial, count = self.trials.divided_out(polynomial, divisor)
@@ -185,7 +185,7 @@ class Field:
         return Denominator(self.ring.from_dict({tuple(exponents): ZZ(number)}), sums)
 
     def ratio(self, whole: Denominator, part: Denominator) -> Denominator:
-        """The quotient of a multiple and what it is a multiple of."""
+        """The quotient of a common multiple and one of its denominators."""
         sums = {p: count - part.sums.get(p, 0) for p, count in whole.sums.items()}
         return Denominator(divided(whole.simple, part.simple), {p: n for p, n in sums.items() if n})
 
@@ -208,7 +208,7 @@ class Field:
         return a * b if self.budget is None else self.budget.product(a, b)
 
     def _cancelled(self, above: PolyElement, below: Denominator) -> Quotient:
-        """A quotient without the letters and sums that divide what stands above."""
+        """Cancel the letters and sums of a denominator that divide the numerator."""
         if not above:
             return Quotient(above, self._one)
         common = common_factor(above, below.simple)
@@ -220,10 +220,17 @@ class Field:
         return Quotient(above, Denominator(simple, {p: n for p, n in sums.items() if n}))
 
     def _simple_signs(self, quotient: Quotient) -> Quotient:
-        """With 1 for the square of a sign above, which it is but at zero."""
+        """Replace squares of signs by 1 (true except at zero); move signs to the numerator."""
         if not self._signs:
             return quotient
-        return self._cancelled(self._without_squares(quotient.above), quotient.below)
+        ((exponents, number),) = quotient.below.simple.items()
+        inverse, rest = [0] * len(exponents), list(exponents)
+        for k in self._signs:
+            inverse[k], rest[k] = rest[k] % 2, 0
+        above = quotient.above * self.ring.from_dict({tuple(inverse): ZZ(1)})
+        simple = self.ring.from_dict({tuple(rest): number})
+        below = Denominator(simple, quotient.below.sums)
+        return self._cancelled(self._without_squares(above), below)
 
     def _without_squares(self, polynomial: PolyElement) -> PolyElement:
         simple: dict[tuple[int, ...], int] = {}
@@ -236,7 +243,7 @@ class Field:
 
 
 def _parts(expression: sympy.Expr) -> tuple[sympy.Expr, ...]:
-    """What a sum, a product or a whole power is made of; nothing of any other expression.
+    """The operands of a sum, a product or an integer power; none of any other expression.
 
     The base of a power with a fraction as exponent is a root: `x**(3/2)` is the cube of `sqrt(x)`.
     A modulus is the product of its operand and the operand's sign.
@@ -256,7 +263,7 @@ def _exponent(expression: sympy.Expr) -> int:
 
 
 def _letters(expressions: Iterable[sympy.Expr]) -> set[sympy.Expr]:
-    """The symbols, and what else is taken for one."""
+    """The letters: symbols, and functions that are treated as symbols."""
     seen: set[sympy.Expr] = set()
     found: set[sympy.Expr] = set()
     stack = list(expressions)
