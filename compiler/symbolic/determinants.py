@@ -1,10 +1,10 @@
 """Determinants of sparse matrices of integer polynomials, without a division.
 
-A matrix is split into the strongly connected parts of its pattern first, whose determinants are
-factors of its own. That of a part is a sum over its rows, from the first to the last, of minors on
-the columns used so far (Gentleman and Johnson 1976, with each minor kept once): a sparse matrix in
-a good order has few of them, and each term of the result is made few times, since the entries of
-a model are mostly different letters.
+The strongly connected components of its pattern split a matrix into blocks; their determinants are
+factors of that of the matrix. The determinant of a block is expanded row by row into minors on the
+columns used so far, each computed once (Gentleman and Johnson 1976). A sparse block in a good order
+of rows has few such minors, and since the entries of a model are mostly different letters, few
+terms cancel.
 """
 
 from __future__ import annotations

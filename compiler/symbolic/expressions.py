@@ -3,9 +3,8 @@
 Constants are exact rationals (a multiple of `pi` where the constant is one). Each node is converted
 once, so the time grows with the graph, not with the tree that it stands for.
 
-The derivative rules guard a division by what may vanish, `select(y, x/y, 0)`: a run then gets a
-finite number where the function has no derivative. As a formula that is `x/y`, and it is converted
-to that: it holds wherever the divisor is not zero.
+The derivative rules guard divisions, `select(y, x/y, 0)`, so that a run gets a finite number where
+a function has no derivative. Such a node is converted to `x/y`, which holds where y is not zero.
 """
 
 from __future__ import annotations
@@ -67,7 +66,7 @@ def constant(value: Fraction) -> sympy.Expr:
 
 
 def _is_guard(dag: Dag, node: Node) -> bool:
-    """Whether a choice only keeps a division, or a logarithm, from an operand that is zero."""
+    """Test whether a choice only guards a division or a logarithm against a zero operand."""
     if dag.op[node] != Op.SELECT or dag.c[node] != dag.zero:
         return False
     condition, stack = dag.a[node], [dag.b[node]]
@@ -96,14 +95,14 @@ def _made(op: Op, operands: list[sympy.Basic]) -> sympy.Basic:
 
 
 def _condition(expression: sympy.Basic) -> sympy.Basic:
-    """What counts as true: a condition, or a number other than zero."""
+    """Return a condition; a number is true unless it is zero."""
     if isinstance(expression, sympy.logic.boolalg.Boolean) and not expression.is_Symbol:
         return expression
     return sympy.Ne(expression, 0)
 
 
 def _number(expression: sympy.Basic) -> sympy.Expr:
-    """A condition as the number that it is in C."""
+    """Return a number; a condition is 1 where it holds and 0 elsewhere, as in C."""
     if isinstance(expression, sympy.logic.boolalg.Boolean) and not expression.is_Symbol:
         return sympy.Piecewise((sympy.Integer(1), expression), (sympy.Integer(0), True))
     return expression

@@ -50,7 +50,7 @@ class Trials:
         return polynomial, count
 
     def _may_divide(self, divisor: PolyElement, polynomial: PolyElement) -> bool:
-        """Whether it does so in the images; if not, it is proved not to."""
+        """Test divisibility of the images; a negative answer is proved."""
         degrees, others = divisor.degrees(), polynomial.degrees()
         if len(polynomial) < 2 or any(a > b for a, b in zip(degrees, others, strict=True)):
             return False
@@ -118,7 +118,7 @@ def divided(polynomial: PolyElement, factor: PolyElement) -> PolyElement:
     Raises
     ------
     ExactQuotientFailed
-        It is none.
+        The factor does not divide the polynomial.
     """
     ring = polynomial.ring
     if factor == ring.one:
@@ -137,7 +137,7 @@ def divided(polynomial: PolyElement, factor: PolyElement) -> PolyElement:
 
 
 def split(polynomial: PolyElement) -> tuple[PolyElement, PolyElement]:
-    """The sign, the integer and the letters that divide a polynomial, as one term; what is left."""
+    """Split off the sign, the integer and the letters that divide a polynomial, as one term."""
     number = ZZ(math.gcd(*map(int, polynomial.values())))
     simple = polynomial.ring.from_dict(
         {_lowest(polynomial): -number if polynomial.LC < 0 else number}

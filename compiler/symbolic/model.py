@@ -34,7 +34,7 @@ class SymbolicModel:
     (`supply.e`), `time`. All values are SI. Each result is computed when it is first asked for.
 
     The letter of an input is the whole effort or flow of a source whose value depends on
-    parameters and the time alone; for one that follows the states, it is what is added to that.
+    parameters and the time alone; for other sources it is added to the scene's value.
     Signs are the model's: power is positive along the half arrow.
 
     Examples
@@ -55,7 +55,7 @@ class SymbolicModel:
         values: Mapping[str, float] | None = None,
         point: Mapping[str, sympy.Expr] | None = None,
     ) -> None:
-        """Take a scene; `values` are other numbers for parameters, `point` what letters become."""
+        """Take a scene, other numbers for parameters, and values of letters as operating point."""
         self._path, self._options = path, options
         self._inputs, self._outputs = tuple(inputs), tuple(outputs)
         self._given = dict(values or {})
@@ -70,7 +70,7 @@ class SymbolicModel:
             codes = {diagnostic.code for diagnostic in problem.diagnostics}
             if self._inputs or _NO_SUCH_RATE not in codes:
                 raise
-            # the rate of a source is needed, which no letter has: sources stay as they are
+            # the equations need the rate of a source: leave sources as the scene sets them
             opened = self._open((), self._outputs, total=False)
         return SymbolicSystem(opened, self._point)
 
@@ -118,14 +118,14 @@ class SymbolicModel:
     def dependent(self) -> dict[sympy.Symbol, sympy.Expr]:
         """Parameters whose values follow from others, `{motor.R: Ra}`.
 
-        Each is a letter of its own, since it can be set by itself; `G.subs(sym.dependent)` puts in
-        what it follows from.
+        Each is a letter of its own, since it can be set separately; `G.subs(sym.dependent)`
+        replaces it by its default.
         """
         return self._system.dependent
 
     @cached_property
     def start(self) -> dict[sympy.Symbol, sympy.Expr]:
-        """The initial values of the states, but of algebraic ones, which follow from the others."""
+        """Initial values of the states; algebraic ones, which follow from others, have none."""
         return self._system.start()
 
     @property
@@ -307,7 +307,7 @@ class SymbolicModel:
         what = f"the transfer function of `{output}` by `{input_}`"
 
         def refused() -> BgError:
-            measure = f"{len(program.states)} states"
+            measure = f"{len(program.states)} states, {len(program.parameters)} parameters"
             limit = f"{MOST_PRODUCTS:,} products of terms and {MOST_TERMS:,} terms, about 10 s"
             return BgError([catalogue.too_large(what, measure, limit)])
 

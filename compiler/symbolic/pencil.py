@@ -3,10 +3,10 @@
     G(s) = det [ s M - A   B ] / det (s M - A)
                [   -C      D ]
 
-on the states through which the input reaches the output: all others have no part in it. Columns,
-then rows, are multiplied by what stands below in them, so that both determinants are of integer
-polynomials in s and the letters. Both are found as products of factors, and what they have in
-common is cancelled: the result is in lowest terms.
+on the states through which the input reaches the output; the others do not matter. Columns, then
+rows, are multiplied by their common denominators, so both matrices hold integer polynomials in s
+and the letters. Both determinants are products of factors; common factors are cancelled, so the
+result is in lowest terms.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def transfer_ratio(system: LinearSystem, output: int, input_: int, budget: Budge
     SingularPencil
         The equations do not determine the states.
     ZeroDivisionError
-        An entry divides by what is zero.
+        An entry divides by zero.
     """
     by_input = {r: node for (r, c), node in system.B.items() if c == input_}
     by_state = {c: node for (r, c), node in system.C.items() if r == output}
@@ -160,7 +160,7 @@ def _within(
 
 
 def _cleared(field: Field, rows: Sequence[_Expressions]) -> tuple[list[Row], Denominator]:
-    """The rows without denominators, and what the last row was multiplied by.
+    """Clear denominators; return the rows and the multiplier of the last one.
 
     Columns are multiplied first: flows and efforts are states over parameters, so that a column
     of a model has one denominator. The last column, of the input, is left as it is.

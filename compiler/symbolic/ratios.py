@@ -29,7 +29,7 @@ class Ratio:
 
     @property
     def is_zero(self) -> bool:
-        """Whether the function is zero everywhere."""
+        """Test whether the function is zero everywhere."""
         return not self.above[0]
 
     @property
@@ -56,12 +56,12 @@ class Ratio:
 
     @property
     def numerator(self) -> sympy.Expr:
-        """What stands above."""
+        """The numerator."""
         return _product(self.field, self.above)
 
     @property
     def denominator(self) -> sympy.Expr:
-        """What stands below."""
+        """The denominator."""
         return _product(self.field, self.below)
 
     def at_zero(self, letter: int) -> Ratio | None:
@@ -123,7 +123,7 @@ def _without_known_sums(
 def _gathered(
     field: Field, factors: Iterable[PolyElement]
 ) -> tuple[PolyElement, list[PolyElement]]:
-    """All integers and letters that divide some factors, and what is left of each."""
+    """Collect the integers and letters that divide some factors; return the other parts too."""
     simple, rest = field.ring.one, []
     for factor in factors:
         part, inner = split(factor)

@@ -90,7 +90,7 @@ def _irreducible(polynomial: PolyElement, letter: int) -> list[tuple[PolyElement
 
 
 def _is_irreducible(polynomial: PolyElement, letter: int) -> bool:
-    """Whether it is with some whole numbers for all other letters, which proves that it is."""
+    """Prove irreducibility by integers for all other letters; False where that fails."""
     s = sympy.Dummy()
     for start in (2, 11):
         coefficients = []
@@ -145,7 +145,7 @@ def _low_degree(
 def _under_root(
     field: Field, discriminant: PolyElement, below: PolyElement
 ) -> tuple[sympy.Expr, sympy.Expr]:
-    """`sqrt(discriminant)/below` as a factor and what stands under the root.
+    """Write `sqrt(discriminant)/below` as a factor and a radicand.
 
     Squares of letters leave the root. Their sign is of no account: both signs of a root are roots.
     """

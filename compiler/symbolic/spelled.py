@@ -63,7 +63,7 @@ class Spelled:
                 names[function] = text
 
     def _fresh(self, choices: Sequence[str]) -> str:
-        """The first name with which none of the model's begins."""
+        """The first of some names that no name of the model begins with."""
         longer = (choice * length for length in count(1) for choice in choices)
         return next(c for c in longer if not any(text.startswith(c) for text in self._taken))
 
@@ -112,7 +112,7 @@ class Spelled:
 
 
 def static_number(function: TransferFunction, values: Values) -> str:
-    """The static gain with six digits, or a word for what it is instead."""
+    """The static gain with six digits, or `infinite` or `undefined`."""
     try:
         above, below = function.numbers(values)
     except BgError:

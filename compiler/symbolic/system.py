@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from typing import TypeAlias
@@ -23,7 +23,7 @@ from bgc.symbolic.expressions import expressions
 from bgc.symbolic.letters import Letters, positive_letters
 from bgc.symbolic.pencil import LinearSystem
 
-MOST_OPERATIONS = 100_000  # of what is converted at a time, written out without sharing
+MOST_OPERATIONS = 100_000  # converted at a time, counted without sharing
 
 Blocks: TypeAlias = dict[str, dict[tuple[int, int], Node]]
 Value: TypeAlias = "float | Fraction | sympy.Expr"
@@ -32,7 +32,7 @@ Value: TypeAlias = "float | Fraction | sympy.Expr"
 class SymbolicSystem:
     """The equations of an opened scene and their derivatives, as SymPy expressions.
 
-    `point` has what stands for some letters in derivatives, by name: the operating point.
+    `point` is the operating point: values of letters by name, put into derivatives.
     """
 
     def __init__(self, opened: Opened, point: Mapping[str, sympy.Expr]) -> None:
@@ -63,20 +63,25 @@ class SymbolicSystem:
 
     def general(self, nodes: Sequence[Node], dag: Dag | None = None) -> list[sympy.Expr]:
         """Nodes of the program as expressions in its letters, at any state."""
-        dag = dag or self.program.dag
-        _require_size(f"a formula of scene `{self.program.scene.name}`", dag, nodes)
-        return expressions(dag, nodes, self.letters.of)
+        what = f"a formula of scene `{self.program.scene.name}`"
+        return self._converted(what, dag or self.program.dag, nodes, self.letters.of)
 
     def _at_point(self, what: str, nodes: Sequence[Node]) -> list[sympy.Expr]:
         """Nodes of the linear form as expressions at the operating point."""
-        dag, _ = self._form
-        _require_size(what, dag, nodes)
-        try:
-            found = expressions(dag, nodes, self._leaf)
-        except ZeroDivisionError:
-            raise BgError([catalogue.undefined_at(what)]) from None
+        found = self._converted(what, self._form[0], nodes, self._leaf)
         plain = {dummy: letter for letter, dummy in self._positive.items()}
         return [e.xreplace(plain) for e in found] if plain else found
+
+    @staticmethod
+    def _converted(
+        what: str, dag: Dag, nodes: Sequence[Node], leaf: Callable[[Symbol], sympy.Expr]
+    ) -> list[sympy.Expr]:
+        """Nodes as expressions; BG094 if they are too long, BG097 if one divides by zero."""
+        _require_size(what, dag, nodes)
+        try:
+            return expressions(dag, nodes, leaf)
+        except ZeroDivisionError:
+            raise BgError([catalogue.undefined_at(what)]) from None
 
     def _leaf(self, symbol: Symbol) -> sympy.Expr:
         letter = self.letters.of(symbol)
@@ -86,7 +91,7 @@ class SymbolicSystem:
 
     @cached_property
     def _positive(self) -> dict[sympy.Symbol, sympy.Dummy]:
-        """What stands for letters while a point in letters is put in, so that roots simplify."""
+        """Positive symbols that replace letters while a point is put in, so that roots simplify."""
         if not any(e.free_symbols for e in self._point.values()):
             return {}
         return positive_letters(self.numbers())
@@ -142,7 +147,7 @@ class SymbolicSystem:
     ) -> dict[sympy.Symbol, sympy.Expr]:
         """Initial values of some states, by default of all, with the scene's inputs.
 
-        An algebraic state has none of its own: it follows from the others.
+        Algebraic states have none: the equations determine them.
         """
         chosen = [
             (letter, state.initial)

@@ -34,7 +34,7 @@ class TransferFunction:
     values, units
         The scene's number for each letter, SI (states are as at the start), and its unit.
     dependent, follows
-        Parameters whose values follow from others; these, and what sources and initial states are.
+        Formulas of parameters that follow from others; the same with sources and initial states.
     ratio
         The polynomials, for printing.
 
@@ -132,8 +132,9 @@ class TransferFunction:
     # --- sensitivities ------------------------------------------------------------------------
 
     def sensitivity(self, parameter: str) -> sympy.Expr:
-        """DG/dp, a rational function of s in lowest terms, in `unit` per that of the parameter.
+        """The derivative dG/dp, a rational function of s in lowest terms.
 
+        Its unit is `unit` over that of the parameter.
         Parameters that follow from `parameter` change with it.
 
         Raises
@@ -242,7 +243,7 @@ class TransferFunction:
         numbers: dict[sympy.Symbol, sympy.Rational],
         given: Mapping[sympy.Symbol, sympy.Rational],
     ) -> None:
-        """Compute anew what follows from given numbers, and from what follows from them."""
+        """Recompute all numbers that follow, directly or not, from given ones."""
         changed = set(given)
         waiting = {x: e for x, e in self.follows.items() if x not in given}
         while ready := [x for x, e in waiting.items() if e.free_symbols & changed]:

@@ -100,7 +100,7 @@ class Writer:
         return self.product(([str(number)] if number != 1 or not powers else []) + powers)
 
     def terms(self, field: Field, polynomial: PolyElement) -> list[Term]:
-        """The terms by falling powers of letter 0; what is common to a coefficient stands first."""
+        """The terms by falling powers of letter 0; common factors of a coefficient stand first."""
         found: list[Term] = []
         coefficients = by_powers(polynomial, 0)
         for k, coefficient in enumerate(coefficients):
@@ -185,7 +185,7 @@ def joined(terms: Sequence[Term]) -> str:
 def broken(text: str, width: int) -> list[str]:
     """A sum over lines of so many characters, broken before its signs.
 
-    A term that does not fit begins a line of its own; what continues a bracket is indented.
+    A term that does not fit begins a new line; continuations inside a bracket are indented.
     """
     lines: list[str] = []
     for term in _pieces(text, outside=True):

@@ -13,7 +13,7 @@ def too_large(what: str, measure: str, limit: str) -> Diagnostic:
 
     What: a formula in the model's own letters takes more work, or more space, than bgc spends.
     Why: the terms of a determinant grow exponentially with the number of states and parameters
-    that it couples. A formula of thousands of terms tells nobody anything.
+    that it couples. Formulas of thousands of terms cannot be read.
     Example: `bgc equations two_beam_crane.bg --transfer "tip_height/hand.position[3]"`
     Way out: take the numbers (`bgc equations FILE --linear`, `bgc bode FILE`); or choose an output
     and an input with less between them, or a simpler variant of a part (`--use`, `Rigid` for a
