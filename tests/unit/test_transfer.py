@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy
+from matplotlib.mathtext import MathTextParser
 from symbolic_models import GEARBOX, QUARTER_CAR, RLC, TANKS, TWINS, chain, symbolic, symbols
+from sympy.parsing.latex import parse_latex
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
@@ -72,14 +74,15 @@ def test_a_factor_of_the_denominator_stays_one(tmp_path):
 
 
 def test_what_the_input_does_not_reach_has_no_part_in_the_function(tmp_path):
-    """A second circuit beside the first, as large as one likes."""
+    """A second circuit, which the output reads too: its letters do not occur."""
     text = RLC.replace(
         "loop -> coil",
-        "lone : J1; a : I(7); b : C(3); lone -> a, b;\n  loop -> coil",
+        "param a = 7; param b = 3; lone : J1; other : I(a); store : C(b);\n"
+        "  lone -> other, store;\n  loop -> coil",
     )
-    L, C, R = symbols("L C R")
-    found = symbolic(tmp_path, text).transfer("capacitor.e", "supply.e")
-    assert found == 1 / (L * C * s**2 + R * C * s + 1)
+    found = symbolic(tmp_path, text).transfer_function("capacitor.e + store.e", "supply.e")
+    assert set(found.ratio.field.letters) == {s, *symbols("L C R")}
+    assert found.order == 2
 
 
 def test_a_channel_without_an_effect_is_zero(tmp_path):
@@ -369,6 +372,30 @@ def test_tables_show_formulas_and_numbers(tmp_path):
     assert ("motor.R", "2", "ohm", "Ra") in second.rows
     full, _ = transfer_tables(function, {}, full=True)
     assert "+- sqrt(" in full.rows[1][1]
+
+
+def test_a_function_in_latex_is_read_by_sympy_as_it_is(tmp_path):
+    function = symbolic(tmp_path, RLC).transfer_function("loop.f", "supply.e")
+    lines = dict(
+        line.strip().removesuffix(r" \\").split(" &= ")
+        for line in transfer_latex(function, {}, full=False).splitlines()
+        if "&=" in line
+    )
+    found = parse_latex(lines["G(s)"].replace(r"\,", r" \cdot "), backend="lark")
+    assert sympy.cancel(found - function.expression) == 0
+    assert lines["p_{1,2}"].endswith(r"\approx -1000 \pm 9949.87i") and lines["z_{1}"] == "0"
+
+
+@pytest.mark.parametrize("text", [GEARBOX, QUARTER_CAR, TANKS, TWINS, chain(3)])
+def test_mathtext_takes_every_line(tmp_path, text):
+    sym = symbolic(tmp_path, text)
+    input_ = {GEARBOX: "supply.e", QUARTER_CAR: "road.f", TANKS: "Q"}.get(text, "push.e")
+    function = sym.transfer_function(sym.outputs[0].name, input_)
+    _, _, *lines, _ = transfer_latex(function, {}, full=True).splitlines()
+    parser = MathTextParser("path")
+    for line in lines:
+        parser.parse(f"${line.strip().removesuffix(chr(92) * 2).replace('&', '').strip()}$")
+    assert len(lines) >= 3
 
 
 def test_numbers_that_are_undefined_do_not_hide_the_formula(tmp_path):
