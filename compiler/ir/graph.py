@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import Enum
 from typing import TypeAlias
 
 from bgc.algebra.dag import Dag
@@ -24,6 +23,7 @@ from bgc.algebra.nodes import Matrix as Matrix
 from bgc.algebra.nodes import Node as Node
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
+from bgc.language.elements import Form as Form
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,19 +54,6 @@ class Port:
 
     bond: int
     sign: int
-
-
-class Form(Enum):
-    """The variable on the left side of a law.
-
-    EFFORT: C `e = K q`, R `e = R f`.  FLOW: I `f = W p`, R `f = G e`.
-    DISPLACEMENT: C `q = C e`.  MOMENTUM: I `p = M f`.
-    """
-
-    EFFORT = "effort"
-    FLOW = "flow"
-    DISPLACEMENT = "displacement"
-    MOMENTUM = "momentum"
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,10 +11,6 @@ from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source
 from bgc.grammar import syntax
 
-ELEMENTS = frozenset(
-    "Se Sf C I R IC TF GY J0 J1 MSe MSf MTF MGY MR Mux Demux".split()
-)  # fmt: skip
-
 D = TypeVar("D", bound=syntax.Declaration)
 
 

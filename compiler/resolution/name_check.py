@@ -11,7 +11,8 @@ from collections.abc import Iterable, Iterator
 from bgc.diagnostics.catalogue import names, values
 from bgc.diagnostics.report import Report
 from bgc.grammar import syntax
-from bgc.resolution.modules import ELEMENTS, Declared, Module, ancestors, flatten
+from bgc.language.elements import ELEMENTS
+from bgc.resolution.modules import Declared, Module, ancestors, flatten
 from bgc.values.functions import BUILTINS
 
 _ALWAYS = {"time", "pi"}

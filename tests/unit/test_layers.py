@@ -27,6 +27,7 @@ bgc.library
 bgc.options
 bgc.algebra
 bgc.values
+bgc.language
 bgc.ir
 bgc.resolution
 bgc.elaboration.instances
@@ -49,9 +50,11 @@ bgc.driver
 bgc.linearising
 bgc.printing
 bgc.symbolic
+bgc.reference
 bgc.runtime.results
 bgc.runtime.linear
 bgc.runtime.running
+bgc.runtime.documents
 bgc.runtime.linearising
 bgc.runtime.measuring
 bgc.runtime.activity

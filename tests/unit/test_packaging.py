@@ -24,6 +24,9 @@ def setuptools_table() -> dict:
     return tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
 
 
+COVERED = {".bg", ".csv", ".lark", ".json", ".c", ".h", ".typed", ".j2", ".svg", ".png"}
+
+
 def packages_in_tree() -> set[str]:
     found = set()
     for folder, package in FOLDERS.items():
@@ -52,18 +55,10 @@ def test_every_data_file_is_covered_by_a_pattern(setuptools_table):
     }
     for folder in FOLDERS:
         for path in (ROOT / folder).rglob("*"):
-            if path.suffix in {
-                ".bg",
-                ".csv",
-                ".lark",
-                ".json",
-                ".c",
-                ".h",
-                ".typed",
-                ".png",
-                ".svg",
-            }:
+            if path.suffix in COVERED:
                 assert path in covered, path
+    assert ROOT / "library" / "README.md" in covered
+    assert ROOT / "grammar" / "LANGUAGE.md" in covered
 
 
 def test_the_top_level_holds_only_what_was_decided():

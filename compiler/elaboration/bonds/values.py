@@ -15,21 +15,20 @@ from bgc.elaboration.instances.faces import Face
 from bgc.elaboration.instances.tree import Element, PortEntry
 from bgc.elaboration.instances.world import World
 from bgc.ir.graph import Port
+from bgc.language.elements import ELEMENTS
 from bgc.values.scope import Namespace
 from bgc.values.units import Dimension, multiply
 from bgc.values.value import Shape, Value
 
 _PLACEHOLDER_BASE = 1 << 40  # index of the first placeholder symbol, beyond all real ones
 
-ONE_PORT = {
-    "Se": ("e", "f", "power"),
-    "Sf": ("e", "f", "power"),
-    "R": ("e", "f", "power"),
-    "C": ("e", "f", "q", "power"),
-    "I": ("e", "f", "p", "power"),
-    "IC": ("e", "f", "q", "p", "power"),
+_JUNCTIONS = ("J0", "J1")
+_ONE_PORT = {
+    name: kind.observed
+    for name, kind in ELEMENTS.items()
+    if kind.sides == ("all",) and name not in _JUNCTIONS
 }
-_TWO_PORT = ("e1", "f1", "e2", "f2", "power")
+_TWO_PORT = ELEMENTS["TF"].observed
 _UNIT_OF = {"q": "flow", "p": "effort"}
 
 
@@ -50,10 +49,10 @@ class BondValues:
         """A variable of an element by name."""
         self._require_bonds(span)
         basic = element.basic
-        if basic in {"J0", "J1"}:
+        if basic in _JUNCTIONS:
             return self._of_junction(element, name, span)
         face = element.faces.get("all") or element.faces["in"]
-        if basic in ONE_PORT and name in ONE_PORT[basic]:
+        if name in _ONE_PORT.get(basic, ()):
             if name == "power":
                 return self._power(face, -1 if basic in {"Se", "Sf"} else 1)
             if name in {"q", "p"}:
@@ -66,7 +65,7 @@ class BondValues:
             return self.variable(element.faces["in" if name[1] == "1" else "out"], name[0])
         if basic == "GY" and not two_sided and name in {"e", "f", "power"}:
             return self._power(face, 1) if name == "power" else self.variable(face, name)
-        have = ONE_PORT.get(basic) or (_TWO_PORT if two_sided else ("e", "f", "power"))
+        have = _ONE_PORT.get(basic) or (_TWO_PORT if two_sided else ("e", "f", "power"))
         raise self._no_such_variable(
             f"`{element.path}`, {with_article(element.kind)},", name, span, have
         )

@@ -30,12 +30,12 @@ from bgc.elaboration.instances.tree import (
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.ir.graph import Slot
-from bgc.resolution.modules import ELEMENTS, Declared, ancestors, fitting_models
+from bgc.language.elements import ELEMENTS
+from bgc.resolution.modules import Declared, ancestors, fitting_models
 from bgc.values.value import Value
 
 _LEVELS_SHOWN = 6  # levels of the path that a message shows for endlessly nested models
 
-_TWO_PORTS = {"TF", "MTF", "GY", "MGY", "Mux", "Demux"}
 _LOCAL_KINDS = {"const", "let", "signal"}
 
 Statement = TypeVar("Statement")
@@ -461,14 +461,13 @@ class Builder:
         if part.default is not None:
             raise BgError([names.not_a_slot(part.name_span, part.name, f"an element `{kind}`")])
         dims = tuple(self.world.whole(d, env, "a width", 1, MAX_WIDTH) for d in part.type.dims)
-        most = {"TF": 2, "MTF": 2, "GY": 2, "MGY": 2, "Mux": MAX_WIDTH, "Demux": MAX_WIDTH}
-        if len(dims) > most.get(kind, 1):
-            expected = f"at most {most.get(kind, 1)} width" + "s" * (most.get(kind, 1) > 1)
+        most = ELEMENTS[kind].widths or MAX_WIDTH
+        if len(dims) > most:
+            expected = f"at most {most} width" + "s" * (most > 1)
             raise BgError([names.wrong_dimensions(part.type.name_span, kind, expected, len(dims))])
-        sides = ("in", "out") if kind in _TWO_PORTS else ("all",)
         faces = {
             side: Face(pending.path, part.name_span, junction=kind in {"J0", "J1"})
-            for side in sides
+            for side in ELEMENTS[kind].sides
         }
         return Element(pending.path, kind, part.type, part.law, env, dims, part.name_span, faces)
 

@@ -13,6 +13,7 @@ from typing import TypeAlias
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.faces import Face
 from bgc.grammar import syntax
+from bgc.language.elements import ELEMENTS
 from bgc.resolution.modules import Declared, Module
 from bgc.values.scope import Namespace
 from bgc.values.value import Value
@@ -106,7 +107,7 @@ class Element:
     @property
     def basic(self) -> str:
         """The kind without the M of a modulated element."""
-        return self.kind[1:] if self.kind in {"MSe", "MSf", "MTF", "MGY", "MR"} else self.kind
+        return ELEMENTS[self.kind].basic
 
 
 @dataclass(slots=True, eq=False)

@@ -19,27 +19,24 @@ from bgc.elaboration.instances.tree import Element, Quantity
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.ir.graph import Form, Matrix, Node, Port
+from bgc.language.elements import ELEMENTS, Role
 from bgc.values.units import divide
 from bgc.values.value import Value, describe_shape
 
 # The arguments that give an element a linear law, with the form of that law.
 LAW_ARGUMENTS: dict[str, dict[str, Form]] = {
-    "C": {"compliance": Form.DISPLACEMENT, "stiffness": Form.EFFORT},
-    "I": {"inertia": Form.MOMENTUM},
-    "R": {"resistance": Form.EFFORT, "conductance": Form.FLOW},
+    name: {a.name: a.form for a in kind.arguments if a.form is not None}
+    for name, kind in ELEMENTS.items()
 }
-VALUE_ARGUMENT = {"Se": "e", "Sf": "f", "TF": "ratio", "GY": "ratio"}
-INITIAL_ARGUMENTS = {"C": ("q0", "e0"), "I": ("p0", "f0"), "IC": ("q0", "p0", "e0", "f0")}
-
-_MISSING_LAW_HELP = {
-    "Se": "give its effort: `Se(e = 5)`",
-    "Sf": "give its flow: `Sf(f = 1)`",
-    "C": "give its compliance, `C(c)` or `C(stiffness = k)`, or a law: `C { e = k*q; }`",
-    "I": "give its inertia, `I(m)`, or a law: `I { f = p/m; }`",
-    "R": "give its resistance, `R(r)` or `R(conductance = g)`, or a law: `R { e = r*f; }`",
-    "IC": "give its energy: `IC { H = p^2/(2*m) + k*q^2/2; }`",
-    "TF": "give its ratio, `TF(m)`, or a law: `TF { f2 = m*f1; }`",
-    "GY": "give its ratio, `GY(r)`, or a law: `GY { e2 = r*f1; }`",
+VALUE_ARGUMENT = {
+    name: argument.name
+    for name, kind in ELEMENTS.items()
+    for argument in kind.arguments
+    if argument.role is Role.VALUE
+}
+INITIAL_ARGUMENTS = {
+    name: tuple(a.name for a in kind.arguments if a.role is Role.INITIAL)
+    for name, kind in ELEMENTS.items()
 }
 
 
@@ -235,7 +232,7 @@ def left_name(equation: syntax.LawEquation) -> str:
 
 def missing_law(element: Element) -> BgError:
     """The error for an element with neither argument nor law."""
-    way = _MISSING_LAW_HELP[element.basic]
+    way = ELEMENTS[element.basic].missing
     return BgError([law_messages.law_missing(element.span, element.path, element.kind, way)])
 
 

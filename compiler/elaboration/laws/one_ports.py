@@ -35,17 +35,15 @@ from bgc.ir.graph import (
     Source,
     Storage,
 )
+from bgc.language.elements import ELEMENTS
 from bgc.values.value import Value, describe_shape
 
-# For each left side: the variable of the right side, and the form of the law.
-_LAWS: dict[str, dict[str, tuple[str, Form]]] = {
-    "C": {"e": ("q", Form.EFFORT), "q": ("e", Form.DISPLACEMENT)},
-    "I": {"f": ("p", Form.FLOW), "p": ("f", Form.MOMENTUM)},
-    "R": {"e": ("f", Form.EFFORT), "f": ("e", Form.FLOW)},
-    "IC": {},
+# For each element and left side: the variable of the right side, and the form of the law.
+_LAWS = {
+    name: {law.left: (law.right, law.form) for law in kind.laws if law.form is not None}
+    for name, kind in ELEMENTS.items()
 }
 _MAX_PORTS = 1000  # of a multiport element, whose matrix has one row and column per port
-_ENERGY_VARIABLES = {"C": ("q",), "I": ("p",), "IC": ("q", "p")}
 _STATE_KINDS = {
     "C": {Kind.DISPLACEMENT},
     "I": {Kind.MOMENTUM},
@@ -170,7 +168,7 @@ def _read_law(laws: Laws, element: Element, given: dict[str, syntax.Argument]) -
         return LinearLaw(form, matrix)
     if not element.law:
         raise missing_law(element)
-    if left_name(element.law[0]) == "H" and element.basic in _ENERGY_VARIABLES:
+    if left_name(element.law[0]) == "H" and ELEMENTS[element.basic].energy:
         return _read_energy(laws, element, element.law)
     return _read_equation(laws, element, element.law)
 
@@ -178,7 +176,7 @@ def _read_law(laws: Laws, element: Element, given: dict[str, syntax.Argument]) -
 def _read_energy(laws: Laws, element: Element, law: Sequence[syntax.LawEquation]) -> EnergyLaw:
     if len(law) > 1:
         raise BgError([law_messages.law_too_many(law[1].span, element.path, "keep one")])
-    value = laws.right_side(element, law[0], "H", _ENERGY_VARIABLES[element.basic])
+    value = laws.right_side(element, law[0], "H", ELEMENTS[element.basic].energy)
     if len(value.nodes) != 1:
         found = describe_shape(value.shape)
         raise BgError([law_messages.wrong_matrix(law[0].right.span, "`H`", "a scalar", found)])
@@ -191,7 +189,7 @@ def _read_energy(laws: Laws, element: Element, law: Sequence[syntax.LawEquation]
 def _read_equation(laws: Laws, element: Element, law: Sequence[syntax.LawEquation]) -> Law:
     table = _LAWS[element.basic]
     have = [f"{left} = .." for left in table]
-    have += ["H = .."] if element.basic in _ENERGY_VARIABLES else []
+    have += ["H = .."] if ELEMENTS[element.basic].energy else []
     right = {left: variable for left, (variable, _) in table.items()}
     left, nodes = laws.equations(element, law, right, have)
     variable, form = table[left]

@@ -15,12 +15,10 @@ from bgc.elaboration.laws.blocks import Laws, arguments_of, left_name, missing_l
 from bgc.elaboration.laws.checks import LawChecks, varies
 from bgc.grammar import syntax
 from bgc.ir.graph import Gyrator, Gyristor, Matrix, Node, Port, Transformer
+from bgc.language.elements import ELEMENTS
 
-# For each left side: the variable of the right side.
-_LAWS = {
-    "TF": {"f2": "f1", "e1": "e2", "f1": "f2", "e2": "e1"},
-    "GY": {"e2": "f1", "e1": "f2", "f1": "e2", "f2": "e1"},
-}
+# For each element and left side: the variable of the right side.
+_LAWS = {name: {law.left: law.right for law in kind.laws} for name, kind in ELEMENTS.items()}
 _INVERSE_SIDE = {"f2": "f1", "f1": "f2", "e1": "e2", "e2": "e1"}
 
 

@@ -1,0 +1,1 @@
+"""Documentation as data, gathered from the sources that the compiler itself reads."""

@@ -1,0 +1,1 @@
+"""Documents made from Jinja2 templates, which stand in this folder."""
