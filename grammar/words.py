@@ -1,24 +1,515 @@
-"""The words of the language, the blocks that they belong to, and the forms of statements."""
+"""The words of the language: where each begins a statement, its form, and its meaning.
+
+One row a word. The parser's messages take the forms from here, `bgc doc` the texts; a test
+compares the rows with the terminals of `bgc.lark`.
+"""
 
 from __future__ import annotations
 
-RESERVED = frozenset(
-    "import model interface domain function scene const param let signal input output state "
-    "unknown equation project assert port for in if then else use set and or not der time".split()
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Reserved(Enum):
+    """Where a word cannot be a name."""
+
+    EVERYWHERE = "everywhere"
+    IN_SCENES = "in scenes"
+    NOWHERE = "nowhere"
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A word of the language.
+
+    `begins` are the kinds of blocks in which it begins a statement. `form` says how the statement
+    is written, as messages quote it. `summary` is one sentence, `doc` are further paragraphs,
+    `example` is text of a `.bg` file.
+    """
+
+    word: str
+    summary: str
+    begins: tuple[str, ...] = ()
+    form: str = ""
+    doc: tuple[str, ...] = ()
+    example: str = ""
+    related: tuple[str, ...] = ()
+    reserved: Reserved = Reserved.EVERYWHERE
+
+
+_FILE = (
+    Word(
+        "import",
+        "Makes the declarations of another file, or of a module of the library, visible.",
+        ("file",),
+        'an import is `import "file.bg";` or `import module.name;`',
+        (
+            "The path of a file counts from the importing file. What the imported file imports is "
+            "visible too; its scenes are not. Imports stand before all declarations.",
+        ),
+        'import crane.beam;\nimport "my_joint.bg";',
+        ("model", "library"),
+    ),
+    Word(
+        "const",
+        "A value that is known when the model is compiled.",
+        ("file", "model"),
+        "a constant is `const name : unit = value;`",
+        (
+            "Widths, indices, loop bounds and conditions of compile-time `if` must be constant. "
+            "An argument or a `set` may replace its value; the model is then compiled again.",
+        ),
+        "const links = 3;\nconst axis = [0, 0, 1];",
+        ("param", "let"),
+    ),
+    Word(
+        "function",
+        "A function of the user's own: one expression of its arguments.",
+        ("file",),
+        "a function is `function name(a, b) = expression;`",
+        (
+            "Arguments may be scalars, vectors or matrices of any unit. A function may call others "
+            "but not itself, and hides a built-in function of the same name.",
+        ),
+        "function square(x) = x*x;",
+        ("functions",),
+    ),
+    Word(
+        "domain",
+        "A kind of bond: its efforts and flows with their units, and signals carried along it.",
+        ("file",),
+        "a domain is `domain Name { effort e : N; flow f : m/s; }`",
+        (
+            "The efforts, one after the other, are the components of a bond's effort; the flows "
+            "pair with them, and each product must be a power. The tail of a bond writes the "
+            "signals, the head reads them.",
+        ),
+        "domain Hydraulic {\n  effort P : Pa;\n  flow Q : m^3/s;\n}",
+        ("port", "effort", "flow", "signal", "pseudo"),
+    ),
+    Word(
+        "interface",
+        "What all models of a slot have in common: ports, parameters, inputs and outputs.",
+        ("file",),
+        "an interface is `interface Name[n] { .. }`",
+        (
+            "A model fits a slot of the interface if it `is` that interface. It repeats the ports "
+            "and values of the interface and may add others.",
+        ),
+        "interface Lock[n] {\n  port p[n] out;\n  output d[n];\n}",
+        ("model", "is", "use"),
+    ),
+    Word(
+        "model",
+        "A type of part: values, ports, parts, bonds and equations.",
+        ("file",),
+        "a model is `model Name[n] is Interface { .. }`",
+        (
+            "`is` names an interface that it fits, or a model whose contents it takes over, with "
+            "arguments if need be. Numbers in brackets are dimensions, which are known when the "
+            "model is compiled.",
+        ),
+        "model Spring[n] {\n  port p[n] in;\n  param k : N/m = 1 kN/m;\n"
+        "  spring : C[n](stiffness = k);\n  p -> spring;\n}",
+        ("interface", "is", "port", "scene"),
+    ),
+    Word(
+        "scene",
+        "What is simulated: a model, how it is driven, what is observed and for how long.",
+        ("file",),
+        "a scene is `scene name of Model { .. }`",
+        (
+            "A scene is compiled for what it observes; what nothing depends on is left out. The "
+            "commands take the first scene of a file unless `--scene` names another.",
+        ),
+        "scene step of RLC {\n  observe capacitor.e as voltage;\n  run 10 ms;\n}",
+        ("observe", "run", "use", "set", "solver"),
+    ),
 )
+
+_VALUES = (
+    Word(
+        "param",
+        "A value that may be changed without compiling again.",
+        ("model",),
+        "a parameter is `param name : unit = value in lowest .. highest;`",
+        (
+            "Given by an argument of the part, by `set` in a scene, by `--set` on the command line "
+            "or from Python. A value outside its range is refused. A parameter without a default "
+            "must be given. A default may depend on other parameters.",
+        ),
+        "param mass : kg = 2 t in 1 kg .. 100 t;\nparam side : m = 0.5 m;",
+        ("const", "set", "in"),
+    ),
+    Word(
+        "let",
+        "A name for an expression.",
+        ("model",),
+        "a derived value is `let name : unit = value;`",
+        ("It may depend on parameters, states, bonds and time, and is evaluated where needed.",),
+        "let omega = 2*pi/period;",
+        ("signal", "const"),
+    ),
+    Word(
+        "signal",
+        "A value that varies with time. In a domain: a value carried along a bond.",
+        ("model", "domain"),
+        "a signal is `signal name[3] : unit = value;`",
+        (
+            "Without a value it is given by a statement `name = value;`. The tail of a bond gives "
+            "the signals of its domain, `tip.r = base.r + base.A*offset;`; the head reads them.",
+        ),
+        "signal R[3, 3] = rot_z(angle);",
+        ("let", "domain"),
+    ),
+    Word(
+        "input",
+        "A value that comes from outside the model.",
+        ("model",),
+        "an input is `input name : unit = default;`",
+        (
+            "Given by an argument of the part, which may vary, or by `drive` in a scene. Without "
+            "either it has its default.",
+        ),
+        "input torque : N*m = 0;",
+        ("drive", "output", "param"),
+    ),
+    Word(
+        "output",
+        "A value that other parts and scenes read.",
+        ("model",),
+        "an output is `output name : unit = value;`",
+        (
+            "Any value of a part can be read; an output is what a model offers on purpose, in the "
+            "unit that it declares. Without a value it is given by `name = value;`.",
+        ),
+        "output height : m = tip.r.z;",
+        ("input", "observe"),
+    ),
+    Word(
+        "state",
+        "A value that is integrated; its equation is `der(x) = ..;`.",
+        ("model",),
+        "a state is `state name : unit = start;`",
+        (
+            "The start is 0 unless given. Storage elements have states of their own, which need no "
+            "declaration.",
+        ),
+        "state x : m = 10 cm;\nder(x) = -x/tau;",
+        ("der", "project", "unknown"),
+    ),
+    Word(
+        "unknown",
+        "A value that an equation determines implicitly.",
+        ("model",),
+        "an unknown is `unknown name : unit = first guess;`",
+        ("There are as many equations as unknowns and states without `der(x) = ..;`.",),
+        "unknown z = 1;\nequation z^3 + z = x;",
+        ("equation", "state"),
+    ),
+)
+
+_STATEMENTS = (
+    Word(
+        "port",
+        "A connection of the model to the outside, where a bond ends.",
+        ("model",),
+        "a port is `port name[6] in : Domain main;`, with `in` or `out`",
+        (
+            "`in` and `out` say which way the half arrow points, so the direction of positive "
+            "power. What is not written (direction, domain, width) follows from the bonds. A part "
+            "in a bond means its only port that fits the arrow, or the one marked `main`.",
+        ),
+        "port base in : Frame;\nport tip out : Frame main;\nport p;",
+        ("in", "out", "main", "domain"),
+    ),
+    Word(
+        "equation",
+        "An implicit equation; either side may hold `der(x)`.",
+        ("model",),
+        "an equation is `equation left = right;`",
+        ("Both sides have one shape and one unit.",),
+        "equation m*der(v) + d*v = force;",
+        ("unknown", "der"),
+    ),
+    Word(
+        "project",
+        "Sets a state after each completed step.",
+        ("model",),
+        "a projection is `project x = value;`",
+        ("For invariants that integration keeps only within its tolerance.",),
+        "project h = h/norm(h);",
+        ("state",),
+    ),
+    Word(
+        "assert",
+        "Ends the run with a message where a condition is false.",
+        ("model",),
+        'an assertion is `assert condition, "message";`',
+        ("It is checked after each step. The last good state and the rows up to it are kept.",),
+        'assert abs(theta) < pi/2, "the pitch has reached 90 deg";',
+        ("BG705",),
+    ),
+    Word(
+        "for",
+        "Repeats declarations and statements; the loop is unrolled when the model is compiled.",
+        ("model",),
+        "a loop is `for i in 1..n { .. }`",
+        ("Both ends are included and must be constant. Parts in it are indexed: `mass[i]`.",),
+        "for i in 1..3 {\n  mass[i] : I(m);\n  link -> mass[i];\n}",
+        ("in", "const"),
+    ),
+    Word(
+        "if",
+        "A choice: between statements when the model is compiled, between values at run time.",
+        ("model",),
+        "a choice is `if condition { .. } else { .. }`",
+        (
+            "The condition of statements must be constant. `if c then a else b` is an expression; "
+            "where c depends on states or on time, a change of c ends the step (an event).",
+        ),
+        "if n > 1 { gap : J0; }\nlet f = if x > 0 then k*x else 0;",
+        ("then", "else", "events"),
+    ),
+    Word(
+        "else",
+        "The other case of `if`.",
+        (),
+        "a choice is `if condition { .. } else { .. }`",
+        related=("if",),
+    ),
+    Word(
+        "then",
+        "Stands before the first value of the expression `if c then a else b`.",
+        related=("if",),
+    ),
+    Word(
+        "der",
+        "The derivative of a state by time.",
+        (),
+        "a derivative is `der(x) = value;`",
+        ("On the right side of an equation it is allowed in `equation` only.",),
+        "der(angle) = shaft.f;",
+        ("state", "equation"),
+    ),
+    Word(
+        "time", "The time in s, from 0 at the start of the run.", example="let a = sin(omega*time);"
+    ),
+    Word(
+        "in",
+        "The range of a parameter, the direction of a port, or the range of a loop.",
+        doc=("A port that is `in` takes power from outside while effort times flow is positive.",),
+        example="param R : ohm = 2 ohm in 0 ohm .. 1 kohm;\nport p in;\nfor i in 1..n { }",
+        related=("param", "port", "for"),
+    ),
+    Word("and", "True where both conditions are true.", related=("or", "not")),
+    Word("or", "True where one of two conditions is true, or both are.", related=("and", "not")),
+    Word("not", "True where the condition is false.", related=("and", "or")),
+)
+
+_SCENE = (
+    Word(
+        "use",
+        "Fills a slot with another type.",
+        ("scene",),
+        "a slot is filled by `use part.slot = Type(arguments);`",
+        (
+            "A slot is a part whose type is an interface, or which declares a default: "
+            "`lock : Lock[5] = Compliant[5];`. The type must fit the interface. On the command "
+            "line: `--use`.",
+        ),
+        "use crane.elbow.lock = Rigid[5];\nuse crane = TelescopicCrane;",
+        ("interface", "set"),
+    ),
+    Word(
+        "set",
+        "Gives a parameter or constant another value.",
+        ("scene",),
+        "a parameter is set by `set part.name = value;`",
+        ("One component too: `set M[1, 2] = 0;`. On the command line: `--set`.",),
+        "set crane.boom.mass = 7 t;",
+        ("param", "use"),
+    ),
+    Word(
+        "device",
+        "Opens a haptic device, or a driver that plays a recorded motion.",
+        ("scene",),
+        'a device is `device name = driver(file = "a.csv");`',
+        (
+            "Its channels are read by name (`hand.position`) and sampled at every `step`. The "
+            "driver `trace` plays a CSV file.",
+        ),
+        'device hand = trace(file = "up_down_up.csv");\ndrive handle.x = hand.position;',
+        ("drive", "devices"),
+        Reserved.IN_SCENES,
+    ),
+    Word(
+        "drive",
+        "Gives an input of the model, or a command to a device, its value.",
+        ("scene",),
+        "an input is driven by `drive part.input = value;`",
+        ("The value may depend on time, on devices and on the model.",),
+        "drive handle.x = hand.position;\ndrive hand.force = handle.force;",
+        ("input", "device"),
+        Reserved.IN_SCENES,
+    ),
+    Word(
+        "observe",
+        "Makes a value a column of the result.",
+        ("scene",),
+        "outputs are `observe value as name, other;`",
+        (
+            "Only what the scene observes, drives or requires is compiled. A vector becomes a "
+            "column for each component. An expression needs a name, by `as`. Energy accounts are "
+            "`energy.stored`, `energy.supplied`, `energy.dissipated` and `energy.residual`.",
+        ),
+        "observe capacitor.e as voltage, loop.f, energy.residual;",
+        ("as", "energy", "plot", "keep"),
+        Reserved.IN_SCENES,
+    ),
+    Word(
+        "plot",
+        "A panel of the plot that `bgc run --plot` draws.",
+        ("scene",),
+        "a panel of the plot is `plot name, other;` or `plot name against other;`",
+        ("It names observed columns. Without any `plot`, there is a panel for each unit.",),
+        "plot tip_height, handle_z;\nplot force against elevation;",
+        ("observe", "against"),
+        Reserved.NOWHERE,
+    ),
+    Word(
+        "require",
+        "The accuracy wanted of a value, for `bgc trade` and `solver auto`.",
+        ("scene",),
+        "a requirement is `require value within tolerance;`",
+        ("The tolerance is absolute, in the unit of the value.",),
+        "require tip_height within 1 mm;",
+        ("deadline", "within"),
+        Reserved.IN_SCENES,
+    ),
+    Word(
+        "keep",
+        "Keeps states, parts or parameters that would be folded or left out.",
+        ("scene",),
+        "a `keep` statement is `keep x, y;`",
+        example="keep crane.pedestal;",
+        related=("observe",),
+        reserved=Reserved.NOWHERE,
+    ),
+    Word(
+        "deadline",
+        "The processor time that one step, or all steps between two samples, may take.",
+        ("scene",),
+        "a deadline is `deadline 1 ms;`",
+        ("`bgc trade` and `solver auto` choose a configuration that meets it.",),
+        "deadline 1 ms;",
+        ("require", "step"),
+        Reserved.IN_SCENES,
+    ),
+    Word(
+        "solver",
+        "The integration method and its options.",
+        ("scene",),
+        "a solver is `solver name(rtol = 1e-8);`",
+        (
+            "Without it: `rodas5p`, or `ros34prw` where the scene has a `step`. `solver auto;` "
+            "takes what `bgc trade` recommended for the scene.",
+        ),
+        "solver rodas5p(rtol = 1e-8);\nsolver ros34prw(step = 1 ms, settle = 20 Hz);",
+        ("methods", "step", "require"),
+        Reserved.IN_SCENES,
+    ),
+    Word(
+        "step",
+        "The fixed step, and the period at which devices are sampled.",
+        ("scene",),
+        "a step is `step 1 ms;`",
+        example="step 1 ms;",
+        related=("solver", "device", "deadline"),
+        reserved=Reserved.IN_SCENES,
+    ),
+    Word(
+        "run",
+        "The simulated time, and the interval between rows.",
+        ("scene",),
+        "a run is `run 60 s every 10 ms;`",
+        ("Without `every`: a row for each fixed step, otherwise 1,000 equal intervals.",),
+        "run 60 s every 10 ms;",
+        ("every", "step"),
+        Reserved.IN_SCENES,
+    ),
+)
+
+_SOFT = tuple(
+    Word(word, summary, begins, form, doc, example, related, Reserved.NOWHERE)
+    for word, summary, begins, form, doc, example, related in (
+        (
+            "is",
+            "Names the interface that a model fits, or the model that it extends.",
+            (), "", (), "model Osv is Vessel(D = osv_D) { }", ("model", "interface"),
+        ),
+        ("of", "Names the model of a scene.", (), "", (), "scene step of RLC { .. }", ("scene",)),
+        (
+            "out",
+            "A port whose half arrow points out of the model: positive power leaves.",
+            (), "", (), "port tip out : Frame main;", ("port", "in"),
+        ),
+        (
+            "main",
+            "Marks the port that a part's bare name means where several fit.",
+            (), "", (), "port tip out : Frame main;", ("port",),
+        ),
+        (
+            "pseudo",
+            "A domain whose effort times flow is not a power, such as temperature and heat flow.",
+            ("file",),
+            "a pseudo domain is `pseudo domain Name { effort T : K; flow Q : W; }`",
+            ("Its bonds do not count in the energy accounts.",),
+            "pseudo domain Thermal {\n  effort T : K;\n  flow Q : W;\n}",
+            ("domain",),
+        ),
+        (
+            "effort", "An effort of a domain.", ("domain",), "", (), "effort P : Pa;",
+            ("domain", "flow"),
+        ),
+        (
+            "flow", "A flow of a domain.", ("domain",), "", (), "flow Q : m^3/s;",
+            ("domain", "effort"),
+        ),
+        (
+            "as", "Gives an observed value a name.", (), "", (),
+            "observe tip.r.z as height;", ("observe",),
+        ),
+        (
+            "against", "Names the horizontal axis of a panel; time without it.", (), "", (),
+            "plot force against elevation;", ("plot",),
+        ),
+        (
+            "within", "Stands before the tolerance of `require`.", (), "", (),
+            "require height within 1 mm;", ("require",),
+        ),
+        (
+            "every", "Stands before the interval between rows.", (), "", (),
+            "run 60 s every 10 ms;", ("run",),
+        ),
+    )
+)  # fmt: skip
+
+TABLE: Mapping[str, Word] = {
+    row.word: row for row in (*_FILE, *_VALUES, *_STATEMENTS, *_SCENE, *_SOFT)
+}
+"""All words of the language."""
+
+RESERVED = frozenset(w.word for w in TABLE.values() if w.reserved is Reserved.EVERYWHERE)
 """Never names."""
 
-SCENE_WORDS = frozenset("observe run solver device drive require deadline step".split())
+SCENE_WORDS = frozenset(w.word for w in TABLE.values() if w.reserved is Reserved.IN_SCENES)
 """Reserved in a scene, names elsewhere."""
 
 WORDS = {
-    "file": "import const function pseudo domain interface model scene".split(),
-    "model": "const param let signal input output state unknown port equation project assert "
-    "for if".split(),
-    "scene": "use set device drive observe plot require keep deadline solver step run".split(),
-    "domain": "effort flow signal".split(),
-    "law": [],
-    "setting": [],
+    block: [row.word for row in TABLE.values() if block in row.begins]
+    for block in ("file", "model", "scene", "domain", "law", "setting")
 }
 """The words that begin a statement, by kind of block."""
 
@@ -42,43 +533,7 @@ BLOCK_OF = {
 }
 """The kind of block that follows a statement, by the type of its first token."""
 
-FORMS = {
-    "import": 'an import is `import "file.bg";` or `import module.name;`',
-    "model": "a model is `model Name[n] is Interface { .. }`",
-    "interface": "an interface is `interface Name[n] { .. }`",
-    "domain": "a domain is `domain Name { effort e : N; flow f : m/s; }`",
-    "pseudo": "a pseudo domain is `pseudo domain Name { effort T : K; flow Q : W; }`",
-    "function": "a function is `function name(a, b) = expression;`",
-    "scene": "a scene is `scene name of Model { .. }`",
-    "const": "a constant is `const name : unit = value;`",
-    "param": "a parameter is `param name : unit = value in lowest .. highest;`",
-    "let": "a derived value is `let name : unit = value;`",
-    "signal": "a signal is `signal name[3] : unit = value;`",
-    "input": "an input is `input name : unit = default;`",
-    "output": "an output is `output name : unit = value;`",
-    "state": "a state is `state name : unit = start;`",
-    "unknown": "an unknown is `unknown name : unit = first guess;`",
-    "port": "a port is `port name[6] in : Domain main;`, with `in` or `out`",
-    "equation": "an equation is `equation left = right;`",
-    "project": "a projection is `project x = value;`",
-    "assert": 'an assertion is `assert condition, "message";`',
-    "for": "a loop is `for i in 1..n { .. }`",
-    "if": "a choice is `if condition { .. } else { .. }`",
-    "else": "a choice is `if condition { .. } else { .. }`",
-    "der": "a derivative is `der(x) = value;`",
-    "use": "a slot is filled by `use part.slot = Type(arguments);`",
-    "set": "a parameter is set by `set part.name = value;`",
-    "device": 'a device is `device name = driver(file = "a.csv");`',
-    "drive": "an input is driven by `drive part.input = value;`",
-    "plot": "a panel of the plot is `plot name, other;` or `plot name against other;`",
-    "observe": "outputs are `observe value as name, other;`",
-    "require": "a requirement is `require value within tolerance;`",
-    "keep": "a `keep` statement is `keep x, y;`",
-    "deadline": "a deadline is `deadline 1 ms;`",
-    "solver": "a solver is `solver name(rtol = 1e-8);`",
-    "step": "a step is `step 1 ms;`",
-    "run": "a run is `run 60 s every 10 ms;`",
-}
+FORMS = {row.word: row.form for row in TABLE.values() if row.form}
 """The form of a statement, as messages show it, by its first word."""
 
 FORMS_IN = {
