@@ -15,35 +15,15 @@ from bgc.elaboration.instances.world import World
 from bgc.elaboration.scenes.scene import Device, Scene, constant_of
 from bgc.grammar import syntax
 from bgc.ir.graph import DeviceUse
+from bgc.language.scene_tables import DEVICE_COMMANDS, DEVICE_INPUTS
 from bgc.values.scope import Namespace
-from bgc.values.units import Dimension, si_symbol
+from bgc.values.units import si_symbol
 from bgc.values.value import Shape, Value
-
-_METRE: Dimension = (0, 1, 0, 0, 0, 0, 0)
-_SPEED: Dimension = (0, 1, -1, 0, 0, 0, 0)
-_RATE: Dimension = (0, 0, -1, 0, 0, 0, 0)
-_FORCE: Dimension = (1, 1, -2, 0, 0, 0, 0)
-_TORQUE: Dimension = (1, 2, -2, 0, 0, 0, 0)
-
-# Channels with shape and unit: inputs of the model, and commands to the device.
-_INPUTS: dict[str, tuple[Shape, Dimension | None]] = {
-    "position": ((3,), _METRE),
-    "orientation": ((4,), None),
-    "velocity": ((3,), _SPEED),
-    "angular_velocity": ((3,), _RATE),
-    "gripper": ((), None),
-    "buttons": ((8,), None),
-}
-_COMMANDS: dict[str, tuple[Shape, Dimension | None]] = {
-    "force": ((3,), _FORCE),
-    "torque": ((3,), _TORQUE),
-    "gripper_force": ((), _FORCE),
-}
 
 
 def channel_unit(channel: str) -> str:
     """The SI unit of an input channel; empty if it has none."""
-    unit = _INPUTS[channel][1]
+    unit = DEVICE_INPUTS[channel].dimension
     return si_symbol(unit) if unit is not None else ""
 
 
@@ -62,11 +42,13 @@ class DeviceView:
     def member(self, name: str, span: Span) -> Value | Namespace:
         """The value of an input channel."""
         if name not in self.device.inputs:
-            raise BgError([scenes.unknown_channel(span, name, self.device.item.name, _INPUTS)])
-        shape, unit = _INPUTS[name]
+            raise BgError(
+                [scenes.unknown_channel(span, name, self.device.item.name, DEVICE_INPUTS)]
+            )
+        channel = DEVICE_INPUTS[name]
         first = self.device.inputs[name]
-        nodes = (self.world.dag.symbol(Kind.INPUT, first + k) for k in range(_count(shape)))
-        return Value.uniform(shape, nodes, unit)
+        nodes = (self.world.dag.symbol(Kind.INPUT, first + k) for k in range(_count(channel.shape)))
+        return Value.uniform(channel.shape, nodes, channel.dimension)
 
     def index(self, indices: tuple[int, ...], span: Span) -> Value | Namespace:
         """A device has no index."""
@@ -85,10 +67,10 @@ def declare_devices(world: World, scene: Scene) -> None:
             continue
         read = {channel for pairs in used for name, channel in pairs if name == item.name}
         device = Device(item, next_input, {})
-        for channel, (shape, _) in _INPUTS.items():
+        for channel, facts in DEVICE_INPUTS.items():
             if channel in read:
                 device.inputs[channel] = next_input
-                next_input += _count(shape)
+                next_input += _count(facts.shape)
         scene.devices[item.name] = device
         scene.env.locals[item.name] = DeviceView(world, device)
 
@@ -143,9 +125,11 @@ def _read_command(world: World, scene: Scene, item: syntax.Drive, device: Device
     target = item.target
     base = target.base if isinstance(target, syntax.Index) else target
     assert isinstance(base, syntax.Member)
-    if base.name not in _COMMANDS:
-        raise BgError([scenes.unknown_channel(target.span, base.name, device.item.name, _COMMANDS)])
-    shape, unit = _COMMANDS[base.name]
+    if base.name not in DEVICE_COMMANDS:
+        raise BgError(
+            [scenes.unknown_channel(target.span, base.name, device.item.name, DEVICE_COMMANDS)]
+        )
+    shape, unit = DEVICE_COMMANDS[base.name].shape, DEVICE_COMMANDS[base.name].dimension
     value = world.evaluate(item.value, scene.env)
     what = f"`{path_of(target)}`"
     places = list(range(_count(shape)))
@@ -175,7 +159,7 @@ def read_devices(world: World, scene: Scene) -> tuple[DeviceUse, ...]:
             inputs = tuple(
                 (channel, k + 1)
                 for channel in device.inputs
-                for k in range(_count(_INPUTS[channel][0]))
+                for k in range(_count(DEVICE_INPUTS[channel].shape))
             )
             found.append(
                 DeviceUse(

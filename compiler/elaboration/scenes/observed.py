@@ -16,10 +16,9 @@ from bgc.elaboration.laws.statements import unit_symbol
 from bgc.elaboration.scenes.scene import Scene
 from bgc.grammar import syntax
 from bgc.ir.graph import FlatGraph, Observation
+from bgc.language.scene_tables import ACCOUNTS
 from bgc.values.units import si_symbol
 from bgc.values.value import Value
-
-ACCOUNTS = ("stored", "supplied", "dissipated", "residual")
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +61,9 @@ def with_accounts(graph: FlatGraph) -> FlatGraph:
     columns = dict.fromkeys(c for c in graph.scene.columns if c not in _account_columns(graph))
     # A blank keeps these names distinct from all names of the language.
     own = tuple(f"account {account}" for account in ACCOUNTS)
-    return replace(graph, scene=replace(graph.scene, accounts=ACCOUNTS, columns=(*columns, *own)))
+    return replace(
+        graph, scene=replace(graph.scene, accounts=tuple(ACCOUNTS), columns=(*columns, *own))
+    )
 
 
 def _account_columns(graph: FlatGraph) -> set[str]:
@@ -84,7 +85,7 @@ def _account(item: syntax.Observe, root: Instance) -> str | None:
             if "energy" in root.members:
                 return None
             if name not in ACCOUNTS:
-                raise BgError([scenes.unknown_account(item.value.span, name, ACCOUNTS)])
+                raise BgError([scenes.unknown_account(item.value.span, name, tuple(ACCOUNTS))])
             return name
         case _:
             return None

@@ -14,23 +14,12 @@ from bgc.elaboration.scenes.observed import Observed, units_of
 from bgc.elaboration.scenes.scene import Item, Scene, constant_of
 from bgc.grammar import syntax
 from bgc.ir.graph import Plot, Requirement, SceneFacts, SolverChoice
+from bgc.language.scene_tables import SOLVER_OPTIONS
 from bgc.values.expressions import resolve_path
 from bgc.values.units import Dimension
 
 _SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
-_HERTZ: Dimension = (0, 0, -1, 0, 0, 0, 0)
 _NUMBER: Dimension = (0, 0, 0, 0, 0, 0, 0)
-
-# Options of every solver with their dimension; `atol`, one for all states, may have any.
-_SOLVER_OPTIONS: dict[str, Dimension | None] = {
-    "rtol": _NUMBER,
-    "atol": None,
-    "step": _SECOND,
-    "max_step": _SECOND,
-    "max_steps": _NUMBER,
-    "keep": _NUMBER,
-    "settle": _HERTZ,
-}
 
 
 def read_requirements(world: World, scene: Scene, observed: Observed) -> tuple[Requirement, ...]:
@@ -142,11 +131,11 @@ def _solver(world: World, scene: Scene, solver: syntax.Solver) -> SolverChoice |
                 what = f"solver `{solver.name}`"
                 raise BgError([scenes.device_option(argument.span, what)])
             name = argument.name
-            if name not in _SOLVER_OPTIONS:
-                raise BgError([scenes.unknown_option(argument.span, name, tuple(_SOLVER_OPTIONS))])
+            if name not in SOLVER_OPTIONS:
+                raise BgError([scenes.unknown_option(argument.span, name, tuple(SOLVER_OPTIONS))])
             if name in options:
                 raise BgError([names.given_twice(argument.span, name, solver.arguments[0].span)])
-            unit = _SOLVER_OPTIONS[name]
+            unit = SOLVER_OPTIONS[name].dimension
             options[name] = constant_of(world, scene, argument.value, f"`{name}`", unit)
             if not options[name] > 0:
                 raise BgError([scenes.not_positive(argument.span, f"`{name}`", options[name])])

@@ -1,0 +1,86 @@
+"""What scenes may name: options of solvers, channels of devices, energy accounts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from bgc.values.units import Dimension
+from bgc.values.value import Shape
+
+_NUMBER: Dimension = (0, 0, 0, 0, 0, 0, 0)
+_SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
+_HERTZ: Dimension = (0, 0, -1, 0, 0, 0, 0)
+_METRE: Dimension = (0, 1, 0, 0, 0, 0, 0)
+_SPEED: Dimension = (0, 1, -1, 0, 0, 0, 0)
+_FORCE: Dimension = (1, 1, -2, 0, 0, 0, 0)
+_TORQUE: Dimension = (1, 2, -2, 0, 0, 0, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class SolverOption:
+    """An option of every solver; `dimension` is None where each state has its own."""
+
+    dimension: Dimension | None
+    default: str
+    doc: str
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """A value that a device gives or takes; `dimension` is None for a plain number."""
+
+    shape: Shape
+    dimension: Dimension | None
+    doc: str
+
+
+SOLVER_OPTIONS: Mapping[str, SolverOption] = {
+    "rtol": SolverOption(_NUMBER, "1e-6", "relative tolerance of an adaptive method"),
+    "atol": SolverOption(
+        None,
+        "rtol times the scale of each state",
+        "absolute tolerance of an adaptive method, one number for all states (SI)",
+    ),
+    "step": SolverOption(
+        _SECOND, "the scene's `step`", "step of a fixed-step method, first step of an adaptive one"
+    ),
+    "max_step": SolverOption(
+        _SECOND,
+        "5 row intervals where the model depends on time",
+        "longest step of an adaptive method",
+    ),
+    "max_steps": SolverOption(_NUMBER, "1e7", "most steps between two rows"),
+    "keep": SolverOption(
+        _NUMBER, "1", "number of steps over which a fixed-step method keeps its Jacobian"
+    ),
+    "settle": SolverOption(
+        _HERTZ, "none", "modes faster than this start at rest, under their loads"
+    ),
+}
+"""Options of `solver NAME(..)`."""
+
+DEVICE_INPUTS: Mapping[str, Channel] = {
+    "position": Channel((3,), _METRE, "position of the handle"),
+    "orientation": Channel((4,), None, "orientation as a unit quaternion [scalar, vector]"),
+    "velocity": Channel((3,), _SPEED, "velocity of the handle"),
+    "angular_velocity": Channel((3,), _HERTZ, "angular velocity of the handle, in rad/s"),
+    "gripper": Channel((), None, "opening of the gripper"),
+    "buttons": Channel((8,), None, "1 for each button that is pressed, else 0"),
+}
+"""Channels that a device gives, sampled at every step of the scene."""
+
+DEVICE_COMMANDS: Mapping[str, Channel] = {
+    "force": Channel((3,), _FORCE, "force on the operator's hand"),
+    "torque": Channel((3,), _TORQUE, "torque on the operator's hand"),
+    "gripper_force": Channel((), _FORCE, "force that opens the gripper"),
+}
+"""Channels that a device takes, by `drive`."""
+
+ACCOUNTS: Mapping[str, str] = {
+    "stored": "energy in all storage elements, less that at the start",
+    "supplied": "energy that sources have given since the start",
+    "dissipated": "energy that resistors have taken since the start",
+    "residual": "stored - supplied + dissipated: 0 but for errors of integration",
+}
+"""Energy accounts of a scene, in J, observed as `energy.stored` and so on."""
