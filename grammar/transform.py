@@ -358,7 +358,10 @@ class _Transform(ExpressionTransform):
         return None if tree is None else self.expression(tree)
 
     def _doc(self, tree: ParseTree) -> str:
-        """Return the text of the `///` lines above a declaration that is the first on its line."""
+        """Return the text of the `///` lines above a declaration that begins its line.
+
+        Empty lines may stand between; one within the comment parts it from what is above.
+        """
         source = self.source
         start = self.span(tree).start
         number, column = source.position(start)
@@ -369,7 +372,7 @@ class _Transform(ExpressionTransform):
             line = source.line(above).strip()
             if line.startswith("///") and not line.startswith("////"):
                 lines.append(line.removeprefix("///").removeprefix(" "))
-            elif line:
+            elif line or lines:
                 break
         return "\n".join(reversed(lines))
 
