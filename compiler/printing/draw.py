@@ -24,8 +24,8 @@ from bgc.ir.graph import (
 )
 
 _COMPONENT = re.compile(r"\[\d+\]$")
-_SHORT = {"J0": "0", "J1": "1"}
-_HEAD = """digraph bond_graph {
+SHORT = {"J0": "0", "J1": "1"}
+HEAD = """digraph bond_graph {
   rankdir=LR; nodesep=0.25; ranksep=0.55; fontname="Helvetica"; fontsize=10;
   node [shape=box, peripheries=0, margin="0.06,0.04", width=0, height=0, fontname="Helvetica"];
   edge [dir=both, arrowtail=none, arrowhead=lvee, arrowsize=0.8, penwidth=1.1,
@@ -68,7 +68,7 @@ def to_dot(causal: CausalGraph) -> str:
     for element, node in enumerate(drawn):
         members.setdefault(node, []).append(element)
     names = {node: _name(graph, parts) for node, parts in members.items()}
-    lines = [_HEAD.rstrip()]
+    lines = [HEAD.rstrip()]
     lines += _clusters(sorted(names.items(), key=lambda item: item[0]), graph)
     lines += [_edge_line(edge, causal) for edge in edges]
     return "\n".join((*lines, "}", ""))
@@ -134,7 +134,7 @@ def _print_tree(tree: dict[str, object], path: tuple[str, ...], graph: FlatGraph
             node, name = inner
             kind = graph.elements[node].kind
             label = (
-                f"<b>{_SHORT.get(kind, kind)}</b><br/>"
+                f"<b>{SHORT.get(kind, kind)}</b><br/>"
                 f'<font point-size="9" color="#555555">{escape(name)}</font>'
             )
             yield f"{indent}n{node} [label=<{label}>];"

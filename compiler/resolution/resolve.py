@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from importlib import resources
 from pathlib import Path
 
 from bgc.diagnostics.catalogue import imports, names
@@ -11,8 +10,10 @@ from bgc.diagnostics.report import Report
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.parse import parse, read_source
+from bgc.language.elements import ELEMENTS
 from bgc.resolution.conformance import check_conformance
-from bgc.resolution.modules import ELEMENTS, Declared, LoadedFile, Module, Package, flatten
+from bgc.resolution.library import library_folder, library_modules, module_path
+from bgc.resolution.modules import Declared, LoadedFile, Module, Package, flatten
 from bgc.resolution.name_check import check_names
 
 __all__ = ["Package", "library_folder", "library_modules", "load", "load_text"]
@@ -26,19 +27,6 @@ def load(path: Path) -> Package:
 def load_text(text: str, name: str = "<text>") -> Package:
     """Read a text with all its imports, which are relative to the working folder."""
     return _load_root(Source(name, text), None)
-
-
-def library_folder() -> Path:
-    """The folder of the installed library's `.bg` files."""
-    return Path(str(resources.files("bgc.library")))
-
-
-def library_modules() -> tuple[str, ...]:
-    """The dotted names of the library's modules, sorted."""
-    folder = library_folder()
-    return tuple(
-        sorted(".".join(p.relative_to(folder).with_suffix("").parts) for p in folder.rglob("*.bg"))
-    )
 
 
 # --- reading ----------------------------------------------------------------------------
@@ -274,7 +262,6 @@ def _home_in_library(name: str) -> str | None:
     """The library module that declares a model or interface, for the help of a message."""
     declaration = re.compile(rf"^(?:model|interface) {re.escape(name)}\b", re.MULTILINE)
     for module in library_modules():
-        path = library_folder().joinpath(*module.split(".")).with_suffix(".bg")
-        if declaration.search(path.read_text("utf-8")):
+        if declaration.search(module_path(module).read_text("utf-8")):
             return module
     return None

@@ -85,7 +85,7 @@ def _words(*rows: tuple[str, Fraction | int, Dimension, str]) -> dict[str, _Word
     }
 
 
-_PREFIXES: Mapping[str, Fraction] = {
+PREFIXES: Mapping[str, Fraction] = {
     "p": Fraction(1, 10**12),
     "n": Fraction(1, 10**9),
     "u": Fraction(1, 10**6),
@@ -138,12 +138,17 @@ _WITHOUT_PREFIX: Mapping[str, _Word] = _words(
 )
 
 
+def unit_table() -> dict[str, bool]:
+    """Return all unit words, those of SI first, and whether each takes a prefix."""
+    return dict.fromkeys(_WITH_PREFIX, True) | dict.fromkeys(_WITHOUT_PREFIX, False)
+
+
 def _find_word(text: str) -> _Word | None:
     """Find a unit word in the table, with or without a prefix."""
     word = _WITHOUT_PREFIX.get(text) or _WITH_PREFIX.get(text)
     if word is not None:
         return word
-    prefix, word = _PREFIXES.get(text[:1]), _WITH_PREFIX.get(text[1:])
+    prefix, word = PREFIXES.get(text[:1]), _WITH_PREFIX.get(text[1:])
     if prefix is None or word is None:
         return None
     return _Word(prefix * word.factor, word.dimension, word.si)

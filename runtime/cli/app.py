@@ -21,22 +21,24 @@ _NOT_UTF8 = re.compile("[\udc80-\udcff]")  # surrogates for bytes of file names
 # Each command is a module of this package, imported when it is named. So the modules import at
 # their top what they need, and `bgc run` does not wait for what `bgc trade` imports.
 _COMMANDS = {
-    "check": "say what is wrong with models, without compiling them",
+    "new": "write a small model and scene to begin with",
+    "check": "report errors and warnings without compiling",
+    "run": "simulate a scene, write and draw the result",
+    "sweep": "simulate a scene for many values of its parameters",
     "build": "compile a scene to C or to a shared object",
-    "run": "simulate a scene",
-    "causality": "tell how a scene is computed: strokes with their reasons, storage, loops",
-    "equations": "print the state equations, as text or LaTeX, or their linear form and modes",
-    "bode": "compute and draw the frequency response of an output to an input",
-    "show": "print what a pass of the compiler made",
+    "causality": "show causal strokes with their reasons, storage, loops",
+    "equations": "print the state equations, or their linear form and modes",
+    "bode": "compute and draw a frequency response",
     "graph": "draw the bond graph with its causal strokes",
-    "cost": "tell what a scene costs, what was left out, and what variants would cost",
-    "sweep": "simulate a scene with many values of its parameters at once",
-    "trade": "measure speed against accuracy of a scene, and recommend a method",
-    "stress": "drive a scene to its extremes, and map where it holds and where it fails",
-    "activity": "tell where the energy of a scene goes, and which parts it can do without",
-    "fmt": "print files in canonical form",
-    "explain": "tell more about a diagnostic's code",
-    "doctor": "say what bgc found on this machine, and what to install",
+    "cost": "show what a scene costs, what was left out, what variants cost",
+    "trade": "measure speed against accuracy, and recommend a method",
+    "stress": "drive a scene to its extremes, and map where it fails",
+    "activity": "show where the energy goes, and what could be left out",
+    "show": "print the result of one pass of the compiler",
+    "fmt": "rewrite files in canonical form",
+    "doc": "look up elements, functions, library parts, diagnostics ..",
+    "explain": "look up a diagnostic (the same as doc)",
+    "doctor": "check compiler, cache and packages of this machine",
 }
 
 
@@ -81,7 +83,10 @@ class Application(click.Group):
 @click.command(cls=Application, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="bgc-lang", prog_name="bgc")
 def application() -> None:
-    """Compile bond graphs to C, and run them."""
+    """Compile bond graphs to C, and run them.
+
+    FILE is a .bg file. `bgc COMMAND --help` describes a command, `bgc doc` the language.
+    """
 
 
 def print_diagnostics(diagnostics: Iterable[Diagnostic]) -> None:
@@ -114,8 +119,7 @@ def _report_bug(problem: Exception) -> int:
         kind = type(problem).__name__
         click.echo(printable(f"this is a bug in bgc: {kind}: {problem}"), err=True)
         click.echo(
-            "please report it with the model, and with the traceback that is printed when the "
-            "variable BGC_DEBUG is set to 1",
+            "please report it with the model and the output under BGC_DEBUG=1",
             err=True,
         )
     return BUG

@@ -32,7 +32,8 @@ from bgc.diagnostics.catalogue.pages import pages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.grammar.syntax import Part, Port, Value
 from bgc.grammar.words import RESERVED, SCENE_WORDS, WORDS
-from bgc.resolution.modules import ELEMENTS, ancestors
+from bgc.language.elements import ELEMENTS
+from bgc.resolution.modules import ancestors
 from bgc.resolution.resolve import library_folder, library_modules, load_text
 from bgc.runtime.cli.app import application
 from bgc.runtime.running.methods import known_methods
@@ -237,7 +238,7 @@ def methods() -> set[str]:
         {*BUILTINS, "block", "der"},
         {*WORDS["scene"], *WORDS["model"], *WORDS["file"]} - {"pseudo", "scene", "model"},
         {*units._WITH_PREFIX, *units._WITHOUT_PREFIX},
-        {*units._PREFIXES},
+        {*units.PREFIXES},
         methods() | {"auto"},
     ],
     ids=["elements", "functions", "statements", "units", "prefixes", "methods"],

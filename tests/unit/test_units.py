@@ -60,7 +60,7 @@ def spell(factors: list[tuple[str, str, int]]) -> str:
 def test_every_unit_agrees_with_pint() -> None:
     registry = pint.UnitRegistry()
     names = {word: LONG_NAMES[word] for word in (*units._WITH_PREFIX, *units._WITHOUT_PREFIX)}
-    for prefix, word in itertools.product(units._PREFIXES, units._WITH_PREFIX):
+    for prefix, word in itertools.product(units.PREFIXES, units._WITH_PREFIX):
         names.setdefault(prefix + word, LONG_PREFIXES[prefix] + LONG_NAMES[word])
     for word, name in names.items():
         unit = parse_unit(word)

@@ -1,6 +1,6 @@
 """Every diagnostic of the compiler, one constructor function each, by topic.
 
-The docstring of a constructor is the page that `bgc explain CODE` prints: a first line
+The docstring of a constructor is the page that `bgc doc CODE` prints: a first line
 `CODE: title`, then the paragraphs What, Why, Example and Way out. Messages are lower case,
 without a full stop, in the user's words; the way out is the `help`.
 """

@@ -1,0 +1,60 @@
+"""Diagnostics as entries of the reference: the pages of their constructors."""
+
+from __future__ import annotations
+
+from bgc.diagnostics.catalogue.pages import find_page, near_pages, pages, topics
+from bgc.printing.tables import Table
+from bgc.reference.entry import Block, Entry, Group, paragraphs
+
+
+def _entry(code: str) -> Entry:
+    page = find_page(code)
+    assert page is not None, code
+    title, _, body = page.partition("\n")
+    name, _, summary = title.partition(": ")
+    return Entry("diagnostic", name, summary, paragraphs(body))
+
+
+def _others(text: str) -> tuple[Entry, ...]:
+    """Find `bg301` and `301` too."""
+    return (_entry(text),) if find_page(text) is not None else ()
+
+
+def near_codes(text: str) -> dict[str, str]:
+    """Return codes and titles that a text with digits may mean."""
+    return {code: _title(page) for code, page in near_pages(text).items()}
+
+
+def _title(page: str) -> str:
+    return page.partition("\n")[0].partition(": ")[2]
+
+
+def _by_topic() -> tuple[Block, ...]:
+    return tuple(
+        Table(title, (), tuple((code, _title(page)) for code, page in found.items()))
+        for title, found in topics()
+    )
+
+
+def _summaries() -> dict[str, str]:
+    return {code: _title(page) for code, page in pages().items()}
+
+
+class _Codes(Group):
+    """The group of diagnostics, listed by topic."""
+
+    __slots__ = ()
+
+    def overview(self) -> Entry:
+        return Entry("list", self.name, self.title, _by_topic())
+
+
+GROUP = _Codes(
+    "diagnostics",
+    "errors and warnings by topic",
+    _summaries,
+    _entry,
+    aliases=("codes", "diagnostic", "errors", "warnings"),
+    other=_others,
+)
+"""All diagnostics."""

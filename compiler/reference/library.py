@@ -1,0 +1,144 @@
+"""Modules and parts of the installed library as entries of the reference.
+
+Names come from a search of the files; only a file that is asked for is parsed.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+
+from bgc.printing.tables import Table
+from bgc.reference.entry import Block, Code, Entry, Group, Text, first_sentence
+from bgc.reference.parts import declaration_entry, file_doc, file_entry
+from bgc.resolution.library import library_modules, module_path
+from bgc.resolution.modules import Module
+
+_DECLARATION = re.compile(
+    r"^(?P<doc>(?:///[^\n]*\n)*)"
+    r"(?:pseudo )?(?P<kind>model|interface|domain|function|const|scene) (?P<name>\w+)"
+    r"(?:\[[^\]\n]*\])?(?: is (?P<base>\w+))?",
+    re.MULTILINE,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Declaration:
+    """A declaration of the library, as a search of its file finds it."""
+
+    module: str
+    kind: str
+    name: str
+    base: str
+    doc: str
+
+    @property
+    def full_name(self) -> str:
+        """`crane.beam.Beam`."""
+        return f"{self.module}.{self.name}"
+
+
+@cache
+def declarations() -> tuple[Declaration, ...]:
+    """Return all declarations of the library, in the order of modules and files."""
+    return tuple(found for module in library_modules() for found in _declarations_of(module))
+
+
+def module_text(module: str) -> str:
+    """Return the text of a module's file."""
+    return module_path(module).read_text("utf-8")
+
+
+def _declarations_of(module: str) -> Iterator[Declaration]:
+    for match in _DECLARATION.finditer(module_text(module)):
+        doc = "\n".join(line.removeprefix("///").strip() for line in match["doc"].splitlines())
+        yield Declaration(module, match["kind"], match["name"], match["base"] or "", doc)
+
+
+def fitting(interface: str) -> tuple[str, ...]:
+    """Return the models that are an interface or model, or extend one that is."""
+    found: list[str] = []
+    above = {interface}
+    for _ in declarations():
+        more = [d.name for d in declarations() if d.base in above and d.name not in found]
+        if not more:
+            break
+        found += more
+        above |= set(more)
+    return tuple(found)
+
+
+# --- entries --------------------------------------------------------------------------------
+
+
+def _modules() -> dict[str, str]:
+    return {module: first_sentence(file_doc(module_text(module))) for module in library_modules()}
+
+
+def _summaries() -> dict[str, str]:
+    return _modules() | {d.full_name: first_sentence(d.doc) for d in declarations()}
+
+
+def entry(name: str) -> Entry:
+    """Describe a module, `crane.beam`, or a declaration, `crane.beam.Beam`."""
+    if name in library_modules():
+        file = _read(name)
+        described = file_entry(file, name, "library module")
+        return replace(described, body=(Code(f"import {name};"), *described.body))
+    module, _, last = name.rpartition(".")
+    file = _read(module)
+    found = next(d for d in file.file.declarations if d.name == last)
+    fits = fitting(last)
+    place = f"Source: library/{module.replace('.', '/')}.bg (`import {module};`)."
+    described = declaration_entry(found, file, name, place)
+    filled: tuple[Block, ...] = (
+        (Text(f"Extended or filled by: {', '.join(fits)}."),) if fits else ()
+    )
+    return replace(
+        described,
+        kind=f"library {described.kind}",
+        body=(*described.body[:-1], *filled, described.body[-1]),
+        see_also=(*described.see_also, module),
+    )
+
+
+def _read(module: str) -> Module:
+    """Read a module with what it imports."""
+    # Lark, which takes 40 ms to import, parses: most look-ups are of other names.
+    from bgc.resolution.resolve import load
+
+    return load(module_path(module)).root
+
+
+def _others(text: str) -> tuple[Entry, ...]:
+    """Find declarations by their last name."""
+    return tuple(entry(d.full_name) for d in declarations() if d.name == text)
+
+
+class _Library(Group):
+    """The library, listed by module."""
+
+    __slots__ = ()
+
+    def overview(self) -> Entry:
+        rows = tuple(_modules().items())
+        return Entry("list", self.name, self.title, (*self.intro, Table("", (), rows)))
+
+
+GROUP = _Library(
+    "library",
+    "modules of the library",
+    _summaries,
+    entry,
+    (
+        Text(
+            "`import crane.beam;` makes the parts of a module visible; `bgc doc crane.beam` lists "
+            "them."
+        ),
+    ),
+    ("modules", "parts"),
+    other=_others,
+)
+"""The installed library."""

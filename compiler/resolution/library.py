@@ -1,0 +1,24 @@
+"""The files of the installed library, by the names of its modules."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+
+
+def library_folder() -> Path:
+    """Return the folder of the `.bg` files of the installed library."""
+    return Path(str(resources.files("bgc.library")))
+
+
+def library_modules() -> tuple[str, ...]:
+    """Return the dotted names of the library's modules, sorted."""
+    folder = library_folder()
+    return tuple(
+        sorted(".".join(p.relative_to(folder).with_suffix("").parts) for p in folder.rglob("*.bg"))
+    )
+
+
+def module_path(module: str) -> Path:
+    """Return the file of a module."""
+    return library_folder().joinpath(*module.split(".")).with_suffix(".bg")

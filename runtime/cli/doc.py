@@ -1,0 +1,130 @@
+"""`bgc doc` and its alias `bgc explain`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+from bgc.diagnostics.catalogue.reference import not_in_file, unknown_topic
+from bgc.diagnostics.diagnostic import BgError
+from bgc.reference.codes import near_codes
+from bgc.reference.entry import Entry, Group
+from bgc.reference.index import GROUPS, MANUAL, find, mentions
+from bgc.reference.index import names as all_names
+from bgc.reference.parts import declaration_entry, file_entry
+from bgc.runtime.cli.app import print_diagnostics
+from bgc.runtime.documents import methods
+from bgc.runtime.documents.terminal import print_entries, print_groups, print_names
+
+_INTRO = (
+    "`bgc doc NAME` shows what is known of a name; `bgc doc FILE.bg` and `bgc doc FILE.bg NAME` "
+    "of a file of your own."
+)
+_END = "A word that is not a name lists what mentions it: `bgc doc friction`."
+_SHORTEST = 3  # letters of a word that is searched for
+
+
+@click.command()
+@click.argument("names", nargs=-1, metavar="[GROUP | FILE.bg] [NAME]")
+@click.option(
+    "--library",
+    "whole_library",
+    is_flag=True,
+    help="Write README.md of the library, and a picture of each part (needs Graphviz).",
+)
+@click.option("--out", metavar="DIR", help="Folder for --library; by default the library's own.")
+def doc(names: tuple[str, ...], whole_library: bool, out: str | None) -> None:
+    """Show the documentation of a name.
+
+    NAME is an element (TF), a word of the language (observe), a function (sin), a unit (bar), a
+    method (rodas5p), a module or part of the library (crane.beam, Beam), the code of a diagnostic
+    (BG301) or a chapter of the manual (scenes). GROUP is one of elements, words, functions, units,
+    methods, library, diagnostics, manual. Without arguments, list all names.
+    """
+    if whole_library or out is not None:
+        if names or not whole_library:
+            raise click.UsageError("--library takes no names, and --out needs --library")
+        _write_library(out)
+        return
+    if not names:
+        _list_groups()
+    elif names[0].endswith(".bg"):
+        _show_file(names)
+    else:
+        _show_names(names)
+
+
+def all_groups() -> tuple[Group, ...]:
+    """Return all groups of names, the manual last."""
+    return (*GROUPS, methods.GROUP, MANUAL)
+
+
+def _list_groups() -> None:
+    print_groups(all_groups(), _INTRO, _END)
+
+
+def _show_names(names: tuple[str, ...]) -> None:
+    """Show the entries of a name, within the group that goes before it, if one does."""
+    *others, manual = all_groups()
+    own = [g for g in (*others, manual) if names[0] in (g.name, *g.aliases)]
+    if len(names) > 1 and own:
+        show(" ".join(names[1:]), own)
+    else:
+        show(" ".join(names), others, manual)
+
+
+def show(name: str, groups: list[Group], manual: Group | None = None) -> None:
+    """Print the entries of a name; BG040 where there is none, and nothing mentions it.
+
+    The manual is searched where no group has the name.
+    """
+    searched = [*groups, *([manual] if manual is not None else [])]
+    found = find(name, groups) or (find(name, [manual]) if manual is not None else ())
+    if found:
+        print_entries([_with_chapter(entry, manual) for entry in found])
+        return
+    listed = mentions(name, searched) if len(name) >= _SHORTEST else {}
+    if listed and not any(character.isdigit() for character in name):
+        print_names(f"names that mention `{name}`", listed.items())
+        return
+    codes = near_codes(name) if any(character.isdigit() for character in name) else {}
+    near = f"near it are {', '.join(codes)}" if codes else ""
+    raise BgError([unknown_topic(name, near, all_names(searched))])
+
+
+def _with_chapter(entry: Entry, manual: Group | None) -> Entry:
+    """Add the chapter of the manual that has the name of a list."""
+    if entry.kind != "list" or manual is None or entry.name not in manual.summaries():
+        return entry
+    return replace(entry, see_also=(*entry.see_also, f"manual {entry.name}"))
+
+
+def _show_file(names: tuple[str, ...]) -> None:
+    """Show a file of the user's own, or some of its declarations."""
+    # Lark parses, which most look-ups do without.
+    from bgc.resolution.resolve import load
+
+    file, *wanted = names
+    package = load(Path(file))
+    print_diagnostics(package.warnings)
+    root = package.root
+    if not wanted:
+        print_entries([file_entry(root, file, "file")])
+        return
+    by_name = {declaration.name: declaration for declaration in root.file.declarations}
+    missing = [not_in_file(name, file, list(by_name)) for name in wanted if name not in by_name]
+    if missing:
+        raise BgError(missing)
+    print_entries(
+        [declaration_entry(by_name[name], root, name, f"Declared in {file}.") for name in wanted]
+    )
+
+
+def _write_library(out: str | None) -> None:
+    # Jinja2 and Lark, which all else does without.
+    from bgc.runtime.documents.library import write_library
+
+    for path in write_library(None if out is None else Path(out)):
+        click.echo(path)

@@ -1,0 +1,76 @@
+"""Integration methods as entries of the reference."""
+
+from __future__ import annotations
+
+from bgc.printing.tables import Table
+from bgc.reference.entry import Block, Code, Entry, Group, Text
+from bgc.reference.words import solver_options
+from bgc.runtime.running.methods import default_method, known_methods
+
+METHODS = {method.name: method for method in known_methods()}
+
+_OTHERS = {
+    "cvode": "BDF of SUNDIALS, where it is installed: for comparison",
+    "auto": "the configuration that `bgc trade` recommended for the scene",
+}
+
+
+def _entry(name: str) -> Entry:
+    if name not in METHODS:
+        related = ("BG046", "BG047") if name == "cvode" else ("require", "deadline", "BG090")
+        return Entry("method", name, _OTHERS[name], (Code(f"solver {name};"),), related)
+    method = METHODS[name]
+    example = "step = 1 ms" if method.fixed else "rtol = 1e-8"
+    control = (
+        "Fixed steps, given by `step`."
+        if method.fixed
+        else f"Adaptive steps; the error is estimated by a solution of order {method.error_order}."
+    )
+    needs = (
+        "Every step solves linear equations with the analytic Jacobian."
+        if method.jacobian
+        else "Explicit: no Jacobian, no algebraic equations, and a short step where stiff."
+    )
+    family = method.family[:1].upper() + method.family[1:]
+    body: tuple[Block, ...] = (
+        Code(f"solver {name}({example});"),
+        Text(f"{family}, order {method.order}. {control} {needs}"),
+        solver_options(method.options),
+    )
+    return Entry("method", name, method.purpose, body, ("solver", "methods"))
+
+
+def _summaries() -> dict[str, str]:
+    return {name: method.purpose for name, method in METHODS.items()} | _OTHERS
+
+
+class _Methods(Group):
+    """The group of methods, listed with their properties."""
+
+    __slots__ = ()
+
+    def overview(self) -> Entry:
+        rows = tuple(
+            (m.name, m.family, str(m.order), "fixed" if m.fixed else "adaptive", m.purpose)
+            for m in METHODS.values()
+        )
+        others = tuple((name, "", "", "", text) for name, text in _OTHERS.items())
+        header = ("name", "family", "order", "step", "for")
+        adaptive, fixed = (default_method(METHODS.values(), fixed=f).name for f in (False, True))
+        default = (
+            f"Without a `solver` it is `{adaptive}`, or `{fixed}` where the scene has a `step`."
+        )
+        table = Table("", header, (*rows, *others))
+        body = (*self.intro, Text(default), table, solver_options())
+        return Entry("list", self.name, self.title, body, ("solver", "step"))
+
+
+GROUP = _Methods(
+    "methods",
+    "integration methods and their options",
+    _summaries,
+    _entry,
+    (Code("solver rodas5p(rtol = 1e-8);"),),
+    ("method", "solvers", "integrators"),
+)
+"""All integration methods."""
