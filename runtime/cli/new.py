@@ -1,0 +1,69 @@
+"""`bgc new`."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import click
+
+from bgc.diagnostics.catalogue.reference import bad_new_name, file_exists
+from bgc.diagnostics.diagnostic import BgError
+from bgc.grammar.words import RESERVED
+from bgc.language.elements import ELEMENTS
+from bgc.reference.library import declarations
+from bgc.runtime.cli.options import check_target
+from bgc.runtime.documents.templates import render_template
+from bgc.runtime.results.files import written_whole
+
+TEMPLATES = {
+    "plain": "a mass on a spring and a damper",
+    "mechanism": "a DC motor that turns a load through a gearbox",
+    "crane": "a crane of library parts with a load",
+}
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+@click.command()
+@click.argument("name")
+@click.option(
+    "--template",
+    type=click.Choice(list(TEMPLATES)),
+    default="plain",
+    show_default=True,
+    help="; ".join(f"{name}: {text}" for name, text in TEMPLATES.items()) + ".",
+)
+def new(name: str, template: str) -> None:
+    """Write NAME.bg: a small commented model and a scene that runs.
+
+    NAME may begin with a folder that exists. A file is never replaced.
+    """
+    path = Path(name if name.endswith(".bg") else f"{name}.bg")
+    if not _NAME.fullmatch(path.stem) or path.stem in RESERVED:
+        raise BgError([bad_new_name(name, path.stem)])
+    check_target(str(path), (".bg",))
+    if path.exists():
+        raise BgError([file_exists(str(path))])
+    text = render_template(
+        f"{template}.bg.j2", model=_model_name(path.stem), scene=path.stem, file=path.name
+    )
+    with written_whole(path) as aside:
+        aside.write_text(text, encoding="utf-8")
+    click.echo(f"{path}: {TEMPLATES[template]}")
+    steps = (
+        (f"bgc run {path} --plot {path.with_suffix('.png')}", "simulate it, draw the result"),
+        (f"bgc causality {path}", "the causal strokes and their reasons"),
+        (f"bgc doc {path}", "what the file declares"),
+        ("bgc doc", "elements, words, functions, library parts"),
+    )
+    width = max(len(command) for command, _ in steps)
+    click.echo("next:")
+    for command, purpose in steps:
+        click.echo(f"  {command:<{width}}  {purpose}")
+
+
+def _model_name(stem: str) -> str:
+    """`pump_test` gives `PumpTest`; a name that is taken gets `Model` behind it."""
+    name = "".join(part[:1].upper() + part[1:] for part in stem.split("_") if part)
+    taken = name in ELEMENTS or any(d.name == name for d in declarations())
+    return f"{name}Model" if taken else name
