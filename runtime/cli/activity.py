@@ -28,27 +28,33 @@ from bgc.runtime.running.quantity import read_quantity
 @scene_option
 @set_option
 @use_option
-@click.option("--time", "duration", metavar="TIME", help="How much of the scene to simulate.")
+@click.option(
+    "--time", "duration", metavar="TIME", help="Simulated time; by default that of the scene."
+)
 @click.option(
     "--negligible",
     type=click.FloatRange(0, 1),
     default=0.01,
     show_default=True,
-    help="Share of activity up to which a part is tried to be left out.",
+    help="Share of the activity up to which to try leaving a part out.",
 )
 @click.option(
     "--within",
     type=float,
     default=0.01,
     show_default=True,
-    help="Error that this may cost, of the range; `require` in the scene decides instead.",
+    help="Largest error of a change, as a part of the range; unless the scene has `require`.",
 )
 @click.option(
-    "--budget", metavar="TIME", default="120 s", show_default=True, help="How long it may take."
+    "--budget",
+    metavar="TIME",
+    default="120 s",
+    show_default=True,
+    help="Longest time for the measurements.",
 )
-@click.option("--elements", is_flag=True, help="List elements, not parts.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON: SI units, numbers in full.")
-@click.option("--quiet", "-q", is_flag=True, help="No progress bar.")
+@click.option("--elements", is_flag=True, help="List elements instead of parts.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, in SI units with all digits.")
+@click.option("--quiet", "-q", is_flag=True, help="Show no progress bar.")
 def activity(
     file: Path,
     scene: str | None,
@@ -62,10 +68,11 @@ def activity(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Tell where the energy of a scene of FILE goes, and what the scene could do without.
+    """Show where the energy of a scene of FILE goes, and what could be left out.
 
-    Parts that carry little are made rigid, simpler or switched off, one by one and together; each
-    change is run and compared with the scene as it is, and the lines that do it are printed.
+    Ranks parts by the integral of the absolute power. Makes parts with little activity rigid or
+    simpler or switches them off, one by one and together, runs each change, and compares it with
+    the scene. Prints the lines to add to the scene, with the error of each.
     """
     model = compile_model(
         file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))

@@ -43,9 +43,13 @@ _PICTURES = (".png", ".svg", ".pdf")
 @input_option(multiple=False)
 @output_option(multiple=False)
 @point_options
-@click.option("--from", "low", type=float, help="Lowest frequency, rad/s; by the modes.")
-@click.option("--to", "high", type=float, help="Highest frequency, rad/s; by the modes.")
-@click.option("--out", metavar="FILE", help="Write the rows: .csv, or - for CSV here.")
+@click.option(
+    "--from", "low", type=float, help="Lowest frequency, rad/s; by default from the modes."
+)
+@click.option(
+    "--to", "high", type=float, help="Highest frequency, rad/s; by default from the modes."
+)
+@click.option("--out", metavar="FILE", help="Write the response: .csv, or - for standard output.")
 @click.option("--plot", metavar="FILE", help="Draw magnitude and phase: .png, .svg or .pdf.")
 def bode(
     file: Path,
@@ -61,10 +65,11 @@ def bode(
     out: str | None,
     plot: str | None,
 ) -> None:
-    """Compute the frequency response of one output of a scene of FILE to one input.
+    """Compute the frequency response of an output of a scene of FILE to an input.
 
-    Linearised at the initial state, at a time or in equilibrium. The input is a source's effort
-    or flow (supply.e), a parameter (mass) or a device's channel.
+    The scene is linearised at the initial state, at a time (--at) or in equilibrium (--steady).
+    The input is the effort or flow of a source (supply.e), a parameter (mass) or a channel of a
+    device.
     """
     check_target(out, (*_TABLES, "-"))
     check_target(plot, _PICTURES)

@@ -40,7 +40,7 @@ from bgc.runtime.running.compiling import load_or_compile
     type=click.Choice(["so", "c"]),
     default="so",
     show_default=True,
-    help="A shared object, or one self-contained C11 file.",
+    help="so: a shared object; c: one self-contained C11 file.",
 )
 @click.option(
     "-o",
@@ -48,9 +48,9 @@ from bgc.runtime.running.compiling import load_or_compile
     "out",
     metavar="DIR",
     default=".",
-    help="Where to write it; here by default. With --target c, - for standard output.",
+    help="Folder to write to; with --target c, - for standard output.",
 )
-@click.option("--timings", is_flag=True, help="Tell what each stage took.")
+@click.option("--timings", is_flag=True, help="Print the time of each stage.")
 def build(
     file: Path,
     scene: str | None,

@@ -30,9 +30,10 @@ from bgc.runtime.cli.printing import print_tables
 def causality(
     file: Path, scene: str | None, assignments: tuple[str, ...], uses: tuple[str, ...]
 ) -> None:
-    """Tell how a scene of FILE is computed: strokes with reasons, storage, algebraic loops.
+    """Show the causality of a scene of FILE: strokes, storage, algebraic loops.
 
-    A stroke, |-> or ->|, stands at the end of the bond that is given the effort.
+    A stroke, |-> or ->|, stands at the end of the bond that is given the effort. Each is printed
+    with its reason.
     """
     options = Options(scene, read_assignments(assignments), uses=read_uses(uses))
     try:

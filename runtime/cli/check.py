@@ -21,7 +21,10 @@ from bgc.runtime.cli.options import MODEL_FILE, scene_option, strict_option, ver
 def check(
     context: click.Context, files: tuple[Path, ...], scene: str | None, strict: bool, verify: bool
 ) -> None:
-    """Say what is wrong with FILES, up to their equations, in all scenes or one."""
+    """Report the errors and warnings of FILES, in all scenes or in one.
+
+    Nothing is written or run.
+    """
     found: list[Diagnostic] = []
     for file in files:
         try:

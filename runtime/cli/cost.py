@@ -40,10 +40,10 @@ _MOST_VARIANTS = 60
     default=_MOST_VARIANTS,
     show_default=True,
     metavar="N",
-    help="How many variants to try at most.",
+    help="Largest number of variants to try.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print JSON: SI units, numbers in full.")
-@click.option("--quiet", "-q", is_flag=True, help="No progress bar.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, in SI units with all digits.")
+@click.option("--quiet", "-q", is_flag=True, help="Show no progress bar.")
 def cost(
     file: Path,
     scene: str | None,
@@ -53,7 +53,10 @@ def cost(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Tell what a scene of FILE costs, what it left out and why, and what variants would cost."""
+    """Show the cost of a scene of FILE, what was left out, and the cost of variants.
+
+    A variant fills one slot with another type that fits.
+    """
     options = Options(scene, read_assignments(assignments), uses=read_uses(uses))
     report = cost_report(file, options, most, progress=not quiet)
     print_diagnostics(report.warnings)

@@ -11,7 +11,10 @@ from bgc.runtime.cli.machine import examine, is_well, report
 @click.command()
 @click.pass_context
 def doctor(context: click.Context) -> None:
-    """Say what bgc found on this machine; status 1 where something needed is missing."""
+    """Check compiler, cache and packages of this machine.
+
+    The exit status is 1 where something needed is missing.
+    """
     findings = examine()
     click.echo(report(findings))
     if not is_well(findings):

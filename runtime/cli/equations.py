@@ -41,13 +41,13 @@ _KINDS = (".csv", ".npz")
 @scene_option
 @set_option
 @use_option
-@click.option("--latex", is_flag=True, help="The equations as LaTeX, for the package amsmath.")
+@click.option("--latex", is_flag=True, help="Print LaTeX for the package amsmath.")
 @click.option(
     "--linear",
     "--state-space",
     "linear",
     is_flag=True,
-    help="A, B, C, D and the modes at an operating point, by default the initial state.",
+    help="Print A, B, C, D and modes at an operating point; by default the initial state.",
 )
 @point_options
 @input_option(multiple=True)
@@ -57,9 +57,9 @@ _KINDS = (".csv", ".npz")
     "transfers",
     multiple=True,
     metavar="OUTPUT/INPUT",
-    help="A transfer function in the model's own letters, its poles, zeros and static gain.",
+    help="Print a transfer function in the model's letters, its poles, zeros and static gain.",
 )
-@click.option("--full", is_flag=True, help="Everything, however long.")
+@click.option("--full", is_flag=True, help="Print everything, however long.")
 @click.option("--out", metavar="FILE", help="Write the matrices: .csv or .npz.")
 def equations(
     file: Path,

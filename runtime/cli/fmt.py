@@ -16,10 +16,12 @@ from bgc.runtime.results.files import written_whole
 
 @click.command()
 @click.argument("files", type=MODEL_FILE, nargs=-1, required=True)
-@click.option("--check", is_flag=True, help="Change nothing; status 1 where a file would change.")
+@click.option(
+    "--check", is_flag=True, help="Change nothing; exit with status 1 if a file would change."
+)
 @click.pass_context
 def fmt(context: click.Context, files: tuple[Path, ...], check: bool) -> None:
-    """Bring files to canonical form, in place; comments stay."""
+    """Rewrite FILES in canonical form; comments are kept."""
     problems: list[Diagnostic] = []
     changed = 0
     for file in files:

@@ -23,9 +23,17 @@ _KINDS = (".svg", ".dot", ".pdf", ".png")
 @model_file
 @scene_option
 @set_option
-@click.option("-o", "--out", metavar="FILE", help="Where: .svg, .pdf, .png or .dot; FILE.svg.")
+@click.option(
+    "-o",
+    "--out",
+    metavar="FILE",
+    help="File to write: .svg, .pdf, .png or .dot; by default FILE.svg.",
+)
 def graph(file: Path, scene: str | None, assignments: tuple[str, ...], out: str | None) -> None:
-    """Draw the bond graph of a scene: half arrows, causal strokes, names."""
+    """Draw the bond graph of a scene of FILE, with half arrows and causal strokes.
+
+    Pictures need Graphviz; .dot does not.
+    """
     target = Path(out) if out is not None else Path(f"{file.stem}.svg")
     kind = target.suffix.lower()
     if kind not in _KINDS:

@@ -26,13 +26,13 @@ def model_file(command: _Command) -> _Command:
 
 def scene_option(command: _Command) -> _Command:
     """Add `--scene`."""
-    text = "Scene of the file; its first by default."
+    text = "Scene to take; by default the first of the file."
     return click.option("--scene", metavar="NAME", help=text)(command)
 
 
 def set_option(command: _Command) -> _Command:
     """Add `--set NAME=VALUE`, any number of times."""
-    text = 'Give a parameter another value: --set "crane.boom.mass=7 t".'
+    text = 'Set a parameter: --set "crane.boom.mass=7 t". May be repeated.'
     return click.option("--set", "assignments", multiple=True, metavar="NAME=VALUE", help=text)(
         command
     )
@@ -40,43 +40,43 @@ def set_option(command: _Command) -> _Command:
 
 def use_option(command: _Command) -> _Command:
     """Add `--use`, any number of times."""
-    text = 'Fill a slot of the model otherwise: --use "crane.elbow.lock=Rigid[5]".'
+    text = 'Fill a slot: --use "crane.elbow.lock=Rigid[5]". May be repeated.'
     return click.option("--use", "uses", multiple=True, metavar="SLOT=TYPE", help=text)(command)
 
 
 def whole_option(command: _Command) -> _Command:
     """Add `--whole`."""
-    text = "Compile all that is written, not only what the scene requires."
+    text = "Compile the whole model, not only what the scene observes."
     return click.option("--whole", is_flag=True, help=text)(command)
 
 
 def preview_option(command: _Command) -> _Command:
     """Add `--preview`."""
-    text = "Compile at once what runs slowly: with tcc where it is installed, else without -O."
+    text = "Compile quickly without optimisation (tcc if installed, otherwise -O0)."
     return click.option("--preview", is_flag=True, help=text)(command)
 
 
 def strict_option(command: _Command) -> _Command:
     """Add `--strict`."""
-    text = "Make every warning an error, with status 1."
+    text = "Treat warnings as errors (exit status 1)."
     return click.option("--strict", is_flag=True, help=text)(command)
 
 
 def verify_option(command: _Command) -> _Command:
     """Add `--verify`."""
-    text = "Check the invariants of every intermediate result; for work on bgc itself."
+    text = "Check all intermediate results of the compiler (for work on bgc)."
     return click.option("--verify", is_flag=True, help=text)(command)
 
 
 def input_option(*, multiple: bool) -> Callable[[_Command], _Command]:
     """Add `--input`, once or any number of times."""
-    text = "What is varied: supply.e, a parameter, or hand.position[3]."
+    text = "Input: a source (supply.e), a parameter, or a channel (hand.position[3])."
     return _named("--input", "inputs" if multiple else "input_", text, multiple)
 
 
 def output_option(*, multiple: bool) -> Callable[[_Command], _Command]:
     """Add `--output`, once or any number of times."""
-    text = "What is looked at: an observed name, or any expression."
+    text = "Output: an observed name, or any expression."
     return _named("--output", "outputs" if multiple else "output", text, multiple)
 
 
@@ -92,9 +92,11 @@ def _named(option: str, argument: str, text: str, multiple: bool) -> Callable[[_
 def point_options(command: _Command) -> _Command:
     """Add `--at` and `--steady`, which exclude each other."""
     steady = click.option(
-        "--steady", is_flag=True, help="In equilibrium, found from the initial state."
+        "--steady", is_flag=True, help="Linearise in the equilibrium found from the initial state."
     )
-    at = click.option("--at", metavar="TIME", help="At the state after a simulation to this time.")
+    at = click.option(
+        "--at", metavar="TIME", help="Linearise at the state after a simulation to this time."
+    )
     return at(steady(command))
 
 

@@ -40,25 +40,30 @@ _PICTURES = (".png", ".svg", ".pdf")
 @whole_option
 @strict_option
 @preview_option
-@click.option("--out", metavar="FILE", help="Write the rows: .csv, .npz, or - for CSV here.")
-@click.option("--plot", metavar="FILE", help="Draw them: .png, .svg or .pdf.")
+@click.option("--out", metavar="FILE", help="Write the rows: .csv, .npz, or - for standard output.")
+@click.option("--plot", metavar="FILE", help="Draw the columns: .png, .svg or .pdf.")
 @click.option(
     "--panel",
     "panels",
     multiple=True,
     metavar="TEXT",
-    help='A panel of the plot: "tip.z, handle.z", or "force against elevation".',
+    help='Panel of the plot: "tip.z, handle.z" or "force against elevation". May be repeated.',
 )
-@click.option("--solver", metavar="NAME", help="Integration method, as rodas5p or rk4.")
-@click.option("--rtol", type=float, help="Relative tolerance.")
-@click.option("--atol", type=float, help="Absolute tolerance of all states, SI.")
-@click.option("--step", metavar="TIME", help="Step of a fixed-step method: 0.001, or 1 ms.")
-@click.option("--every", metavar="TIME", help="Interval between rows.")
+@click.option("--solver", metavar="NAME", help="Integration method (see bgc doc methods).")
+@click.option("--rtol", type=float, help="Relative tolerance of an adaptive method.")
+@click.option("--atol", type=float, help="Absolute tolerance of all states, in SI units.")
+@click.option("--step", metavar="TIME", help='Step of a fixed-step method: 0.001, or "1 ms".')
+@click.option("--every", metavar="TIME", help='Interval between rows: "10 ms".')
 @click.option(
-    "--settle", metavar="FREQUENCY", help='Modes faster than this, as "20 Hz", start at rest.'
+    "--settle", metavar="FREQUENCY", help='Start modes faster than this at rest: "20 Hz".'
 )
-@click.option("--time", "duration", metavar="TIME", help="How long to simulate.")
-@click.option("--quiet", "-q", is_flag=True, help="No summary and no progress bar.")
+@click.option(
+    "--time",
+    "duration",
+    metavar="TIME",
+    help='Simulated time: "60 s"; by default that of the scene.',
+)
+@click.option("--quiet", "-q", is_flag=True, help="Print no summary and no progress bar.")
 @click.pass_context
 def run(
     context: click.Context,
@@ -81,9 +86,9 @@ def run(
     duration: str | None,
     quiet: bool,
 ) -> None:
-    """Simulate a scene of FILE, and write and draw what it observes.
+    """Simulate a scene of FILE; write and draw what it observes.
 
-    A run that fails, or that Ctrl-C or SIGTERM ends, still writes the rows up to there.
+    After a failure, Ctrl-C or SIGTERM the rows up to there are still written.
     """
     if panels and plot is None:
         raise click.UsageError("--panel needs --plot FILE")

@@ -27,7 +27,14 @@ from bgc.runtime.cli.options import (
 @set_option
 @use_option
 @whole_option
-@click.option("--after", "name", metavar="PASS", default="equations", show_default=True)
+@click.option(
+    "--after",
+    "name",
+    metavar="PASS",
+    default="equations",
+    show_default=True,
+    help="Name of the pass; an unknown name lists all passes.",
+)
 def show(
     file: Path,
     scene: str | None,
@@ -36,7 +43,7 @@ def show(
     whole: bool,
     name: str,
 ) -> None:
-    """Print the result of one pass of the compiler."""
+    """Print the result of one pass of the compiler for a scene of FILE."""
     chosen = next((known for known in PASSES if known == name), None)
     if chosen is None:
         raise click.UsageError(f"there is no pass {name}; there are {', '.join(PASSES)}")

@@ -34,23 +34,33 @@ from bgc.runtime.stress.tables import summary, tables, write_csv
     "drives",
     multiple=True,
     metavar="NAME=LOW..HIGH",
-    help='What to drive: "k=1e3..1e14 N/m", "step=1 us..0.1 s:11", "rtol=1e-3, 1e-6", "time=..", '
-    '"*.lock.stiffness=.." all together. By default all there is.',
+    help='Parameter and its values: "k=1e3..1e14 N/m", "step=1 us..0.1 s:11", "rtol=1e-3, 1e-6", '
+    '"*.lock.stiffness=.." for several at once. May be repeated; by default all are driven.',
 )
-@click.option("--grid", is_flag=True, help="Drive two together: a map of both.")
-@click.option("--solver", metavar="NAME", help="Method to look at; the scene's by default.")
-@click.option("--rtol", type=float, help="Its relative tolerance.")
-@click.option("--step", metavar="TIME", help="Its step.")
-@click.option("--time", "duration", metavar="TIME", help="How much of the scene to simulate.")
-@click.option("--within", type=float, help="Error up to which a number holds, of its range.")
 @click.option(
-    "--budget", metavar="TIME", default="120 s", show_default=True, help="How long it may take."
+    "--grid", is_flag=True, help="Drive two --drive together, over all pairs of their values."
 )
-@click.option("--fresh", is_flag=True, help="Forget what was found before.")
-@click.option("--out", metavar="FILE", help="Write the points: .csv.")
+@click.option("--solver", metavar="NAME", help="Method to judge; by default that of the scene.")
+@click.option("--rtol", type=float, help="Relative tolerance of the method.")
+@click.option("--step", metavar="TIME", help="Step of the method.")
+@click.option(
+    "--time", "duration", metavar="TIME", help="Simulated time; by default that of the scene."
+)
+@click.option(
+    "--within", type=float, help="Largest error of a result that holds, as a part of its range."
+)
+@click.option(
+    "--budget",
+    metavar="TIME",
+    default="120 s",
+    show_default=True,
+    help="Longest time for the measurements.",
+)
+@click.option("--fresh", is_flag=True, help="Discard earlier results.")
+@click.option("--out", metavar="FILE", help="Write the results: .csv.")
 @click.option("--plot", metavar="FILE", help="Draw the map: .png, .svg or .pdf.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON: SI units, numbers in full.")
-@click.option("--quiet", "-q", is_flag=True, help="The sums alone; no progress bar.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, in SI units with all digits.")
+@click.option("--quiet", "-q", is_flag=True, help="Print the totals only.")
 @click.pass_context
 def stress(
     context: click.Context,
@@ -72,12 +82,12 @@ def stress(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Drive a scene of FILE to its extremes, and map where it holds, degrades and fails.
+    """Drive a scene of FILE to its extremes; map where it holds and fails.
 
-    Stiffnesses, inertias, resistances, sources and angles, found by the elements that hold them,
-    go through their ranges, and so do the step, the tolerance and the duration. Every run is held
-    against other methods. What was found is kept: after Ctrl-C or the end of its budget, the
-    command goes on where it was. The exit status is 1 where numbers are wrong without a word.
+    Varies stiffnesses, inertias, resistances, sources and angles through their ranges, and the
+    step, the tolerance and the simulated time. Compares each run with other methods. Re-running
+    resumes where Ctrl-C or the budget ended it. The exit status is 1 where results are wrong
+    without an error or a warning.
     """
     if grid and len(drives) != 2:
         raise click.UsageError("--grid takes two --drive")

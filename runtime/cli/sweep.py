@@ -36,21 +36,26 @@ _SHOWN = 3  # failures
     multiple=True,
     required=True,
     metavar="RANGE",
-    help='A parameter\'s range, any number of times: "boom.mass=5..9 t:20" for 20 values.',
+    help='Values of a parameter: "boom.mass=5..9 t:20" for 20 values. May be repeated.',
 )
 @click.option(
     "--sample",
     type=click.IntRange(min=1),
     metavar="N",
-    help="N points spread over all ranges, instead of every combination.",
+    help="Take N points spread over all ranges instead of all combinations.",
 )
-@click.option("--out", metavar="FILE", required=True, help="Where to write: .csv or .npz.")
-@click.option("--solver", metavar="NAME", help="Integration method, as rodas5p or rk4.")
-@click.option("--rtol", type=float, help="Relative tolerance.")
-@click.option("--step", metavar="TIME", help="Step of a fixed-step method: 0.001, or 1 ms.")
-@click.option("--every", metavar="TIME", help="Interval between rows.")
-@click.option("--time", "duration", metavar="TIME", help="How long to simulate.")
-@click.option("--quiet", "-q", is_flag=True, help="No summary and no progress bar.")
+@click.option("--out", metavar="FILE", required=True, help="File to write: .csv or .npz.")
+@click.option("--solver", metavar="NAME", help="Integration method (see bgc doc methods).")
+@click.option("--rtol", type=float, help="Relative tolerance of an adaptive method.")
+@click.option("--step", metavar="TIME", help='Step of a fixed-step method: 0.001, or "1 ms".')
+@click.option("--every", metavar="TIME", help='Interval between rows: "10 ms".')
+@click.option(
+    "--time",
+    "duration",
+    metavar="TIME",
+    help='Simulated time: "60 s"; by default that of the scene.',
+)
+@click.option("--quiet", "-q", is_flag=True, help="Print no summary and no progress bar.")
 @click.pass_context
 def sweep(
     context: click.Context,
@@ -68,9 +73,9 @@ def sweep(
     duration: str | None,
     quiet: bool,
 ) -> None:
-    """Simulate a scene of FILE with many values of its parameters, several at once.
+    """Simulate a scene of FILE for many values of its parameters.
 
-    Every combination of the values is an instance; with --sample, N points among them.
+    Runs all combinations of the values, or N points among them (--sample), several at once.
     """
     check_target(out, _TABLES)
     times = read_times(step=step, every=every, time=duration)

@@ -31,27 +31,45 @@ _PICTURES = (".png", ".svg", ".pdf")
 @scene_option
 @set_option
 @use_option
-@click.option("--out", metavar="FILE", help="Write the table: .csv.")
-@click.option("--plot", metavar="FILE", help="Draw error against time: .png, .svg or .pdf.")
-@click.option("--html", metavar="FILE", help="Write one page with all of it: .html.")
-@click.option("--solvers", metavar="NAMES", help="Methods to try, as rodas5p,ros34prw; else all.")
+@click.option("--out", metavar="FILE", help="Write all measurements: .csv.")
+@click.option(
+    "--plot", metavar="FILE", help="Draw error against processor time: .png, .svg or .pdf."
+)
+@click.option("--html", metavar="FILE", help="Write a page with table and plot: .html.")
+@click.option(
+    "--solvers", metavar="NAMES", help="Methods to try: rodas5p,ros34prw; by default all."
+)
 @click.option("--rtols", metavar="NUMBERS", help="Tolerances of adaptive methods: 1e-3,1e-6.")
 @click.option("--steps", metavar="TIMES", help='Steps of fixed-step methods: "1 ms, 0.5 ms".')
-@click.option("--keep", "keeps", metavar="NUMBERS", help="Steps that a Jacobian is kept: 1,2,5.")
+@click.option(
+    "--keep", "keeps", metavar="NUMBERS", help="Numbers of steps that keep a Jacobian: 1,2,5."
+)
 @click.option(
     "--variants",
     multiple=True,
-    metavar="WHAT",
-    help='Other scenes too: a slot filled otherwise ("*.lock" takes several together, all each by '
-    'itself), what `activity` finds it can do without, or lines: "use a = B; set c = 0".',
+    metavar="VARIANT",
+    help='Other scenes to measure too: a slot to fill otherwise ("*.lock": several together; '
+    '"all": each by itself), "activity": what that finds negligible, or lines: '
+    '"use a = B; set c = 0".',
 )
-@click.option("--time", "duration", metavar="TIME", help="How much of the scene to simulate.")
 @click.option(
-    "--budget", metavar="TIME", default="300 s", show_default=True, help="How long it may take."
+    "--time", "duration", metavar="TIME", help="Simulated time; by default that of the scene."
 )
-@click.option("--fresh", is_flag=True, help="Forget what was measured before.")
-@click.option("--all", "everything", is_flag=True, help="Print all configurations.")
-@click.option("--quiet", "-q", is_flag=True, help="The recommendation alone; no progress bar.")
+@click.option(
+    "--budget",
+    metavar="TIME",
+    default="300 s",
+    show_default=True,
+    help="Longest time for the measurements.",
+)
+@click.option("--fresh", is_flag=True, help="Discard earlier measurements.")
+@click.option(
+    "--all",
+    "everything",
+    is_flag=True,
+    help="Print all configurations, not only the best.",
+)
+@click.option("--quiet", "-q", is_flag=True, help="Print the recommendation only.")
 @click.pass_context
 def trade(
     context: click.Context,
@@ -73,11 +91,12 @@ def trade(
     everything: bool,
     quiet: bool,
 ) -> None:
-    """Measure speed against accuracy of a scene of FILE, and recommend a method.
+    """Measure speed against accuracy for a scene of FILE; recommend a method.
 
-    Runs the scene over methods, tolerances and steps against a reference that two methods agree
-    on, and tells the cheapest that meets the scene's `require` and `deadline`; `solver auto` in
-    the scene takes it. An interrupted command goes on where it was.
+    Runs the scene with methods, tolerances and steps, and compares with a reference on which two
+    methods agree. Recommends the cheapest configuration that meets `require` and `deadline` of
+    the scene; `solver auto` in the scene then uses it. Re-running resumes where the command was
+    interrupted.
     """
     check_target(out, (".csv",))
     check_target(plot, _PICTURES)
