@@ -42,7 +42,7 @@ def test_stages_are_frozen():
 
 def test_a_prepared_graph_is_compiled_and_not_remembered():
     def observing_nothing(graph):
-        return replace(graph, observations=(), scene=replace(graph.scene, columns=()))
+        return replace(graph, observations=(), scene=replace(graph.scene, columns=(), accounts=()))
 
     prepared = compile_scene(RLC, Options(), prepare=observing_nothing)
     assert not prepared.optimised.observations
