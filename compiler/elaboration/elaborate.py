@@ -92,7 +92,7 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
     root = _root(world, builder, scene)
     wiring = wire(world, root)
     with _provisional(world, quantities):
-        check_edits(world, scene)
+        check_edits(world, scene, [slot.path for slot in builder.slots])
         check_overrides(world, scene, overrides)
     bonds_are_sound = not report.errors
     evaluate_parameters(world, wiring)

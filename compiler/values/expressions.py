@@ -35,6 +35,7 @@ from bgc.values.units import (
     divide,
     parse_unit,
     spaced_product,
+    suggest_conversion,
     suggest_unit,
     unit_words,
 )
@@ -186,8 +187,15 @@ class _Evaluator:
         unit = parse_unit(expr.unit)
         if unit is None:
             product = spaced_product(expr.unit, self.scope.is_value)
-            wrong = catalogue.unknown_unit(expr.span, expr.unit, suggest_unit(expr.unit), product)
-            raise failure(wrong)
+            raise failure(
+                catalogue.unknown_unit(
+                    expr.span,
+                    expr.unit,
+                    suggest_unit(expr.unit),
+                    product,
+                    suggest_conversion(expr.unit),
+                )
+            )
         for word in unit_words(expr.unit):
             if self.scope.is_value(word):  # `3 m` could be meant as a product
                 raise failure(catalogue.unit_is_a_name(expr.span, word))
@@ -395,6 +403,8 @@ class _Evaluator:
         blocks = []
         for row in rows.elements:
             if not isinstance(row, syntax.Vector):
-                raise failure(shape_messages.blocks_differ(row.span, "this is no row of matrices"))
+                raise failure(
+                    shape_messages.blocks_differ(row.span, "this is not a row of matrices")
+                )
             blocks.append([self.operand(element, depth + 2) for element in row.elements])
         return join_blocks(self.dag, blocks, expr.span)

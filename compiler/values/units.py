@@ -295,11 +295,45 @@ _MEANT: Mapping[str, str] = {
     "pascal": "Pa", "volt": "V", "ampere": "A", "amp": "A", "ohms": "ohm", "kiloohm": "kohm",
     "farad": "F", "henry": "H", "coulomb": "C", "kelvin": "K", "celsius": "K", "degc": "K",
     "hertz": "Hz", "radian": "rad", "degree": "deg", "revolution": "rev", "turn": "rev",
-    "rps": "Hz", "liter": "L", "litre": "L", "l": "L", "knots": "knot", "kn": "kN", "kt": "knot",
-    "kts": "knot", "nm": "N*m", "knm": "kN*m", "mnm": "MN*m", "ns": "N*s", "psi": "kPa",
+    "rps": "rev/s", "liter": "L", "litre": "L", "l": "L", "knots": "knot", "kn": "kN", "kt": "knot",
+    "kts": "knot", "nm": "N*m", "knm": "kN*m", "mnm": "MN*m", "ns": "N*s",
     "tesla": "T", "weber": "Wb", "siemens": "S", "mho": "S", "kmh": "km/h", "kph": "km/h",
-    "mps": "m/s", "rads": "rad/s", "inch": "mm", "ft": "m", "lb": "kg", "kgf": "N", "cc": "cm^3",
+    "mps": "m/s", "rads": "rad/s", "cc": "cm^3",
 }  # fmt: skip
+
+_CONVERTED: Mapping[str, str] = {  # unsupported units, with the factor to a supported one
+    "inch": "multiply by 25.4 and write `mm`",
+    "inches": "multiply by 25.4 and write `mm`",
+    "ft": "multiply by 0.3048 and write `m`",
+    "feet": "multiply by 0.3048 and write `m`",
+    "lb": "multiply by 0.45359237 and write `kg`",
+    "lbs": "multiply by 0.45359237 and write `kg`",
+    "lbf": "multiply by 4.4482216 and write `N`",
+    "kgf": "multiply by 9.80665 and write `N`",
+    "psi": "multiply by 6.8947573 and write `kPa`",
+    "hp": "multiply by 745.69987 and write `W`",
+}
+_OFFSET: Mapping[str, str] = {
+    "c": "add 273.15 and write `K`",
+    "f": "add 459.67, multiply by 5/9 and write `K`",
+}
+_TEMPERATURE = re.compile(
+    r"(?:deg_?|°\s*)(?:(c)(?:elsius)?|(f)(?:ahrenheit)?)|(c)elsius|(f)ahrenheit"
+)
+
+
+def suggest_conversion(text: str) -> str:
+    """Give the conversion from a unit that is not supported, as a sentence; empty if unknown.
+
+    A temperature with an offset (`degC`) has no equivalent unit, so `K` would be a wrong
+    suggestion for it.
+    """
+    word = text.strip().casefold()
+    temperature = _TEMPERATURE.fullmatch(word)
+    if temperature is not None:
+        scale = next(letter for letter in temperature.groups() if letter)
+        return f"a unit with an offset is not supported: {_OFFSET[scale]}"
+    return _CONVERTED.get(word, "")
 
 
 def suggest_unit(text: str) -> str:
@@ -307,6 +341,8 @@ def suggest_unit(text: str) -> str:
 
     `KN` gives `kN`, `Nm` gives `N*m`, `meters` gives `m`, `kN.m` gives `kN*m`.
     """
+    if suggest_conversion(text):
+        return ""
     tidy = text.strip().replace("**", "^").replace("·", "*").replace("⋅", "*").replace(".", "*")
     tidy = re.sub(r"[µμ](?=\w)", "u", tidy).replace("Ω", "ohm").replace("Ω", "ohm")
     tidy = re.sub(r"\s+", "", tidy.replace("°C", "K").replace("°", "deg"))

@@ -21,6 +21,7 @@ from bgc.values.units import (
     power,
     si_symbol,
     spaced_product,
+    suggest_conversion,
     suggest_unit,
 )
 
@@ -177,6 +178,30 @@ def test_dimensions_are_described_in_words() -> None:
 )
 def test_near_misses_are_corrected(wrong: str, right: str) -> None:
     assert suggest_unit(wrong) == right
+
+
+@pytest.mark.parametrize(
+    ("unit", "conversion"),
+    [
+        ("degC", "a unit with an offset is not supported: add 273.15 and write `K`"),
+        ("Celsius", "a unit with an offset is not supported: add 273.15 and write `K`"),
+        (
+            "degF",
+            "a unit with an offset is not supported: add 459.67, multiply by 5/9 and write `K`",
+        ),
+        ("psi", "multiply by 6.8947573 and write `kPa`"),
+        ("ft", "multiply by 0.3048 and write `m`"),
+        ("deg", ""),
+        ("C", ""),
+    ],
+)
+def test_units_with_a_factor_or_an_offset_are_converted(unit: str, conversion: str) -> None:
+    assert suggest_conversion(unit) == conversion
+    assert suggest_unit(unit) == ""
+
+
+def test_a_difference_of_temperatures_has_no_offset() -> None:
+    assert suggest_unit("W/degC") == "W/K"
 
 
 @pytest.mark.parametrize(

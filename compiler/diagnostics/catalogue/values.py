@@ -11,22 +11,26 @@ from bgc.diagnostics.source import Span
 # --- units ------------------------------------------------------------------------------
 
 
-def unknown_unit(span: Span, text: str, suggestion: str, product: str = "") -> Diagnostic:
-    """BG301: not a unit
+def unknown_unit(
+    span: Span, text: str, suggestion: str, product: str = "", conversion: str = ""
+) -> Diagnostic:
+    """BG301: an unknown unit
 
     What: the text after a number, or after the colon of a declaration, is not a unit.
 
-    Why: units have one spelling each: SI symbols with prefixes, and `t min h day deg rev rpm
-    knot nmi bar L`. Factors are joined by `*` and `/`, powers written `^`. A unit goes on to the
-    next blank, so that `5 V*gain` would be in volts times `gain`.
+    Why: each unit has one spelling: SI symbols with prefixes, and `t min h day deg rev rpm knot nmi
+    bar L`. Factors are joined by `*` and `/`, powers written with `^`. A unit extends to the next
+    blank, so in `5 V*gain` the unit would be volts times `gain`.
 
     Example: `param torque = 5 Nm;`
 
-    Way out: write `5 N*m`, and `5 V * gain`. Feet, pounds and degrees Celsius are not known:
-    convert them.
+    Way out: write `5 N*m`, and `5 V * gain`. Convert feet and pounds to SI units. For a temperature
+    in degrees Celsius, which has an offset, add 273.15 and write `K`.
     """
-    way_out = "units look like `kg*m/s`, `s^-1` or `kN*m`"
-    if product:
+    way_out = "write a unit such as `kg*m/s`, `s^-1` or `kN*m`"
+    if conversion:
+        way_out = conversion
+    elif product:
         way_out = f"a unit ends at a blank: write `{span.text.removesuffix(text)}{product}`"
     elif suggestion:
         way_out = f"write `{suggestion}`"
@@ -36,7 +40,7 @@ def unknown_unit(span: Span, text: str, suggestion: str, product: str = "") -> D
 def unit_is_a_name(span: Span, word: str) -> Diagnostic:
     """BG302: a unit that is also a name
 
-    What: the word after a number is a unit, and also the name of a value visible here.
+    What: the word after a number is a unit and also the name of a visible value.
 
     Why: `3 m` could mean three metres or, by mistake, three times the value `m`.
 
@@ -48,7 +52,7 @@ def unit_is_a_name(span: Span, word: str) -> Diagnostic:
         "BG302",
         f"`{word}` is a unit and also the name of a value here",
         span,
-        help=f"rename the value `{word}`; a product is written with `*`",
+        help=f"rename the value `{word}`, or write a product with `*`",
     )
 
 
@@ -61,13 +65,13 @@ def cannot_combine(
 ) -> Diagnostic:
     """BG303: quantities of different kinds
 
-    What: two quantities are added, subtracted or compared whose units differ in kind.
+    What: two quantities with units of different kinds are added, subtracted or compared.
 
     Why: a length and a mass have no sum.
 
     Example: `let x = 3 m + 2 kg;`
 
-    Way out: check which of the two was meant; a number without a unit fits any unit.
+    Way out: check which of the two is wrong; a number without a unit fits any unit.
     """
     one, two = left[1], right[1]
     match operator:
@@ -78,26 +82,26 @@ def cannot_combine(
         case "<" | "<=" | ">" | ">=" | "==" | "!=":
             message = f"cannot compare {one} with {two}"
         case _:
-            message = f"{one} and {two} do not go together in {context}"
+            message = f"{one} and {two} are different kinds of quantity in {context}"
     return error(
         "BG303",
         message + (f", in component {component}" if component else ""),
         right[0],
         labels=(Label(left[0], one),),
-        help="both must be quantities of one kind",
+        help="give both quantities units of the same kind",
     )
 
 
 def needs_plain_number(span: Span, what: str, found: str) -> Diagnostic:
     """BG304: a quantity where a plain number belongs
 
-    What: the argument of a function as `sin` or `exp`, an exponent, or a condition has a unit.
+    What: the argument of a function such as `sin` or `exp`, an exponent, or a condition has a unit.
 
-    Why: such a function of a length would depend on the unit the length is measured in.
+    Why: the result would depend on the unit of measurement.
 
     Example: `let y = sin(3 m);`
 
-    Way out: divide by a reference of the same kind, as in `sin(x/wavelength)`. Angles, in
+    Way out: divide by a reference of the same kind, for example `sin(x/wavelength)`. Angles, in
     radians or degrees, are plain numbers.
     """
     return error(
@@ -111,50 +115,49 @@ def needs_plain_number(span: Span, what: str, found: str) -> Diagnostic:
 def needs_constant_exponent(span: Span, base: str) -> Diagnostic:
     """BG305: the unit of a power is not known
 
-    What: a quantity with a unit is raised to a power that is not a constant, or is a very
-    large one.
+    What: a quantity with a unit is raised to a power that is not a constant or is very large.
 
     Why: the unit of the result would not be known at compile time.
 
     Example: `param n = 2; let area = (3 m)^n;`
 
-    Way out: use a number, as in `length^2`, or make the base a plain number:
-    `(length/(1 m))^n`.
+    Way out: use a number, as in `length^2`, or make the base a plain number: `(length/(1 m))^n`.
     """
     return error(
         "BG305",
         f"the exponent of {base} must be a constant of at most 100",
         span,
-        help="divide the base by a reference of its kind, so that it is a plain number",
+        help="use a number, or divide the base by a reference of its kind to make it a plain "
+        "number",
     )
 
 
 def wrong_unit(span: Span, what: str, expected: str, found: str) -> Diagnostic:
     """BG306: a value of the wrong kind
 
-    What: a value is given whose unit is not the one declared.
+    What: the unit of a value does not match the declared unit.
 
-    Why: a mass given as a length is a mistake wherever it happens.
+    Why: the value or the declaration is wrong.
 
     Example: `param mass : kg = 3 m;`
 
-    Way out: give a value in the declared unit, or a multiple of it as `t` for `kg`; a number
+    Way out: give a value in the declared unit or a multiple of it, such as `t` for `kg`. A number
     without a unit is taken in SI units.
     """
     return error(
         "BG306",
         f"{what} must be {expected}, not {found}",
         span,
-        help="a number without a unit would be taken in SI units",
+        help="give a value in a matching unit; a number without a unit is taken in SI units",
     )
 
 
 def mixed_terms(span: Span, one: str, two: str) -> Diagnostic:
     """BG307: products of different kinds in one sum
 
-    What: the terms of a matrix product, `dot`, `cross` or `norm` have units that differ in kind.
+    What: the terms of a matrix product, `dot`, `cross` or `norm` have units of different kinds.
 
-    Why: these are sums of products, and a sum needs quantities of one kind.
+    Why: these functions add products, and a sum needs quantities of one kind.
 
     Example: `let d = norm([3 m, 4 m, 2 rad]);`
 
@@ -180,11 +183,10 @@ def mixed_terms(span: Span, one: str, two: str) -> Diagnostic:
 def not_constant(span: Span, what: str) -> Diagnostic:
     """BG330: not known at compile time
 
-    What: a dimension, an index, the ends of a `for`, or the condition of a compile-time `if`
-    depends on a parameter, on time or on a state.
+    What: a dimension, an index, an end of a `for`, or the condition of a compile-time `if` depends
+    on a parameter, on time or on a state.
 
-    Why: the structure of the model is fixed when it is compiled; parameters may be changed
-    afterwards.
+    Why: the structure of the model is fixed at compile time; parameters can change later.
 
     Example: `param n = 3; let v = zeros(n);`
 
@@ -201,41 +203,45 @@ def not_constant(span: Span, what: str) -> Diagnostic:
 def not_whole(span: Span, what: str, least: int, most: int, found: str) -> Diagnostic:
     """BG331: not a whole number
 
-    What: a dimension, an index or an end of a `for` is a fraction, negative where that makes
-    no sense, or beyond all reason.
+    What: a dimension, an index or an end of a `for` is a fraction, negative, or far too large.
 
-    Why: things are counted in whole numbers.
+    Why: parts and components are counted in whole numbers.
 
     Example: `let v = zeros(2.5);`
 
     Way out: round it: `floor(n/2)`.
     """
     message = f"{what} must be a whole number from {least} to {most}, not {found}"
-    return error("BG331", message, span, help="`floor` and `ceil` round to whole numbers")
+    return error(
+        "BG331", message, span, help="use `floor` or `ceil` to round, and a value in that range"
+    )
 
 
-def varies(span: Span, what: str, allowed: str, found: str) -> Diagnostic:
+def varies(span: Span, what: str, allowed: str, found: str, help: str = "") -> Diagnostic:
     """BG332: a value that varies where it must not
 
     What: a `const` depends on a parameter, or a parameter on time or on a state.
 
-    Why: a `const` is fixed at compile time, a `param` before the run begins.
+    Why: a `const` is fixed at compile time, a `param` before the run.
 
     Example: `param area = 2*pi*time;`
 
-    Way out: declare what varies with `signal` or `let`.
+    Way out: declare a varying value with `let` or `signal`. If a part's `param` is given a varying
+    value, declare it as an `input` in the part's model.
     """
     message = f"{what} must be {allowed}, but this {found}"
-    return error("BG332", message, span, help="declare what varies with `let` or `signal`")
+    return error(
+        "BG332", message, span, help=help or "declare the varying value with `let` or `signal`"
+    )
 
 
 def out_of_range(span: Span) -> Diagnostic:
-    """BG333: a number that no double holds
+    """BG333: a number outside the range of doubles
 
-    What: a constant is larger than about 1.8e308, infinite, or smaller than about 4.9e-324 but
-    not zero.
+    What: a constant is larger than about 1.8e308, infinite, or nonzero but smaller than about
+    4.9e-324.
 
-    Why: the model is computed in doubles.
+    Why: the model computes in double precision.
 
     Example: `const big = 9^9^9^9;`
 
@@ -243,40 +249,37 @@ def out_of_range(span: Span) -> Diagnostic:
     """
     return error(
         "BG333",
-        "this is out of the range of numbers",
+        "this number is out of range",
         span,
-        help="the largest is about 1.8e308, the smallest about 4.9e-324",
+        help="check exponents and units: numbers lie between about 4.9e-324 and 1.8e308",
     )
 
 
 def division_by_zero(span: Span) -> Diagnostic:
     """BG334: division by zero
 
-    What: the divisor is zero whatever the parameters are, or zero is raised to a negative
-    power.
+    What: the divisor is zero for all parameters, or zero is raised to a negative power.
 
     Why: the result would not be a number.
 
     Example: `let x = 1/(2 - 2);`
 
-    Way out: correct the divisor; a branch of `if` with a constant condition that is not taken
-    is not looked at.
+    Way out: correct the divisor. The branch of a constant `if` that is not taken is ignored.
     """
-    way_out = "correct the divisor; a branch of a constant `if` that is not taken is not looked at"
+    way_out = "correct the divisor; the branch of a constant `if` that is not taken is ignored"
     return error("BG334", "this divides by zero", span, help=way_out)
 
 
 def not_a_number(span: Span) -> Diagnostic:
     """BG335: a constant that is not a number
 
-    What: a function has no real value for a constant argument: `log(-1)`, `sqrt(-1)`,
-    `(-8)^(1/3)`.
+    What: a function has no real value for a constant argument: `log(-1)`, `sqrt(-1)`, `(-8)^(1/3)`.
 
-    Why: nothing that depends on it could be computed.
+    Why: no value that depends on it could be computed.
 
     Example: `const root = sqrt(-1);`
 
-    Way out: correct the argument; the cube root of a negative number is `cbrt(x)`.
+    Way out: correct the argument; for the cube root of a negative number use `cbrt(x)`.
     """
     return error(
         "BG335",
@@ -294,38 +297,55 @@ def not_a_value(span: Span, what: str) -> Diagnostic:
 
     What: the path ends at a part, a port or an array, or the expression is a text or a type.
 
-    Why: a part has many values; only numbers, vectors and matrices can be calculated with.
+    Why: a part has many values; only numbers, vectors and matrices can be used in a calculation.
 
     Example: `supply : Se(1); coil : I(1); supply -> coil; let x = 2*coil;`
 
-    Way out: name the value that is meant, as in `coil.p` or `boom.length`.
+    Way out: name one of its values, for example `coil.p` or `boom.length`.
     """
     return error(
-        "BG340", f"{what} is not a value", span, help="name one of its values, as in `coil.p`"
+        "BG340", f"{what} is not a value", span, help="name one of its values, for example `coil.p`"
     )
 
 
+_INSTEAD = {  # functions of other languages that are written otherwise here
+    "pow": "write `x^y`",
+    "power": "write `x^y`",
+    "sqr": "write `x^2`",
+    "square": "write `x^2`",
+    "round": "write `floor(x + 0.5)`",
+    "ln": "write `log(x)`",
+    "mod": "write `fmod(x, y)`",
+    "transposed": "write `transpose(A)`",
+}
+
+
 def unknown_function(span: Span, name: str, near: Iterable[str]) -> Diagnostic:
-    """BG341: a function that is not declared
+    """BG341: an unknown function
 
-    What: neither the language nor this file or its imports has a function of that name.
+    What: neither the language nor this file and its imports have a function of that name.
 
-    Why: functions have their C names: `asin`, `fmod`, `tanh`.
+    Why: functions have their C names: `asin`, `fmod`, `tanh`. A power is written `x^y`, and
+    rounding `floor(x + 0.5)`.
 
     Example: `let a = arcsin(0.5);`
 
     Way out: correct the spelling, or declare it: `function f(x) = x^2;`.
     """
-    way_out = did_you_mean(name, near) or f"declare it: `function {name}(x) = ..;`"
+    way_out = (
+        _INSTEAD.get(name.casefold())
+        or did_you_mean(name, near)
+        or f"declare it: `function {name}(x) = ..;`"
+    )
     return error("BG341", f"there is no function called `{name}`", span, help=way_out)
 
 
 def called_value(span: Span, name: str) -> Diagnostic:
-    """BG342: a value is called like a function
+    """BG342: a value called like a function
 
     What: parentheses follow the name of a value.
 
-    Why: `k(x)` calls a function `k`; a product needs its `*`.
+    Why: `k(x)` calls a function `k`; a product needs `*`.
 
     Example: `param k = 2; let f = k(3 + 4);`
 
@@ -342,28 +362,28 @@ def called_value(span: Span, name: str) -> Diagnostic:
 def wrong_argument_count(span: Span, function: str, expected: str, found: int) -> Diagnostic:
     """BG343: too many or too few arguments
 
-    What: a function is given another number of arguments than it takes.
+    What: a function is called with the wrong number of arguments.
 
-    Why: arguments are positional and all must be given.
+    Why: arguments are given by position, and all are required.
 
     Example: `let a = atan2(1);`
 
-    Way out: give as many as the message says.
+    Way out: give as many arguments as the message states.
     """
     message = f"`{function}` takes {expected}, not {found}"
-    return error("BG343", message, span, help="arguments go by position, none may be left out")
+    return error("BG343", message, span, help="give all arguments, by position")
 
 
 def recursive_function(span: Span, name: str, calls: Sequence[str]) -> Diagnostic:
     """BG344: a function that calls itself
 
-    What: evaluating a function leads to a call of the same function.
+    What: the evaluation of a function calls the same function again.
 
-    Why: functions are replaced by what they stand for, which would never end.
+    Why: calls are replaced by the function's definition, which would never end.
 
     Example: `function f(n) = n*f(n - 1); let x = f(3);`
 
-    Way out: write it without the call, for instance with a `for` over a state array or a sum.
+    Way out: write it without the call, for example as a sum or with a `for` over a state array.
     """
     through = f", through {' -> '.join(f'`{call}`' for call in calls)}" if len(calls) > 1 else ""
     message = f"the function `{name}` calls itself{through}"
@@ -371,38 +391,38 @@ def recursive_function(span: Span, name: str, calls: Sequence[str]) -> Diagnosti
 
 
 def misplaced_derivative(span: Span) -> Diagnostic:
-    """BG345: der(x) where it has no meaning
+    """BG345: der(x) where it is not allowed
 
-    What: `der(x)` stands in a definition, an argument or a law.
+    What: `der(x)` appears in a definition, an argument or a law.
 
-    Why: derivatives follow from the equations; nothing is differentiated in a definition.
+    Why: derivatives follow from the equations; a definition cannot use them.
 
     Example: `state x = 1; der(x) = -x; let v = der(x);`
 
-    Way out: give the state's equation as `der(x) = ..;`, or use `der(x)` on either side of an
-    implicit `equation left = right;`.
+    Way out: define the state by `der(x) = ..;`, or use `der(x)` on either side of an implicit
+    `equation left = right;`.
     """
     return error(
         "BG345",
-        "`der(x)` stands only in `der(x) = ..;` and in an `equation`",
+        "`der(x)` is allowed only in `der(x) = ..;` and in an `equation`",
         span,
-        help="use the right-hand side of its equation, or an `equation`",
+        help="use the right-hand side of its equation, or write an `equation`",
     )
 
 
 def derivative_of_expression(span: Span) -> Diagnostic:
-    """BG346: the derivative of something that is no state
+    """BG346: the derivative of an expression
 
     What: the argument of `der` is not a declared `state` or a component of one.
 
-    Why: only states have a derivative of their own.
+    Why: only states have a derivative.
 
     Example: `state x = 1; equation der(2*x) = 1;`
 
     Way out: write the derivative out: `2*der(x)`.
     """
     message = "`der` takes a declared state, or a component of one"
-    return error("BG346", message, span, help="write the derivative out, as in `2*der(x)`")
+    return error("BG346", message, span, help="write the derivative out, for example `2*der(x)`")
 
 
 # --- matrices ---------------------------------------------------------------------------
@@ -411,32 +431,31 @@ def derivative_of_expression(span: Span) -> Diagnostic:
 def singular_matrix(span: Span) -> Diagnostic:
     """BG350: a matrix without an inverse
 
-    What: `inv` is given a matrix that is singular whatever the parameters are.
+    What: the matrix given to `inv` is singular for all parameters.
 
     Why: it has no inverse.
 
     Example: `let W = inv([[1, 2], [2, 4]]);`
 
-    Way out: correct the matrix. Of a singular stiffness give `stiffness`, of a singular
-    conductance `conductance`: then nothing has to be inverted.
+    Way out: correct the matrix. Give a singular stiffness as `stiffness` and a singular conductance
+    as `conductance`: then it is not inverted.
     """
-    message = "this matrix is singular, it has no inverse"
-    way_out = "`C(stiffness = ..)` and `R(conductance = ..)` take singular matrices as they are"
+    message = "this matrix is singular and has no inverse"
+    way_out = "give a singular matrix as `C(stiffness = ..)` or `R(conductance = ..)`"
     return error("BG350", message, span, help=way_out)
 
 
 def varying_inverse(span: Span) -> Diagnostic:
     """BG351: the inverse of a varying matrix
 
-    What: `inv` is given a matrix that depends on time or on a state.
+    What: the matrix given to `inv` depends on time or on a state.
 
-    Why: an inverse is computed once, before the run; a varying matrix may become singular
-    during it.
+    Why: an inverse is computed once, before the run; a varying matrix may become singular later.
 
     Example: `let W = inv([[time, 0], [0, 1]]);`
 
-    Way out: solve for the unknown: `unknown z[2] = [0, 0]; equation A*z = b;`, or write the
-    inverse of a rotation as `transpose(A)`.
+    Way out: solve for the unknown: `unknown z[2] = [0, 0]; equation A*z = b;`, or write the inverse
+    of a rotation as `transpose(A)`.
     """
     return error(
         "BG351",

@@ -11,12 +11,12 @@ from bgc.values.value import Shape, Value, describe_shape
 
 _ALLOWED = {
     Level.CONST: "known at compile time",
-    Level.PARAM: "made of constants and parameters",
-    Level.TIME: "made of constants, parameters and the time",
+    Level.PARAM: "computed from constants and parameters",
+    Level.TIME: "computed from constants, parameters and time",
 }
 _FOUND = {
     Level.PARAM: "depends on a parameter",
-    Level.TIME: "depends on the time or a device",
+    Level.TIME: "depends on time or a device",
     Level.STATE: "depends on a state",
 }
 
@@ -57,11 +57,13 @@ def check_units(value: Value, unit: Dimension | None, span: Span, what: str) -> 
             raise BgError([values.wrong_unit(span, what, expected, describe_dimension(found))])
 
 
-def require_level(dag: Dag, value: Value, most: Level, span: Span, what: str) -> None:
+def require_level(
+    dag: Dag, value: Value, most: Level, span: Span, what: str, help: str = ""
+) -> None:
     """Raise BgError if the level of a value exceeds `most`."""
     level = level_of(dag, value)
     if level > most:
-        raise BgError([values.varies(span, what, _ALLOWED[most], _FOUND[level])])
+        raise BgError([values.varies(span, what, _ALLOWED[most], _FOUND[level], help)])
 
 
 def level_of(dag: Dag, value: Value) -> Level:

@@ -32,7 +32,7 @@ from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.ir.graph import Parameter
 from bgc.resolution.modules import Declared
-from bgc.values.units import Dimension, parse_unit, si_symbol, suggest_unit
+from bgc.values.units import Dimension, parse_unit, si_symbol, suggest_conversion, suggest_unit
 from bgc.values.value import Shape, Value, describe_shape
 
 
@@ -238,7 +238,13 @@ class Quantities:
         default = self._given(quantity)
         declaration = quantity.declaration
         span = quantity.given.span if quantity.given else declaration.name_span
-        require_level(self.world.dag, default, Level.PARAM, span, f"parameter `{declaration.name}`")
+        help = (
+            f"declare `{declaration.name}` as an `input` in its model"
+            if quantity.given is not None
+            else ""
+        )
+        what = f"parameter `{declaration.name}`"
+        require_level(self.world.dag, default, Level.PARAM, span, what, help)
         low, high = self._range(quantity, default)
         unit = parse_unit(declaration.unit) if declaration.unit else None
         first = len(self.parameters)
@@ -358,7 +364,8 @@ def dimension_of(text: str, span: Span) -> Dimension:
     """The dimension of a unit as written; BgError if the text is not a unit."""
     unit = parse_unit(text)
     if unit is None:
-        raise BgError([values.unknown_unit(span, text, suggest_unit(text))])
+        conversion = suggest_conversion(text)
+        raise BgError([values.unknown_unit(span, text, suggest_unit(text), "", conversion)])
     return unit.dimension
 
 

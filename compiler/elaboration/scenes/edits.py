@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 
-from bgc.diagnostics.catalogue import names, scenes
+from bgc.diagnostics.catalogue import listed, names, scenes
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source, Span
 from bgc.elaboration.bonds.shape_probe import WidthUnknown
@@ -96,7 +96,7 @@ def canonical_path(world: World, expr: syntax.Expr, env: Environment) -> str:
             raise BgError([scenes.edit_without_target(expr.span, path_of(expr), what)])
 
 
-def check_edits(world: World, scene: Scene) -> None:
+def check_edits(world: World, scene: Scene, slots: Sequence[str]) -> None:
     """Report each `set`, `use` and `drive` that was not applied, since its path has no target."""
     edits = world.edits
     tables = {
@@ -130,6 +130,8 @@ def check_edits(world: World, scene: Scene) -> None:
                 _check_path(world, scene, expr)
                 what = tables.get(kind, (None, "a parameter or constant"))[1]
                 found, way = _mismatch(world, scene, expr)
+                if kind == "uses" and not way and slots:
+                    way = f"name a slot of the scene: {listed(slots)}"
                 raise BgError([scenes.edit_without_target(span, path, what, found, way)])
 
 
@@ -156,13 +158,19 @@ def _mismatch(world: World, scene: Scene, expr: syntax.Expr) -> tuple[str, str]:
     path = path_of(expr)
     match quantity.kind:
         case "input":
-            return "an input", f"give it by `drive {path} = ..;`, or as an argument"
+            return "an input", f"write `drive {path} = ..;`, or give it as an argument"
         case "param" | "const":
-            return "a parameter", f"`set {path} = ..;`, or declare it as an `input` to drive it"
+            return (
+                "a parameter",
+                f"write `set {path} = ..;`, or declare it as an `input` to drive it",
+            )
         case "state" | "unknown":
-            return f"the {quantity.kind} of a model", "set the parameter that its start is made of"
+            return (
+                f"the {quantity.kind} of a model",
+                "set the parameter that gives its initial value",
+            )
         case _:
-            return "computed by the model", "set a parameter that it is made of"
+            return "computed by the model", "set a parameter that it depends on"
 
 
 def _check_path(world: World, scene: Scene, expr: syntax.Expr) -> None:
