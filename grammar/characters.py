@@ -81,7 +81,7 @@ def _number(source: Source, at: int) -> Diagnostic:
             message = "a number has one point"
         help = f"write `{number}` or `{number}.0`"
     elif glued:
-        message = "a unit stands one blank after its number"
+        message = "a unit must follow its number after one blank"
         help = f"write `{number} {glued}` for a unit, `{number}*{glued}` for a product"
     elif unit is None:
         message = "a unit cannot begin with `/`"

@@ -190,7 +190,7 @@ def _operator(context: ErrorContext, found: Token) -> Explanation | None:
         return None
     if previous.type == found.type in ("EQUAL", "TIMES") and end_of(previous) == context.offset:
         doubled = Span(context.source, context.offset - 1, context.offset + 1)
-        help = "a value is given with `=`" if found.type == "EQUAL" else "a power is `^`"
+        help = "give a value with `=`" if found.type == "EQUAL" else "write a power with `^`"
         return Explanation(wrong.foreign_operator(doubled, help))
     if previous.type not in _OPERAND_ENDS:
         return None
@@ -283,7 +283,10 @@ def _two_operands(context: ErrorContext, found: Token) -> Explanation | None:
         if " " in previous:
             message, right = "a unit has no blanks inside", f"`{previous}*{found}`"
         else:
-            message, right = "one blank stands before a unit", f"`{previous} {found}`"
+            message, right = (
+                "a unit must follow its number after one blank",
+                f"`{previous} {found}`",
+            )
         help = f"write {right}; a product is `{previous} * {found}`"
         return Explanation(wrong.misspelt_number(span, message, help))
     before, after = context.describe_previous(), context.describe_found()

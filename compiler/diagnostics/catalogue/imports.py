@@ -1,4 +1,4 @@
-"""Diagnostics of imports: which file names which other."""
+"""Diagnostics of imports of files and library modules."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from bgc.diagnostics.source import Span
 
 
 def imported_file_missing(span: Span, path: str) -> Diagnostic:
-    """BG020: an imported file that is not there
+    """BG020: an imported file that does not exist
 
-    What: the path after `import` names no file; it is taken from the folder of the file that
-    imports it.
-    Why: a model is only complete with the parts it imports.
+    What: no file has the path after `import`. The path is relative to the folder of the importing
+    file.
+    Why: a model is complete only with the parts that it imports.
     Example: `import "jionts.bg";`
     Way out: correct the path, or import a module of the library by its name, without quotes.
     """
@@ -22,49 +22,49 @@ def imported_file_missing(span: Span, path: str) -> Diagnostic:
         "BG020",
         f"there is no file `{path}`",
         span,
-        help="the path is taken from the folder of this file; a library module has no quotes: "
-        "`import crane.joints;`",
+        help="correct the path, which is relative to the folder of this file; a library module is "
+        "imported without quotes: `import crane.joints;`",
     )
 
 
 def library_module_missing(span: Span, name: str, modules: Sequence[str]) -> Diagnostic:
-    """BG021: an imported library module that is not there
+    """BG021: an imported library module that does not exist
 
-    What: the dotted name after `import` is no module of the installed library.
-    Why: `import crane.joints;` reads `crane/joints.bg` of the library that came with `bgc`.
+    What: the installed library has no module with the name after `import`.
+    Why: `import crane.joints;` reads `crane/joints.bg` of the library installed with `bgc`.
     Example: `import crane.jionts;`
-    Way out: correct the name; a file of your own is imported by its path, in quotes.
+    Way out: correct the name; import a file of your own by its path, in quotes.
     """
     near = did_you_mean(name, modules)
     return error(
         "BG021",
         f"the library has no module `{name}`",
         span,
-        help=near or 'a file of your own is imported by its path: `import "joints.bg";`',
+        help=near or 'import a file of your own by its path: `import "joints.bg";`',
     )
 
 
 def import_cycle(span: Span, files: Sequence[str]) -> Diagnostic:
     """BG022: files that import each other
 
-    What: following the imports leads back to the file one started from.
-    Why: what a name means would depend on which of the files is read first.
+    What: the imports of a file lead back to the file itself.
+    Why: the meaning of a name would depend on the order in which the files are read.
     Example: `a.bg` imports `b.bg`, which imports `a.bg`.
-    Way out: move what both need into a third file that imports neither.
+    Way out: move the shared declarations into a third file that imports neither.
     """
     return error(
         "BG022",
         f"files import each other: {' -> '.join(files)}",
         span,
-        help="move what they share into a file of its own, which both import",
+        help="move the shared declarations into a third file that both import",
     )
 
 
 def name_imported_twice(span: Span, name: str, places: Sequence[Span]) -> Diagnostic:
-    """BG023: one name, imported from two places
+    """BG023: one name imported from two places
 
     What: two imported files declare the same name differently.
-    Why: which of them is meant could not be told.
+    Why: the name is ambiguous.
     Example: two files, both with a `model Beam`, imported by a third.
     Way out: rename one of them, or import only one of the files.
     """

@@ -14,11 +14,11 @@ from bgc.diagnostics.source import Span
 def duplicate_name(span: Span, name: str, first: Span | None) -> Diagnostic:
     """BG200: a name declared twice
 
-    What: two declarations in one place have the same name, or one repeats an imported name.
-    Why: which of them a use means could not be told.
+    What: two declarations in the same place have the same name, or one repeats an imported name.
+    Why: the name is ambiguous.
     Example: `mass : I(m); mass : C(c);`
-    Way out: rename one of them. An extension may not replace what it inherits: give the
-    inherited part other arguments instead.
+    Way out: rename one of them. A model that extends another cannot replace what it inherits: give
+    the inherited part other arguments instead.
     """
     labels = [Label(first, "first declared here")] if first else []
     return error("BG200", f"`{name}` is declared twice", span, labels=labels, help="rename one")
@@ -29,14 +29,15 @@ def unknown_type(
 ) -> Diagnostic:
     """BG201: a type that is not declared
 
-    What: the name after the colon is no element, model or interface that this file sees.
-    Why: a file sees its own declarations and those of the files it imports, the library's too.
+    What: the name after the colon is not an element, model or interface visible in this file.
+    Why: a file sees its own declarations and those of the files and library modules that it
+    imports.
     Example: `boom : Beem(length = 12 m);`
     Way out: correct the name, or import the file that declares it.
     """
     near = did_you_mean(name, candidates)
     if library is not None:
-        near = f"it is in the library: `import {library};`"
+        near = f"import it from the library: `import {library};`"
     return error(
         "BG201",
         f"there is no element, model or interface called `{name}`",
@@ -48,26 +49,27 @@ def unknown_type(
 def unknown_domain(span: Span, name: str, candidates: Iterable[str]) -> Diagnostic:
     """BG202: a domain that is not declared
 
-    What: the name after a port's colon is no domain that this file sees.
-    Why: a domain gives a port its width, its units and the signals it carries.
+    What: the name after a port's colon is not a domain visible in this file.
+    Why: a domain gives a port its width, its units and the signals that it carries.
     Example: `port tip out : Fram;`
-    Way out: correct the name, import the file that declares it, or leave the domain out: a
-    port then takes it from its bonds.
+    Way out: correct the name, import the file that declares it, or omit the domain: the port then
+    takes it from its bonds.
     """
     near = did_you_mean(name, candidates)
     return error(
         "BG202",
         f"there is no domain called `{name}`",
         span,
-        help=near or "import the file that declares it, or leave the domain out",
+        help=near or "import the file that declares it, or omit the domain",
     )
 
 
 def not_a_model(span: Span, name: str, what: str) -> Diagnostic:
     """BG203: something other than a model where a model is needed
 
-    What: a scene, or a model after `is`, names something that is no model.
-    Why: only a model can be run or extended; an interface only says what a model must have.
+    What: a scene, or a model after `is`, names something that is not a model.
+    Why: only a model can be run or extended; an interface only lists the members that a model must
+    have.
     Example: `scene s of Frame { }` where Frame is a domain.
     Way out: name a model.
     """
@@ -77,10 +79,10 @@ def not_a_model(span: Span, name: str, what: str) -> Diagnostic:
 def inheritance_cycle(span: Span, names: Sequence[str]) -> Diagnostic:
     """BG204: a model that extends itself
 
-    What: following `is` from a model leads back to it.
-    Why: it would have infinitely many parts.
+    What: the chain of `is` from a model leads back to the model itself.
+    Why: the model would have infinitely many parts.
     Example: `model A is B { } model B is A { }`
-    Way out: remove one of the `is`.
+    Way out: remove one `is`.
     """
     return error(
         "BG204", f"a model extends itself: {' is '.join(names)}", span, help="remove one `is`"
@@ -88,13 +90,13 @@ def inheritance_cycle(span: Span, names: Sequence[str]) -> Diagnostic:
 
 
 def contains_itself(span: Span, name: str, path: str, depth: int) -> Diagnostic:
-    """BG205: a model that contains itself without end
+    """BG205: a model that contains itself endlessly
 
-    What: a model has a part of its own type, and nothing ends the nesting.
-    Why: it would have infinitely many parts.
+    What: a model has a part of its own type, and the nesting never ends.
+    Why: the model would have infinitely many parts.
     Example: `model Link { next : Link; }`
-    Way out: end it by a dimension and a compile-time `if`: `model Link[n] { if n > 1 { next :
-    Link[n - 1]; } }`, or use an array of parts in a `for`.
+    Way out: end the nesting with a dimension and a compile-time `if`: `model Link[n] { if n > 1 {
+    next : Link[n - 1]; } }`, or use an array of parts in a `for`.
     """
     return error(
         "BG205",
@@ -108,29 +110,29 @@ def contains_itself(span: Span, name: str, path: str, depth: int) -> Diagnostic:
 def wrong_dimensions(span: Span, name: str, expected: str, given: int) -> Diagnostic:
     """BG206: the wrong number of dimensions
 
-    What: a type is used with more or fewer dimensions in brackets than it has.
-    Why: `Lock[5]` gives the model's `n` its value; each needs one.
+    What: a type is used with more or fewer dimensions in brackets than its declaration has.
+    Why: `Lock[5]` sets the model's `n` to 5; each dimension needs one value.
     Example: `lock : Lock[5, 2];` of `interface Lock[n]`
-    Way out: give as many as the declaration has.
+    Way out: give as many dimensions as the declaration has.
     """
     return error(
         "BG206",
         f"`{name}` takes {expected}, not {given}",
         span,
-        help="the dimensions in brackets are those of its declaration",
+        help="give as many dimensions in brackets as its declaration has",
     )
 
 
 def name_of_element(span: Span, name: str) -> Diagnostic:
     """BG207: a model with the name of an element
 
-    What: a model, interface or domain is called like a basic element: `R`, `C`, `J0`.
+    What: a model, interface or domain has the name of a basic element: `R`, `C`, `J0`.
 
-    Why: every part of that type would silently be something else.
+    Why: all parts of that type would silently change their meaning.
 
     Example: `model R { }`
 
-    Way out: give it another name. Values and parts may have these names: `param R = 2 ohm;`.
+    Way out: choose another name. Values and parts may have these names: `param R = 2 ohm;`.
     """
     return error(
         "BG207", f"`{name}` is the name of an element", span, help="give the model another name"
@@ -141,79 +143,82 @@ def name_of_element(span: Span, name: str) -> Diagnostic:
 
 
 def unknown_member(span: Span, name: str, owner: str, candidates: Iterable[str]) -> Diagnostic:
-    """BG210: a part, value or port that is not there
+    """BG210: a part, value or port that does not exist
 
-    What: the name after the dot is nothing that the part has.
-    Why: a path as `crane.boom.mass` goes from part to part.
+    What: the part has no member with the name after the dot.
+    Why: a path such as `crane.boom.mass` leads from a part to its members.
     Example: `observe crane.bom.mass;`
-    Way out: correct the name; what a model has is listed where it is declared.
+    Way out: correct the name; the model's declaration lists its members.
     """
     candidates = list(candidates)
     listing = ", ".join(f"`{c}`" for c in candidates[:12])
-    near = did_you_mean(name, candidates) or (f"it has {listing}" if listing else "it has none")
+    near = did_you_mean(name, candidates) or (
+        f"use one of its members: {listing}" if listing else "remove it: there are no members"
+    )
     return error("BG210", f"{owner} has no `{name}`", span, help=near)
 
 
 def unknown_name(span: Span, name: str, candidates: Iterable[str]) -> Diagnostic:
     """BG211: a name that is not declared
 
-    What: a name in an expression, a chain or a path is nothing that is visible here.
-    Why: a model sees its own values, parts and ports, and the constants of its file; what is
-    inside a part is reached by its path.
+    What: a name in an expression, a chain or a path is not visible here.
+    Why: a model sees its own values, parts and ports, and the constants of its file. The members of
+    a part are reached by their path.
     Example: `supply -> lop;`
-    Way out: correct the name, declare it, or give its path, as in `boom.mass`.
+    Way out: correct the name, declare it, or give its path, for example `boom.mass`.
     """
-    way_out = did_you_mean(name, candidates) or "declare it, or give its path, as in `boom.mass`"
+    way_out = (
+        did_you_mean(name, candidates) or "declare it, or give its path, for example `boom.mass`"
+    )
     return error("BG211", f"there is no `{name}` here", span, help=way_out)
 
 
 def part_by_equals(span: Span, name: str, type_name: str) -> Diagnostic:
-    """BG241: a part that is declared by `=`
+    """BG241: a part declared with `=`
 
-    What: a name that is not declared is given a type with `=`.
-    Why: `=` gives a value to what is declared; a part is declared by its name, a colon and its
-    type.
+    What: an undeclared name is given a type with `=`.
+    Why: `=` gives a value to a declared name; a part is declared by its name, a colon and its type.
     Example: `damper = R(3 N*s/m);`
     Way out: write `damper : R(3 N*s/m);`.
     """
-    return error("BG241", f"the part `{name}` is declared by `=`", span,
+    return error("BG241", f"the part `{name}` is declared with `=`", span,
                  help=f"write `{name} : {type_name}(..);`")  # fmt: skip
 
 
 def no_such_index(span: Span, name: str, index: Sequence[int], have: str) -> Diagnostic:
     """BG212: an index that an array does not have
 
-    What: the index names no part of the array.
-    Why: indices start at 1 and end at the last part made. `mass[4] : I(m);` makes the one part
-    `mass[4]`, not four.
+    What: the array has no part with this index.
+    Why: indices run from 1 to the last part made. `mass[4] : I(m);` makes the single part
+    `mass[4]`, not four parts.
     Example: `mass[0]`, or `mass[21]` of 20.
-    Way out: keep the index within the array; the ends of a `for` are both included.
+    Way out: keep the index within the array; a `for` includes both ends of its range.
     """
     at = ", ".join(str(i) for i in index)
     return error("BG212", f"`{name}[{at}]` does not exist: `{name}` has {have}", span,
-                 help="indices start at 1, and both ends of a range are included; a `for` makes "
-                 "several parts: `for i in 1..4 { mass[i] : I(m); }`")  # fmt: skip
+                 help="use an index of the array: the first is 1; to make several parts use `for`, "
+                 "which includes both ends: `for i in 1..4 { mass[i] : I(m); }`")  # fmt: skip
 
 
 def needs_index(span: Span, name: str, have: str) -> Diagnostic:
     """BG213: an array of parts where one part is needed
 
     What: an array of parts is used without an index.
-    Why: each of its parts is bonded and read on its own.
-    Example: `rail -> mass;` where `mass[1]` to `mass[20]` exist.
-    Way out: write an index, in a `for` if all are meant.
+    Why: each part is bonded and read separately.
+    Example: `rail -> mass;` with parts `mass[1]` to `mass[20]`.
+    Way out: write an index; to use all parts, write a `for`.
     """
-    return error("BG213", f"`{name}` is {have}: say which", span, help=f"write `{name}[1]`")
+    return error("BG213", f"`{name}` needs an index: it is {have}", span, help=f"write `{name}[1]`")
 
 
 def defined_by_itself(span: Span, names: Sequence[str]) -> Diagnostic:
     """BG214: a value that is defined in terms of itself
 
-    What: following the definitions from a value leads back to it.
-    Why: no order exists in which to compute them.
+    What: the definition of a value leads back to the value itself.
+    Why: no order exists in which to compute the values.
     Example: `let a = b + 1; let b = a;`
-    Way out: break the circle: make one of them a `state` with its `der`, or an `unknown` with
-    an `equation`.
+    Way out: break the circle: make one of them a `state` with its `der`, or an `unknown` with an
+    `equation`.
     """
     return error(
         "BG214",
@@ -224,13 +229,13 @@ def defined_by_itself(span: Span, names: Sequence[str]) -> Diagnostic:
 
 
 def no_value(span: Span, name: str, kind: str, asked: Span | None) -> Diagnostic:
-    """BG218: a value that nobody gives
+    """BG218: a value that is not given
 
     What: a `param` or `input` has neither a default nor an argument, or a `let`, `signal` or
     `output` has no definition.
-    Why: it is needed to compute the model.
+    Why: the model cannot be computed without it.
     Example: `model Beam { param length : m; }` used as `boom : Beam;`
-    Way out: give it where the part is made, `boom : Beam(length = 12 m);`, or a default.
+    Way out: give it where the part is made, `boom : Beam(length = 12 m);`, or write a default.
     """
     way = {
         "param": f"give it where the part is made: `({name} = ..)`, or write a default",
@@ -245,10 +250,10 @@ def no_value(span: Span, name: str, kind: str, asked: Span | None) -> Diagnostic
 
 
 def given_twice(span: Span, name: str, first: Span) -> Diagnostic:
-    """BG220: a value that is given twice
+    """BG220: a value given twice
 
     What: an argument, a definition, a `set`, `use` or `drive` gives the same thing again.
-    Why: which of the two is meant could not be told.
+    Why: the two may contradict each other.
     Example: `R(2 ohm, resistance = 3 ohm)`
     Way out: remove one.
     """
@@ -267,9 +272,9 @@ def given_twice(span: Span, name: str, first: Span) -> Diagnostic:
 def unknown_argument(span: Span, name: str, owner: str, candidates: Iterable[str]) -> Diagnostic:
     """BG230: an argument that the type does not have
 
-    What: the name before `=` is no parameter, input or slot of the model, or no argument of
+    What: the name before `=` is not a parameter, input or slot of the model, or not an argument of
     the element.
-    Why: arguments are given by name.
+    Why: arguments are matched by name.
     Example: `Beam(lenght = 12 m)`
     Way out: correct the name.
     """
@@ -280,7 +285,12 @@ def unknown_argument(span: Span, name: str, owner: str, candidates: Iterable[str
         "BG230",
         f"{owner} takes no argument `{name}`",
         span,
-        help=near or (f"it takes {listing}" if listing else "it takes none"),
+        help=near
+        or (
+            f"use one of its arguments: {listing}"
+            if listing
+            else "remove it: it takes no arguments"
+        ),
     )
 
 
@@ -288,78 +298,81 @@ def cannot_be_given(span: Span, name: str, kind: str) -> Diagnostic:
     """BG231: an argument for something that cannot be given
 
     What: the argument names a `let`, a `signal`, a `state` or a plain part of the model.
-    Why: from outside only parameters, constants, inputs and slots are given.
+    Why: only parameters, constants, inputs and slots can be given from outside.
     Example: `Pendulum(angle = 30 deg)` where `state angle = 0;`
     Way out: declare a `param` in the model and use it there: `param angle0 = 0; state angle =
-    angle0;`
+    angle0;`.
     """
     return error(
         "BG231",
-        f"`{name}` is a {kind} of the model, and cannot be given from outside",
+        f"`{name}` is a {kind} of the model and cannot be given from outside",
         span,
-        help="only a param, const, input or slot can; declare a `param` and use it there",
+        help="declare a `param` in the model and use it there; only a param, const, input or slot "
+        "can be given",
     )
 
 
 def positional_argument(span: Span, owner: str, candidates: Iterable[str]) -> Diagnostic:
     """BG232: an argument without its name
 
-    What: an argument of a model is given without a name.
-    Why: only basic elements take an argument by its place: `R(2 ohm)`.
+    What: an argument of a model has no name.
+    Why: only basic elements take an argument by position: `R(2 ohm)`.
     Example: `boom : Beam(12 m);`
     Way out: write the name: `boom : Beam(length = 12 m);`
     """
     names = [f"`{c} = ..`" for c in list(candidates)[:6]]
     return error(
         "BG232",
-        f"the arguments of {owner} are given by name",
+        f"the arguments of {owner} must be given by name",
         span,
-        help=f"write {' or '.join(names)}" if names else "it takes none",
+        help=f"write the name: {', '.join(names)}" if names else "remove it: it takes no arguments",
     )
 
 
 def slot_not_filled(span: Span, name: str, interface: str, models: Sequence[str]) -> Diagnostic:
     """BG233: a slot without a model in it
 
-    What: a part's type is an interface, and nothing says which model fills it.
-    Why: an interface only lists what a model must have.
+    What: a part's type is an interface, and no model is chosen for it.
+    Why: an interface only lists the members that a model must have.
     Example: `lock : Lock[5];`
-    Way out: a default, `lock : Lock[5] = Rigid[5];`, an argument, or `use` in the scene.
+    Way out: write a default, `lock : Lock[5] = Rigid[5];`, give an argument, or write `use` in the
+    scene.
     """
     fitting = ", ".join(f"`{m}`" for m in models[:8])
     return error(
         "BG233",
-        f"nothing fills the slot `{name}`",
+        f"the slot `{name}` has no model",
         span,
         help=f"write a default, `{name} : {interface} = ..;`, or `use` in the scene"
-        + (f"; fitting: {fitting}" if fitting else ""),
+        + (f"; these models fit: {fitting}" if fitting else ""),
     )
 
 
 def does_not_fit(span: Span, model: str, interface: str, models: Sequence[str]) -> Diagnostic:
-    """BG234: a model in a slot that it does not fit
+    """BG234: a model that does not fit its slot
 
-    What: the model that fills a slot is not declared to be what the slot asks for.
-    Why: whoever uses the slot relies on what its interface lists.
+    What: the model given for a slot is not declared to be the slot's interface.
+    Why: the users of a slot rely on the members that its interface lists.
     Example: `use crane.elbow.lock = Beam;`
     Way out: use a model that `is` the interface, or declare that this one is.
     """
     fitting = ", ".join(f"`{m}`" for m in models[:8])
     return error(
         "BG234",
-        f"`{model}` is no `{interface}`",
+        f"`{model}` is not a `{interface}`",
         span,
-        help=f"fitting: {fitting}"
+        help=f"use a model that fits: {fitting}"
         if fitting
         else f"declare `model {model} is {interface}` if it is one",
     )
 
 
 def not_a_slot(span: Span, name: str, what: str) -> Diagnostic:
-    """BG235: `use` of something that is no slot
+    """BG235: `use` of something that is not a slot
 
-    What: `use` names a part or value that is not replaceable.
-    Why: only a slot, a part declared with an interface or a default after `=`, can be filled.
+    What: `use` names a part or value that is not a slot.
+    Why: a slot is a part declared with an interface, or with a default after `=`; only a slot can
+    be filled.
     Example: `use crane.boom = Beam;` where `boom : Beam(..);`
     Way out: declare the part as a slot: `boom : Link = Beam(..);`; for a number use `set`.
     """
@@ -367,17 +380,17 @@ def not_a_slot(span: Span, name: str, what: str) -> Diagnostic:
         "BG235",
         f"`{name}` is {what}, not a slot",
         span,
-        help="a slot is declared as `name : Interface = Default;`",
+        help="declare it as a slot: `name : Interface = Default;`",
     )
 
 
 def interface_misses(
     span: Span, model: str, interface: str, missing: str, place: Span
 ) -> Diagnostic:
-    """BG236: a model that lacks what its interface lists
+    """BG236: a model without a member of its interface
 
-    What: the model `is` an interface, but has no member of that kind and name.
-    Why: whoever uses a slot of this interface relies on it.
+    What: the model `is` an interface, but lacks one of its members.
+    Why: the users of a slot rely on the members that its interface lists.
     Example: `interface Lock[n] { port p[n]; output d[n]; }` and a model without `d`.
     Way out: add the member, or remove the `is`.
     """
@@ -385,7 +398,7 @@ def interface_misses(
         "BG236",
         f"`{model}` is declared to be a `{interface}`, but has no {missing}",
         span,
-        labels=[Label(place, "asked for here")],
+        labels=[Label(place, "required here")],
         help="add it to the model",
     )
 
@@ -394,20 +407,23 @@ def type_expected(span: Span, slot: str) -> Diagnostic:
     """BG237: something other than a type given to a slot
 
     What: the argument or `use` of a slot is an expression.
-    Why: a slot is filled by a model.
+    Why: only a model can fill a slot.
     Example: `elbow : Revolute(lock = 3);`
     Way out: name a model: `lock = Rigid[5]`.
     """
     return error(
-        "BG237", f"`{slot}` is a slot, and takes a model", span, help="as in `lock = Rigid[5]`"
+        "BG237",
+        f"`{slot}` is a slot and takes a model",
+        span,
+        help=f"name a model, as in `{slot} = Rigid[5]`",
     )
 
 
 def misplaced_in_loop(span: Span, kind: str) -> Diagnostic:
-    """BG238: a declaration that cannot stand in a `for`
+    """BG238: a declaration that is not allowed in a `for`
 
     What: a `param`, `state`, `input`, `output`, `unknown` or port is declared inside a `for`.
-    Why: it would be declared once for every turn, under one name.
+    Why: each iteration would declare it again under the same name.
     Example: `for i in 1..3 { state x = 0; }`
     Way out: declare it before the loop with a dimension, `state x[3] = 0;`, and index it.
     """
@@ -424,8 +440,8 @@ def range_excludes(
 ) -> Diagnostic:
     """BG239: a parameter outside its own range
 
-    What: the value given to a parameter lies outside the range after `in`.
-    Why: the author of the model says where it holds.
+    What: the value of a parameter is outside the range after `in`.
+    Why: the author of the model declares for which values it holds.
     Example: `param mass = 1 t in 0 t .. 100 t;` with `set boom.mass = 200 t;`
     Way out: give a value within the range.
     """
@@ -436,9 +452,9 @@ def range_excludes(
 
 
 def empty_range(span: Span, name: str, low: float, high: float) -> Diagnostic:
-    """BG240: a range with nothing in it
+    """BG240: an empty range
 
-    What: the first end of a parameter's range is above the second.
+    What: the lower end of a parameter's range is above the upper end.
     Why: no value would be allowed.
     Example: `param mass = 1 t in 100 t .. 0 t;`
     Way out: write the lower end first.
