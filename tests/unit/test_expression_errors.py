@@ -138,7 +138,7 @@ def test_long_sums_are_no_nesting() -> None:
         ("2 kg + 3 m", "cannot add a length (m) to a mass (kg)"),
         ("2 kg - 3 m", "cannot subtract a length (m) from a mass (kg)"),
         ("2 kg == 3 m", "cannot compare a mass (kg) with a length (m)"),
-        ("v + [1, 2]", "a vector of 3 and a vector of 2 do not go together in a sum"),
+        ("v + [1, 2]", "a vector of 3 and a vector of 2 have different shapes in a sum"),
         (
             "[1 m, 2 m] - [1 m, 2 s]",
             "cannot subtract a time (s) from a length (m), in component [2]",

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from bgc.diagnostics.catalogue import graph, laws, names
+from bgc.diagnostics.catalogue import graph, laws, names, with_article
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.elaboration.instances.faces import Face, Joint, Net, WideBond
 from bgc.elaboration.instances.instantiate import note, note_of
@@ -168,7 +168,7 @@ def _target(world: World, env: Environment, expr: syntax.Expr) -> Target | None:
             )
             return world.builder.build(part_at(base, index, expr.span))
         case _:
-            raise BgError([graph.cannot_be_bonded(expr.span, path_of(expr), "no part or port")])
+            raise BgError([graph.cannot_be_bonded(expr.span, path_of(expr), "not a part or port")])
 
 
 def _member_target(world: World, env: Environment, expr: syntax.Member) -> Target:
@@ -187,10 +187,10 @@ def _member_target(world: World, env: Environment, expr: syntax.Member) -> Targe
         case PartArray():
             raise BgError([names.needs_index(expr.span, base.path, base.description)])
         case Element():
-            what = f"no port: `{path_of(expr.base)}` is a {base.kind}"
+            what = f"not a port (`{path_of(expr.base)}` is {with_article(base.kind)})"
             raise BgError([graph.cannot_be_bonded(expr.span, path, what)])
         case _:
-            raise BgError([graph.cannot_be_bonded(expr.span, path, "no part or port")])
+            raise BgError([graph.cannot_be_bonded(expr.span, path, "not a part or port")])
 
 
 def _slice(world: World, env: Environment, expr: syntax.Index) -> tuple[int, ...]:
