@@ -66,7 +66,7 @@ def test_two_efforts_on_one_junction_conflict() -> None:
     (diagnostic,) = caught.value.diagnostics
     assert diagnostic.code == "BG501"
     assert "`first` and `second` both set the same effort" in diagnostic.message
-    assert diagnostic.note == "they meet along first - node - second"
+    assert diagnostic.note == "they are connected through first - node - second"
 
 
 def test_two_flows_on_one_junction_conflict() -> None:

@@ -44,11 +44,11 @@ def test_both_causes_and_the_way_between_them_are_underlined(tmp_path):
     assert marked(diagnostic) == {
         "battery": "`battery` sets the effort here",
         "line": "`line` has one effort",
-        "gear": "`gear` passes the effort on",
+        "gear": "`gear` passes on the effort",
         "bus": "`bus` has one effort",
         "charger": "`charger` sets the effort too",
     }
-    assert diagnostic.note == "they meet along battery - line - gear - bus - charger"
+    assert diagnostic.note == "they are connected through battery - line - gear - bus - charger"
 
 
 def test_the_fault_and_what_is_said_of_it_share_a_line(tmp_path):
@@ -68,7 +68,7 @@ def test_a_gyrator_on_the_way_makes_a_flow_of_an_effort(tmp_path):
     )
     said = marked(diagnostic)
     assert said["feed"] == "`feed` sets the flow here"
-    assert said["machine"] == "`machine` makes the effort of it"
+    assert said["machine"] == "`machine` turns it into the effort"
     assert said["node"] == "the efforts add up at `node`"
 
 
@@ -83,7 +83,7 @@ def test_the_way_runs_where_the_variables_meet_and_not_past_a_resistor(tmp_path)
           one -> field[1]; two -> field[2];
         }""",
     )
-    assert diagnostic.note == "they meet along a - one - gear - far - two - b"
+    assert diagnostic.note == "they are connected through a - one - gear - far - two - b"
 
 
 def chain(stages: int) -> str:
@@ -114,7 +114,7 @@ def test_parts_of_one_declaration_are_told_once(tmp_path):
         }""",
     )
     said = marked(diagnostic)
-    assert said["gear"] == "`s1.gear` passes the flow on, and so on for 2 more"
+    assert said["gear"] == "`s1.gear` passes on the flow, and so on for 2 more"
     assert set(said) == {"first", "gear", "hub", "last"}
 
 

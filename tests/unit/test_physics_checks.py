@@ -69,10 +69,10 @@ def test_passive_laws_pass(element):
 @pytest.mark.parametrize(
     ("element", "message"),
     [
-        ("R { e = 3*f^2; }", "at f = -1 its law gives e = 3, which is 3 W out"),
-        ("R { e = 2 + f; }", "at f = -1 its law gives e = 1, which is 1 W out"),
-        ("R { e = f*(5 - f); }", "at f = 10 its law gives e = -50, which is 500 W out"),
-        ("R { f = e^3 - 4*e; }", "at e = 1 its law gives f = -3, which is 3 W out"),
+        ("R { e = 3*f^2; }", "at f = -1 its law gives e = 3, that is 3 W"),
+        ("R { e = 2 + f; }", "at f = -1 its law gives e = 1, that is 1 W"),
+        ("R { e = f*(5 - f); }", "at f = 10 its law gives e = -50, that is 500 W"),
+        ("R { f = e^3 - 4*e; }", "at e = 1 its law gives f = -3, that is 3 W"),
         ("MR { e = (time - 1)*f^3; }", "at the start, and at f = 1 its law gives e = -1, "),
     ],
 )
@@ -83,7 +83,7 @@ def test_nonlinear_laws_are_tried(element, message):
 
 def test_a_law_that_turns_active_far_out_is_found():
     (found,) = warnings_of("R { e = f*(50 - abs(f)); }")
-    assert "at f = 100 its law gives e = -5000, which is 5e+05 W out" in found.message
+    assert "at f = 100 its law gives e = -5000, that is 5e+05 W" in found.message
 
 
 def test_units_stand_beside_the_numbers_where_they_are_known():
@@ -92,7 +92,7 @@ def test_units_stand_beside_the_numbers_where_they_are_known():
         "scene s of M { observe x.e; run 1 s; }"
     )
     (found,) = check_physics(elaborate(load_text(text)))
-    assert "at f = -1 m/s its law gives e = 3 N, which is 3 W out" in found.message
+    assert "at f = -1 m/s its law gives e = 3 N, that is 3 W" in found.message
     assert "at f = -1 its law" in warnings_of("R { e = 3*f^2; }")[0].message
 
 
@@ -174,7 +174,7 @@ def test_the_published_damping_of_gunnerus_is_active(scene, count):
     (found,) = check_physics(graph)
     eigenvalues, vectors = np.linalg.eigh(damping_of(graph))
     assert (eigenvalues < 0).sum() == count
-    assert found.code == "BG462" and "`ship.damping` makes power" in found.message
+    assert found.code == "BG462" and "`ship.damping` supplies power" in found.message
     assert f"{eigenvalues[0]:.6g} along" in found.message
     ned = np.array([1, -1, -1, 1, -1, -1])
     along = ned * vectors[:, 0]

@@ -12,7 +12,7 @@ from bgc.diagnostics.source import Span
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """An element on the way between others: its name, its kind (`J0`, `TF`, ..), its place."""
+    """An element on a path between others: its name, its kind (`J0`, `TF`, ..), its place."""
 
     name: str
     kind: str
@@ -24,13 +24,13 @@ def causal_conflict(
 ) -> Diagnostic:
     """BG501: two sources prescribe the same variable
 
-    What: two sources both set one flow, or both set one effort, along a rigid path of
-    junctions and transformers.
-    Why: each would impose its own value; unless they agree for ever there is no solution, and
-    if they do, what each contributes cannot be told.
+    What: two sources set the same flow, or the same effort, along a rigid path of junctions and
+    transformers.
+    Why: each imposes its own value: there is no solution unless the two always agree, and then the
+    share of each is undetermined.
     Example: two `Se` on one `J0`.
-    Way out: remove one of them, or put an element between them that can give way: an R
-    (the inner resistance of a source) or a C.
+    Way out: remove one of the sources, or put an R (the inner resistance of a source) or a C
+    between them.
     """
     labels = [Label(first.span, f"`{first.name}` sets {_set_by(first)} here")]
     variable = _set_by(first)
@@ -44,7 +44,7 @@ def causal_conflict(
         "BG501",
         f"`{first.name}` and `{second.name}` both set the same {what}",
         second.span,
-        note=f"they meet along {' - '.join(_shortened(way))}",
+        note=f"they are connected through {' - '.join(_shortened(way))}",
         labels=underlined(labels),
         help="remove one of them, or put an R or a C between them",
     )
@@ -55,20 +55,20 @@ def _set_by(source: Connection) -> str:
 
 
 def _passing(connection: Connection, variable: str) -> str:
-    """What a rigid connection does to the variable on its way."""
+    """Describe the effect of a rigid connection on the variable that passes through it."""
     match connection.kind, variable:
         case ("J0", "the effort") | ("J1", "the flow"):
             return f"`{connection.name}` has one {variable[4:]}"
         case (("J0" | "J1"), _):
             return f"{variable}s add up at `{connection.name}`"
         case "GY", _:
-            return f"`{connection.name}` makes {variable} of it"
+            return f"`{connection.name}` turns it into {variable}"
         case _:
-            return f"`{connection.name}` passes {variable} on"
+            return f"`{connection.name}` passes on {variable}"
 
 
 def _shortened(way: Sequence[str], most: int = 9) -> list[str]:
-    """A long way without its middle."""
+    """Shorten a long path by leaving out its middle."""
     if len(way) <= most:
         return list(way)
     half = most // 2
@@ -80,12 +80,12 @@ def rigid_chain(
 ) -> Diagnostic:
     """BG502: a closed chain of rigid connections
 
-    What: junctions and transformers close a chain whose flows could only be found by dividing
-    by a modulus that depends on the state, and so may vanish during the run.
-    Why: at the position where the modulus is zero the chain locks or loses its drive; equations
-    that divide by it are wrong there without a sign.
-    Example: a four-bar linkage all of whose joints are rigid.
-    Way out: make one connection compliant: a C (with an R in parallel) at one of the joints.
+    What: junctions and transformers form a closed chain. Its flows could only be found by dividing
+    by a modulus that depends on the state and may become zero.
+    Why: where the modulus is zero the chain locks or loses its drive, and equations that divide by
+    it are wrong without a warning.
+    Example: a four-bar linkage with all joints rigid.
+    Way out: make one joint compliant: use a C with an R in parallel.
     """
     through = _names_of(transformers or others)
     labels = [Label(c.span, f"the modulus of `{c.name}` is in the chain") for c in transformers] + [
@@ -99,44 +99,46 @@ def rigid_chain(
         if transformers and others
         else "",
         labels=underlined(labels),
-        help="make one of its connections compliant: a C with an R in parallel",
+        help="make one of the connections compliant: use a C with an R in parallel",
     )
 
 
 def _names_of(connections: Sequence[Connection]) -> list[str]:
-    """Their names, each once: components of a wide element may share one."""
+    """List the names once each: components of a wide element may share a name."""
     return list(dict.fromkeys(connection.name for connection in connections))
 
 
 def zero_modulus(span: Span, name: str) -> Diagnostic:
     """BG503: a modulus that is zero
 
-    What: the flows around a transformer or gyrator can only be found by dividing by its
-    modulus, which is zero at the given value of its parameters.
-    Why: a connection with modulus zero carries nothing over.
+    What: the flows around a transformer or gyrator could only be found by dividing by its modulus,
+    and the modulus is zero for the given parameters.
+    Why: a transformer or gyrator with modulus zero transmits nothing.
     Example: `param n = 0; gear : TF(n);`
-    Way out: give the parameter a value other than zero, or leave the element out.
+    Way out: give the parameters a value that makes the modulus nonzero, or remove the element.
     """
     return error(
         "BG503",
         f"the modulus of `{name}` is zero",
         span,
-        help="give its parameters a value that makes it nonzero, or leave the element out",
+        help="give its parameters a value that makes it nonzero, or remove the element",
     )
 
 
 def redundant_structure(span: Span, names: Sequence[str]) -> Diagnostic:
-    """BG504: a connection that is there twice
+    """BG504: a redundant connection
 
-    What: what a junction or transformer demands of the flows already follows from others.
-    Why: how the parallel connections share the effort between them is not determined.
+    What: a constraint that a junction or transformer puts on the flows already follows from other
+    connections.
+    Why: the share of each parallel connection in the effort between them is undetermined.
     Example: two `J0` joined by two bonds.
-    Way out: remove one of the parallel connections. If only one of their efforts matters to
-    nobody, nothing needs to be done.
+    Way out: remove one of the parallel connections. If the share does not matter, the warning can
+    be ignored.
     """
     return warning(
         "BG504",
-        f"{listed(names)} demand the same twice: how they share the effort is not determined",
+        f"{listed(names)} constrain the same flow twice: their shares of the effort are "
+        "undetermined",
         span,
         help="remove one of the parallel connections",
     )
@@ -146,23 +148,25 @@ def bond_loop(span: Span, name: str) -> Diagnostic:
     """BG505: a loop of bonds between junctions
 
     What: a bond closes a loop of junctions of one kind.
-    Why: any amount could circulate in the loop without an effect elsewhere.
+    Why: any amount can circulate in the loop without an effect elsewhere.
     Example: two `J1` joined by two bonds.
-    Way out: remove the bond.
+    Way out: remove the bond, or merge the junctions into one.
     """
     return warning(
         "BG505",
-        f"the bond `{name}` closes a loop of junctions: what circulates in it is not determined",
+        f"the bond `{name}` closes a loop of junctions: the flow or effort around it is "
+        "undetermined",
         span,
-        help="remove the bond, or make one junction of it",
+        help="remove the bond, or merge the junctions into one",
     )
 
 
 def nothing_determines(span: Span, name: str, what: str) -> Diagnostic:
     """BG506: a variable that nothing determines
 
-    What: a flow or an effort is asked for, or needed, that the model leaves open.
-    Why: no element at these bonds stores, dissipates or drives it, or it may circulate.
+    What: a flow or effort that is observed or needed is left open by the model.
+    Why: no element at these bonds stores, dissipates or supplies energy, or the variable can
+    circulate freely.
     Example: the flow of a `J1` whose two bonds lead to the same `J0`.
     Way out: connect an element to the junction, or do not observe the variable.
     """
@@ -170,39 +174,39 @@ def nothing_determines(span: Span, name: str, what: str) -> Diagnostic:
         "BG506",
         f"nothing determines the {what} of `{name}`",
         span,
-        help="connect an element there, or do not ask for it",
+        help="connect an element there, or do not observe the variable",
     )
 
 
 def indeterminate(span: Span, name: str, what: str) -> Diagnostic:
     """BG507: a part of the graph without an element
 
-    What: no element at these bonds stores, dissipates or drives anything.
-    Why: what flows there is not determined; it has no effect elsewhere.
-    Example: two junctions joined to nothing but each other.
+    What: no element at these bonds stores, dissipates or supplies energy.
+    Why: the flow or effort there is undetermined; it has no effect elsewhere.
+    Example: two junctions that are bonded only to each other.
     Way out: connect an element, or remove the junctions.
     """
     return warning(
         "BG507",
         f"nothing determines the {what} of `{name}`",
         span,
-        help="connect an element there, or remove it",
+        help="connect an element there, or remove the junction",
     )
 
 
 def source_without_load(span: Span, name: str, what: str) -> Diagnostic:
-    """BG508: a source that nothing answers to
+    """BG508: a source without a load
 
-    What: a source sets the effort of junctions without any other element, or the flow into
-    them.
-    Why: a source of effort on nothing but a junction of common flow is a short circuit, a
-    source of flow on nothing but a junction of common effort has no way out.
+    What: a source sets the effort of a junction of common flow, or the flow into a junction of
+    common effort, and no other element is connected there.
+    Why: the first is a short circuit, the second an open circuit: the other variable has no finite
+    value.
     Example: `supply : Se(e = 5 V); loop : J1; supply -> loop;`
-    Way out: connect the element that should answer: an R, I or C.
+    Way out: connect a load to the junction: an R, I or C.
     """
     return error(
         "BG508",
-        f"nothing answers to the {what} that `{name}` sets",
+        f"`{name}` sets the {what} of a junction without a load",
         span,
         help="connect an R, I or C to the junction",
     )
@@ -215,14 +219,14 @@ def singular_loop(
     solutions: str,
     places: Sequence[Label] = (),
 ) -> Diagnostic:
-    """BG520: an algebraic loop without a single solution
+    """BG520: an algebraic loop without a unique solution
 
-    What: variables depend on each other in a circle, and the equations of the circle have no
-    solution, or infinitely many; the message says which where that can be told.
-    Why: the loop adds up to nothing, for example a feedback of exactly one. What is left of its
-    equations then is either a contradiction or says nothing.
+    What: variables depend on each other in a loop, and its equations have no solution or infinitely
+    many. The message names the case if it is known.
+    Why: the terms of the loop cancel, for example with a feedback gain of exactly one. The
+    remaining equation is a contradiction, or it is always true.
     Example: `MSe(e = junction.f * R)` that cancels a resistance R. With a capacitor on the same
-    junction no flow balances it; with nothing else there any flow does.
+    junction there is no solution; with nothing else there any flow is a solution.
     Way out: break the loop with a storage element, or change the values in it.
     """
     which = {
@@ -230,25 +234,25 @@ def singular_loop(
         "many": "has infinitely many solutions",
         "unclear": "has no solution or infinitely many",
     }[solutions]
-    note = f"its laws are those of {listed(elements)}" if elements else ""
+    note = f"the laws in the loop are those of {listed(elements)}" if elements else ""
     return error(
         "BG520",
         f"the algebraic loop through {listed(bonds)} {which}",
         span,
         note=note,
         labels=underlined(places),
-        help="break it with a storage element, or remove what cancels in it",
+        help="break the loop with a storage element, or change the terms that cancel",
     )
 
 
 def derivative_loop(span: Span, names: Sequence[str]) -> Diagnostic:
     """BG521: a loop through the rate of a dependent variable
 
-    What: the effort of a dependent inertia (or the flow of a dependent compliance) decides on
-    the rate that it is computed from.
-    Why: that effort is known only after the rates of all states are.
+    What: the effort of a dependent inertia (or the flow of a dependent compliance) influences the
+    rate from which it is computed.
+    Why: that effort is known only after the rates of all states.
     Example: a source whose effort follows the inertia force of a rigidly driven mass.
-    Way out: observe the effort at another element, or put a C between the source and the mass.
+    Way out: take the signal from another element, or put a C between the source and the mass.
     """
     return error(
         "BG521",
@@ -259,34 +263,34 @@ def derivative_loop(span: Span, names: Sequence[str]) -> Diagnostic:
 
 
 def rate_unknown(span: Span, name: str) -> Diagnostic:
-    """BG522: a rate that is not known
+    """BG522: an unknown rate
 
-    What: an effort or flow is needed that depends on how fast a device's input, or the
-    unknown of an algebraic loop, changes.
-    Why: a sampled input has no rate, and that of a loop's unknown is not computed.
+    What: an effort or flow depends on the rate of change of a device's input or of an unknown of an
+    algebraic loop.
+    Why: a sampled input has no rate, and the rate of a loop's unknown is not computed.
     Example: the force of an `Sf` driven by a device on a rigid mass.
-    Way out: do not ask for the variable (nor for the energy supplied), or put a virtual
-    coupling (a C with an R in parallel) behind the device.
+    Way out: put a virtual coupling (a C with an R in parallel) behind the device, or do not observe
+    the variable or the supplied energy.
     """
     return error(
         "BG522",
-        f"the reaction at `{name}` needs a rate that is not known",
+        f"the reaction at `{name}` needs an unknown rate",
         span,
-        note="it follows a device's input, or the unknown of an algebraic loop, rigidly",
-        help="put a C with an R in parallel in between, or do not ask for the variable",
+        note="it is rigidly coupled to a device's input or to an unknown of an algebraic loop",
+        help="put a C with an R in parallel in between, or do not observe the variable",
     )
 
 
 def gyrator_loop(gyrators: Sequence[Connection], bonds: Sequence[str]) -> Diagnostic:
-    """BG523: an odd loop of gyrators that leaves a flow open
+    """BG523: an odd loop of gyrators that cannot be solved
 
-    What: a loop with an odd number of gyrators leaves a direction of flow on which the gyrators
-    have no say, and no storage element or resistance decides on it either; or it could only be
-    found by dividing by moduli that may vanish.
-    Why: the balance on that flow is a condition on sources alone, which holds never or always.
-    (With storage in the loop it is a condition on what is stored, which is merged.)
-    Example: three gyrators in a ring between three junctions with nothing but an `Se` each.
-    Way out: put an R, C or I into the loop, which every real one has, or leave a gyrator out.
+    What: a loop with an odd number of gyrators leaves one direction of flow undetermined: neither
+    the gyrators, nor storage, nor a resistance fixes it. Or it could only be found by dividing by
+    moduli that may become zero.
+    Why: the balance in that direction then constrains only the sources, so it holds either never or
+    always. (Storage in the loop avoids this: the stored quantities are merged.)
+    Example: three gyrators in a ring between three junctions that carry only an `Se` each.
+    Way out: put an R, C or I into the loop, as every real loop has, or remove a gyrator.
     """
     first, *others = gyrators
     return error(
@@ -295,47 +299,47 @@ def gyrator_loop(gyrators: Sequence[Connection], bonds: Sequence[str]) -> Diagno
         first.span,
         labels=[Label(g.span, f"`{g.name}` is in the loop") for g in others],
         note=f"it leaves {listed(bonds)} undetermined",
-        help="put an R, C or I into the loop, or leave one of the gyrators out",
+        help="put an R, C or I into the loop, or remove one of the gyrators",
     )
 
 
 def not_invertible(span: Span, variable: str, elements: Sequence[str], why: str) -> Diagnostic:
-    """BG524: a law that cannot be turned round
+    """BG524: a law that cannot be inverted
 
-    What: the graph gives the variable that a law computes, and asks for the one that it is
-    computed from; but the law is the same for a value and its opposite, or for a whole range.
-    Why: there are then two or infinitely many answers, and no reason to take one of them.
-    Example: `R { e = k*f^2; }` on a junction whose effort a source sets, or a valve that is
-    closed for a range of efforts on one whose flow a source sets.
-    Way out: write the law with its sign (`k*f*abs(f)`), with a small leak where it is flat, or
-    the other way round (`f = ...` instead of `e = ...`).
+    What: a law computes a variable that the graph already gives, so it must be inverted. It has the
+    same value for an argument and its opposite, or over a whole range.
+    Why: the inverse would have two or infinitely many values.
+    Example: `R { e = k*f^2; }` on a junction where a source sets the effort, or a valve with a
+    closed range where a source sets the flow.
+    Way out: write the law with its sign (`k*f*abs(f)`), add a small leak where it is flat, or write
+    it the other way round (`f = ...` instead of `e = ...`).
     """
     return error(
         "BG524",
-        f"the law of {listed(elements)} cannot be turned round: it is {why}",
+        f"the law of {listed(elements)} cannot be inverted: it is {why}",
         span,
-        note=f"`{variable}` is asked for",
-        help="write it with its sign, as `f*abs(f)`, give it a small slope, or write it the"
-        " other way round",
+        note=f"it would have to give `{variable}`",
+        help="write the law with its sign, for example `f*abs(f)`, give it a small slope, or write "
+        "it the other way round",
     )
 
 
 def singular_equations(span: Span, names: Sequence[str]) -> Diagnostic:
     """BG531: equations that do not determine their unknowns
 
-    What: an equation holds none of the unknowns and rates that are left for it.
-    Why: some unknown then stays open, and some equation contradicts or repeats others.
+    What: an equation contains none of the unknowns and rates that remain for it.
+    Why: one unknown is then undetermined, and some equations contradict or repeat each other.
     Example: `unknown a; unknown b; equation a = 1; equation 2*a = 3;`
-    Way out: check which equation is meant for which unknown. A constraint between states alone, as
-    `x^2 + y^2 = 1` for the force in a rod, does not hold what it determines: differentiate it
-    until it does (index 1), or make the constraint a stiff spring.
+    Way out: check which equation determines which unknown. A constraint between states alone, for
+    example `x^2 + y^2 = 1` for the force in a rod, does not contain its unknown: differentiate it
+    until it does (index 1), or replace it by a stiff spring.
     """
     return error(
         "BG531",
         f"the equations do not determine {listed(names)}",
         span,
-        help="check which equation is meant for which unknown; differentiate a constraint between "
-        "states until it holds one",
+        help="check which equation determines which unknown; differentiate a constraint between "
+        "states until it contains an unknown or a rate",
     )
 
 
@@ -343,23 +347,23 @@ def invalid_initial(span: Span | None, name: str) -> Diagnostic:
     """BG532: an initial value that depends on itself
 
     What: the initial values of states depend on each other in a circle.
-    Why: none of them can be computed first.
+    Why: no order exists in which to compute them.
     Example: `state a = b; state b = a;`
-    Way out: give one of them a value of its own.
+    Way out: give one of the states an initial value that does not depend on the others.
     """
     return error(
         "BG532",
         f"the initial value of `{name}` depends on itself",
         span,
-        help="give one of the states in the circle a value of its own",
+        help="give one of the states in the circle an independent initial value",
     )
 
 
 def rate_not_linear(span: Span) -> Diagnostic:
     """BG533: an equation that is not linear in the rates
 
-    What: an `equation` holds a `der(x)` in a product with a state, or inside a function.
-    Why: the rates enter by a mass matrix of constants and parameters.
+    What: an `equation` contains `der(x)` multiplied by a state or inside a function.
+    Why: the equations have the form M der(x) = f, with M of constants and parameters.
     Example: `equation x*der(x) = 1;`
     Way out: declare the rate as an unknown: `unknown w; der(x) = w; equation x*w = 1;`
     """

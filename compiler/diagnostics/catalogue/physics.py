@@ -1,4 +1,4 @@
-"""Diagnostics of laws that no passive part could have: warnings, errors under `--strict`."""
+"""Diagnostics of laws that are not passive: warnings, and errors under `--strict`."""
 
 from __future__ import annotations
 
@@ -14,17 +14,16 @@ def not_symmetric(
 ) -> Diagnostic:
     """BG445: a storage field that is not symmetric
 
-    What: the matrix of a C or I field is not symmetric. Of a nonlinear law with several ports it
-    is the matrix of slopes, as `de[1]/dq[2]` against `de[2]/dq[1]`.
+    What: the matrix of a C or I field is not symmetric. For a nonlinear law with several ports this
+    is the matrix of slopes: `de[1]/dq[2]` differs from `de[2]/dq[1]`.
 
-    Why: then there is no energy that it stores: round a closed path in its state it would make
-    power out of nothing (Maxwell's reciprocity).
+    Why: such a law has no stored energy: a closed path in its state space would create energy
+    (Maxwell's reciprocity).
 
     Example: `field : C[2](stiffness = [[3, 2], [0, 3]]);`
 
-    Way out: correct the matrix, or give the energy, `C[2] { H = ..; }`, from which a law is
-    derived that is symmetric by construction. What turns power round without storing it is an
-    MGY with a skew matrix.
+    Way out: correct the matrix, or give the energy, `C[2] { H = ..; }`; the law derived from it is
+    symmetric. An MGY with a skew matrix exchanges power without storing it.
     """
     row, column = place
     return warning(
@@ -33,119 +32,119 @@ def not_symmetric(
         f"[{column}, {row}] is {mirror:.6g}, a difference of {entry - mirror:.6g}",
         span,
         note="a storage element whose matrix is not symmetric has no energy",
-        help="correct the matrix, or give the energy, `{ H = ..; }`; what only turns power round "
-        "is an MGY with a skew matrix",
+        help="correct the matrix, or give the energy, `{ H = ..; }`; to exchange power without "
+        "storing it use an MGY with a skew matrix",
     )
 
 
 def negative_value(span: Span | None, name: str, what: str, value: float, when: str) -> Diagnostic:
     """BG460: a negative resistance, inertia or compliance
 
-    What: the number of a one-port R, C or I, or an entry of a diagonal matrix, is negative.
+    What: the value of a one-port R, C or I, or a diagonal entry of its matrix, is negative.
 
-    Why: a negative resistance gives power without end; a negative mass runs towards what pushes
-    it; a negative stiffness stores less than nothing. Nearly always a sign is wrong.
+    Why: a negative resistance creates energy; a negative mass accelerates against the force; a
+    negative stiffness stores negative energy. The sign is nearly always wrong.
 
     Example: `damper : R(-3 N*s/m);`
 
-    Way out: turn the sign. Where the sign stands for a direction, turn the arrow. What is meant to
-    give power is a source, Se or Sf.
+    Way out: change the sign. If the sign stands for a direction, reverse the arrow. To supply power
+    use a source, Se or Sf.
     """
     return warning(
         "BG460",
         f"the {what} of `{name}` is negative{when}: {value:.6g}",
         span,
-        help="turn the sign; what is meant to give power is a source, Se or Sf",
+        help="change the sign; to supply power use a source, Se or Sf",
     )
 
 
 def indefinite_storage(
     span: Span, name: str, kind: str, spectrum: str, pair: str, when: str
 ) -> Diagnostic:
-    """BG461: a storage field whose energy may fall below zero
+    """BG461: a storage field whose energy can be negative
 
-    What: the matrix of a C field has a negative eigenvalue, or that of an I field one that is not
-    positive, at the parameters' values or at the start.
+    What: at the parameters' values or at the start, the matrix of a C field has a negative
+    eigenvalue, or that of an I field one that is not positive.
 
-    Why: moving along the eigenvector, it would store negative energy. An I field must be positive
-    definite, since its motion is found by dividing by its matrix; a C field may have directions
-    without stiffness, but none with a negative one.
+    Why: a motion along the eigenvector stores negative energy. The matrix of an I field must be
+    positive definite, since it is inverted; that of a C field may be singular, but not negative in
+    any direction.
 
     Example: `body : I[2]([[2, 3], [3, 2]]);`
 
-    Way out: look at the entries that the message names. `M[i, j]` is at most the root of
-    `M[i, i]` times `M[j, j]`. Added mass and rigid-body mass must belong to one point and to the
-    same axes.
+    Way out: correct the entries that the message names: `abs(M[i, j])` is at most the square root
+    of `M[i, i]*M[j, j]`. Added mass and rigid-body mass must refer to the same point and the same
+    axes.
     """
     must = "positive definite" if kind == "I" else "positive semidefinite"
     return warning(
         "BG461",
-        f"the matrix of `{name}`, {with_article(kind)} field, is not {must}{when}: {spectrum}",
+        f"the matrix of `{name}`, {with_article(kind)} field, is not {must}{when}: it has "
+        f"{spectrum}",
         span,
         note=pair,
-        help="correct the matrix: its entries must belong to one point and to the same axes",
+        help="correct the matrix: all entries must refer to the same point and the same axes",
     )
 
 
 def active_field(span: Span, name: str, spectrum: str, power: str, pair: str) -> Diagnostic:
-    """BG462: a resistor field that makes power
+    """BG462: a resistor field that supplies power
 
     What: the symmetric part of the matrix of an R field has a negative eigenvalue.
 
-    Why: along that eigenvector it gives power instead of taking it, whatever the speed: damping
-    that is active. Simulations with it may grow without a cause. Matrices fitted one entry at a
-    time, as a vessel's damping often is, are the usual case.
+    Why: along that eigenvector it supplies power at any speed, so a simulation may grow without a
+    physical cause. The usual case is a matrix fitted entry by entry, such as a vessel's damping.
 
     Example: `damping : R[2]([[1, 4], [4, 2]]);`
 
-    Way out: `|D[i, j] + D[j, i]| / 2` is at most the root of `D[i, i]` times `D[j, j]`: correct
-    the entries that the message names, or leave out the coupling. What turns power round without
-    taking it is an MGY with a skew matrix.
+    Way out: correct the entries that the message names, or omit the coupling: `abs(D[i, j] + D[j,
+    i])/2` is at most the square root of `D[i, i]*D[j, j]`. An MGY with a skew matrix exchanges
+    power without dissipating it.
     """
     return warning(
         "BG462",
-        f"`{name}` makes power{power}: the symmetric part of its matrix has {spectrum}",
+        f"`{name}` supplies power{power}: the symmetric part of its matrix has {spectrum}",
         span,
         note=pair,
-        help="a resistor's symmetric part is positive semidefinite: correct the entries, or leave "
-        "out their coupling",
+        help="correct the entries, or omit their coupling: the symmetric part of a resistor's "
+        "matrix is positive semidefinite",
     )
 
 
 def active_law(span: Span, name: str, at: str, answer: str, power: float) -> Diagnostic:
-    """BG463: a resistor law that makes power
+    """BG463: a resistor law that supplies power
 
-    What: at a flow or effort that the message names, effort times flow of an R is negative. Laws
-    are tried at values of both signs, from small to large ones.
+    What: at the flow or effort that the message names, the power into an R is negative. Laws are
+    tested at values of both signs, from small to large.
 
-    Why: a resistor only takes power. A law that is fitted to a range of positive speeds often
-    turns its sign outside it, or misses the sign of the flow.
+    Why: a resistor only dissipates power. A law fitted to positive speeds often has the wrong sign
+    outside that range, or ignores the sign of the flow.
 
     Example: `drag : R { e = 3*f^2; }`
 
-    Way out: write an odd law, `e = 3*abs(f)*f`. A constant part of the law belongs to a source.
+    Way out: write an odd law, `e = 3*abs(f)*f`. Model a constant part of the law by a source.
     """
     return warning(
         "BG463",
-        f"`{name}` makes power: {at} its law gives {answer}, which is {power:.4g} W out",
+        f"`{name}` supplies power: {at} its law gives {answer}, that is {power:.4g} W",
         span,
-        help="write a law whose effort has the sign of its flow, as `e = d*abs(f)*f`; a constant "
-        "part is a source, Se or Sf",
+        help="write a law whose effort has the sign of its flow, for example `e = d*abs(f)*f`; "
+        "model a constant part by a source, Se or Sf",
     )
 
 
 def energy_not_convex(span: Span, name: str, spectrum: str, at: str) -> Diagnostic:
-    """BG464: an inertia that is negative in some state
+    """BG464: an inertia that is negative in some states
 
-    What: the energy of an I or IC is not convex in its momentum, or the flow of a nonlinear I
-    falls as its momentum grows, in the state that the message names: the start, or a random one
-    about it.
+    What: the energy of an I or IC is not convex in its momentum, or the flow of a nonlinear I falls
+    as its momentum grows. The message names the state: the start, or a random state near it.
 
-    Why: there the inertia is negative, and pushing it one way speeds it up the other way.
+    Why: the inertia is negative there: a force accelerates it in the opposite direction.
 
     Example: `rotor : I { H = -p^2/(2*J); }`
 
-    Way out: correct the energy; the second derivative by the momentum is the inverse inertia.
+    Way out: correct the energy; its second derivative with respect to the momentum is the inverse
+    inertia.
     """
     return warning(
         "BG464",

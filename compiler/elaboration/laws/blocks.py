@@ -144,7 +144,7 @@ class Laws:
                     raise BgError(
                         [
                             law_messages.law_incomplete(
-                                equation.span, element.path, left, width, at + 1, "twice"
+                                equation.span, element.path, left, width, at + 1, repeated=True
                             )
                         ]
                     )

@@ -431,7 +431,7 @@ class _Merging:
     def _not_held(self, j: int) -> BgError:
         """The error for a motion that moves no storage, or only through moduli that may vanish."""
         if self._moved_by.get(j):
-            return self._cannot_merge([j], "the modulus that joins them may vanish")
+            return self._cannot_merge([j], "the modulus that joins them may become zero")
         variables, motion = self._variables, self._motions[j]
         symbols = [variables.symbol_of(("flow", k)) for k in motion.flows]
         symbols += [variables.symbol_of(("port", k)) for k in motion.efforts]

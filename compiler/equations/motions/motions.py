@@ -338,7 +338,7 @@ class _Search:
         compliances = [port for port in on_flows if port.role is Role.COMPLIANCE]
         found = {port.element for port in compliances or on_flows}
         first, *others = (causal.graph.elements[k] for k in sorted(found))
-        why = "the modulus that joins them may vanish"
+        why = "the modulus that joins them may become zero"
         names = [element.name for element in others]
         return BgError([storage_messages.dependent_storage(first.span, first.name, names, why)])
 
