@@ -83,7 +83,7 @@ def test_a_file_without_a_scene_is_said_to_have_none(simulate):
 @pytest.mark.parametrize(
     ("law", "message"),
     [
-        ("sqrt(0.5 - time)", "`y` is not finite from 0.75 s on"),
+        ("sqrt(0.5 - time)", "`y` is not finite from 0.75 s onwards"),
         ("1 / (time - 0.5)", "`y` is not finite at 0.5 s"),
         ("1 / (time - 0.3)", None),
     ],

@@ -11,9 +11,9 @@ from bgc.diagnostics.diagnostic import Diagnostic
 def unknown_input(name: str, candidates: Iterable[str]) -> Diagnostic:
     """BG080: an input that does not exist
 
-    What: the name given for an input is no source, parameter or device channel of the scene.
-    Why: a model is linearised by what may be varied from outside: the effort or flow that a
-    source sets, the value of a parameter, what a device gives.
+    What: the name after `--input` is not a source, a parameter or a device channel of the scene.
+    Why: a linear model responds to quantities set from outside: the effort or flow of a source, a
+    parameter, or a device channel.
     Example: `bgc bode rlc.bg --input resistor.e --output loop.f`
     Way out: name a source with its variable (`supply.e`, `feed.f`), a parameter (`mass`), or a
     device's channel (`hand.position[3]`).
@@ -24,65 +24,66 @@ def unknown_input(name: str, candidates: Iterable[str]) -> Diagnostic:
     return error(
         "BG080",
         f"there is no input `{name}`",
-        help=did_you_mean(name, known) or some or "the model has no source and no parameter",
+        help=did_you_mean(name, known) or some or "the model has no sources and no parameters",
     )
 
 
 def input_in_mass(name: str) -> Diagnostic:
-    """BG081: an input that changes a mass matrix
+    """BG081: an input that multiplies a rate
 
-    What: a parameter chosen as an input is a factor of a rate in an `equation`.
-    Why: what follows from a change of it then depends on the rates, not on the state alone.
+    What: a parameter chosen as an input multiplies a rate in an `equation`.
+    Why: the response to such a parameter depends on the rates, not on the state alone, so it has no
+    place in A, B, C, D.
     Example: `equation m*der(v) = F;` with `--input m`
-    Way out: write the equation solved for the rate: `der(v) = F/m;`
+    Way out: solve the equation for the rate: `der(v) = F/m;`
     """
     return error(
         "BG081",
-        f"the input `{name}` is a factor of a rate in an equation",
-        help="write the equation solved for the rate, as `der(v) = F/m;`",
+        f"the input `{name}` multiplies a rate in an equation",
+        help="solve the equation for the rate, for example `der(v) = F/m;`",
     )
 
 
 def no_equilibrium(name: str, rate: float, unit: str) -> Diagnostic:
     """BG082: no equilibrium was found
 
-    What: no state was found, on from the initial one, in which nothing changes.
-    Why: the model may have none (a charge or an angle that a source drives on and on), or the
-    initial state is too far from it.
-    Example: `bgc equations motor.bg --linear --steady` of a motor whose shaft angle is a state.
-    Way out: linearise about the state at some time (`--at 10 s`), or start nearer to the
-    equilibrium.
+    What: starting from the initial state, no state was found in which nothing changes.
+    Why: the model may not have an equilibrium (a source may drive a charge or an angle forever), or
+    the initial state is too far from it.
+    Example: `bgc equations motor.bg --linear --steady` for a motor whose shaft angle is a state.
+    Way out: linearise at a point in time (`--at 10 s`), or start nearer to the equilibrium.
     """
     per_second = f"{rate:.3g} {unit}/s" if unit not in ("", "1") else f"{rate:.3g} per second"
     return error(
         "BG082",
         f"no equilibrium was found: `{name}` still changes by {per_second}",
-        help="linearise about the state at some time, as `--at 10 s`, or start nearer to it",
+        help="linearise at a point in time, for example `--at 10 s`, or start nearer to the "
+        "equilibrium",
     )
 
 
 def account_as_output(name: str) -> Diagnostic:
     """BG083: an energy account as an output of a linear model
 
-    What: an energy account is asked for as an output.
-    Why: the accounts add up over a run; they are no function of the present state.
+    What: an output of the linear model is an energy account.
+    Why: energy accounts are integrals over a run, not functions of the present state.
     Example: `bgc equations rlc.bg --linear --output energy.stored`
-    Way out: choose an effort, a flow, or any expression of them: `--output "loop.f*supply.e"`.
+    Way out: choose an effort, a flow, or an expression of them: `--output "loop.f*supply.e"`.
     """
     return error(
         "BG083",
-        f"`{name}` adds up over a run, so it is no output of a linear model",
+        f"`{name}` is an integral over the run and cannot be an output of a linear model",
         help="choose an effort, a flow or an expression of them",
     )
 
 
 def several_components(option: str, text: str, names: Sequence[str]) -> Diagnostic:
-    """BG084: one scalar was wanted, a vector was given
+    """BG084: a vector where one scalar is needed
 
-    What: a Bode plot is of one input and one output, and the name given has several components.
-    Why: each pair of components has a curve of its own.
+    What: a Bode plot has one input and one output, but the name given has several components.
+    Why: each pair of components has its own curve.
     Example: `bgc bode crane.bg --input hand.position --output tip_height`
-    Way out: name one component: `--input hand.position[3]`
+    Way out: name one component: `--input hand.position[3]`.
     """
     return error(
         "BG084",
@@ -94,29 +95,30 @@ def several_components(option: str, text: str, names: Sequence[str]) -> Diagnost
 def no_response(input_: str, output: str) -> Diagnostic:
     """BG086: an output that does not respond to the input
 
-    What: at the operating point the output does not change with the input, at any frequency.
-    Why: nothing leads from one to the other, or what does is flat there: a dead band, a stop, a
-    valve that is shut.
-    Example: the tip of a crane by a lever that rests in its dead band.
-    Way out: linearise elsewhere (`--at 10 s`), or choose an input behind the dead band.
+    What: at the operating point the output does not change with the input at any frequency.
+    Why: the input does not affect the output, or an element between them has zero slope there: a
+    dead band, an end stop, a shut valve.
+    Example: the tip of a crane as the output and a lever in its dead band as the input.
+    Way out: linearise at another point (`--at 10 s`), or choose an input behind the dead band.
     """
     return error(
         "BG086",
         f"`{output}` does not respond to `{input_}` at this operating point",
-        help="linearise elsewhere, as `--at 10 s`, or choose an input behind a dead band or stop",
+        help="linearise at another point, for example `--at 10 s`, or choose an input behind the "
+        "dead band",
     )
 
 
 def no_range(low: float, high: float) -> Diagnostic:
-    """BG085: a range of frequencies that is none
+    """BG085: an invalid range of frequencies
 
-    What: the frequencies between which to compute a response do not rise from a positive value.
-    Why: the axis of frequencies is logarithmic.
+    What: the frequency range does not increase from a positive value.
+    Why: the frequency axis is logarithmic.
     Example: `bgc bode f.bg --input F --output x --from 100 --to 1`
-    Way out: `--from` below `--to`, both positive, in rad/s.
+    Way out: give `--from` below `--to`, both positive, in rad/s.
     """
     return error(
         "BG085",
-        f"{low:g} to {high:g} rad/s is no range of frequencies",
-        help="give `--from` below `--to`, both positive",
+        f"{low:g} to {high:g} rad/s is not a valid range of frequencies",
+        help="give `--from` below `--to`, both positive, in rad/s",
     )

@@ -1,4 +1,4 @@
-"""Diagnostics of the solvers of others: what they need and which models they serve."""
+"""Diagnostics of external solvers: their packages and the models that they can integrate."""
 
 from __future__ import annotations
 
@@ -7,42 +7,41 @@ from bgc.diagnostics.diagnostic import Diagnostic
 
 
 def solver_not_installed(solver: str, suite: str, packages: str, output: str) -> Diagnostic:
-    """BG046: a solver of others that is not installed
+    """BG046: an external solver that is not installed
 
-    What: the solver is not one of bgc's own, and what it is part of was not found by the C
-    compiler.
+    What: the solver belongs to an external library, and the C compiler did not find that library.
 
-    Why: SUNDIALS (6 or later) is not installed, or without its headers.
+    Why: SUNDIALS (6 or later) is not installed, or its headers are missing.
 
     Example: `solver cvode(rtol = 1e-6);` or `bgc run rlc.bg --solver cvode` on a fresh machine.
 
-    Way out: `apt-get install libsundials-dev` on Debian and Ubuntu, or a method that is always
-    there: `solver rodas5p;`.
+    Way out: install it (`apt-get install libsundials-dev` on Debian and Ubuntu), or use a built-in
+    method: `solver rodas5p;`.
     """
     complaint = next((line for line in output.splitlines() if "error" in line), "")
     return error(
         "BG046",
-        f"solver `{solver}` needs {suite}, against which nothing can be compiled here",
+        f"solver `{solver}` needs {suite}, which the C compiler did not find",
         note=complaint.strip(),
-        help=f"`apt-get install {packages}` on Debian and Ubuntu, or `solver rodas5p`",
+        help=f"install it (`apt-get install {packages}` on Debian and Ubuntu), or use `solver "
+        "rodas5p`",
     )
 
 
 def solver_does_not_serve(solver: str, reason: str) -> Diagnostic:
-    """BG047: a model that a solver of others does not serve
+    """BG047: a model that an external solver cannot integrate
 
-    What: the solver takes equations of the form y' = f(t, y), which run from one end to the
-    other by themselves.
+    What: the solver integrates only y' = f(t, y), without interruption from start to end.
 
-    Why: the model has algebraic equations or rates that depend on each other (a mass matrix),
-    inputs that a device or a program writes on the way, or nothing to integrate.
+    Why: the model has algebraic equations, coupled rates (a mass matrix), inputs that a device or a
+    program writes during the run, or no states.
 
     Example: `bgc run two_beam_crane.bg --solver cvode`, whose handle is read from a device.
 
-    Way out: one of bgc's own methods, which serve all models: `solver rodas5p`.
+    Way out: use a built-in method, which integrates all models: `solver rodas5p`.
     """
     return error(
         "BG047",
-        f"solver `{solver}` does not serve this model: {reason}",
-        help="use one of bgc's own methods, as `solver rodas5p`",
+        f"solver `{solver}` cannot integrate this model: {reason}",
+        help="use a built-in method, for example `solver rodas5p`",
     )

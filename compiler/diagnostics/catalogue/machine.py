@@ -1,4 +1,4 @@
-"""Diagnostics of the machine a model meets: C compiler, cache, files written, packages."""
+"""Diagnostics of the machine: C compiler, cache, output files, packages."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _INSTALL_COMPILER = (
 def no_c_compiler(tried: Sequence[str]) -> Diagnostic:
     """BG050: no C compiler was found
 
-    What: a model becomes machine code through a C compiler, and none is on this machine.
+    What: a model is compiled to machine code by a C compiler, and none was found on this machine.
 
-    Why: `$CC`, `cc`, `gcc`, `clang` and the `ziglang` wheel are looked for, in this order.
+    Why: `$CC`, `cc`, `gcc`, `clang` and the `ziglang` wheel are tried in this order.
 
-    Example: a slim container image with Python alone.
+    Example: a slim container image with only Python.
 
     Way out: install gcc or clang with the system's package manager, or `pip install ziglang`.
     """
@@ -29,116 +29,117 @@ def no_c_compiler(tried: Sequence[str]) -> Diagnostic:
 
 
 def chosen_compiler_missing(command: str) -> Diagnostic:
-    """BG051: the compiler named by `$CC` is not there
+    """BG051: the compiler named by `$CC` does not exist
 
     What: the environment variable `CC` names a program that does not exist or cannot be run.
 
-    Why: a compiler that was asked for by name is never silently replaced by another.
+    Why: a compiler chosen by name is never silently replaced by another.
 
     Example: `CC=gcc-99 bgc run rlc.bg`.
 
-    Way out: correct `CC`, or unset it to let bgc look for `cc`, `gcc` and `clang`.
+    Way out: correct `CC`, or unset it so that bgc tries `cc`, `gcc` and `clang`.
     """
     return error(
         "BG051",
         f"`$CC` names the C compiler `{command}`, which cannot be run",
-        help="correct `CC`, or unset it to let bgc look for `cc`, `gcc` and `clang`",
+        help="correct `CC`, or unset it so that bgc tries `cc`, `gcc` and `clang`",
     )
 
 
 def compiler_does_not_work(command: str, output: str) -> Diagnostic:
     """BG052: the C compiler does not compile a trivial program
 
-    What: the compiler was found, but fails on ten lines of C that use only the C library.
+    What: the compiler exists, but fails on ten lines of C that use only the C library.
 
-    Why: mostly the headers of the C library are missing, or `CC` is not a C compiler.
+    Why: usually the headers of the C library are missing, or `CC` is not a C compiler.
 
     Example: Debian with `gcc` but without `libc6-dev`.
 
-    Way out: `apt-get install libc6-dev`, or another compiler through `CC`.
+    Way out: install the headers (`apt-get install libc6-dev`), or set `CC` to another compiler.
     """
     return error(
         "BG052",
         f"the C compiler `{command}` does not work: it fails on a trivial program",
         note=output,
-        help="install the C library's headers (`apt-get install libc6-dev`), or name another "
-        "compiler in `CC`",
+        help="install the C library's headers (`apt-get install libc6-dev`), or set `CC` to "
+        "another compiler",
     )
 
 
 def compiler_rejected_code(command: str, output: str, kept: str) -> Diagnostic:
-    """BG053: the C compiler failed on the emitted code
+    """BG053: the C compiler failed on the generated code
 
-    What: the compiler works, but not on the C that bgc emitted for this model.
+    What: the compiler works in general, but failed on the C code that bgc generated for this model.
 
-    Why: a defect of bgc, of the compiler, or a limit such as the machine's memory.
+    Why: this is a bug in bgc or in the compiler, or a limit such as the machine's memory.
 
-    Example: gcc killed for lack of memory on a very large model.
+    Example: gcc runs out of memory on a very large model.
 
-    Way out: the C files and the compiler's words are kept: please report them.
+    Way out: report it with the C files and the compiler's output, which are kept.
     """
     return error(
         "BG053",
-        f"the C compiler `{command}` failed on the emitted code",
+        f"the C compiler `{command}` failed on the generated code",
         note=output,
-        help=f"the C files and the whole output are kept in {kept}: please report them",
+        help=f"report it with the C files and the output, which are kept in {kept}",
     )
 
 
 def cache_not_writable(path: str, reason: str) -> Diagnostic:
     """BG054: the cache directory cannot be written
 
-    What: compiled models are kept in the user's cache directory, which cannot be written.
+    What: compiled models are cached in the user's cache directory, and it cannot be written.
 
-    Why: a read-only home, no space left, or a file where the directory should be.
+    Why: the home directory is read-only, the disk is full, or a file has the directory's name.
 
-    Example: a container that runs as a user without a home.
+    Example: a container that runs as a user without a home directory.
 
-    Way out: set `BGC_CACHE_DIR` to a directory that can be written. Until then everything is
-    compiled anew in a temporary directory.
+    Way out: set `BGC_CACHE_DIR` to a writable directory. Until then every run compiles the model
+    again in a temporary directory.
     """
     return warning(
         "BG054",
-        f"the cache directory {path} cannot be written ({reason}): nothing is kept for next time",
-        help="set `BGC_CACHE_DIR` to a directory that can be written",
+        f"the cache directory {path} cannot be written ({reason}): compiled models are not kept",
+        help="set `BGC_CACHE_DIR` to a writable directory",
     )
 
 
 def cannot_write(path: str, reason: str) -> Diagnostic:
     """BG055: a file cannot be written
 
-    What: the operating system refused to write a file.
+    What: the operating system does not allow a file to be written.
 
-    Why: no space left, no permission, or the directory does not exist.
+    Why: the disk is full, a permission is missing, or the directory does not exist.
 
     Example: `bgc run rlc.bg --out /missing/r.csv`.
 
-    Way out: write elsewhere, make the directory, or free some space. A file of that name from
-    an earlier run is untouched.
+    Way out: write elsewhere, create the directory, or free some space. An existing file of that
+    name is unchanged.
     """
     return error(
         "BG055",
         f"cannot write {path}: {reason}",
-        help="choose another place, make the directory or free some space",
+        help="choose another place, create the directory or free some space",
     )
 
 
 def dot_missing() -> Diagnostic:
     """BG056: Graphviz is not installed
 
-    What: a bond graph is laid out by the program `dot` of Graphviz, which was not found.
+    What: bond graphs are laid out by the program `dot` of Graphviz, which was not found.
 
-    Why: Graphviz is no Python package: it cannot come with bgc.
+    Why: Graphviz is not a Python package, so it is not installed with bgc.
 
-    Example: `bgc graph rlc.bg -o rlc.svg` on a bare machine.
+    Example: `bgc graph rlc.bg -o rlc.svg` on a new machine.
 
-    Way out: `apt-get install graphviz` (`brew install graphviz`), or `-o rlc.dot` for the text.
+    Way out: install Graphviz (`apt-get install graphviz`, `brew install graphviz`), or write the
+    graph as text: `-o rlc.dot`.
     """
     return error(
         "BG056",
         "the program `dot` of Graphviz was not found",
-        help="`apt-get install graphviz` (`brew install graphviz`), or write the graph's text "
-        "with `-o FILE.dot`",
+        help="install it (`apt-get install graphviz`, `brew install graphviz`), or write the graph "
+        "as text with `-o FILE.dot`",
     )
 
 
@@ -147,48 +148,48 @@ def dot_failed(output: str) -> Diagnostic:
 
     What: `dot` was found but ended with an error.
 
-    Why: mostly a build of Graphviz without the wanted output format.
+    Why: usually this build of Graphviz lacks the output format.
 
     Example: `-o rlc.pdf` with a Graphviz built without cairo.
 
-    Way out: write SVG, or the graph's text with `-o FILE.dot`.
+    Way out: write SVG, or the graph as text: `-o FILE.dot`.
     """
     return error(
         "BG057",
         "the program `dot` of Graphviz failed",
         note=output,
-        help="write SVG, or the graph's text with `-o FILE.dot`",
+        help="write SVG, or the graph as text with `-o FILE.dot`",
     )
 
 
 def package_missing(package: str, purpose: str, extra: str) -> Diagnostic:
     """BG058: an optional Python package is missing
 
-    What: this function needs a Python package that bgc does not require otherwise.
+    What: this function needs a Python package that bgc does not otherwise require.
 
-    Why: packages that few users need are extras.
+    Why: packages that few users need are optional.
 
     Example: `result.to_pandas()` without pandas.
 
-    Way out: install the extra that is named.
+    Way out: install the package or the extra that the help names.
     """
     return error(
         "BG058",
         f"{purpose} needs the Python package `{package}`",
-        help=f"`pip install {package}`, or the extra `{extra}` of bgc",
+        help=f"run `pip install {package}`, or install bgc with its extra `{extra}`",
     )
 
 
 def cannot_load(path: str, reason: str) -> Diagnostic:
     """BG059: a compiled model cannot be loaded
 
-    What: the shared object exists but this Python cannot load it.
+    What: the shared object exists, but this Python cannot load it.
 
-    Why: built on another machine, by another version of bgc, or not a compiled model at all.
+    Why: it was built on another machine or by another version of bgc, or is not a compiled model.
 
     Example: a `.so` copied from an x86 machine to an ARM one.
 
-    Way out: build it again here from the `.bg` file.
+    Way out: build it again on this machine from the `.bg` file.
     """
     return error(
         "BG059",
@@ -198,18 +199,20 @@ def cannot_load(path: str, reason: str) -> Diagnostic:
 
 
 def unknown_file_kind(path: str, kinds: Sequence[str]) -> Diagnostic:
-    """BG070: a file name whose ending tells no known kind
+    """BG070: an output file with an unknown ending
 
-    What: the ending of an output file's name says in which form it is written.
+    What: the ending of an output file's name selects its format, and this ending is not supported.
 
-    Why: the one given is not among those that can be written.
+    Why: the format of an output file is not given separately.
 
     Example: `--out r.xlsx`.
 
-    Way out: one of the endings named.
+    Way out: use one of the endings that the help lists.
     """
     listed = ", ".join(f"`{kind}`" for kind in kinds)
-    return error("BG070", f"cannot tell from its name how to write {path}", help=f"use {listed}")
+    return error(
+        "BG070", f"the ending of {path} is not a known output format", help=f"use {listed}"
+    )
 
 
 def nothing_to_draw(reason: str) -> Diagnostic:

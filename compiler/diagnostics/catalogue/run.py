@@ -1,4 +1,4 @@
-"""BG7xx: what may go wrong while a compiled model runs."""
+"""BG7xx: faults during a run."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from bgc.diagnostics.catalogue import error, warning
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
 
-_FASTEST = "see which state is at fault, and whether its parameters and initial value make sense"
+_FASTEST = "check the parameters and the initial value of the state at fault"
 _NAMED = 3  # states at most
 
 
@@ -17,39 +17,39 @@ def _state(name: str | None) -> str:
 
 
 def _by(states: Sequence[str]) -> str:
-    """The states that a law switches on, where they are few enough to help."""
+    """Name the states that a law switches on, if they are few."""
     named = ", ".join(f"`{name}`" for name in states)
     return f", on {named}" if 0 < len(states) <= _NAMED else ""
 
 
 def step_too_small(time: float, state: str | None) -> Diagnostic:
-    """BG701: the error control asked for a step that is too small
+    """BG701: no step is small enough
 
-    What: the adaptive method could not meet the tolerance with any step the clock resolves.
+    What: the adaptive method did not meet the tolerance with any step that the time can resolve.
 
-    Why: the solution runs to infinity or jumps, or the tolerance is tighter than rounding.
+    Why: the solution goes to infinity or jumps, or the tolerance is tighter than rounding.
 
     Example: `der(x) = x^2` from 1, at t = 1.
 
-    Way out: look at the state named; loosen `rtol`, or mend the equation that has a pole.
+    Way out: check the state named; loosen `rtol`, or correct an equation that has a pole.
     """
     return error(
         "BG701",
         f"at t = {time:.9g} s no step is small enough for the tolerance{_state(state)}",
-        help=f"{_FASTEST}; a looser `rtol` helps where it is close to rounding (1e-15)",
+        help=f"{_FASTEST}; loosen `rtol` if it is close to rounding (1e-15)",
     )
 
 
 def too_many_steps(time: float, state: str | None) -> Diagnostic:
     """BG702: too many steps between two rows
 
-    What: the run was ended because it made no visible progress.
+    What: the run was stopped because it made too little progress.
 
-    Why: an explicit method on a stiff model, or a fixed step far too short.
+    Why: an explicit method is used on a stiff model, or a fixed step is far too short.
 
     Example: `solver rk4` with an adaptive step on a crane with stiff joints.
 
-    Way out: `solver rodas5p`, a longer step, or a looser tolerance.
+    Way out: use `solver rodas5p`, a longer step, or a looser tolerance.
     """
     return error(
         "BG702",
@@ -61,31 +61,32 @@ def too_many_steps(time: float, state: str | None) -> Diagnostic:
 def not_finite(time: float, state: str | None) -> Diagnostic:
     """BG703: a value is no longer finite
 
-    What: an overflow, a division by zero or a function outside its domain.
+    What: an overflow, a division by zero or a function outside its domain occurred.
 
-    Why: an unstable model, a fixed step that is too long, or a law used where it is undefined.
+    Why: the model is unstable, a fixed step is too long, or a law is used where it is undefined.
 
     Example: `sqrt(x)` with x below zero; an explicit method on a stiff spring.
 
-    Way out: a shorter step or a stiff method; guard the law, for instance with `max(x, 0)`.
+    Way out: use a shorter step or a stiff method; guard the law, for example with `max(x, 0)`.
     """
     return error(
         "BG703",
         f"a value is not finite after t = {time:.9g} s{_state(state)}",
-        help="shorten the step or use a stiff method; guard laws that are undefined somewhere",
+        help="shorten the step or use a stiff method; guard laws that are undefined for some "
+        "values",
     )
 
 
 def singular(time: float, state: str | None) -> Diagnostic:
     """BG704: the equations of a step are singular
 
-    What: the matrix of the linearly implicit step cannot be factorised.
+    What: the matrix of an implicit step cannot be factorised.
 
     Why: an algebraic equation does not determine its unknown, or a modulus became zero.
 
     Example: `equation 0*z = x;`.
 
-    Way out: look at the state named and at the equation or bond that determines it.
+    Way out: check the state named and the equation or bond that determines it.
     """
     return error(
         "BG704",
@@ -97,19 +98,20 @@ def singular(time: float, state: str | None) -> Diagnostic:
 def assertion_failed(time: float, message: str, place: Span | None = None) -> Diagnostic:
     """BG705: an `assert` of the model failed
 
-    What: a condition that the model states for its own validity is false.
+    What: a condition that the model requires for its validity is false.
 
-    Why: the model was driven beyond what it describes.
+    Why: the model was driven outside its range of validity.
 
     Example: `assert cos(theta) > 0.01, "pitch of 90 deg";`.
 
-    Way out: as the message says.
+    Way out: change the inputs or parameters that lead there, or extend the model.
     """
     return error(
         "BG705",
         f"{message} (at t = {time:.9g} s)",
         place,
-        help="the model ends the run by an `assert`: change what leads there, or the model",
+        help="change the inputs or parameters that lead there, or the model: this `assert` ended "
+        "the run",
     )
 
 
@@ -118,7 +120,8 @@ def device_failed(time: float) -> Diagnostic:
 
     What: reading from or writing to a device failed; its forces were set to zero.
 
-    Why: unplugged, switched off, or the end of its data in a form it cannot continue from.
+    Why: the device is unplugged or switched off, or its data end in a form that cannot be
+    continued.
 
     Example: the handle's cable was pulled.
 
@@ -132,9 +135,9 @@ def device_failed(time: float) -> Diagnostic:
 
 
 def parameters_refused(message: str) -> Diagnostic:
-    """BG707: parameters that give no valid model
+    """BG707: parameters without a valid model
 
-    What: a quantity that follows from the parameters has a value that makes no sense.
+    What: a quantity computed from the parameters has an impossible value.
 
     Why: a mass, a compliance or another divisor is zero or negative.
 
@@ -148,13 +151,13 @@ def parameters_refused(message: str) -> Diagnostic:
 def no_memory() -> Diagnostic:
     """BG708: no memory for an instance of the model
 
-    What: the operating system gave no memory.
+    What: the operating system did not provide the memory.
 
-    Why: the machine is full, or its limits are tight.
+    Why: the machine's memory is full, or its limits are tight.
 
     Example: `ulimit -v` below what the model needs.
 
-    Way out: free some memory.
+    Way out: free some memory, or keep fewer models at once.
     """
     return error(
         "BG708",
@@ -166,13 +169,13 @@ def no_memory() -> Diagnostic:
 def interrupted(time: float) -> Diagnostic:
     """BG709: the run was interrupted
 
-    What: Ctrl-C, SIGTERM, or a call to `stop`, ended the run.
+    What: Ctrl-C, SIGTERM or a call to `stop` ended the run.
 
-    Why: somebody asked for it.
+    Why: the user asked for it.
 
     Example: Ctrl-C.
 
-    Way out: none needed: the rows up to this time are kept.
+    Way out: nothing is needed: the rows up to this time are kept.
     """
     return error("BG709", f"interrupted at t = {time:.9g} s; the rows up to there are kept")
 
@@ -180,14 +183,14 @@ def interrupted(time: float) -> Diagnostic:
 def not_explicit() -> Diagnostic:
     """BG710: an explicit method on equations that couple rates
 
-    What: an equation of the model holds several rates, and the method cannot solve for them.
+    What: an equation of the model contains several rates, and the method cannot solve for them.
 
-    Why: explicit methods need every derivative by itself. Unknowns and
-    algebraic loops they do solve, at every stage.
+    Why: explicit methods need each derivative separately. They do solve for unknowns and algebraic
+    loops, at each stage.
 
     Example: `solver rk4` with `equation der(x) + der(y) = -x;`.
 
-    Way out: an implicit method: `solver rodas5p`, or `ros34prw` with a step.
+    Way out: use an implicit method: `solver rodas5p`, or `ros34prw` with a step.
     """
     return error(
         "BG710",
@@ -197,63 +200,63 @@ def not_explicit() -> Diagnostic:
 
 
 def inconsistent(time: float, state: str | None) -> Diagnostic:
-    """BG711: no consistent values were found
+    """BG711: no consistent values
 
-    What: the algebraic equations have no solution near the values given.
+    What: the algebraic equations have no solution near the given values.
 
-    Why: starting values that are far off, equations that contradict each other, a solution
-    that has ceased to exist during the run, or one that the laws of a loop all but leave open:
-    ideal diodes that all block let the voltage between them be anything.
+    Why: the starting values are far off, the equations contradict each other, or the solution
+    ceased to exist during the run. Or the laws of a loop nearly leave it open: if ideal diodes all
+    block, the voltage between them is arbitrary.
 
     Example: `unknown z = 0; equation z^2 = -1;`.
 
-    Way out: give the unknown a better starting value, or mend its equation. Give a law that
+    Way out: give the unknown a better starting value, or correct its equation. Give a law that
     becomes flat a small slope: `f = Is*(exp(e/Vt) - 1) + leak*e`.
     """
     return error(
         "BG711",
         f"at t = {time:.9g} s no values near the given ones satisfy the equations{_state(state)}",
-        help="give `unknown NAME = VALUE;` a better starting value, or mend its equation; give a "
-        "law that becomes flat, as that of a diode that blocks, a small slope",
+        help="give `unknown NAME = VALUE;` a better starting value, or correct its equation; give "
+        "a law that becomes flat, such as a blocking diode, a small slope",
     )
 
 
 def chattering(time: float, states: Sequence[str] = (), place: Span | None = None) -> Diagnostic:
-    """BG715: a law switches to and fro without end
+    """BG715: a law that switches endlessly
 
-    What: a law that jumps (`if .. then .. else`, `sign`) changes its mode again as soon as it has
-    changed it, again and again, and time stands still.
+    What: a law that jumps (`if .. then .. else`, `sign`) changes its mode again and again at the
+    same time, so the run cannot advance.
 
-    Why: on both sides of the switch the model is driven back to it. It would have to stick there
-    with a value in between, which the law does not give.
+    Why: on both sides of the switch the model is driven back to it. It would have to stay there
+    with an intermediate value, which the law does not give.
 
     Example: dry friction written as `R { e = mu*N*sign(f); }`, when the body comes to rest.
 
-    Way out: give the law a steep slope instead of the jump (`e = mu*N*tanh(f/v0)`, with a small
-    v0), or let it stick on a stiff spring (a C in series with the friction).
+    Way out: replace the jump by a steep slope (`e = mu*N*tanh(f/v0)`, with a small v0), or put a
+    stiff spring (a C) in series with the friction.
     """
     return error(
         "BG715",
-        f"at t = {time:.9g} s a law switches to and fro without end{_by(states)}",
+        f"at t = {time:.9g} s a law switches back and forth endlessly{_by(states)}",
         place,
-        help="give it a steep slope instead of a jump, such as `tanh(f/v0)` for `sign(f)`, or let "
-        "it stick on a stiff spring",
+        help="replace the jump by a steep slope, for example `sign(f)` by `tanh(f/v0)`, or put a "
+        "stiff spring (a C) in series",
     )
 
 
 def value_not_finite(name: str, time: float, to_the_end: bool) -> Diagnostic:
-    """BG712: a value in the rows is not finite
+    """BG712: a value in the rows that is not finite
 
-    What: an observed value is infinite or not a number in some rows; the run went on.
+    What: an observed value is infinite or not a number in some rows; the run continued.
 
-    Why: nothing that the states depend on uses the value, so the method did not meet it: mostly
-    a division by zero, or a function outside its domain.
+    Why: no state depends on the value, so the solver did not see it. Usually it is a division by
+    zero, or a function outside its domain.
 
-    Example: `observe y;` where `let y = 1 / (time - 1 s);`, at 1 s.
+    Example: `observe y;` with `let y = 1 / (time - 1 s);`, at 1 s.
 
     Way out: check the division or the function; an `assert` in the model ends the run there.
     """
-    when = f"from {time:.9g} s on" if to_the_end else f"at {time:.9g} s"
+    when = f"from {time:.9g} s onwards" if to_the_end else f"at {time:.9g} s"
     return warning(
         "BG712",
         f"`{name}` is not finite {when}",
@@ -265,81 +268,84 @@ def value_not_finite(name: str, time: float, to_the_end: bool) -> Diagnostic:
 def out_of_balance(time: float, share: float) -> Diagnostic:
     """BG716: the energies of a run do not balance
 
-    What: stored energy differs from what was supplied less what was dissipated by more than half a
-    per cent of all that was exchanged.
+    What: the change of stored energy differs from supplied minus dissipated energy by more than
+    half a per cent of all energy exchanged.
 
-    Why: a bond graph conserves energy, whatever its laws. What is missing was lost or made by the
-    integration: its step is too long, or its tolerance too wide, and the rows are as far off.
+    Why: a bond graph conserves energy, so the difference is an integration error: the step is too
+    long or the tolerance too loose. The rows are likely to be as inaccurate.
 
-    Example: `solver heun; step 10 ms;` of a mass on a stiff spring.
+    Example: `solver heun; step 10 ms;` for a mass on a stiff spring.
 
-    Way out: a smaller step or tolerance, or another method; `bgc trade` finds the cheapest that
-    will do.
+    Way out: use a smaller step or tolerance, or another method; `bgc trade` finds the cheapest one
+    that is accurate enough.
     """
     return warning(
         "BG716",
-        f"from t = {time:.9g} s on the energies do not balance: the residual comes to "
-        f"{share:.2g} of what was exchanged",
-        help="take a smaller step or tolerance, or another method; `bgc trade` finds one",
+        f"from t = {time:.9g} s onwards the energies do not balance: the residual is "
+        f"{share:.2g} of the energy exchanged",
+        help="use a smaller step or tolerance, or another method; `bgc trade` finds one",
     )
 
 
 def step_too_long(time: float, state: str, part: float, step: float) -> Diagnostic:
     """BG719: a fixed step is too long for the equations
 
-    What: within one step the method's own stages disagree by a good part of a state's whole range.
-    The rows from there on are not to be trusted.
+    What: within one step the stages of the method disagree by a large part of a state's range. The
+    rows from there on are unreliable.
 
-    Why: the step does not resolve what happens in it: it jumps over a pole or a wall, an explicit
-    method is beyond the limit of its stability, or a mode is much faster than the step and moves
-    more than a little. Where that is a stiff spring that starts out of balance, an L-stable method
-    damps it within a few steps, and what is slow is right.
+    Why: the step does not resolve the motion: it jumps over a pole or a wall, an explicit method is
+    beyond its stability limit, or a mode with a noticeable amplitude is much faster than the step.
+    If that mode is a stiff spring that starts out of balance, an L-stable method damps it within a
+    few steps, and the slow motion is right.
 
-    Example: `solver rk4; step 10 ms;` of a spring that swings at 100 Hz.
+    Example: `solver rk4; step 10 ms;` for a spring that oscillates at 100 Hz.
 
-    Way out: a shorter step, or a method with error control such as `rodas5p`; `settle` where
+    Way out: use a shorter step, or a method with error control such as `rodas5p`; use `settle` if
     springs start out of balance.
     """
     return warning(
         "BG719",
-        f"the step of {step:g} s is too long at t = {time:.9g} s: within it the method corrects "
-        f"itself by {part:.2g} of the range of `{state}`",
-        help="take a shorter step, or a method with error control (`solver rodas5p`); "
-        "`bgc explain BG719` tells more",
+        f"the step of {step:g} s is too long at t = {time:.9g} s: the stages of the method differ "
+        f"by {part:.2g} of the range of `{state}`",
+        help="use a shorter step, or a method with error control (`solver rodas5p`); "
+        "see `bgc doc BG719`",
     )
 
 
 def not_converged(time: float) -> Diagnostic:
-    """BG714: the iteration of an implicit step found no solution
+    """BG714: an implicit step that did not converge
 
-    What: a step of `midpoint`, `gauss4` or `radau5` is a set of equations, which is solved by
-    Newton's method; it did not converge.
+    What: a step of `midpoint`, `gauss4` or `radau5` solves a set of equations by Newton's method,
+    which did not converge.
 
-    Why: the step is too long for how sharply the equations bend, as at a stop or an overflow.
+    Why: the step is too long for the nonlinearity of the equations, for example at an end stop or
+    near an overflow.
 
-    Example: `solver midpoint; step 1 s;` of a stiff nonlinear spring.
+    Example: `solver midpoint; step 1 s;` for a stiff nonlinear spring.
 
-    Way out: a smaller step, or a linearly implicit method such as `rodas5p`, which iterates not.
+    Way out: use a smaller step, or a linearly implicit method such as `rodas5p`, which does not
+    iterate.
     """
     return error(
         "BG714",
-        f"at t = {time:.9g} s the iteration of an implicit step found no solution",
-        help="take a smaller step, or a method that does not iterate, such as `rodas5p`",
+        f"at t = {time:.9g} s Newton's method did not converge in an implicit step",
+        help="use a smaller step, or a method that does not iterate, such as `rodas5p`",
     )
 
 
 def not_settled(frequency: float) -> Diagnostic:
-    """BG717: fast modes do not come to rest near the start
+    """BG717: no start with the fast modes at rest
 
-    What: a run is to start with its fast modes at rest, but Newton's method found no such state
-    near the initial one.
+    What: the run is to start with its fast modes at rest (`settle`), but Newton's method found no
+    such state near the initial one.
 
-    Why: there may be none: a fast mode that grows, or a spring that is far from its rest; or modes
-    that the frequency does not part well, as many lie near it.
+    Why: there may be none: a fast mode is unstable, or a spring is far from its rest position. Or
+    many modes lie near the frequency, so it does not separate fast from slow.
 
-    Example: `solver rodas5p(settle = 20 Hz);` where a stiff spring starts stretched by a metre.
+    Example: `solver rodas5p(settle = 20 Hz);` with a stiff spring stretched by a metre at the
+    start.
 
-    Way out: another frequency, well between the slow modes and the fast ones (`bgc equations
+    Way out: give another frequency, well between the slow and the fast modes (`bgc equations
     --linear` lists them), or better initial values.
     """
     return error(
@@ -351,20 +357,20 @@ def not_settled(frequency: float) -> Diagnostic:
 
 
 def not_separable() -> Diagnostic:
-    """BG718: a consistent start of equations whose rates cannot be solved for
+    """BG718: `settle` with undetermined rates
 
-    What: `settle` is asked for where the model's `equation`s couple rates in a way that leaves
-    some of them undetermined.
+    What: `settle` is used, and the model's `equation`s couple rates so that some of them are
+    undetermined.
 
-    Why: fast and slow modes are told apart by the rates of all states.
+    Why: fast and slow modes are separated by the rates of all states.
 
     Example: `solver rodas5p(settle = 20 Hz);` with `equation der(a) - der(b) = a;` and
     `equation der(b) - der(a) = b;`.
 
-    Way out: leave `settle` away, or write `der(x) = ..;`.
+    Way out: omit `settle`, or write `der(x) = ..;`.
     """
     return error(
         "BG718",
-        "fast modes cannot be told from slow ones: some rates are not determined",
-        help="leave `settle` away, or write each rate as `der(x) = ..;`",
+        "fast and slow modes cannot be separated: some rates are undetermined",
+        help="omit `settle`, or write each rate as `der(x) = ..;`",
     )

@@ -1,4 +1,4 @@
-"""Diagnostics of scenes: devices, drives, what is observed, how a run is made."""
+"""Diagnostics of scenes: devices, drives, observed columns, options of a run."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from bgc.diagnostics.source import Span
 def unknown_scene(name: str, scenes: Sequence[str]) -> Diagnostic:
     """BG600: a scene that the file does not have
 
-    What: `--scene` names no scene of the file.
+    What: the file has no scene with the name after `--scene`.
 
-    Why: scenes of imported files are not run from here.
+    Why: scenes of imported files are not available here.
 
     Example: `bgc run crane.bg --scene stormy`
 
@@ -25,20 +25,25 @@ def unknown_scene(name: str, scenes: Sequence[str]) -> Diagnostic:
     return error(
         "BG600",
         f"there is no scene `{name}`",
-        help=near or (f"the file has {listing}" if listing else "the file has no scenes"),
+        help=near
+        or (
+            f"name a scene of the file: {listing}"
+            if listing
+            else "omit `--scene`: the file has no scenes"
+        ),
     )
 
 
 def nothing_to_run(name: str) -> Diagnostic:
     """BG601: a file without a model
 
-    What: the file declares neither a scene nor a model of its own.
+    What: the file declares neither a scene nor a model.
 
-    Why: there is nothing to compile; imported models are not taken.
+    Why: there is nothing to compile; imported models do not run by themselves.
 
-    Example: a file with only `import "parts.bg";`
+    Example: a file with only `import "parts.bg";`.
 
-    Way out: add a model, or a scene of an imported one.
+    Way out: add a model, or a scene of an imported model.
     """
     return error(
         "BG601", f"`{name}` declares no model and no scene", help="add `scene s of Model { .. }`"
@@ -50,7 +55,7 @@ def only_dimensioned(span: Span, name: str) -> Diagnostic:
 
     What: the file has no scene, and its last model needs dimensions.
 
-    Why: how wide it is to be is not known.
+    Why: the dimensions are unknown.
 
     Example: `model Chain[n] { }` alone in a file.
 
@@ -67,28 +72,29 @@ def only_dimensioned(span: Span, name: str) -> Diagnostic:
 def edit_without_target(
     span: Span, path: str, what: str, found: str = "", way: str = ""
 ) -> Diagnostic:
-    """BG603: a `set`, `use` or `drive` of something that does not take it
+    """BG603: a `set`, `use` or `drive` of the wrong kind of target
 
     What: the path names something of another kind: `set` takes a parameter or constant, `use` a
     slot, `drive` an input or a device's command.
 
-    Why: everything else has its value from the model.
+    Why: the model defines all other values.
 
     Example: `set pendulum.angle = 30 deg;` where `state angle = angle0;`
 
-    Way out: name a parameter, as `angle0`; or declare one in the model.
+    Way out: name a target of the right kind, here the parameter `angle0`, or declare one in the
+    model.
     """
     other = f"{found}, not {what}" if found else f"not {what}"
     return error("BG603", f"`{path}` is {other}", span, help=way or f"name {what} of the model")
 
 
 def unknown_channel(span: Span, name: str, device: str, have: Iterable[str]) -> Diagnostic:
-    """BG610: a channel that devices do not have
+    """BG610: a channel that the device does not have
 
-    What: the name after a device is none of its channels.
+    What: the name after a device is not one of its channels.
 
-    Why: a device gives `position orientation velocity angular_velocity gripper buttons`, and
-    takes `force torque gripper_force`.
+    Why: a device provides `position orientation velocity angular_velocity gripper buttons`, and
+    receives `force torque gripper_force`.
 
     Example: `drive handle.x = hand.positon;`
 
@@ -100,7 +106,7 @@ def unknown_channel(span: Span, name: str, device: str, have: Iterable[str]) -> 
         "BG610",
         f"device `{device}` has no channel `{name}` here",
         span,
-        help=did_you_mean(name, have) or f"its channels are {listing}",
+        help=did_you_mean(name, have) or f"use one of its channels: {listing}",
     )
 
 
@@ -109,23 +115,23 @@ def device_name_taken(span: Span, name: str, first: Span | None) -> Diagnostic:
 
     What: the scene has another device, or its model a part or value, of that name.
 
-    Why: `hand.position` could mean either.
+    Why: `hand.position` would be ambiguous.
 
     Example: `device handle = trace(file = "a.csv");` where the model has a part `handle`.
 
-    Way out: call the device something else.
+    Way out: give the device another name.
     """
-    labels = [Label(first, "already here")] if first else []
+    labels = [Label(first, "already declared here")] if first else []
     return error("BG611", f"the name `{name}` is taken", span, labels=labels,
-                 help="call the device something else")  # fmt: skip
+                 help="give the device another name")  # fmt: skip
 
 
 def device_option(span: Span, name: str) -> Diagnostic:
-    """BG612: an option of a device or solver that is not understood
+    """BG612: an invalid option of a device or solver
 
-    What: an option has no name, or its value is neither a number nor a text in quotes.
+    What: an option has no name, or its value is neither a number nor a quoted text.
 
-    Why: options are handed to the driver as they are.
+    Why: options are passed to the driver unchanged.
 
     Example: `device hand = trace(hand.csv);`
 
@@ -133,16 +139,16 @@ def device_option(span: Span, name: str) -> Diagnostic:
     """
     return error(
         "BG612",
-        f"{name} takes options as `name = value`",
+        f"{name} takes options of the form `name = value`",
         span,
-        help='a value is a number or a text in quotes: `trace(file = "hand.csv")`',
+        help='give a number or a quoted text: `trace(file = "hand.csv")`',
     )
 
 
 def observe_needs_name(span: Span) -> Diagnostic:
     """BG620: an observed expression without a name
 
-    What: an expression that is no plain path is observed without `as`.
+    What: an observed expression is not a plain path and has no `as`.
 
     Why: its column needs a name.
 
@@ -154,55 +160,55 @@ def observe_needs_name(span: Span) -> Diagnostic:
 
 
 def column_twice(span: Span, name: str, first: Span) -> Diagnostic:
-    """BG621: two columns of one name
+    """BG621: two columns with the same name
 
-    What: two observed things have the same name.
+    What: two observed quantities have the same name.
 
-    Why: the columns of the result are told apart by name.
+    Why: the name identifies a column of the result.
 
     Example: `observe a.f as flow, b.f as flow;`
 
-    Way out: give one another name by `as`.
+    Way out: rename one with `as`.
     """
     return error(
         "BG621",
         f"two columns are called `{name}`",
         span,
         labels=[Label(first, "the first one")],
-        help="give one another name by `as`",
+        help="rename one with `as`",
     )
 
 
 def unknown_account(span: Span, name: str, have: Sequence[str]) -> Diagnostic:
     """BG622: an energy account that does not exist
 
-    What: the name after `energy` is none of the accounts.
+    What: the name after `energy` is not one of the accounts.
 
-    Why: energy is kept as `stored`, `supplied`, `dissipated`, and their `residual`.
+    Why: the accounts are `stored`, `supplied`, `dissipated` and their `residual`.
 
     Example: `observe energy.kinetic;`
 
-    Way out: observe one of the four; a part's power is `part.power`.
+    Way out: observe one of the four; for the power of a part observe `part.power`.
     """
     listing = ", ".join(f"`energy.{h}`" for h in have)
     return error(
         "BG622",
         f"there is no energy account `{name}`",
         span,
-        help=did_you_mean(name, have) or f"there are {listing}",
+        help=did_you_mean(name, have) or f"use one of {listing}",
     )
 
 
 def plot_unobserved(span: Span, name: str, columns: Sequence[str]) -> Diagnostic:
-    """BG623: a plot of what the scene does not observe
+    """BG623: a plot of an unobserved quantity
 
-    What: `plot` names something that is no column of the scene.
+    What: `plot` names something that is not a column of the scene.
 
-    Why: a scene computes only what it observes, and plots only what it computes.
+    Why: a scene computes and plots only the quantities that it observes.
 
     Example: `observe boom.f; plot tip.z;`.
 
-    Way out: `observe tip.z;` too, or one of the names that the scene observes.
+    Way out: add `observe tip.z;`, or plot one of the observed names.
     """
     return error(
         "BG623",
@@ -215,22 +221,22 @@ def plot_unobserved(span: Span, name: str, columns: Sequence[str]) -> Diagnostic
 def unknown_option(span: Span, name: str, have: Sequence[str]) -> Diagnostic:
     """BG632: an option that solvers do not have
 
-    What: the name given to a solver in parentheses is none of its options.
+    What: the name given to a solver in parentheses is not one of its options.
 
-    Why: an option that is passed over would leave the accuracy other than asked for.
+    Why: ignoring an unknown option would silently change the accuracy.
 
     Example: `solver rodas5p(tolerance = 1e-6);`
 
-    Way out: use `rtol` and `atol` for the tolerances, `step` of a fixed-step method, `max_step`
-    and `max_steps` as limits, `keep` for how many steps a Jacobian serves, `settle` for the
-    frequency beyond which modes start at rest.
+    Way out: use `rtol` and `atol` for tolerances, `step` for a fixed step, `max_step` and
+    `max_steps` as limits, `keep` for the number of steps that share a Jacobian, or `settle` for the
+    frequency above which modes start at rest.
     """
     listing = ", ".join(f"`{h}`" for h in have)
     return error(
         "BG632",
         f"solvers have no option `{name}`",
         span,
-        help=did_you_mean(name, have) or f"they have {listing}",
+        help=did_you_mean(name, have) or f"use one of {listing}",
     )
 
 
@@ -239,7 +245,7 @@ def not_positive(span: Span, what: str, value: float) -> Diagnostic:
 
     What: a duration, step, deadline or tolerance is zero or negative.
 
-    Why: time runs forwards.
+    Why: such a value has no meaning.
 
     Example: `run 0 s;`
 
@@ -254,11 +260,11 @@ def not_positive(span: Span, what: str, value: float) -> Diagnostic:
 
 
 def said_twice(span: Span, what: str, first: Span) -> Diagnostic:
-    """BG631: a scene that says something twice
+    """BG631: a statement given twice in a scene
 
-    What: a scene has two `run`, `step`, `solver` or `deadline`.
+    What: a scene has two `run`, `step`, `solver` or `deadline` statements.
 
-    Why: which of them holds could not be told.
+    Why: the two may contradict each other.
 
     Example: `run 10 s; run 60 s;`
 
@@ -266,7 +272,7 @@ def said_twice(span: Span, what: str, first: Span) -> Diagnostic:
     """
     return error(
         "BG631",
-        f"the scene has two `{what}`",
+        f"the scene has two `{what}` statements",
         span,
         labels=[Label(first, "the first one")],
         help="remove one of them",

@@ -1,4 +1,4 @@
-"""BG087-BG089: driving a scene to its extremes, and the activity of its elements."""
+"""BG087-BG089: stress maps of a scene, and the activity of its elements."""
 
 from __future__ import annotations
 
@@ -7,59 +7,58 @@ from bgc.diagnostics.diagnostic import Diagnostic
 
 
 def not_a_drive(text: str) -> Diagnostic:
-    """BG087: a drive without a range
+    """BG087: an invalid `--drive`
 
-    What: `--drive` names what is driven and the values that it takes; this text does not.
+    What: the text after `--drive` does not name a quantity and its values.
 
-    Why: the name, the `=` or the range is missing, the range does not rise, or no parameter has a
-    name like that.
+    Why: the name, the `=` or the range is missing, the range does not increase, or no parameter
+    matches the name.
 
     Example: `--drive stiffness`.
 
-    Way out: `--drive "k=1e3..1e14 N/m"` by decades, `"k=1 N/m..2 N/m:5"` in five values, or
-    `"k=1 N/m, 5 N/m"`. Besides parameters there are `step`, `rtol` and `time`. A `*` in a name
-    stands for anything: `"*.lock.stiffness=1e3..1e14 N/m"` drives all of such names together.
+    Way out: write `--drive "k=1e3..1e14 N/m"` for decades, `"k=1 N/m..2 N/m:5"` for five values, or
+    `"k=1 N/m, 5 N/m"`. Besides parameters, `step`, `rtol` and `time` can be driven. A `*` in a name
+    matches any text: `"*.lock.stiffness=1e3..1e14 N/m"` drives all matching parameters together.
     """
     return error(
         "BG087",
-        f"`{text}` is no drive",
+        f"`{text}` is not a valid `--drive`",
         help="write NAME=LOW..HIGH, NAME=LOW..HIGH:COUNT or NAME=VALUE, VALUE",
     )
 
 
 def nothing_to_judge(scene: str) -> Diagnostic:
-    """BG088: nothing that could be right or wrong
+    """BG088: nothing to judge
 
-    What: `bgc stress` and `bgc activity` judge what the scene observes, and it observes nothing,
-    or energy accounts alone.
+    What: the scene observes nothing, or only energy accounts.
 
-    Why: states are of no interest by themselves; what is observed is.
+    Why: `bgc stress` and `bgc activity` judge the observed quantities.
 
     Example: `scene s of RLC { run 1 s; }`.
 
-    Way out: `observe NAME;` in the scene.
+    Way out: add `observe NAME;` to the scene.
     """
     of = f"scene `{scene}`" if scene else "the model"
     return error(
         "BG088",
-        f"{of} observes nothing that could be right or wrong",
+        f"{of} observes nothing that can be judged",
         help="add `observe NAME;` to the scene",
     )
 
 
 def nominal_run_failed(message: str) -> Diagnostic:
-    """BG089: the scene does not run as it is
+    """BG089: a scene that does not run
 
-    What: the scene's own run was not completed, so that there is nothing to compare with.
+    What: the scene's own run failed, so there is nothing to compare with.
 
-    Why: the message of that run tells.
+    Why: the message of that run gives the reason.
 
-    Example: a scene whose `assert` fails.
+    Example: a scene with a failing `assert`.
 
-    Way out: `bgc run` the scene, and mend what it says.
+    Way out: run it with `bgc run` and fix the error that it reports.
     """
     return error(
         "BG089",
-        f"the scene does not run as it is: {message}",
-        help="`bgc run` it, and mend what it says",
+        f"the scene does not run: {message}",
+        help="run it with `bgc run` and fix the error that it reports",
     )

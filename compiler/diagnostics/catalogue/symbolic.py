@@ -1,4 +1,4 @@
-"""Diagnostics of formulas in a model's own letters: transfer functions, equilibria."""
+"""Diagnostics of symbolic formulas: transfer functions, equilibria."""
 
 from __future__ import annotations
 
@@ -11,36 +11,36 @@ from bgc.diagnostics.diagnostic import Diagnostic
 def too_large(what: str, measure: str, limit: str) -> Diagnostic:
     """BG094: a formula that is too large
 
-    What: a formula in the model's own letters takes more work, or more space, than bgc spends.
-    Why: the terms of a determinant grow exponentially with the number of states and parameters
-    that it couples. Formulas of thousands of terms cannot be read.
+    What: a symbolic formula would take more time or memory than bgc allows.
+    Why: the number of terms of a determinant grows exponentially with the coupled states and
+    parameters, and a formula with thousands of terms is useless.
     Example: `bgc equations two_beam_crane.bg --transfer "tip_height/hand.position[3]"`
-    Way out: take the numbers (`bgc equations FILE --linear`, `bgc bode FILE`); or choose an output
-    and an input with less between them, or a simpler variant of a part (`--use`, `Rigid` for a
-    compliant lock).
+    Way out: compute numbers (`bgc equations FILE --linear`, `bgc bode FILE`); or choose an output
+    and an input with fewer elements between them, or a simpler variant of a part (`--use`, for
+    example `Rigid` for a compliant lock).
     """
     return error(
         "BG094",
         f"{what} is too large for a formula: {measure}; the limit is {limit}",
-        help="take numbers, with `bgc equations FILE --linear` or `bgc bode FILE`, or an output "
-        "and an input with less between them",
+        help="compute numbers with `bgc equations FILE --linear` or `bgc bode FILE`, or choose an "
+        "output and an input with fewer elements between them",
     )
 
 
 def no_closed_form(what: str, output: str, input_: str, degree: int) -> Diagnostic:
     """BG095: poles or zeros without a closed form
 
-    What: the poles or zeros of a transfer function are asked for as formulas, and a factor of its
-    denominator or numerator has none of reasonable size.
-    Why: only factors of degree one and two, and such in s^2, have short formulas for their roots;
-    from degree five on there is none at all.
-    Example: `G.poles()` of three masses and three springs with dampers.
-    Way out: take the numbers (`G.numeric_poles()`), for any values of the letters.
+    What: formulas are requested for the poles or zeros of a transfer function, and a factor of its
+    denominator or numerator has no short formula for its roots.
+    Why: only factors of degree one and two (also in s^2) have short formulas for their roots; from
+    degree five there is no general formula.
+    Example: `G.poles()` for three masses and three springs with dampers.
+    Way out: compute numbers with `G.numeric_poles()`, for any values of the symbols.
     """
     return error(
         "BG095",
         f"the {what} of `{output}` by `{input_}` have no closed form: a factor has degree {degree}",
-        help=f"take numbers with `numeric_{what}()`, for any values of the letters",
+        help=f"compute numbers with `numeric_{what}()`, for any values of the symbols",
     )
 
 
@@ -51,7 +51,8 @@ def undetermined(names: Sequence[str]) -> Diagnostic:
     Why: at the operating point the algebraic equations no longer determine their unknowns: one
     has become zero, or two have become the same.
     Example: `equation z^3 = u;` about z = 0.
-    Way out: choose another operating point, or write the equations so that each unknown counts.
+    Way out: choose another operating point, or write the equations so that each determines an
+    unknown.
     """
     some = f" {listed(names)}" if names else ""
     return error(
@@ -62,82 +63,82 @@ def undetermined(names: Sequence[str]) -> Diagnostic:
 
 
 def undefined_at(what: str) -> Diagnostic:
-    """BG097: a formula that is not defined at its operating point
+    """BG097: a formula that is undefined at its operating point
 
-    What: with the operating point put in, a formula divides by zero.
-    Why: the derivative of a law is infinite there: a square root at zero, a quotient by a state
+    What: at the operating point a formula divides by zero.
+    Why: the derivative of a law is infinite there: a square root at zero, or a quotient by a state
     that is zero.
     Example: the flow out of a tank, `c*sqrt(h)`, about the empty tank.
-    Way out: leave the states as letters, or choose an operating point off the singular one.
+    Way out: keep the states as symbols, or choose another operating point.
     """
     return error(
         "BG097",
         f"{what} divides by zero at this operating point",
-        help="leave the states as letters, or choose another point",
+        help="keep the states as symbols, or choose another operating point",
     )
 
 
 def bad_pair(text: str) -> Diagnostic:
     """BG098: a transfer function that is not written OUTPUT/INPUT
 
-    What: `--transfer` wants an output and an input with a slash between them.
+    What: the value of `--transfer` is not an output and an input with a slash between them.
     Why: a transfer function leads from one input to one output. The last slash separates them,
-    since an output may be an expression with a slash of its own.
+    since an output may be an expression that contains a slash.
     Example: `bgc equations rlc.bg --transfer capacitor.e`
     Way out: `bgc equations rlc.bg --transfer capacitor.e/supply.e`
     """
     return error(
         "BG098",
-        f"`{text}` names no output and input",
-        help="write OUTPUT/INPUT, as `--transfer capacitor.e/supply.e`",
+        f"`{text}` is not of the form OUTPUT/INPUT",
+        help="name an output and an input, for example `--transfer capacitor.e/supply.e`",
     )
 
 
 def no_formula_of_equilibrium(names: Sequence[str]) -> Diagnostic:
     """BG099: an equilibrium without a formula
 
-    What: the equilibrium of a model is asked for in its own letters, and none was found.
-    Why: the equations of these states together are nonlinear in several unknowns, or in one in a
-    way that cannot be solved for it, or they have no unique solution (an angle that nothing
-    holds).
-    Example: `model.symbolic(at="steady")` of three tanks whose valves depend on each other.
-    Way out: leave the states as letters and give them numbers afterwards:
+    What: no formula was found for the equilibrium of the model.
+    Why: the equations of these states are nonlinear in several unknowns, cannot be solved for their
+    unknown, or have no unique solution (such as an angle that nothing holds).
+    Example: `model.symbolic(at="steady")` for three tanks with valves that depend on each other.
+    Way out: keep the states as symbols and substitute numbers afterwards:
     `model.linearise(at="steady").point` has those of the equilibrium.
     """
     return error(
         "BG099",
         f"no formula was found for the equilibrium of {listed(names)}",
-        help="leave the states as letters, and take their numbers from "
+        help="keep the states as symbols, and take their values from "
         '`model.linearise(at="steady").point`',
     )
 
 
 def unknown_letter(name: str, known: Sequence[str]) -> Diagnostic:
-    """BG079: a letter that does not exist
+    """BG079: an unknown symbol
 
-    What: a formula is asked about a name that is no parameter, state or input of the model.
-    Why: sensitivities are derivatives by a parameter, and an operating point gives values to
-    states, parameters and inputs.
+    What: the name is not a parameter, state or input of the model.
+    Why: a sensitivity is a derivative with respect to a parameter; an operating point gives values
+    to states, parameters and inputs.
     Example: `model.symbolic().rates_by("resistor.R")` where the parameter is called `R`.
     Way out: use a name from `parameters`, `states` or `inputs`.
     """
     return error(
         "BG079",
-        f"there is no `{name}` to vary or to give a value",
-        help=did_you_mean(name, known),
+        f"the model has no parameter, state or input `{name}`",
+        help=did_you_mean(name, known) or "use a name from `parameters`, `states` or `inputs`",
     )
 
 
 def no_number(name: str) -> Diagnostic:
-    """BG076: a letter without a number
+    """BG076: a symbol without a value
 
-    What: numbers are asked of a formula that holds a letter to which the scene gives none.
-    Why: the operating point was given in letters of one's own.
+    What: a formula is evaluated numerically, but contains a symbol to which the scene gives no
+    value.
+    Why: the operating point was given with a symbol of the user's own.
     Example: `sym.at({"tank.q": sympy.Symbol("V0")}).transfer_function(..).numeric_poles()`
-    Way out: give the number: `numeric_poles({"V0": 0.2})`
+    Way out: give its value: `numeric_poles({"V0": 0.2})`.
     """
     return error(
         "BG076",
-        f"`{name}` has no number",
-        help=f'give it one, as `numeric_poles({{"{name}": 0.2}})`',
+        f"`{name}` has no value",
+        help=f'give it a value, for example `numeric_poles({{"{name}": 0.2}})`',
     )

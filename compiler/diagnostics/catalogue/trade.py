@@ -11,79 +11,79 @@ from bgc.diagnostics.diagnostic import Diagnostic
 def nothing_measured(scene: str, method: str) -> Diagnostic:
     """BG090: `solver auto` without a measurement
 
-    What: the scene leaves its solver to what `bgc trade` recommends, and nothing was measured for
-    the scene as it now is. It was run with the default method instead.
+    What: the scene uses the solver that `bgc trade` recommends, but there is no measurement of the
+    scene in its present form. The default method was used instead.
 
-    Why: `bgc trade` was not run on this machine, was interrupted, found nothing that meets
-    `require` and `deadline`, or the model, the scene or a parameter has changed since.
+    Why: `bgc trade` was not run on this machine, was interrupted, or found no method that meets
+    `require` and `deadline`; or the model, the scene or a parameter has changed since.
 
-    Example: `solver auto;` in a scene that is new.
+    Example: `solver auto;` in a new scene.
 
-    Way out: `bgc trade FILE`, or a method by its name: `solver rodas5p;`.
+    Way out: run `bgc trade FILE`, or name a method: `solver rodas5p;`.
     """
     of = f"scene `{scene}`" if scene else "the model"
     return warning(
         "BG090",
-        f"`solver auto`: nothing was measured for {of} as it is now, so it was run with `{method}`",
-        help="run `bgc trade` on it, with the same `--set` and `--use`, or name a method",
+        f"`solver auto`: there is no measurement of {of} in its present form; `{method}` was used",
+        help="run `bgc trade` with the same `--set` and `--use`, or name a method",
     )
 
 
 def nothing_to_measure(scene: str) -> Diagnostic:
-    """BG091: nothing whose error could be measured
+    """BG091: no quantity to measure errors in
 
-    What: `bgc trade` measures errors in what the scene observes or requires.
+    What: the scene observes nothing, or only energy accounts.
 
-    Why: the scene observes nothing, or energy accounts alone.
+    Why: `bgc trade` measures errors in the observed or required quantities.
 
     Example: `scene s of RLC { run 1 s; }`.
 
-    Way out: `observe NAME;` or `require NAME within VALUE;`.
+    Way out: add `observe NAME;` or `require NAME within VALUE;`.
     """
     of = f"scene `{scene}`" if scene else "the model"
     return error(
         "BG091",
-        f"{of} observes nothing whose error could be measured",
+        f"{of} observes nothing whose error can be measured",
         help="add `observe NAME;` to the scene, or `require NAME within VALUE;`",
     )
 
 
 def no_reference(reasons: Sequence[str]) -> Diagnostic:
-    """BG092: no method completes the run at a tight tolerance
+    """BG092: no reference solution
 
-    What: errors are measured against a solution by two methods at tight tolerances. Fewer than two
-    of the methods completed it.
+    What: fewer than two methods completed the run at a tight tolerance, so there is no reference to
+    measure errors against.
 
     Why: the model fails (see the reasons), or needs more time than the budget allows.
 
     Example: a model that runs into a singularity.
 
-    Way out: `bgc run FILE` shows how it fails; `--time` measures a shorter part; `--budget` gives
-    more time.
+    Way out: see with `bgc run FILE` how it fails, measure a shorter part with `--time`, or give
+    more time with `--budget`.
     """
     return error(
         "BG092",
         f"there is no reference to measure errors against: {'; '.join(reasons)}",
-        help="see how `bgc run --solver rodas5p` ends, shorten the scene by `--time`, or give more "
+        help="see how `bgc run --solver rodas5p` ends, shorten the run with `--time`, or increase "
         "`--budget`",
     )
 
 
 def no_such_slot(pattern: str, slots: Sequence[str]) -> Diagnostic:
-    """BG093: a slot that the scene does not have, or that nothing else fits
+    """BG093: a slot that does not exist or has no alternatives
 
-    What: `--variants` takes paths of slots, with `*` for any part of one, `all`, `activity`, or
-    lines as a scene says them, `use slot = type; set name = value`.
+    What: the text after `--variants` matches no slot that another model fits.
 
-    Why: none of the scene's slots that something else fits is called so.
+    Why: `--variants` takes paths of slots (with `*` for any part of a path), `all`, `activity`, or
+    statements of a scene: `use slot = type; set name = value`.
 
     Example: `--variants crane.elbw.lock`.
 
-    Way out: one of the slots that `bgc cost FILE` lists.
+    Way out: use one of the slots that `bgc cost FILE` lists.
     """
     listed = ", ".join(f"`{slot}`" for slot in slots[:8]) or "none"
     return error(
         "BG093",
-        f"`{pattern}` is no slot of the scene that could be filled otherwise",
-        help=did_you_mean(pattern, slots) or f"slots that could: {listed}",
+        f"`{pattern}` is not a slot of the scene with alternatives",
+        help=did_you_mean(pattern, slots) or f"slots with alternatives: {listed}",
     )
