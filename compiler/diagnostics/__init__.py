@@ -1,1 +1,1 @@
-"""Diagnostics: values with a code, a place and a way out, their catalogue, and their text form."""
+"""Diagnostics: values with a code, a place and a way out; their catalogue and rendering."""

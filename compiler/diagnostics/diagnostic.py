@@ -1,4 +1,4 @@
-"""Diagnostics as values: what is wrong, where, and the way out."""
+"""Diagnostics as values: message, place and way out."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bgc.diagnostics.source import Span
 
 
 class Severity(Enum):
-    """How bad it is: an error ends the compilation, a warning does not."""
+    """Severity: an error ends the compilation, a warning does not."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -19,7 +19,7 @@ class Severity(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A second place that belongs to a diagnostic, with a few words about it."""
+    """A further place that belongs to a diagnostic, with a short text."""
 
     span: Span
     text: str
@@ -29,9 +29,9 @@ class Label:
 class Diagnostic:
     """One cause, one message.
 
-    `code` is stable (`BG201`); `message` is lower case without a full stop, in the
-    user's terms; `span` is the smallest place at fault, None when there is none (a missing
-    file, a missing compiler); `help` is the way out.
+    `code` is stable (`BG201`). `message` is lower case, without a full stop, in the user's
+    terms. `span` is the smallest place at fault, None without a place in a source (a missing
+    file, a missing compiler). `help` is the way out, an imperative.
     """
 
     code: str
@@ -44,16 +44,16 @@ class Diagnostic:
 
 
 def as_error(diagnostic: Diagnostic) -> Diagnostic:
-    """Make an error of a warning, as `--strict` asks, and say so; an error stays what it is."""
+    """Turn a warning into an error (`--strict`) and add a note; return an error unchanged."""
     if diagnostic.severity is not Severity.WARNING:
         return diagnostic
-    reason = "a warning, which `strict` makes an error"
+    reason = "this warning is an error because of `strict`"
     note = f"{diagnostic.note}\n{reason}" if diagnostic.note else reason
     return replace(diagnostic, severity=Severity.ERROR, note=note)
 
 
 class BgError(Exception):
-    """The user's model, command or machine is at fault; carries the diagnostics to print."""
+    """A fault of the user's model, command or machine, with the diagnostics to print."""
 
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
         self.diagnostics = tuple(diagnostics)
@@ -61,7 +61,7 @@ class BgError(Exception):
 
 
 def _line(diagnostic: Diagnostic) -> str:
-    """A diagnostic in one line, as a Python traceback ends: place, code, message, way out."""
+    """Format a diagnostic in one line: place, code, message, way out."""
     place = ""
     if diagnostic.span is not None:
         source = diagnostic.span.source

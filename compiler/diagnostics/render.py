@@ -1,4 +1,4 @@
-"""Diagnostics as text: the place, the line with the fault underlined, and the way out.
+"""Render diagnostics as text: the place, the underlined line, and the way out.
 
 ::
 
@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
 from bgc.diagnostics.source import Source, Span
 
-_WIDTH = 100  # of the part of a source line that is shown, in columns
+_WIDTH = 100  # shown columns of a source line
 _TAB = 4
 
 _BOLD = "\x1b[1m"
@@ -33,14 +33,14 @@ _COLOUR_OF = {
 
 
 def render(diagnostics: Iterable[Diagnostic], *, colour: bool) -> str:
-    """Print diagnostics, with a blank line between them and a line end after the last."""
+    """Render diagnostics, separated by blank lines, with a line end after the last."""
     paint = _Paint(colour)
     return "\n".join(_one(diagnostic, paint) for diagnostic in diagnostics)
 
 
 @dataclass(frozen=True, slots=True)
 class _Paint:
-    """Puts colours around texts, or leaves them."""
+    """Adds colour codes to texts if `colour` is set."""
 
     colour: bool
 
@@ -66,7 +66,7 @@ def _one(diagnostic: Diagnostic, paint: _Paint) -> str:
 
 
 def _places(diagnostic: Diagnostic) -> list[Label]:
-    """The place at fault, with what a label says of the same place, then the other labels."""
+    """List the place at fault, with the labels at the same place, then the other labels."""
     span = diagnostic.span
     if span is None:
         return list(diagnostic.labels)
@@ -85,7 +85,7 @@ def _gutter_width(span: Span) -> int:
 
 
 def _by_source(places: Sequence[Label]) -> list[tuple[Source, list[Label]]]:
-    """Group places by the file they are in, files in the order they first occur."""
+    """Group places by file, in order of first occurrence."""
     groups: list[tuple[Source, list[Label]]] = []
     for place in places:
         for source, group in groups:
@@ -105,7 +105,7 @@ def _excerpt(
     colour: str,
     paint: _Paint,
 ) -> list[str]:
-    """Show the lines of one file that places are in, each place underlined."""
+    """Show the lines of one file that contain places, and underline each place."""
     line, column = source.position((main or places[0].span).start)
     bar = paint(_BLUE, "|")
     margin = " " * gutter
@@ -130,7 +130,7 @@ def _excerpt(
 
 @dataclass(frozen=True, slots=True)
 class _Window:
-    """The part of a source line that is shown: all of it, unless it is long."""
+    """The shown part of a source line: all of it, unless the line is long."""
 
     line_start: int
     first: int
@@ -140,7 +140,7 @@ class _Window:
 
     @staticmethod
     def around(source: Source, number: int, places: Sequence[Label]) -> _Window:
-        """Choose the part that shows the first place and, as far as it has room, the others."""
+        """Choose a part that contains the first place and, if they fit, the others."""
         line_start = source.line_starts[number - 1]
         length = source.line_length(number)
         at = places[0].span.start - line_start
@@ -154,7 +154,7 @@ class _Window:
         return _Window(line_start, first, last, raw, before + _shown(raw) + after)
 
     def columns(self, span: Span) -> tuple[int, int]:
-        """Column and width of the part of a span that is shown; at least one wide."""
+        """Return column and width of the shown part of a span; the width is at least 1."""
         start = min(max(span.start - self.line_start, self.first), self.last)
         end = min(max(span.end - self.line_start, start), self.last)
         indent = 3 if self.first > 0 else 0
@@ -164,7 +164,7 @@ class _Window:
 
 
 def _shown(text: str) -> str:
-    """A part of a line as it can be printed: tabs as blanks, control characters as U+FFFD."""
+    """Make part of a line printable: tabs become blanks, control characters U+FFFD."""
     if text.isascii() and text.isprintable():
         return text
     return "".join(
@@ -173,7 +173,7 @@ def _shown(text: str) -> str:
 
 
 def _columns(text: str) -> int:
-    """Columns a printed text takes on a terminal."""
+    """Count the terminal columns of a printed text."""
     if text.isascii():
         return len(text)
     return sum(

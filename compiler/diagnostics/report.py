@@ -1,4 +1,4 @@
-"""Collecting diagnostics, so that one run reports every independent mistake."""
+"""Collect diagnostics, so that one run reports every independent mistake."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import replace
 from bgc.diagnostics.catalogue.syntax import too_many_errors
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity
 
-MAX_ERRORS = 50  # reported of one text, and of one pass
+MAX_ERRORS = 50  # reported for one text, and for one pass
 _PATH = re.compile(r"(?:[A-Za-z_]\w*(?:\[\.\.\])?\.)+(?=[A-Za-z_])")
 _INDEX = re.compile(r"\[[-\d, ]+\]")
 
@@ -18,9 +18,9 @@ _INDEX = re.compile(r"\[[-\d, ]+\]")
 class Report:
     """The diagnostics of a pass so far, each once.
 
-    What depends on something that failed raises `already_reported()`, which adds nothing, so
-    that one cause gives one message. After `MAX_ERRORS` it is full: a last error says that
-    there are more, and these are dropped.
+    Code that depends on a failed value raises `already_reported()`, which adds nothing, so
+    that one cause gives one message. After `MAX_ERRORS` the report is full: a last error states
+    that there are more, and these are dropped.
     """
 
     def __init__(self) -> None:
@@ -57,7 +57,7 @@ class Report:
 
     @contextmanager
     def collecting(self, note: str = "") -> Iterator[None]:
-        """Record what a block raises as BgError, and go on behind it."""
+        """Record the diagnostics of a BgError raised in a block, and continue after the block."""
         try:
             yield
         except BgError as err:
@@ -70,24 +70,24 @@ class Report:
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
-        """All that is no error, in the order found."""
+        """The warnings and notes, in the order found."""
         return tuple(d for d in self._diagnostics.values() if d.severity is not Severity.ERROR)
 
     def set_aside(self) -> None:
-        """Let the errors so far not stop the passes that follow, only the last of them."""
+        """Let the passes that follow run despite the errors so far; the last pass raises them."""
         self._aside = len(self.errors)
 
     def raise_new_errors(self) -> None:
-        """Raise BgError when there are errors that were not set aside."""
+        """Raise BgError if there are errors that were not set aside."""
         if len(self.errors) > self._aside or self.is_full:
             self.raise_errors()
 
     def raise_errors(self) -> None:
-        """Raise BgError when there is any error, warnings with it."""
+        """Raise BgError with errors and warnings if there is any error."""
         if self.errors:
             raise BgError([*self.errors, *self.warnings])
 
 
 def already_reported() -> BgError:
-    """What to raise where something is needed whose failure has been recorded."""
+    """Return the error to raise if a needed value failed and its failure is recorded."""
     return BgError(())

@@ -1,4 +1,4 @@
-"""Source texts and places in them."""
+"""Source texts and spans."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 class Source:
     """One `.bg` text, with the starts of its lines.
 
-    `name` is what messages print: the path as the user gave it, or `<text>`.
+    `name` is printed in messages: the path as the user gave it, or `<text>`.
     """
 
     name: str
@@ -23,12 +23,12 @@ class Source:
         object.__setattr__(self, "line_starts", (0, *ends))
 
     def position(self, offset: int) -> tuple[int, int]:
-        """Line and column, both from 1, of a character offset."""
+        """Return line and column, both from 1, of a character offset."""
         line = bisect_right(self.line_starts, offset)
         return line, offset - self.line_starts[line - 1] + 1
 
     def line_length(self, number: int) -> int:
-        """Characters of line `number` (from 1), without its end."""
+        """Count the characters of line `number` (from 1), without its line end."""
         start = self.line_starts[number - 1]
         end = self.line_starts[number] - 1 if number < len(self.line_starts) else len(self.text)
         while end > start and self.text[end - 1] == "\r":
@@ -36,7 +36,7 @@ class Source:
         return end - start
 
     def line(self, number: int) -> str:
-        """Text of line `number` (from 1), without its end."""
+        """Return the text of line `number` (from 1), without its line end."""
         start = self.line_starts[number - 1]
         return self.text[start : start + self.line_length(number)]
 
@@ -51,9 +51,9 @@ class Span:
 
     @property
     def text(self) -> str:
-        """The characters themselves."""
+        """The text of the span."""
         return self.source.text[self.start : self.end]
 
     def to(self, other: Span) -> Span:
-        """The span from the start of this one to the end of `other`."""
+        """Return the span from the start of this one to the end of `other`."""
         return Span(self.source, self.start, other.end)

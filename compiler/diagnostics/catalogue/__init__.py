@@ -1,8 +1,8 @@
 """Every diagnostic of the compiler, one constructor function each, by topic.
 
 The docstring of a constructor is the page that `bgc doc CODE` prints: a first line
-`CODE: title`, then the paragraphs What, Why, Example and Way out. Messages are lower case,
-without a full stop, in the user's words; the way out is the `help`.
+`CODE: title`, then the paragraphs What, Why, Example and Way out. A message is lower case,
+without a full stop, and in the user's terms; `help` is the way out, an imperative.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def warning(
 
 
 def listed(names: Sequence[str], limit: int = 8) -> str:
-    """`a`, `b` and `c`; of a long list the first few."""
+    """Join names: `a`, `b` and `c`; a long list is cut after `limit` names."""
     shown = [f"`{name}`" for name in names[:limit]]
     if len(names) > limit:
         return f"{', '.join(shown)} and {len(names) - limit} more"
@@ -47,14 +47,14 @@ def listed(names: Sequence[str], limit: int = 8) -> str:
 
 
 def with_article(kind: str) -> str:
-    """Put `a` or `an` before an element's name as it is spoken: `an Se`, `a C`, `a Mux`."""
+    """Put `a` or `an` before an element's name, as spoken: `an Se`, `a C`, `a Mux`."""
     return f"an {kind}" if kind[0] in "EFILMRS" and kind != "Mux" else f"a {kind}"
 
 
 def underlined(labels: Iterable[Label], most: int = 8) -> list[Label]:
-    """Labels with one for each place; of more than `most` the first and the last.
+    """Merge labels on the same place; keep the first and last if there are more than `most`.
 
-    Several labels on one place (of parts that share a declaration) become one.
+    Parts that share a declaration put several labels on one place; these become one label.
     """
     texts: dict[tuple[str, int, int], list[Label]] = {}
     for label in labels:
@@ -77,9 +77,9 @@ def _together(labels: Sequence[Label]) -> Label:
 
 
 def did_you_mean(name: str, candidates: Iterable[str]) -> str:
-    """Return a help text that names the candidates closest to `name`, or an empty one.
+    """Return a help text with up to three candidates close to `name`, or an empty text.
 
-    Up to three are named, the closest first; a difference only of case counts as none.
+    The closest comes first; letter case is ignored.
     """
     by_folded: dict[str, str] = {}
     for candidate in candidates:
