@@ -187,6 +187,8 @@ def parse_unit(text: str) -> Unit | None:
         dimension = multiply(dimension, power(word.dimension, exponent))
         for part, own in word.si:
             spelled[part] = spelled.get(part, 0) + own * exponent
+    if any(abs(Fraction(exponent)) > _MAX_EXPONENT for exponent in spelled.values()):
+        return None  # as one factor would be: the symbol has to be a unit itself
     return Unit(factor, dimension, _spell(spelled.items()))
 
 
