@@ -1,8 +1,11 @@
 """Options of the whole test suite, and the check of every intermediate result in it."""
 
 import os
+from pathlib import Path
 
 import pytest
+
+PHYSICS = Path(__file__).parent / "physics"
 
 os.environ["BGC_VERIFY"] = "1"  # commands in processes of their own inherit it
 
@@ -11,9 +14,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--bless", action="store_true", help="rewrite the golden files")
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what compares with blessed files, so that `-m golden --bless` rewrites all of them."""
+    """Mark the physics as slow, and as golden all that compares with blessed files."""
     for item in items:
+        if PHYSICS in item.path.parents:
+            item.add_marker(pytest.mark.slow)
         if "bless" in getattr(item, "fixturenames", ()):
             item.add_marker(pytest.mark.golden)
 

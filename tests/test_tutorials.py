@@ -150,8 +150,9 @@ def rewritten(text: str, outputs: Iterator[str]) -> str:
 @pytest.mark.parametrize("name", PAGES)
 @pytest.mark.slow
 def test_every_command_prints_what_the_page_shows(name, tmp_path, bless):
-    if "bgc graph" in page_text(name) and shutil.which("dot") is None:
-        pytest.skip("Graphviz is not installed")
+    for needed, program in (("$ ", "bash"), ("$ bgc graph", "dot")):
+        if needed in page_text(name) and shutil.which(program) is None:
+            pytest.skip(f"`{program}` is not installed")
     folder = tmp_path / "examples"
     shutil.copytree(EXAMPLES, folder)
     text = page_text(name)

@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.mark.parametrize("crane", ["two_beam", "telescopic"])
 def test_a_crane_with_free_joints_stands_but_for_the_sag_of_its_locks(load, crane):

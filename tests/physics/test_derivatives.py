@@ -27,8 +27,6 @@ from bgc.ir.program import Program
 from bgc.options import Options
 from bgc.runtime.model import Model
 
-pytestmark = pytest.mark.slow
-
 Floats = npt.NDArray[np.float64]
 
 SCENES = [

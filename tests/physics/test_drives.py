@@ -61,7 +61,6 @@ def test_a_load_creeps_by_the_leak(load):
     np.testing.assert_allclose(result["front"] - result["back"], 2 * half, rtol=1e-3)
 
 
-@pytest.mark.slow
 def test_a_crane_in_its_drives_slews_and_luffs(load):
     result = load("drives", "at_sea").simulate()
     height, distance = (

@@ -8,8 +8,6 @@ from scipy.optimize import brentq
 
 from bgc.runtime.running.failures import SimulationError
 
-pytestmark = pytest.mark.slow
-
 G = 9.81
 
 

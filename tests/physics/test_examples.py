@@ -15,8 +15,6 @@ from scipy.optimize import brentq
 import bgc
 from bgc.runtime.model import Model
 
-pytestmark = pytest.mark.slow
-
 EXAMPLES = Path(__file__).parents[2] / "library" / "examples"
 GRAVITY = 9.81
 

@@ -8,8 +8,6 @@ import pytest
 
 import bgc
 
-pytestmark = pytest.mark.slow
-
 SCENES = Path(str(resources.files("bgc.library"))) / "scenes" / "two_beam_crane.bg"
 LOAD_IN_HAND = 2000 * 9.81 / 1800
 

@@ -8,8 +8,6 @@ from lagrange import motion
 
 from bgc.driver import check_source
 
-pytestmark = pytest.mark.slow
-
 GRAVITY = 9.81
 MODEL = Path(__file__).parents[1] / "models" / "four_bar.bg"
 LENGTHS = (1, 2.5, 1.7)

@@ -18,8 +18,6 @@ from scipy.integrate import solve_ivp
 import bgc
 from bgc.runtime.model import Model
 
-pytestmark = pytest.mark.slow
-
 FOLDER = Path(__file__).parents[1] / "models" / "ivp"
 REFERENCES = json.loads((FOLDER / "references.json").read_text())
 STIFF = ("rodas5p", "rodas4p2", "radau5")

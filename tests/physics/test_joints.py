@@ -61,7 +61,6 @@ def test_free_joint_pushes_along_the_parents_axes(load):
 
 
 @pytest.mark.parametrize("joint", ["fixed", "revolute", "prismatic", "spherical"])
-@pytest.mark.slow
 def test_a_rigid_lock_is_the_limit_of_a_stiff_one(load, joint):
     stiff, rigid = (load("joints", scene) for scene in (joint, f"rigid_{joint}"))
     assert len(rigid.states) < len(stiff.states)

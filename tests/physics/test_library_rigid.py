@@ -13,8 +13,6 @@ from bgc.driver import check_source, compile_scene
 from bgc.ir.graph import Storage
 from bgc.options import Options
 
-pytestmark = pytest.mark.slow
-
 SCENES = Path(library.__file__).parent / "scenes"
 CRANES = SCENES / "two_beam_crane.bg"
 NAMES = re.compile(r"^scene (\w+)", re.MULTILINE)

@@ -10,8 +10,6 @@ from scipy.optimize import brentq, root
 import bgc
 from bgc.runtime.running.failures import SimulationError
 
-pytestmark = pytest.mark.slow
-
 
 def test_the_resistors_around_a_capacitor(load):
     result = load("loops", "ladder").simulate(1.0, rtol=1e-10)

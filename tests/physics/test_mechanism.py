@@ -4,9 +4,6 @@ from functools import cache
 
 import mujoco
 import numpy as np
-import pytest
-
-pytestmark = pytest.mark.slow
 
 GRAVITY = 9.81
 NED = np.diag([1.0, -1, -1])

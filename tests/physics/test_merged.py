@@ -1,7 +1,6 @@
 """Storage in derivative causality: closed answers and Lagrange's equations."""
 
 import numpy as np
-import pytest
 from lagrange import motion, of_points
 from scipy.linalg import expm
 from scipy.special import ellipk
@@ -94,7 +93,6 @@ def test_period_of_a_pendulum_from_nearly_upright(load):
     np.testing.assert_allclose(late, 0, atol=1e-7)
 
 
-@pytest.mark.slow
 def test_double_pendulum_moves_as_lagrange_says(load):
     model = load("pendulums", "double")
     assert len(model.states) == 4
@@ -121,7 +119,6 @@ def test_double_pendulum_moves_as_lagrange_says(load):
         assert np.abs(result["energy.residual"]).max() < 1e-7
 
 
-@pytest.mark.slow
 def test_a_pendulum_on_a_cart_turns_over(load):
     """Through both zeros of the rod's modulus, where neither rate can be solved for alone."""
     result = load("pendulums", "on_cart").simulate()

@@ -10,8 +10,6 @@ import pytest
 import bgc
 import bgc.library
 
-pytestmark = pytest.mark.slow
-
 SCENES = Path(bgc.library.__path__[0]) / "scenes" / "planar_crane.bg"
 
 # Of 70 states: in the plane a body has 3 momenta, a hinge's lock 2 translations, a grip's lock 3

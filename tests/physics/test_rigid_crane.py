@@ -8,8 +8,6 @@ import pytest
 from crane_references import ByMujoco, ByPinocchio, State, by_energies, crane_of, skew
 from probe import Probe, probe
 
-pytestmark = pytest.mark.slow
-
 STATES = 1000
 VELOCITIES = (*(f"twist[{k}]" for k in range(1, 7)), "slew", "luff", "fold")
 SPREAD = np.array([2, 2, 2, 0.3, 0.3, 0.3, 1, 1, 1])  # m/s, rad/s

@@ -1,9 +1,6 @@
 """Joints on springs tend to rigid ones in proportion to their compliance."""
 
 import numpy as np
-import pytest
-
-pytestmark = pytest.mark.slow
 
 STIFFNESSES = np.logspace(6, 10, 5)
 

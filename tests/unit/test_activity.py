@@ -15,6 +15,8 @@ from bgc.runtime.activity.powers import Activity, below
 from bgc.runtime.cli.app import application
 from bgc.runtime.compiling import compile_model
 
+pytestmark = pytest.mark.slow
+
 MODELS = Path(__file__).parents[1] / "models" / "activity.bg"
 
 
@@ -55,7 +57,6 @@ def train(times):
     return sprung, joined, link
 
 
-@pytest.mark.slow
 def test_a_stiff_spring_that_does_little_is_made_rigid_at_the_error_that_this_has():
     report = report_of("train", negligible=0.05)
     times = np.linspace(0, 1, 2001)

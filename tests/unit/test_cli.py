@@ -70,6 +70,7 @@ def test_wrong_usage_is_status_2(arguments):
     assert bgc(*arguments).exit_code == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "code"),
     [

@@ -28,6 +28,7 @@ def problems(lines: list[str], rest: str = BONDS) -> list[Diagnostic]:
     return list(caught.value.diagnostics)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["let", "const", "param", "output"])
 def test_a_chain_of_definitions_in_any_order(kind: str) -> None:
     chain = [f"{kind} a{k} = a{k + 1} + 1;" for k in range(LENGTH)]
@@ -67,6 +68,7 @@ def test_what_a_wrong_value_leads_to_is_reported_once() -> None:
     assert problem.code == "BG310"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", [0, LENGTH // 2])
 def test_a_long_cycle_is_named_whole(first: int) -> None:
     chain = [f"let a{k} = a{k + 1} + 1;" for k in range(LENGTH)]

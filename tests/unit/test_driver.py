@@ -49,6 +49,7 @@ def test_a_prepared_graph_is_compiled_and_not_remembered():
     assert bgc.compile(RLC).outputs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
 def test_every_file_of_the_library_checks_without_a_word(path):
     assert codes(path) == []

@@ -11,6 +11,8 @@ import bgc
 from bgc.runtime.model import Model
 from bgc.runtime.results.ensemble import Ensemble
 
+pytestmark = pytest.mark.slow
+
 SCENES = Path(__file__).parents[2] / "library" / "scenes"
 
 # A ball that bounces on a spring and is pushed, from a time of its own on and at intervals; a stair
@@ -135,7 +137,6 @@ def test_an_argument_that_becomes_undefined_ends_its_instance_alone(switching):
 
 
 @pytest.mark.parametrize("solver", ["ros34prw", "rodas5p"])
-@pytest.mark.slow
 def test_the_crane_follows_its_handle_as_alone(solver):
     model = bgc.compile(SCENES / "two_beam_crane.bg")
     values = {"crane.post.mass": np.linspace(5e3, 7e3, 5)}

@@ -190,6 +190,7 @@ def test_comments_stay(text: str) -> None:
     check(text)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_any_layout_of_the_same_tokens(seed: int) -> None:

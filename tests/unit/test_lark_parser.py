@@ -51,6 +51,7 @@ def test_tables_read_as_the_grammar_does(path: Path) -> None:
     assert plain(loaded) == plain(built().parse(text, start="start"))
 
 
+@pytest.mark.slow
 def test_tables_are_written_as_they_are_kept(tmp_path: Path, kept: dict[str, Any]) -> None:
     lark_parser.write_tables(tmp_path / "tables.json")
     written = json.loads((tmp_path / "tables.json").read_text("utf-8"))
@@ -58,6 +59,7 @@ def test_tables_are_written_as_they_are_kept(tmp_path: Path, kept: dict[str, Any
     assert len(written["data"]["rules"]) == len(kept["data"]["rules"])
 
 
+@pytest.mark.slow
 def test_tables_of_another_lark_are_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lark_parser, "__version__", "1.2.99")
     monkeypatch.setattr(lark_parser.Lark, "load", None)  # calling it fails
@@ -158,6 +160,7 @@ def test_blocks_open_at_the_end_are_closed() -> None:
     assert codes == ["BG103", "BG105"]
 
 
+@pytest.mark.slow
 def test_a_model_of_many_statements_is_read() -> None:
     count = 20_000
     (model,), codes = recovered("model M {" + "let a = 1;\n" * count + "}")

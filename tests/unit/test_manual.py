@@ -20,6 +20,7 @@ import re
 import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
 from pathlib import Path
 
@@ -277,12 +278,17 @@ def test_every_module_of_the_library_is_listed():
     assert sorted(modules_listed()) == parts
 
 
+@cache
+def library_models():
+    imports = "".join(f"import {module};\n" for module in modules_listed())
+    return load_text(imports).root.models
+
+
 @pytest.mark.parametrize(
     "row", table_after("### Bodies and joints of the library"), ids=lambda row: row[0]
 )
 def test_parts_of_the_library_have_what_is_listed(row):
-    imports = "".join(f"import {module};\n" for module in modules_listed())
-    models = load_text(imports).root.models
+    models = library_models()
     parts, *listed = (re.findall(r"`(.*?)`", cell) for cell in row)
     for part in parts:
         items = [item for model in ancestors(models[part]) for item in model.syntax.items]

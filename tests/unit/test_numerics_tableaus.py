@@ -215,6 +215,7 @@ def test_number_of_rooted_trees() -> None:
     assert [len(trees(order)) for order in range(1, 7)] == [1, 1, 2, 4, 9, 20]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_order_conditions(tableaus: dict[str, Tableau], method: str) -> None:
     assert_order(tableaus[method], tableaus[method].b, tableaus[method].order)

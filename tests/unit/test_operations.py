@@ -249,6 +249,7 @@ def test_inverses_invert(op: Op) -> None:
 # --- C ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("op", OPERATIONS, ids=names(OPERATIONS))
 def test_compiled_c_gives_what_python_gives(op: Op, tmp_path) -> None:
     dag = Dag()

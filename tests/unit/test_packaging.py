@@ -95,6 +95,7 @@ FROM_TEXT_TO_C = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", FROM_TEXT_TO_C)
 def test_the_way_from_text_to_c_imports_neither_sympy_nor_jinja2(way, tmp_path):
     """Both are for what a user asks for beside a run; SymPy alone takes 0.3 s to import."""

@@ -502,6 +502,7 @@ def mutated(text: str, rng: random.Random) -> str:
     return text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(200))
 def test_mutated_text_never_breaks_the_parser(seed: int) -> None:
     rng = random.Random(seed)
@@ -517,6 +518,7 @@ def test_mutated_text_never_breaks_the_parser(seed: int) -> None:
         assert not re.search(r"[A-Z]{2}|__|\$", own_words), diagnostic.message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(100))
 def test_mixed_up_tokens_never_break_the_parser(seed: int) -> None:
     rng = random.Random(seed)

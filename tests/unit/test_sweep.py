@@ -91,6 +91,7 @@ def run(*arguments: str) -> Result:
     return CliRunner().invoke(application, ["sweep", *arguments])
 
 
+@pytest.mark.slow
 def test_the_command_runs_what_another_model_in_a_slot_gives(file: Path, tmp_path: Path) -> None:
     out = tmp_path / "o.csv"
     done = run(str(file), "--vary", "mass=1..4 kg:4", "--use", "mount=Stiff", "--out", str(out))

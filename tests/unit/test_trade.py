@@ -23,9 +23,7 @@ from bgc.runtime.trade import session as session_module
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.store import open_store
 
-pytestmark = pytest.mark.slow
-
-pytestmark = pytest.mark.usefixtures("measured")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("measured")]
 
 ORDERS = {
     "lie": 1,

@@ -14,9 +14,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.activity.activity import activity_report
 
-pytestmark = pytest.mark.slow
-
-pytestmark = pytest.mark.usefixtures("measured")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("measured")]
 
 MOUNTED = """
 interface Mount { port p in; }
