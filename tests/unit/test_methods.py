@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import bgc
-from bgc.elaboration.scenes import run_facts
+from bgc.language.scene_tables import SOLVER_OPTIONS
 from bgc.runtime.running.methods import MethodInfo, default_method, known_methods
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -33,6 +33,6 @@ def test_the_first_of_each_kind_is_the_default() -> None:
 
 @pytest.mark.parametrize("method", known_methods(), ids=NAMES)
 def test_its_options_are_those_of_a_solver_statement(method: MethodInfo) -> None:
-    assert set(method.options) <= set(run_facts._SOLVER_OPTIONS)
+    assert set(method.options) <= set(SOLVER_OPTIONS)
     assert ("rtol" in method.options) != method.fixed
     assert ("keep" in method.options) == (method.fixed and not method.explicit)
