@@ -114,12 +114,14 @@ def test_every_code_has_its_page(code):
     assert entry.name == code and "Way out: " in text_of(entry)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("module", library_modules())
 def test_every_module_says_what_it_holds(module):
     (entry,) = described(module)
     assert entry.kind == "library module" and entry.summary
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [d.full_name for d in declarations()])
 def test_every_declaration_of_the_library_is_found_by_its_full_name_and_its_last(name):
     (entry,) = described(name)
@@ -137,6 +139,7 @@ def test_every_group_lists_its_names(group):
         assert group.overview() in described(alias)
 
 
+@pytest.mark.slow
 def test_every_see_also_leads_somewhere():
     for group in all_groups():
         if group.name == "library":
@@ -233,6 +236,7 @@ def documented_models() -> list[str]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", documented_models())
 def test_every_port_and_value_that_a_part_shows_has_its_text(name):
     module, _, last = name.rpartition(".")
@@ -270,6 +274,7 @@ def test_the_pictures_of_the_library_are_current():
     assert kept == wanted, "run `bgc doc --library`"
 
 
+@pytest.mark.slow
 def test_the_library_is_written_where_it_changed(tmp_path, monkeypatch):
     monkeypatch.setattr(library, "lay_out", lambda text, kind: b"<!-- by dot --><svg></svg>")
     written = list(library.write_library(tmp_path))
