@@ -15,6 +15,7 @@ from sympy.parsing.latex import parse_latex
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
+from bgc.resolution.library import library_folder
 from bgc.runtime.linearising.operating import OpenedModel
 from bgc.symbolic import model as symbolic_model
 from bgc.symbolic.latex import transfer_latex
@@ -264,7 +265,7 @@ def test_a_large_function_is_refused_with_its_limit(tmp_path, monkeypatch):
 
 
 def test_a_crane_is_refused_before_anything_is_computed():
-    path = Path(bgc.__file__).parents[1] / "library" / "scenes" / "two_beam_crane.bg"
+    path = library_folder() / "scenes" / "two_beam_crane.bg"
     sym = SymbolicModel(path, Options())
     with pytest.raises(BgError) as error:
         sym.transfer("tip_height", "hand.position[3]")
