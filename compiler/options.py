@@ -1,4 +1,4 @@
-"""What the user asked of the compiler, as one value passed along."""
+"""The user's options of a compilation, as one value passed along."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from enum import Enum
 
 
 class Reserved(Enum):
-    """Where a word cannot be a name."""
+    """The places in which a word cannot be a name."""
 
     EVERYWHERE = "everywhere"
     IN_SCENES = "in scenes"

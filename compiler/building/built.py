@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
 
-if TYPE_CHECKING:  # a warm start does without the compiler's own modules
+if TYPE_CHECKING:  # a warm start does not import the compiler's own modules
     from bgc.ir.graph import Requirement, SceneFacts
 
 ENERGY_ACCOUNTS = ("stored", "supplied", "dissipated", "residual")  # as rows of C have them
@@ -66,7 +66,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Places:
-    """Where the assertions and the switches of a model were written, in the order of its tables."""
+    """The places of a model's assertions and switches in the source, in the order of its tables."""
 
     assertions: tuple[Place, ...] = ()
     switches: tuple[Place, ...] = ()

@@ -61,7 +61,7 @@ class PositiveParameter:
 
 
 class LoopKind(Enum):
-    """How the variables of an algebraic loop enter its equations."""
+    """The way in which the variables of an algebraic loop enter its equations."""
 
     CONSTANT = "linear, its matrix from parameters alone"
     VARYING = "linear, its matrix from states or time"
@@ -69,7 +69,7 @@ class LoopKind(Enum):
 
 
 class LoopSolution(Enum):
-    """How an algebraic loop is closed."""
+    """The method that solves an algebraic loop."""
 
     ELIMINATION = "by unrolled elimination"
     CLOSED_FORM = "in closed form"

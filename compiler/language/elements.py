@@ -13,7 +13,7 @@ from enum import Enum
 
 
 class Form(Enum):
-    """Which way round a law is written.
+    """The variable for which a law is written.
 
     EFFORT: efforts in terms of the other variable: C `e = K q`, R `e = R f`.
     FLOW: flows in terms of it: I `f = W p`, R `f = G e`.

@@ -1,4 +1,4 @@
-"""What scenes may name: options of solvers, channels of devices, energy accounts."""
+"""Names in scenes: options of solvers, channels of devices, energy accounts."""
 
 from __future__ import annotations
 

@@ -102,7 +102,7 @@ def _starts_of(dag: Dag, element: Storage) -> dict[Symbol, Node]:
 
 
 def _unknown(dag: Dag, nodes: Sequence[Node], values: Mapping[Symbol, float]) -> set[Node]:
-    """Of these nodes and all they need: those that depend on a symbol without a number."""
+    """The nodes, among these and their operands, that depend on a symbol without a number."""
     unknown: set[Node] = set()
     for node in dag.reachable(nodes):
         symbol = dag.symbol_of(node)

@@ -79,7 +79,7 @@ def heading(model: syntax.Model) -> str:
 
 
 def _related(declared: Declared[syntax.Model]) -> tuple[str, ...]:
-    """What the model extends, the types of its slots, and the domains of its ports."""
+    """The model that it extends, the types of its slots, and the domains of its ports."""
     found = [base.syntax.name for base in ancestors(declared)][1:]
     for item, owner in members(declared):
         match item:

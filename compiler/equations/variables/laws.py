@@ -33,7 +33,7 @@ from bgc.ir.program import PositiveParameter
 
 @dataclass(frozen=True, slots=True)
 class StorageLaw:
-    """What a storage element answers at each port to its state.
+    """The answer of a storage element at each port, as a function of its state.
 
     `states` are the symbols of the charges (C) or momenta (I) that the answers belong to;
     `answers` the nodes in them; `bias` the effort beside the momentum's rate (IC, else zero);

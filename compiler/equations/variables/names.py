@@ -54,7 +54,7 @@ class Places:
         return bond.effort_unit if leaf.kind is Kind.EFFORT else bond.flow_unit
 
     def span_of(self, symbol: Node) -> Span:
-        """Where a symbol's bond or element stands in the source."""
+        """The place of a symbol's bond or element in the source."""
         return self._place(symbol)[1]
 
     def bonds_of(self, symbols: Iterable[Node], ports: Iterable[int]) -> tuple[str, ...]:
