@@ -16,13 +16,13 @@ def codes(model, **options) -> set[str]:
 
 @pytest.mark.parametrize("step", [0.1, 0.01, 0.001])
 @pytest.mark.parametrize("method", [*METHODS, "midpoint", "gauss4"])
-def test_no_method_passes_a_pole_without_a_word(load, method, step):
+def test_no_method_passes_a_pole_without_diagnostics(load, method, step):
     found = codes(load("coarse", "pole"), solver=method, step=step)
     assert found & {"BG719", "BG703", "BG714"}
 
 
 @pytest.mark.parametrize("method", [*METHODS, "midpoint", "gauss4"])
-def test_no_method_jumps_a_wall_without_a_word(load, method):
+def test_no_method_jumps_a_wall_without_diagnostics(load, method):
     """It turns the mass back within 1 ms: longer steps see one side of it or the other."""
     for step in (0.1, 0.01):
         assert codes(load("coarse", "wall"), solver=method, step=step) & {"BG719", "BG714"}

@@ -51,7 +51,7 @@ def test_a_prepared_graph_is_compiled_and_not_remembered():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
-def test_every_file_of_the_library_checks_without_a_word(path):
+def test_every_file_of_the_library_checks_without_diagnostics(path):
     assert codes(path) == []
 
 

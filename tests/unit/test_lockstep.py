@@ -31,7 +31,7 @@ def alone(model: Model, ensemble: Ensemble, **options: float | str) -> np.ndarra
 
 
 def test_long_steps_along_stiff_solutions_are_right_inside_too(tmp_path: Path) -> None:
-    """y = cos t, whatever the rate, of which a method of this kind sees no error."""
+    """y = cos t at any rate: the error estimate of such a method is zero."""
     model = compiled(
         tmp_path,
         "model Lag { param rate = 1e8; state y = 1;"

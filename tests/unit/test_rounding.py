@@ -1,4 +1,4 @@
-"""Numbers that are zero but for rounding are told from small ones."""
+"""Rounding noise is distinguished from small numbers."""
 
 from __future__ import annotations
 
