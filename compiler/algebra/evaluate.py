@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from typing import Generic, TypeVar
@@ -30,7 +31,7 @@ def evaluate_nodes(
     return Evaluator(dag, leaf_values.__getitem__).values(roots)
 
 
-class NodeEvaluator(Generic[_Number]):
+class NodeEvaluator(ABC, Generic[_Number]):
     """Base of evaluators at one point: each node is computed at most once.
 
     `leaf` gives the value of a symbol; it is called once for each.
@@ -74,11 +75,13 @@ class NodeEvaluator(Generic[_Number]):
                     stack.append(operand)
         return sorted(seen)
 
+    @abstractmethod
     def _from_leaf(self, value: float) -> _Number:
-        raise NotImplementedError
+        """The number of a symbol with this value."""
 
+    @abstractmethod
     def _from_operands(self, op: int, operands: list[_Number]) -> _Number:
-        raise NotImplementedError
+        """The number of an operation, given those of its operands."""
 
 
 class Evaluator(NodeEvaluator[float]):
