@@ -37,7 +37,6 @@ from bgc.values.units import (
     spaced_product,
     suggest_conversion,
     suggest_unit,
-    unit_words,
 )
 from bgc.values.value import Value, describe_shape
 
@@ -196,9 +195,6 @@ class _Evaluator:
                     suggest_conversion(expr.unit),
                 )
             )
-        for word in unit_words(expr.unit):
-            if self.scope.is_value(word):  # `3 m` could be meant as a product
-                raise failure(catalogue.unit_is_a_name(expr.span, word))
         si = expr.value * unit.factor
         check_literal(si, expr.span)
         return Value.scalar(self.dag.const(si), unit.dimension)

@@ -192,11 +192,6 @@ def parse_unit(text: str) -> Unit | None:
     return Unit(factor, dimension, _spell(spelled.items()))
 
 
-def unit_words(text: str) -> tuple[str, ...]:
-    """The words of a unit's text: `kN` and `m` of `kN*m`."""
-    return tuple(re.findall(r"[A-Za-z]+", text))
-
-
 # --- printing ---------------------------------------------------------------------------
 
 

@@ -101,14 +101,6 @@ def test_wrong_expressions(text: str, code: str, place: str) -> None:
     assert diagnostic.help
 
 
-def test_a_unit_that_is_also_a_name() -> None:
-    world = World()
-    world.scope.values["m"] = world.scope.values["x"]
-    diagnostic = world.diagnostic("3 kg*m")
-    assert diagnostic.code == "BG302"
-    assert "`m`" in diagnostic.message
-
-
 @pytest.mark.parametrize(
     ("functions", "text", "code"),
     [

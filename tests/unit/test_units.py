@@ -5,12 +5,15 @@ from __future__ import annotations
 import itertools
 import math
 from fractions import Fraction
+from pathlib import Path
 
+import numpy as np
 import pint
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+import bgc
 from bgc.values import units
 from bgc.values.units import (
     DIMENSIONLESS,
@@ -24,6 +27,8 @@ from bgc.values.units import (
     suggest_conversion,
     suggest_unit,
 )
+
+MODELS = Path(__file__).parents[1] / "models"
 
 LONG_NAMES = {
     "m": "meter", "g": "gram", "s": "second", "A": "ampere", "K": "kelvin", "mol": "mole",
@@ -212,3 +217,13 @@ def test_a_difference_of_temperatures_has_no_offset() -> None:
 )
 def test_a_value_behind_a_unit_is_set_apart(text: str, product: str) -> None:
     assert spaced_product(text, {"gain", "r"}.__contains__) == product
+
+
+def test_a_name_may_be_a_unit_word() -> None:
+    """D13: a unit stands only behind a number and one blank, so `3 m` and `3*m` differ."""
+    model = bgc.compile(MODELS / "unit_words.bg")
+    result = model.simulate()
+    np.testing.assert_allclose(result["cart.f"][-1], 1.5 * (1 - np.exp(-2)), rtol=1e-6)
+    assert result["way"][-1] == 3.0
+    assert result["later"][-1] == 7200.005
+    assert result["product"][-1] == 6.0

@@ -37,25 +37,6 @@ def unknown_unit(
     return error("BG301", f"`{text}` is not a unit", span, help=way_out)
 
 
-def unit_is_a_name(span: Span, word: str) -> Diagnostic:
-    """BG302: a unit that is also a name
-
-    What: the word after a number is a unit and also the name of a visible value.
-
-    Why: `3 m` could mean three metres or, by mistake, three times the value `m`.
-
-    Example: `param m = 8 t; let weight = 3 m;`
-
-    Way out: rename the value, or write the product as `3*m`.
-    """
-    return error(
-        "BG302",
-        f"`{word}` is a unit and also the name of a value here",
-        span,
-        help=f"rename the value `{word}`, or write a product with `*`",
-    )
-
-
 def cannot_combine(
     operator: str,
     context: str,
