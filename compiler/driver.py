@@ -20,7 +20,7 @@ from bgc.causality.assign import assign_causality
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, as_error
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.scenes.observed import with_accounts
-from bgc.elaboration.scenes.scene import stands_alone
+from bgc.elaboration.scenes.scene import models_alone, stands_alone
 from bgc.emission.emit import EmittedModel, content_of, emit_lowered
 from bgc.emission.lanes import lane_units
 from bgc.emission.lower import lower
@@ -218,23 +218,27 @@ def build_model(
 def check_source(path: Path, scene: str | None = None, verify: bool = False) -> list[Diagnostic]:
     """All that is wrong with a file's scenes, or with one of them, up to their equations.
 
-    Of a file of parts, which has no scene and no model that runs alone, only the syntax, names
-    and interfaces are checked. `verify` checks the invariants of every intermediate result too.
+    Without `scene`, complete models that no scene reaches are checked too. Of a file of parts,
+    which has no scene and no model that runs alone, only the syntax, names and interfaces are
+    checked. `verify` checks the invariants of every intermediate result too.
     """
     try:
         package = load(path)
     except BgError as err:
         return list(err.diagnostics)
-    names: Sequence[str | None] = package.scene_names if scene is None else [scene]
-    if not names and stands_alone(package):
-        names = [None]
+    checked: list[tuple[Package, str | None]]
+    if scene is not None:
+        checked = [(package, scene)]
+    else:
+        checked = [(package, name) for name in package.scene_names]
+        checked += [(alone, None) for alone in models_alone(package)]
+        if not checked and stands_alone(package):
+            checked = [(package, None)]
     found = list(package.warnings)
-    for name in names:
+    for reached, name in checked:
         try:
-            stages = compile_scene(
-                path, Options(name, verify=verify), package=package, until="equations"
-            )
-            found += stages.warnings
+            options = Options(name, verify=verify)
+            found += compile_scene(path, options, package=reached, until="equations").warnings
         except BgError as err:
             found += err.diagnostics
     return found

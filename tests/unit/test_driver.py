@@ -86,3 +86,21 @@ def test_every_scene_of_a_file_is_checked(tmp_path):
     path.write_text(ALONE + scene.format("good", "r.f") + scene.format("bad", "q.f"))
     assert codes(path) == ["BG211"]
     assert check_source(path, "good") == []
+
+
+def test_a_model_that_no_scene_reaches_is_checked_too(tmp_path) -> None:
+    """Only the scenes' models, or the last one of a file, used to be elaborated."""
+    wrong = "model {} {{ s : Se(5 N); c : C(3 kg); s -> c; }}\n"
+    right = "model Right { s : Se(5 N); r : R(3 N*s/m); s -> r; }\n"
+    scene = "scene s of Right { observe r.f; run 1 s; }\n"
+    part = "model Part { port p; param k; c : C(k); p -> c; }\n"
+    file = tmp_path / "m.bg"
+    for text in (
+        wrong.format("A") + right,
+        wrong.format("A") + right + scene,
+        part + wrong.format("A") + wrong.format("B") + right + scene,
+    ):
+        file.write_text(text)
+        assert [d.code for d in check_source(file)] == ["BG423"] * text.count("3 kg")
+    file.write_text(part + right + scene)
+    assert check_source(file) == []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from bgc.algebra.evaluate import to_double
@@ -15,7 +15,7 @@ from bgc.elaboration.instances.tree import Environment
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.ir.graph import Node
-from bgc.resolution.modules import Declared, Package
+from bgc.resolution.modules import Declared, Package, flatten
 from bgc.values.expressions import evaluate_constant
 from bgc.values.units import Dimension, describe_dimension
 from bgc.values.value import describe_shape
@@ -66,6 +66,38 @@ def stands_alone(package: Package) -> bool:
     if root.scenes or not root.file.declarations:  # an empty file is not a library
         return True
     return bool(root.own_models) and not _is_incomplete(root.own_models[-1], frozenset())
+
+
+def models_alone(package: Package) -> Iterator[Package]:
+    """Yield, for each complete model that no scene and no other model uses, a package to check it.
+
+    Such a model is not reached from the file's scenes. The root file of the package holds this
+    one declaration.
+    """
+    root = package.root
+    reached = {name for d in root.file.declarations for name in _types_in(d)}
+    for model in root.own_models:
+        if model.syntax.name not in reached and not _is_incomplete(model, frozenset()):
+            file = replace(root.file, declarations=(model.syntax,))
+            yield replace(package, root=replace(root, file=file))
+
+
+def _types_in(declaration: syntax.Declaration) -> Iterator[str]:
+    """Yield the names of the types that a declaration uses; a slot's may stand in a `use`."""
+    match declaration:
+        case syntax.Model():
+            if declaration.base is not None:
+                yield declaration.base.name
+            for item in flatten(declaration.items):
+                if isinstance(item, syntax.Part):
+                    yield from (use.name for use in (item.type, item.default) if use is not None)
+        case syntax.Scene():
+            yield declaration.model.name
+            for statement in declaration.items:
+                if isinstance(statement, syntax.Use):
+                    yield statement.type.name
+        case _:
+            pass
 
 
 def _is_incomplete(model: Declared[syntax.Model], given: frozenset[str]) -> bool:
