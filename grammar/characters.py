@@ -10,6 +10,7 @@ from bgc.diagnostics.catalogue import syntax as wrong
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source, Span
 
+_EQUALS = re.compile(r"\s*=(?!=)")
 _NUMBER_AND_MORE = re.compile(
     r"(?P<number>(?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
     r"(?:(?P<point>\.(?!\.))|(?P<glued>[A-Za-z_][A-Za-z0-9_]*)"
@@ -54,8 +55,9 @@ def explain_characters(source: Source, at: int, previous: Token | None) -> Diagn
         end = text.find("\n", at)
         return wrong.unclosed_text(Span(source, at, len(text) if end < 0 else end))
     if text[at] == "'":
-        matrix = str(previous) if previous is not None and previous.type == "NAME" else "A"
-        return wrong.transposition_mark(Span(source, at, at + 1), matrix)
+        name = str(previous) if previous is not None and previous.type == "NAME" else "A"
+        derived = _EQUALS.match(text, at + 1) is not None
+        return wrong.transposition_mark(Span(source, at, at + 1), name, derived)
     if text[at] in ".0123456789":
         return _number(source, at)
     for sign, help in _FOREIGN.items():

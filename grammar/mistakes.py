@@ -18,6 +18,7 @@ from bgc.diagnostics.catalogue import syntax as wrong
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar.characters import explain_characters
+from bgc.grammar.peers import statement_advice
 from bgc.grammar.tokens import END, end_of, span_of
 from bgc.grammar.words import BLOCK_OF, FORMS, FORMS_IN, PLACES, RESERVED, WORDS
 
@@ -40,6 +41,7 @@ _SIGN = {
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _USED_AS_NAME = re.compile(r"\s*(?::|->|,)")
 _PART_OR_CHAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*(?:\[[^\]\n]*\])?[ \t]*(?::|->)")
+_LONGEST_STATEMENT = 200  # characters that a statement of another tool is recognised by
 _DECIMALS = re.compile(r"\d+")
 _POSTFIX = ("LPAR", "LSQB", "DOT", "EQUAL")
 _WORD_KINDS = frozenset(word.upper() for words in WORDS.values() for word in words) | frozenset(
@@ -316,11 +318,18 @@ def _form(context: ErrorContext) -> str:
     """Return the form of the statement with the error, or of the statements of its block."""
     block = _block(context)
     if _begins_statement(context.read):
-        return FORMS_IN[block]
+        return _peer_form(context, context.offset) or FORMS_IN[block]
     at = len(context.read) - 1
     while not _begins_statement(context.read[:at][-1:]):
         at -= 1
+    if advice := _peer_form(context, _span_of(context, context.read[at]).start):
+        return advice
     return FORMS.get(context.read[at].type.lower(), FORMS_IN[block])
+
+
+def _peer_form(context: ErrorContext, begin: int) -> str:
+    """Return the way to write a statement that begins at an offset in another tool's words."""
+    return statement_advice(context.source.text[begin : begin + _LONGEST_STATEMENT])
 
 
 def _begins_line(context: ErrorContext, found: Token) -> bool:

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 from bgc.diagnostics.catalogue import names, values
 from bgc.diagnostics.report import Report
 from bgc.grammar import syntax
+from bgc.grammar.peers import value_advice
 from bgc.language.elements import ELEMENTS
 from bgc.resolution.modules import Declared, Module, ancestors, flatten
 from bgc.values.functions import BUILTINS
@@ -119,7 +120,10 @@ class _Checker:
             case syntax.Name():
                 if expr.name not in seen and expr.name not in self._module.constants:
                     candidates = [*seen, *self._module.constants]
-                    self._report.add(names.unknown_name(expr.span, expr.name, sorted(candidates)))
+                    advice = value_advice(expr.name)
+                    self._report.add(
+                        names.unknown_name(expr.span, expr.name, sorted(candidates), advice)
+                    )
             case syntax.Call():
                 known = expr.function in BUILTINS
                 if not known and expr.function not in self._module.functions:

@@ -10,6 +10,7 @@ from bgc.diagnostics.report import Report
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.parse import parse, read_source
+from bgc.grammar.peers import element_advice
 from bgc.language.elements import ELEMENTS
 from bgc.resolution.conformance import check_conformance
 from bgc.resolution.library import library_folder, library_modules, module_path
@@ -253,8 +254,8 @@ def check_type(use: syntax.TypeUse, module: Module, report: Report) -> bool:
         report.add(names.not_a_model(use.name_span, use.name, "a domain"))
     else:
         candidates = [*module.models, *ELEMENTS]
-        home = _home_in_library(use.name)
-        report.add(names.unknown_type(use.name_span, use.name, candidates, home))
+        home, advice = _home_in_library(use.name), element_advice(use.name)
+        report.add(names.unknown_type(use.name_span, use.name, candidates, home, advice))
     return False
 
 

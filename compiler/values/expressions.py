@@ -19,6 +19,7 @@ from bgc.diagnostics.catalogue import values as catalogue
 from bgc.diagnostics.catalogue.syntax import empty_vector
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
+from bgc.grammar.peers import value_advice
 from bgc.values import arithmetic, components, functions
 from bgc.values.arithmetic import Operand, failure
 from bgc.values.blocks import join_blocks
@@ -208,7 +209,8 @@ class _Evaluator:
             return found
         if expr.name == "pi":
             return Value.scalar(self.dag.const(PI), DIMENSIONLESS)
-        raise failure(names.unknown_name(expr.span, expr.name, self.scope.names()))
+        near = self.scope.names()
+        raise failure(names.unknown_name(expr.span, expr.name, near, value_advice(expr.name)))
 
     def index(
         self,

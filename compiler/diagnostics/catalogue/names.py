@@ -25,7 +25,11 @@ def duplicate_name(span: Span, name: str, first: Span | None) -> Diagnostic:
 
 
 def unknown_type(
-    span: Span, name: str, candidates: Iterable[str], library: str | None = None
+    span: Span,
+    name: str,
+    candidates: Iterable[str],
+    library: str | None = None,
+    advice: str = "",
 ) -> Diagnostic:
     """BG201: a type that is not declared
 
@@ -33,7 +37,8 @@ def unknown_type(
     Why: a file sees its own declarations and those of the files and library modules that it
     imports.
     Example: `boom : Beem(length = 12 m);`
-    Way out: correct the name, or import the file that declares it.
+    Way out: correct the name, or import the file that declares it. `advice` is that for a word of
+    another tool, such as `OneJunction`.
     """
     near = did_you_mean(name, candidates)
     if library is not None:
@@ -42,7 +47,7 @@ def unknown_type(
         "BG201",
         f"there is no element, model or interface called `{name}`",
         span,
-        help=near or "import the file that declares it",
+        help=near or advice or "import the file that declares it",
     )
 
 
@@ -158,7 +163,7 @@ def unknown_member(span: Span, name: str, owner: str, candidates: Iterable[str])
     return error("BG210", f"{owner} has no `{name}`", span, help=near)
 
 
-def unknown_name(span: Span, name: str, candidates: Iterable[str]) -> Diagnostic:
+def unknown_name(span: Span, name: str, candidates: Iterable[str], advice: str = "") -> Diagnostic:
     """BG211: a name that is not declared
 
     What: a name in an expression, a chain or a path is not visible here.
@@ -167,9 +172,8 @@ def unknown_name(span: Span, name: str, candidates: Iterable[str]) -> Diagnostic
     Example: `supply -> lop;`
     Way out: correct the name, declare it, or give its path, for example `boom.mass`.
     """
-    way_out = (
-        did_you_mean(name, candidates) or "declare it, or give its path, for example `boom.mass`"
-    )
+    near = did_you_mean(name, candidates)
+    way_out = advice or near or "declare it, or give its path, for example `boom.mass`"
     return error("BG211", f"there is no `{name}` here", span, help=way_out)
 
 

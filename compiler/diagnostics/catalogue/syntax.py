@@ -127,16 +127,18 @@ def foreign_operator(span: Span, help: str) -> Diagnostic:
     return error("BG108", f"there is no operator `{span.text}`", span, help=help)
 
 
-def transposition_mark(span: Span, matrix: str) -> Diagnostic:
-    """BG109: a matrix transposed with a quote mark
+def transposition_mark(span: Span, name: str, derived: bool) -> Diagnostic:
+    """BG109: a matrix transposed, or a derivative marked, with a quote mark
 
-    What: `'` does not transpose a matrix; the function `transpose` does.
+    What: `'` neither transposes a matrix nor marks a derivative; `transpose` and `der` do.
     Why: the mark is easily overlooked in a formula.
     Example: `J'*F`
-    Way out: write `transpose(J)*F`.
+    Way out: write `transpose(J)*F`, and `der(x) = -x;` for `x' = -x;`.
     """
+    if derived:
+        return error("BG109", "`'` does not mark a derivative", span, help=f"write `der({name})`")
     return error(
-        "BG109", "`'` does not transpose a matrix", span, help=f"write `transpose({matrix})`"
+        "BG109", "`'` does not transpose a matrix", span, help=f"write `transpose({name})`"
     )
 
 

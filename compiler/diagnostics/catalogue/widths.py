@@ -133,6 +133,7 @@ def unit_misfit(
     wanted: str,
     given: str,
     places: Sequence[tuple[Span, str]],
+    instead: str = "",
 ) -> Diagnostic:
     """BG423: an element whose unit does not fit its bond
 
@@ -145,8 +146,12 @@ def unit_misfit(
     Example: `push : Se(e = 1 N); spring : C(stiffness = 20 kN*m); push -> spring;`
 
     Way out: correct the unit, here `20 kN/m`; a number without a unit fits any. If the bond's unit
-    is wrong, correct that, or put a TF or GY between two domains.
+    is wrong, correct that, or put a TF or GY between two domains. `C(20 kN/m)` gives a compliance:
+    a stiffness is given by its name, `C(stiffness = 20 kN/m)`.
     """
+    way_out = "correct the unit, or put a TF or GY between two domains"
+    if instead:
+        way_out = f"this is the unit of a {instead}: give it by name, `{instead} = ..`"
     labels: dict[tuple[int, int], Label] = {}
     for at, text in places:
         labels.setdefault((at.start, at.end), Label(at, text))
@@ -155,7 +160,7 @@ def unit_misfit(
         f"on `{name}` the unit of the {argument} must be that of {wanted}, not of {given}",
         span,
         labels=tuple(labels.values()),
-        help="correct the unit, or put a TF or GY between two domains",
+        help=way_out,
     )
 
 

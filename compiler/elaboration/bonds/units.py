@@ -18,6 +18,12 @@ from bgc.elaboration.bonds.domains import WATT
 from bgc.values.units import Dimension, describe_dimension, divide, multiply, power
 
 SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
+_RECIPROCAL = {
+    "resistance": "conductance",
+    "conductance": "resistance",
+    "stiffness": "compliance",
+    "compliance": "stiffness",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +41,17 @@ class Ratio:
     argument: str
     sense: int
     time: int
+
+    def as_reciprocal(self) -> tuple[str, Dimension] | None:
+        """The reciprocal argument and `effort / flow` if the number was meant as that.
+
+        `C(100 N/m)` gives a compliance where the stiffness was meant. None where the element has
+        no such argument.
+        """
+        if self.argument not in _RECIPROCAL:
+            return None
+        across = power(SECOND, -2 * self.time * self.sense)
+        return _RECIPROCAL[self.argument], divide(across, self.dimension)
 
     def argument_for(self, effort_by_flow: Dimension) -> Dimension:
         """The dimension of the argument for a dimension of `effort / flow`."""
@@ -66,6 +83,7 @@ class BondUnits:
         self._report = report
         self._sets = DisjointSets(len(names))
         self._known: dict[tuple[str, int], _Known] = {}
+        self._first: dict[int, Ratio] = {}
         self._pseudo: set[int] = set()
         self._reported: set[int] = set()
 
@@ -131,6 +149,7 @@ class BondUnits:
             return self.set_unit("effort", bond, multiply(flow, dimension), span)
         if self.is_power(bond):
             squared = power(multiply(WATT, dimension), Fraction(1, 2))
+            self._first[self._sets.find(bond)] = ratio
             return self.set_unit("effort", bond, squared, span)
         return False
 
@@ -140,6 +159,10 @@ class BondUnits:
         if root in self._reported:
             return
         self._reported.add(root)
+        first = self._first.get(root)
+        meant = first.as_reciprocal() if first is not None else None
+        if first is not None and meant is not None and meant[1] == ratio.dimension:
+            ratio, expected = first, ratio.dimension  # it alone gave the bond its units
         places = [
             (known.span, f"{variable}: {describe_dimension(known.dimension)}")
             for variable in ("effort", "flow")
@@ -148,8 +171,10 @@ class BondUnits:
         wanted = describe_dimension(ratio.argument_for(expected))
         given = describe_dimension(ratio.argument_for(ratio.dimension))
         name, argument = self._names[ratio.bond], ratio.argument
+        meant = ratio.as_reciprocal()
+        instead = meant[0] if meant is not None and meant[1] == expected else ""
         self._report.add(
-            width_messages.unit_misfit(ratio.span, name, argument, wanted, given, places)
+            width_messages.unit_misfit(ratio.span, name, argument, wanted, given, places, instead)
         )
 
     def _apply_link(self, link: Link) -> bool:
