@@ -305,7 +305,8 @@ class _Transform(ExpressionTransform):
             case "plot":
                 *columns, _, against = children[1:]
                 drawn = tuple(self.expression(c) for c in columns)
-                return [syntax.Plot(drawn, self._optional_expression(against), span)]
+                across = None if against is None else self.expression(against)
+                return [syntax.Plot(drawn, across, span)]
             case "require":
                 _, value, _, tolerance = children
                 return [syntax.Require(self.expression(value), self.expression(tolerance), span)]

@@ -100,12 +100,20 @@ def plot_result(
         chosen = _panels_by_unit(result, result.expand(list(columns or result)))
     if not chosen:
         raise BgError([nothing_to_draw("the scene observes nothing")])
-    chosen = [Panel(tuple(result.expand(p.columns)), p.across) for p in chosen]
+    chosen = [Panel(tuple(result.expand(p.columns)), _across(result, p)) for p in chosen]
     with matplotlib.rc_context(STYLE):
         figure = _draw(result, chosen)
         if path is not None:
             write_figure(figure, path)
     return figure
+
+
+def _across(result: Columns, panel: Panel) -> str:
+    """The column of the horizontal axis; BG069 for a vector of several columns."""
+    columns = result.expand([panel.across])
+    if len(columns) != 1:
+        raise BgError([bad_panel(f"{', '.join(panel.columns)} against {panel.across}")])
+    return columns[0]
 
 
 def write_figure(figure: Figure, path: str | Path) -> None:

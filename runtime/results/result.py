@@ -17,6 +17,7 @@ from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.catalogue.run import out_of_balance, value_not_finite
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.language.columns import column_of
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_arrays, written_whole
 
@@ -117,6 +118,8 @@ class Result(Mapping[str, Array]):
             return self.columns[name]
         if name == "time":
             return self.time
+        if column_of(name) in self.columns:
+            return self.columns[column_of(name)]
         if parts := self._components(name):
             return np.column_stack([self.columns[part] for part in parts])
         raise UnknownColumn([unknown_column(name, (*self.columns, *self._vectors()))])
@@ -128,7 +131,9 @@ class Result(Mapping[str, Array]):
         return len(self.columns)
 
     def __contains__(self, name: object) -> bool:
-        return name in self.columns or name == "time" or bool(self._components(name))
+        if isinstance(name, str) and (name == "time" or column_of(name) in self.columns):
+            return True
+        return name in self.columns or bool(self._components(name))
 
     def __repr__(self) -> str:
         end = f"{self.time[-1]:g} s" if len(self.time) else "its start"
@@ -151,6 +156,8 @@ class Result(Mapping[str, Array]):
         for name in names:
             if name in self.columns or name == "time":
                 columns.append(name)
+            elif column_of(name) in self.columns:
+                columns.append(column_of(name))
             elif parts := self._components(name):
                 columns.extend(parts)
             else:

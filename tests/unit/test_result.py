@@ -51,6 +51,12 @@ def test_vectors_in_the_order_of_their_components(result):
     assert np.array_equal(result["tip"], np.column_stack([result["tip[1]"], result["tip[2]"]]))
 
 
+def test_a_component_by_the_name_of_its_axis(result):
+    assert result["tip.x"] is result["tip[1]"]
+    assert "tip.y" in result and "force.x" not in result
+    assert result.expand(["tip.y", "tip.z"]) == ["tip[2]", "tip.z"]  # `tip.z` has its own column
+
+
 def test_unknown_columns_are_key_errors_that_suggest(result):
     with pytest.raises(UnknownColumn) as error:
         result["fource"]
@@ -161,6 +167,14 @@ def test_panels_against_time_and_against_another_column(result):
     first, second, right = figure.axes[0], figure.axes[2], figure.axes[1]
     assert (first.get_ylabel(), right.get_ylabel()) == ("tip.z [m]", "force [N]")
     assert (second.get_xlabel(), second.get_ylabel()) == ("tip.z [m]", "force [N]")
+
+
+def test_one_component_against_another(result):
+    (axes,) = result.plot(panels=["tip.y against tip.x"]).axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("tip[1] [m]", "tip[2] [m]")
+    with pytest.raises(BgError) as error:
+        result.plot(panels=["tip.y against tip"])
+    assert code_of(error) == "BG069"
 
 
 def test_the_scenes_panels_are_the_default(result):

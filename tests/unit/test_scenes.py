@@ -142,3 +142,22 @@ def test_an_input_without_a_value_names_the_drive():
     (problem,) = caught.value.diagnostics
     assert problem.code == "BG218"
     assert "drive" in problem.help
+
+
+def test_plots_of_components_and_against_the_time():
+    """D3: a component was refused, whether by name or not, and so was `against time`."""
+    facts = scene(
+        "drive x = zeros(3); observe force, height; plot force.x, force[3] against height;"
+        " plot force.y against time; plot height against force.z;"
+    ).scene
+    assert [(panel.columns, panel.against) for panel in facts.plots] == [
+        (("force[1]", "force[3]"), "height"),
+        (("force[2]",), None),
+        (("height",), "force[3]"),
+    ]
+
+
+def test_a_wrong_observation_has_no_errors_that_follow_from_it():
+    with pytest.raises(BgError) as error:
+        scene("drive x = zeros(3); observe spring.tension, hight as h; plot h, spring.tension;")
+    assert sorted(d.code for d in error.value.diagnostics) == ["BG211", "BG419"]

@@ -23,11 +23,15 @@ from bgc.values.value import Value
 
 @dataclass(frozen=True, slots=True)
 class Observed:
-    """The observations and energy accounts of a scene, and the columns of both in order."""
+    """The observations and energy accounts of a scene, and the columns of both in order.
+
+    `refused` are the names of those observations that are in error.
+    """
 
     observations: tuple[Observation, ...]
     accounts: tuple[str, ...]
     columns: tuple[str, ...]
+    refused: tuple[str, ...] = ()
 
 
 def read_observed(world: World, scene: Scene, root: Instance) -> Observed:
@@ -35,7 +39,10 @@ def read_observed(world: World, scene: Scene, root: Instance) -> Observed:
     observations: list[Observation] = []
     accounts: list[str] = []
     columns: dict[str, Span] = {}
+    refused: dict[str, None] = {}
     for item in scene.statements(syntax.Observe):
+        named = item.alias or (path_of(item.value) if is_path(item.value) else "")
+        refused[named] = None
         with world.report.collecting():
             account = _account(item, root)
             if account is not None:
@@ -43,6 +50,7 @@ def read_observed(world: World, scene: Scene, root: Instance) -> Observed:
                 accounts.append(account)
                 added = [name]
                 _add_columns(columns, added, item.span)
+                del refused[named]
                 continue
             if item.alias is None and not is_path(item.value):
                 raise BgError([scenes.observe_needs_name(item.value.span)])
@@ -53,7 +61,8 @@ def read_observed(world: World, scene: Scene, root: Instance) -> Observed:
             units = units_of(world, scene, item.value, value)
             for label, node, unit in zip(labels, value.nodes, units, strict=True):
                 observations.append(Observation(label, unit, node, item.span))
-    return Observed(tuple(observations), tuple(accounts), tuple(columns))
+            del refused[named]
+    return Observed(tuple(observations), tuple(accounts), tuple(columns), tuple(refused))
 
 
 def with_accounts(graph: FlatGraph) -> FlatGraph:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from bgc.diagnostics.catalogue import names, scenes
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.instances.quantities import component_names
@@ -14,6 +12,7 @@ from bgc.elaboration.scenes.observed import Observed, units_of
 from bgc.elaboration.scenes.scene import Item, Scene, constant_of
 from bgc.grammar import syntax
 from bgc.ir.graph import Plot, Requirement, SceneFacts, SolverChoice
+from bgc.language.columns import column_of
 from bgc.language.scene_tables import SOLVER_OPTIONS
 from bgc.values.expressions import resolve_path
 from bgc.values.units import Dimension
@@ -83,23 +82,34 @@ def read_facts(world: World, scene: Scene, observed: Observed) -> SceneFacts:
         _time(world, scene, deadline.value if deadline else None, "the deadline"),
         observed.accounts,
         observed.columns,
-        _plots(world, scene, observed.columns),
+        _plots(world, scene, observed),
     )
 
 
-def _plots(world: World, scene: Scene, columns: Sequence[str]) -> tuple[Plot, ...]:
+def _plots(world: World, scene: Scene, observed: Observed) -> tuple[Plot, ...]:
     """The panels of the scene's plot, of columns or of vectors by their common name."""
+    columns = observed.columns
     vectors = (column.rpartition("[")[0] for column in columns if column.endswith("]"))
     known = dict.fromkeys(("time", *columns, *vectors))
+
+    def column(path: syntax.Expr) -> str:
+        name = path_of(path)
+        for spelling in (name, column_of(name)):
+            if spelling in known:
+                return spelling
+        if any(
+            name == wrong or name.startswith((f"{wrong}.", f"{wrong}["))
+            for wrong in observed.refused
+        ):
+            return name  # the error is that of the `observe` statement
+        raise BgError([scenes.plot_unobserved(path.span, name, list(known))])
+
     found = []
     for item in scene.statements(syntax.Plot):
         with world.report.collecting():
-            paths = (*item.columns, *((item.against,) if item.against else ()))
-            for path in paths:
-                if path_of(path) not in known:
-                    raise BgError([scenes.plot_unobserved(path.span, path_of(path), list(known))])
-            drawn = tuple(path_of(path) for path in item.columns)
-            found.append(Plot(drawn, path_of(item.against) if item.against else None))
+            drawn = tuple(column(path) for path in item.columns)
+            against = column(item.against) if item.against else None
+            found.append(Plot(drawn, None if against == "time" else against))
     return tuple(found)
 
 
