@@ -100,19 +100,30 @@ def _require_one(option: str, text: str, names: Sequence[str]) -> None:
 
 
 def _summarise(response: Response) -> None:
-    """Print a line for each decade, and the peak."""
+    """Print a line for each decade, for the peak, and for each crossover with its margin."""
     rows = response.rows()
-    finite = np.isfinite(rows[:, 1])
     decades = np.arange(
         np.ceil(np.log10(response.omega[0]) - 1e-9), np.log10(response.omega[-1]) + 1e-9
     )
-    near = [int(np.argmin(np.abs(np.log10(response.omega) - d))) for d in decades]
-    peak = int(np.argmax(np.where(finite, rows[:, 1], -np.inf)))
-    chosen = [
-        (k, "peak" if k == peak and 0 < k < len(rows) - 1 else "") for k in sorted({*near, peak})
-    ]
-    cells = tuple((*(f"{value:.6g}" for value in rows[k, :3]), remark) for k, remark in chosen)
+    lines = {
+        float(response.omega[k]): (*map(_digits, rows[k, :3]), "")
+        for k in (int(np.argmin(np.abs(np.log10(response.omega) - d))) for d in decades)
+    }
+    for mark in response.landmarks:
+        at = np.flatnonzero(response.omega == mark.omega)
+        values = rows[at[0], 1:3] if len(at) else ()
+        if not len(at):  # an unbounded peak: the rows beside it are those of no frequency asked for
+            lines = {
+                omega: row for omega, row in lines.items() if abs(omega / mark.omega - 1) > 0.01
+            }
+        cells = [*map(_digits, (mark.omega, *values)), "", ""][:3]
+        lines[mark.omega] = (*cells, mark.meaning)
     unit = f" re 1 {response.unit}" if response.unit else ""
     title = f"{response.output} by {response.input}"
     header = ("frequency rad/s", f"magnitude dB{unit}", "phase deg", "")
-    print_tables([Table(title, header, cells)])
+    print_tables([Table(title, header, tuple(lines[omega] for omega in sorted(lines)))])
+
+
+def _digits(value: float) -> str:
+    """Six digits; the rounding of a zero, such as that of |G| = 1 in dB, is a zero."""
+    return f"{value if abs(value) > 1e-9 else 0.0:.6g}"

@@ -13,6 +13,7 @@ import numpy as np
 
 from bgc.diagnostics.catalogue.analysis import no_range, no_response
 from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.linear.landmarks import Landmark, landmarks
 from bgc.runtime.linear.state_space import Linearisation, Mode
 from bgc.runtime.results.arrays import Array, Complex
 from bgc.runtime.results.files import written_whole
@@ -30,13 +31,18 @@ HEADER = ("omega", "magnitude_db", "phase_deg", "real", "imag")
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """`value[k] = G(i omega[k])`, omega in rad/s; `unit` is that of output per input."""
+    """`value[k] = G(i omega[k])`, omega in rad/s; `unit` is that of output per input.
+
+    All values are finite: the frequency of an undamped mode is left out. The frequencies of
+    `landmarks` are among `omega`, but for those of unbounded peaks.
+    """
 
     input: str
     output: str
     unit: str
     omega: Array
     value: Complex
+    landmarks: tuple[Landmark, ...] = ()
 
     @property
     def magnitude(self) -> Array:
@@ -88,12 +94,20 @@ def frequency_response(
     omega = _frequencies(modes, start, end)
     above, below = (linear.units[name] for name in (linear.outputs[0], linear.inputs[0]))
     value = linear.response(omega)[:, 0, 0]
+    bounded = np.isfinite(value)  # all but the frequencies of undamped modes
+    omega, value = omega[bounded], value[bounded]
     if not value.any():
         raise BgError([no_response(linear.inputs[0], linear.outputs[0])])
     if high is None:  # beyond all modes the response falls, until only rounding is left
-        kept = np.flatnonzero(np.abs(value) > _NEGLIGIBLE * np.nanmax(np.abs(value)))[-1] + 1
+        kept = np.flatnonzero(np.abs(value) > _NEGLIGIBLE * np.abs(value).max())[-1] + 1
         omega, value = omega[:kept], value[:kept]
-    return Response(linear.inputs[0], linear.outputs[0], quotient_unit(above, below), omega, value)
+    found = tuple(landmarks(linear, omega, value)) if len(omega) > 1 else ()
+    finite = [mark for mark in found if np.isfinite(mark.value)]
+    every = np.concatenate([omega, [mark.omega for mark in finite]])
+    omega, order = np.unique(every, return_index=True)
+    value = np.concatenate([value, [mark.value for mark in finite]])[order]
+    unit = quotient_unit(above, below)
+    return Response(linear.inputs[0], linear.outputs[0], unit, omega, value, found)
 
 
 def _range(modes: Sequence[Mode]) -> tuple[float, float]:

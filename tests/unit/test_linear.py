@@ -344,6 +344,44 @@ def test_the_response_of_two_masses_is_its_closed_form(tmp_path):
     assert (response.omega[0], response.omega[-1]) == (pytest.approx(0.1), pytest.approx(100))
 
 
+def test_the_peak_and_the_margins_have_all_their_digits(tmp_path):
+    """D4: the peak was the grid's highest point, 9849.87 for 9899.49."""
+    circuit = (
+        "model M { s : Se(1 V); l : I(1 mH); c : C(10 uF); r : R(2 ohm); j : J1;"
+        " s -> j -> l, c, r; } scene s of M { observe c.e; run 1 ms; }"
+    )
+    response = frequency_response(linear(tmp_path, circuit, ["s.e"], ["c.e"]))
+    peak, crossover = response.landmarks
+    assert (peak.meaning, peak.omega) == ("peak", pytest.approx(math.sqrt(98e6), rel=1e-10))
+    # |G| = 1 where (1 - w^2/1e8)^2 + (2e-5 w)^2 = 1, so w^2 = 2e8 - 4e-10*1e16.
+    assert crossover.omega == pytest.approx(math.sqrt(1.96e8), rel=1e-12)
+    assert {mark.omega for mark in response.landmarks} <= set(response.omega)
+
+    loop = (
+        "model L { s : Se(1); r : R(1); s -> r; param k = 6;"
+        " state x[3] = [0, 0, 0]; der(x) = [k*s.e - x[1], x[1] - x[2], x[2] - x[3]]; }"
+        " scene s of L { observe x[3] as out; run 1; }"
+    )
+    response = frequency_response(linear(tmp_path, loop, ["s.e"], ["out"]))
+    gain, phase = response.landmarks  # of 6/(s + 1)^3
+    assert gain.omega == pytest.approx(math.sqrt(6 ** (2 / 3) - 1), rel=1e-12)
+    assert gain.meaning == "phase margin 10.17 deg"  # 180 - 3*atan(w)
+    assert phase.omega == pytest.approx(math.sqrt(3), rel=1e-10)
+    assert phase.meaning == "gain margin 2.499 dB"  # 8/6
+    assert not np.isnan(response.phase).any()
+
+
+def test_the_peak_of_an_undamped_mode_is_not_bounded(tmp_path):
+    swing = (
+        "model M { s : Se(1); l : I(1); c : C(1); j : J1; s -> j -> l, c; }"
+        " scene s of M { observe c.e; run 1; }"
+    )
+    response = frequency_response(linear(tmp_path, swing, ["s.e"], ["c.e"]))
+    assert [m.meaning for m in response.landmarks] == ["unbounded peak", "phase margin 0 deg"]
+    assert response.landmarks[0].omega == pytest.approx(1.0, rel=1e-12)
+    assert np.isfinite(response.value).all() and np.isfinite(response.phase).all()
+
+
 def test_a_resonance_is_seen_however_sharp(tmp_path):
     text = TWO_MASSES.replace("d = 0.3", "d = 1e-6")
     response = frequency_response(linear(tmp_path, text, ["push.e"], ["right.f"]))
