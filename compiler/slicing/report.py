@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from bgc.ir.program import Dropped, Reason
 
 _STEP = re.compile(r"\.|(?=\[)")
+_MOST_NAMED = 4
 _COMPONENT = re.compile(r"\[[^\[\]]*\]")
 
 
@@ -32,13 +33,15 @@ def dropped_lines(dropped: Sequence[Dropped], left: Iterable[str]) -> tuple[str,
 
 
 def folded_lines(folded: Sequence[tuple[str, float]]) -> tuple[str, ...]:
-    """One line for each folded parameter, components of one value together."""
-    groups: dict[tuple[str, float], int] = {}
+    """One line for each folded parameter and value: some components by name, or their number."""
+    groups: dict[tuple[str, float], list[str]] = {}
     for name, value in folded:
-        groups[_vector(name), value] = groups.get((_vector(name), value), 0) + 1
+        groups.setdefault((_vector(name), value), []).append(name)
     return tuple(
-        f"`{name}` = {value:g}" + (f" ({count} components)" if count > 1 else "")
-        for (name, value), count in groups.items()
+        f"{len(names)} components of `{group}` = {value:g}"
+        if len(names) > _MOST_NAMED
+        else f"{', '.join(f'`{name}`' for name in names)} = {value:g}"
+        for (group, value), names in groups.items()
     )
 
 

@@ -180,10 +180,17 @@ def test_lines_of_what_was_left_out() -> None:
         "`mast[2]` (1 state): nothing that the scene reads depends on it",
         "`top`: nothing that the scene reads depends on it",
     )
+
+
+def test_folded_components_are_named() -> None:
+    """D1: deck_at = [-20, 0, 3] was said to be folded to 0."""
     assert folded_lines([("a[3].M[1,2]", 0.0), ("a[3].M[2,1]", 0.0), ("b", 1.0)]) == (
-        "`a[3].M` = 0 (2 components)",
+        "`a[3].M[1,2]`, `a[3].M[2,1]` = 0",
         "`b` = 1",
     )
+    assert folded_lines([("deck_at[2]", 0.0)]) == ("`deck_at[2]` = 0",)
+    many = [(f"D[1,{k}]", 0.0) for k in range(1, 7)]
+    assert folded_lines(many) == ("6 components of `D` = 0",)
 
 
 def test_the_whole_model_and_other_slots_can_be_shown(file: Path) -> None:
