@@ -123,7 +123,8 @@ def _variants(report: CostReport) -> Table:
     if fitting and report.measured is not None:
         notes.insert(0, "times of variants are estimates, by operations")
     title = "variants, one slot changed at a time"
-    return Table(title, header, tuple(rows) if fitting else (), "\n".join(notes))
+    spare = ("LU", "J", "f", "stiffness")
+    return Table(title, header, tuple(rows) if fitting else (), "\n".join(notes), spare)
 
 
 def _row(report: CostReport, variant: VariantCost) -> tuple[str, ...]:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import sys
+import textwrap
 from collections.abc import Iterable
 
 import click
 
 from bgc.printing.tables import Table, fitted, table_text
 
+_QUOTED = re.compile(r"`[^`]*`")
+_NO_BREAK = "\0"  # stands for a blank where a line does not end
 _BETWEEN = 2  # characters between columns
 _PIPE_WIDTH = 100  # characters of a line that goes to no terminal
-_SHORT = 24  # characters of a cell that is not wrapped
+_SHORT = 24  # characters of a cell that is not broken over lines
+_NARROWEST = 20  # characters of a column of sentences
 
 
 def print_tables(tables: Iterable[Table]) -> None:
@@ -33,6 +38,18 @@ def print_tables(tables: Iterable[Table]) -> None:
         first = False
 
 
+def print_sentence(text: str) -> None:
+    """Print prose: wrapped on a terminal, where no text in backquotes is broken."""
+    if not sys.stdout.isatty():
+        click.echo(text)
+        return
+    whole = _QUOTED.sub(lambda code: code[0].replace(" ", _NO_BREAK), text)
+    lines = textwrap.wrap(
+        whole, min(text_width(), _PIPE_WIDTH), break_long_words=False, break_on_hyphens=False
+    )
+    click.echo("\n".join(lines).replace(_NO_BREAK, " "))
+
+
 def text_width() -> int:
     """Characters of a line: those of the terminal (or of COLUMNS), else 100."""
     return shutil.get_terminal_size((_PIPE_WIDTH, 24)).columns
@@ -46,17 +63,39 @@ def _print_rich(table: Table) -> None:
     from rich.text import Text
 
     console = Console(no_color="NO_COLOR" in os.environ, highlight=False)
-    table = fitted(table, console.width - 1, _BETWEEN)
+    table = fitted(table, console.width + 1, _BETWEEN)
+    widths = _unbroken_widths(table)
+    if sum(width or _NARROWEST for width in widths) + _BETWEEN * len(widths) > console.width + 1:
+        click.echo(table_text(table))  # a cut cell would be a wrong number
+        return
     console.print(Text(table.title, style="bold"))
     if table.rows:
         shown = RichTable(
-            box=box.SIMPLE_HEAD, show_header=bool(table.header), padding=(0, _BETWEEN - 1, 0, 0)
+            box=box.SIMPLE_HEAD,
+            show_header=bool(table.header),
+            show_edge=False,
+            padding=(0, _BETWEEN - 1, 0, 0),
         )
-        for place, heading in enumerate(table.header or ("",) * len(table.rows[0])):
-            short = max(len(row[place]) for row in table.rows) <= _SHORT
-            shown.add_column(heading, overflow="fold", no_wrap=short and bool(table.spare))
+        for place, width in enumerate(widths):
+            heading = table.header[place] if table.header else ""
+            shown.add_column(heading, overflow="fold", no_wrap=bool(width), min_width=width)
         for row in table.rows:
             shown.add_row(*(Text(cell) for cell in row))
         console.print(shown)
+    for line in table.note.splitlines():  # code is not broken, so that it can be copied
+        console.print(Text(line), soft_wrap="`" in line)
     if table.note:
-        console.print(Text(f"{table.note}\n"))
+        console.print()
+
+
+def _unbroken_widths(table: Table) -> list[int | None]:
+    """The width of each column whose cells are not broken: numbers, names; None for sentences."""
+    if not table.rows:
+        return []
+    found: list[int | None] = []
+    for place in range(len(table.rows[0])):
+        cells = [row[place] for row in (*table.rows, *((table.header,) if table.header else ()))]
+        width = max(map(len, cells))
+        one_word = all(" " not in cell for cell in cells)
+        found.append(width if width <= _SHORT or one_word else None)
+    return found

@@ -16,7 +16,7 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
-from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.cli.printing import print_sentence, print_tables
 from bgc.runtime.compiling import compile_model
 from bgc.runtime.running.quantity import read_quantity
 from bgc.runtime.trade.configurations import KEEPS, RTOLS
@@ -126,7 +126,9 @@ def trade(
         click.echo()
     for warning in found.warnings:
         click.echo(f"warning: {warning}", err=True)
-    click.echo(found.sentence)
+    print_sentence(found.sentence)
+    if found.recommended is not None:  # on a line of its own, to be copied into the scene
+        click.echo(f"\n  {found.recommended.statement(found.target.settle)}")
     if out is not None:
         found.to_csv(out)
     if html is not None:

@@ -77,7 +77,9 @@ def _crossings(
 ) -> Iterator[Landmark]:
     """Where |G| = 1, with the phase margin, and where G is real and negative."""
     size = np.abs(value)
-    for x in _roots(lambda x: math.log(abs(response(x)) or 1e-300), at, np.log(np.maximum(size, 1e-300))):
+    for x in _roots(
+        lambda x: math.log(abs(response(x)) or 1e-300), at, np.log(np.maximum(size, 1e-300))
+    ):
         point = response(x)
         margin = math.remainder(math.degrees(math.atan2(point.imag, point.real)) + 180, 360)
         yield Landmark(math.exp(x), point, f"phase margin {margin:.4g} deg")
