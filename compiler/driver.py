@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 from types import MappingProxyType
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 from bgc.building.build import build_shared_object, lane_runtime_units
 from bgc.building.built import Built, RunFacts, run_facts
@@ -104,6 +104,7 @@ def compile_scene(
     prepare: Prepare | None = None,
     package: Package | None = None,
     until: Stage = "C compiler",
+    watch: Callable[[Stage], None] | None = None,
 ) -> Stages:
     """Compile a scene of a file, up to a stage.
 
@@ -117,6 +118,8 @@ def compile_scene(
         The file, if it has been parsed already.
     until
         The last stage to run.
+    watch
+        Called with each stage as it begins.
 
     Raises
     ------
@@ -127,8 +130,12 @@ def compile_scene(
     warnings: list[Diagnostic] = []
     seconds: dict[str, float] = {}
     stages = _stages(path, options, prepare, package, warnings)
+    order = get_args(Stage)
     begin = perf_counter()
-    for stage, name, result in stages:
+    for place in range(len(order)):
+        if watch is not None:
+            watch(order[place])
+        stage, name, result = next(stages)
         results[name] = result
         seconds[stage] = perf_counter() - begin
         if options.verify or "BGC_VERIFY" in os.environ:

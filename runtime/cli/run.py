@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from bgc.diagnostics.diagnostic import as_error
+from bgc.options import Options
 from bgc.runtime.cli.app import AT_FAULT, INTERRUPTED, print_diagnostics
 from bgc.runtime.cli.options import (
     check_target,
@@ -22,10 +23,12 @@ from bgc.runtime.cli.options import (
     use_option,
     whole_option,
 )
-from bgc.runtime.compiling import compile_model
+from bgc.runtime.model import Model
 from bgc.runtime.results.result import Result
-from bgc.runtime.results.summary import summarise
+from bgc.runtime.results.summary import extremes, summarise
+from bgc.runtime.running.compiling import load_as
 from bgc.runtime.running.failures import RunInterrupted, SimulationError
+from bgc.runtime.running.progress import CompilingLine
 from bgc.runtime.running.quantity import read_quantity
 
 _TABLES = (".csv", ".npz")
@@ -95,14 +98,10 @@ def run(
     check_target(out, (*_TABLES, "-"))
     check_target(plot, _PICTURES)
     times = read_times(step=step, every=every, time=duration)
-    model = compile_model(
-        file,
-        scene,
-        dict(read_assignments(assignments)),
-        strict=strict,
-        whole=whole,
-        uses=dict(read_uses(uses)),
-    )
+    filled = read_uses(uses)
+    options = Options(scene, strict=strict, whole=whole, uses=filled, preview=preview)
+    with CompilingLine(file.name, wanted=not quiet) as line:
+        model = load_as(Model, file, options, dict(read_assignments(assignments)), line)
     print_diagnostics(model.warnings)
     status = 0
     try:
@@ -128,11 +127,25 @@ def run(
     else:
         print_diagnostics(result.warnings)
     _write(result, out)
-    if plot is not None and (status == 0 or len(result.time) > 1):
+    drawn = plot is not None and (status == 0 or len(result.time) > 1)
+    if drawn:
         result.plot(plot, panels=panels or None)
     if not quiet:
-        click.echo(summarise(result), err=out == "-")
+        files = _files(result, out, plot if drawn else None)
+        texts = filter(None, (summarise(result), extremes(result), files))
+        click.echo("\n".join(texts), err=out == "-")
     context.exit(status)
+
+
+def _files(result: Result, out: str | None, plot: str | None) -> str:
+    """Name the files that were written, or the options that write some."""
+    names = [
+        *([f"{out} ({len(result.time):,} rows)"] if out not in (None, "-") else []),
+        *([plot] if plot is not None else []),
+    ]
+    if names:
+        return f"wrote {' and '.join(names)}"
+    return "" if out == "-" else "`--out FILE.csv` writes all rows, `--plot FILE.png` draws them"
 
 
 def _write(result: Result, out: str | None) -> None:

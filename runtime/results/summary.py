@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from bgc.printing.tables import Table, table_text
 from bgc.runtime.results.result import Result
+
+_MOST_COLUMNS = 12
 
 
 def summarise(result: Result) -> str:
@@ -26,6 +29,24 @@ def summarise(result: Result) -> str:
     if residual := _residual(result):
         lines.append(f"  {residual}")
     return "\n".join(lines)
+
+
+def extremes(result: Result) -> str:
+    """Make a table of the last, the least and the largest value of each observed column."""
+    if not len(result):
+        return "the scene observes nothing: add `observe NAME;`"
+    if not len(result.time):
+        return ""
+    rows = []
+    for name, column in list(result.columns.items())[:_MOST_COLUMNS]:
+        finite = column[np.isfinite(column)]
+        ends = (finite.min(), finite.max()) if len(finite) else (np.nan, np.nan)
+        unit = result.units.get(name, "")
+        label = f"{name} [{unit}]" if unit and unit != "1" else name
+        rows.append((label, *(f"{value + 0.0:.6g}" for value in (column[-1], *ends))))
+    more = len(result) - len(rows)
+    note = f"and {_count(more, 'column')} more" if more else ""
+    return table_text(Table("", ("", "last", "least", "largest"), tuple(rows), note)).strip("\n")
 
 
 def _count(number: float, word: str) -> str:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from types import MappingProxyType
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 
@@ -20,13 +20,22 @@ from bgc.runtime.running.parameters import ParameterValue
 
 _Model = TypeVar("_Model", bound=LoadedModel)
 
+Watch: TypeAlias = Callable[[str], None]
+"""Called with the name of each stage of a compilation as it begins."""
+
 _NONE: Mapping[str, ParameterValue] = MappingProxyType({})
 
 
-def load_or_compile(path: Path, options: Options, seconds: dict[str, float] | None = None) -> Built:
+def load_or_compile(
+    path: Path,
+    options: Options,
+    seconds: dict[str, float] | None = None,
+    watch: Watch | None = None,
+) -> Built:
     """Take the build of an equal, earlier request from the cache, or compile.
 
-    `seconds` is filled with the time that each stage took.
+    `seconds` is filled with the time that each stage took; `watch` is called with each stage as
+    it begins.
     """
     seconds = {} if seconds is None else seconds
     start = perf_counter()
@@ -36,7 +45,7 @@ def load_or_compile(path: Path, options: Options, seconds: dict[str, float] | No
     # The compiler takes longer to load than most runs take, and a recalled build needs none of it.
     from bgc.driver import compile_scene
 
-    stages = compile_scene(path, options)
+    stages = compile_scene(path, options, watch=watch)
     seconds.update(stages.seconds)
     return stages.built
 
@@ -53,11 +62,15 @@ def load_model(
 
 
 def load_as(
-    kind: type[_Model], path: Path, options: Options, parameters: Mapping[str, ParameterValue]
+    kind: type[_Model],
+    path: Path,
+    options: Options,
+    parameters: Mapping[str, ParameterValue],
+    watch: Watch | None = None,
 ) -> _Model:
     """Load a model as `load_model` does, as an object of the class `kind`."""
     try:
-        model = _load(kind, path, options)
+        model = _load(kind, path, options, watch)
         known = model.parameters
         structural = {n: value for n, value in parameters.items() if not known.can_set(n, value)}
     except BgError:
@@ -68,15 +81,16 @@ def load_as(
     if structural:
         texts = {name: _as_source(value) for name, value in structural.items()}
         overrides = {**dict(options.overrides), **texts}
-        model = _load(kind, path, replace(options, overrides=tuple(overrides.items())))
+        model = _load(kind, path, replace(options, overrides=tuple(overrides.items())), watch)
     for name, value in parameters.items():
         if name not in structural:
             model.parameters[name] = value
     return model
 
 
-def _load(kind: type[_Model], path: Path, options: Options) -> _Model:
-    return kind(load_or_compile(path, options), path.absolute().parent, (path, options))
+def _load(kind: type[_Model], path: Path, options: Options, watch: Watch | None) -> _Model:
+    built = load_or_compile(path, options, watch=watch)
+    return kind(built, path.absolute().parent, (path, options))
 
 
 def _as_source(value: ParameterValue) -> str:

@@ -1,4 +1,4 @@
-"""A progress bar on the terminal for runs longer than a second."""
+"""Progress on the terminal: a bar for long runs, a line for a compilation."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Self
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
+    from rich.status import Status
 
 _AFTER_SECONDS = 1.0
 
@@ -64,3 +65,41 @@ class ProgressBar:
         )
         bar.start()
         return bar, bar.add_task(self._label, total=self._end)
+
+
+class CompilingLine:
+    """A line that names the stage of a compilation, for the first run of a model.
+
+    An object is called with each stage as it begins. Nothing is drawn or imported unless `wanted`
+    and standard error is a terminal, and nothing for a model that is taken from the cache.
+    """
+
+    def __init__(self, name: str, wanted: bool) -> None:
+        self._name = name
+        self._wanted = wanted and sys.stderr.isatty()
+        self._drawn: Status | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._drawn is not None:
+            self._drawn.stop()
+
+    def __call__(self, stage: str) -> None:
+        """Show the stage that begins."""
+        if not self._wanted:
+            return
+        text = f"compiling {self._name} (first time): {stage}"
+        if self._drawn is None:
+            # Slow to load, and a model from the cache does without it.
+            from rich.console import Console
+
+            self._drawn = Console(stderr=True, highlight=False).status(text, spinner="line")
+            self._drawn.start()
+        self._drawn.update(text)

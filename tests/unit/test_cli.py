@@ -17,6 +17,8 @@ from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.catalogue.pages import pages
 from bgc.runtime import model as runtime_model
 from bgc.runtime.cli.app import application
+from bgc.runtime.results.result import Result as Rows
+from bgc.runtime.results.summary import extremes
 from bgc.runtime.running import compiling
 
 OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
@@ -34,7 +36,7 @@ def library(tmp_path_factory) -> Path:
 def oscillator(library, monkeypatch) -> Built:
     """Whatever file is named: a model written by hand, without the compiler."""
     built = Built(library, RunFacts("swing", "Oscillator", COLUMNS, ACCOUNTS, duration=2.0))
-    monkeypatch.setattr(compiling, "load_or_compile", lambda path, options: built)
+    monkeypatch.setattr(compiling, "load_or_compile", lambda *_, **__: built)
     return built
 
 
@@ -105,7 +107,7 @@ def test_a_slip_in_what_fills_a_slot_is_told_with_an_example_of_that(command, tm
 
 
 def test_a_bug_is_status_70_and_shows_its_traceback_only_on_request(monkeypatch):
-    def broken(*_: object) -> None:
+    def broken(*_: object, **__: object) -> None:
         raise AssertionError("nobody expects this")
 
     monkeypatch.setattr(compiling, "load_or_compile", broken)
@@ -127,6 +129,59 @@ def test_run_summarises(oscillator):
     assert "rodas5p" in result.stdout and "1,001 rows" in result.stdout
     assert "energy residual" in result.stdout
     assert bgc("run", "x.bg", "--quiet").stdout == ""
+
+
+def test_run_prints_its_results_and_names_its_files(oscillator, tmp_path):
+    """D9: a run printed no value and named no file."""
+    result = bgc("run", "x.bg", "--every", "500 ms", "--out", tmp_path / "r.csv")
+    table = np.genfromtxt(tmp_path / "r.csv", delimiter=",", names=True, deletechars="")
+    lines = result.stdout.splitlines()
+    assert next(line.split() for line in lines if "largest" in line) == ["last", "least", "largest"]
+    shown = next(line.split()[-3:] for line in lines if line.strip().startswith("q "))
+    expected = (table["q"][-1], table["q"].min(), table["q"].max())
+    assert [float(value) for value in shown] == pytest.approx(expected, rel=1e-5)
+    assert lines[-1] == f"wrote {tmp_path / 'r.csv'} (5 rows)"
+    assert "`--out FILE.csv`" in bgc("run", "x.bg").stdout
+
+
+def test_many_columns_are_counted_and_none_is_a_hint():
+    def run_of(names):
+        return Rows("s", np.zeros(2), {n: np.ones(2) for n in names}, {}, "rodas5p", {})
+
+    assert "and 8 columns more" in extremes(run_of(map(str, range(20))))
+    assert "observe" in extremes(run_of([]))
+
+
+@pytest.mark.slow
+def test_the_first_compilation_names_its_stages(tmp_path):
+    """D9: a cold compilation left the terminal blank for seconds."""
+    path = tmp_path / "m.bg"
+    path.write_text("model M { state x = 1; der(x) = -x; }\nscene s of M { observe x; run 1 s; }\n")
+    environment = {**os.environ, "BGC_CACHE_DIR": str(tmp_path / "cache"), "TERM": "xterm"}
+    program = (
+        "import sys; from bgc.runtime.cli.app import application; application.main(sys.argv[1:])"
+    )
+
+    def shown() -> str:
+        master, slave = os.openpty()
+        command = [sys.executable, "-c", program, "run", str(path)]
+        done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=slave, env=environment)
+        os.close(slave)
+        os.set_blocking(master, False)
+        text = b"".join(iter(lambda: _read(master), b"")).decode()
+        os.close(master)
+        assert done.returncode == 0, text
+        return text
+
+    assert "compiling m.bg (first time): C compiler" in shown()
+    assert "compiling" not in shown()
+
+
+def _read(terminal: int) -> bytes:
+    try:
+        return os.read(terminal, 4096)
+    except OSError:
+        return b""
 
 
 def test_run_writes_rows_and_plots(oscillator, tmp_path):
@@ -189,13 +244,15 @@ def test_a_value_that_is_not_finite_is_a_warning(oscillator, monkeypatch):
 def test_a_parameter_that_the_library_does_not_have_is_compiled_in(oscillator, monkeypatch):
     asked = []
 
-    def build(path: Path, options: object) -> Built:
+    def build(path: Path, options: object, **_: object) -> Built:
         asked.append(options)
         return oscillator
 
     monkeypatch.setattr(compiling, "load_or_compile", build)
     assert bgc("run", "x.bg", "--set", "n=3", "--set", "mass=2").exit_code == 0
     assert [options.overrides for options in asked] == [(), (("n", "3"),)]
+    assert bgc("run", "x.bg", "--preview", "--whole", "--use", "a=B").exit_code == 0
+    assert (asked[-1].preview, asked[-1].whole, asked[-1].uses) == (True, True, (("a", "B"),))
 
 
 # --- as a process ---------------------------------------------------------------------------------
@@ -209,7 +266,7 @@ def script(built: Built, tmp_path: Path) -> list[str]:
         from bgc.runtime import cli
         from bgc.runtime.running import compiling
         facts = RunFacts("swing", "Oscillator", ("q",), duration=1e5)
-        compiling.load_or_compile = lambda path, options: Built(Path({str(built.library)!r}), facts)
+        compiling.load_or_compile = lambda *_, **__: Built(Path({str(built.library)!r}), facts)
         print("ready", flush=True)
         cli.main()
     """
