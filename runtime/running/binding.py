@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import os
 from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_long, c_size_t, c_uint32, c_void_p
+from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
 from pathlib import Path
@@ -284,8 +285,26 @@ def text(value: bytes | None) -> str:
     return "" if value is None else value.decode("utf-8", "replace")
 
 
+@dataclass(frozen=True, slots=True)
+class _Memory:
+    """Doubles in C memory, as the base of a view: it keeps the instance that will free them."""
+
+    owner: Instance
+    address: int
+    size: int
+
+    @property
+    def __array_interface__(self) -> dict[str, Any]:
+        """The memory as NumPy reads it: writable, contiguous."""
+        kind = np.dtype(np.float64).str
+        return {"version": 3, "typestr": kind, "shape": (self.size,), "data": (self.address, False)}
+
+
 class Instance:
-    """One running copy of a model. Statuses are returned, never raised."""
+    """One running copy of a model. Statuses are returned, never raised.
+
+    Arrays that are views into its memory keep the instance.
+    """
 
     def __init__(self, library: Library) -> None:
         self.library = library
@@ -334,7 +353,7 @@ class Instance:
 
     @property
     def state(self) -> Array:
-        """The state, a view: writing to it sets it."""
+        """The state, a view that keeps the instance: writing to it sets it."""
         return self._view("bgc_state", self.library.model.n_state)
 
     @property
@@ -350,7 +369,7 @@ class Instance:
     def _view(self, name: str, size: int) -> Array:
         if size == 0:
             return np.empty(0)
-        view: Array = np.ctypeslib.as_array(self._ask(name), shape=(size,))
+        view: Array = np.asarray(_Memory(self, ctypes.addressof(self._ask(name).contents), size))
         return view
 
     @property
