@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import ctypes
 import math
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -282,3 +285,42 @@ def test_trace_of_many_rows(library: Any, tmp_path: Path) -> None:
     for time in np.random.default_rng(1).uniform(0.0, 10.0, 300):
         assert trace.at(time).position[0] == pytest.approx(math.sin(time), abs=1e-6)
         assert trace.at(time).velocity[1] == pytest.approx(-math.sin(time), abs=2e-3)
+
+
+_SHORT_OF_MEMORY = """
+import ctypes, resource, sys
+library = ctypes.CDLL(sys.argv[1])
+name, open_ = (ctypes.c_void_p * 2).in_dll(library, "bgc_trace_driver")
+open_ = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_size_t)(open_)
+message = ctypes.create_string_buffer(400)
+pages = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (pages + int(sys.argv[3]), -1))
+handle = open_(f"file={sys.argv[2]}".encode(), message, 400)
+print("opened" if handle else message.value.decode())
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits the memory of a process")
+@pytest.mark.parametrize("megabytes", [20, 40, 70])
+def test_trace_that_does_not_fit_in_memory_is_refused(
+    library: Any, tmp_path: Path, megabytes: int
+) -> None:
+    path = tmp_path / "hand.csv"
+    padding = " " * 1_000_000
+    with path.open("w") as file:
+        file.write("time,x,y,z\n")
+        file.writelines(f"{time},0,0,0{padding}\n" for time in range(80))
+    arguments = (_SHORT_OF_MEMORY, library._name, path, str(megabytes * 1_000_000))
+    done = subprocess.run(
+        [sys.executable, "-c", *arguments], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == f"{path}: there is not enough memory\n"
+
+
+def test_trace_of_more_than_the_limit_is_refused(library: Any, tmp_path: Path) -> None:
+    path = tmp_path / "hand.csv"
+    path.touch()
+    os.truncate(path, 256_000_001)
+    assert Trace(library, f"file={path}").message == (
+        f"{path}: the file is too large: at most 256 MB"
+    )

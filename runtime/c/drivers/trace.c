@@ -15,6 +15,22 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+
+/* The status of a file with a size of 64 bits. */
+#ifdef _WIN32
+typedef struct _stat64 file_status;
+#define get_status _stat64
+#else
+typedef struct stat file_status;
+#define get_status stat
+#endif
+#ifndef S_IFMT
+#define S_IFMT 0170000 /* as POSIX and Windows have them; strict C11 may hide the names */
+#define S_IFREG 0100000
+#endif
+
+#define MOST_BYTES 256000000L /* of a file */
 
 enum { TIME, POSITION, ORIENTATION = 4, GRIPPER = 8, BUTTON = 9, COLUMNS = 17, REQUIRED = 4 };
 
@@ -35,6 +51,8 @@ typedef struct {
     size_t size;
 } reporter;
 
+static const char no_memory[] = "there is not enough memory";
+
 /* Writes a message with the place in the file; returns 0. */
 static int fail(const reporter *r, size_t line, const char *what, const char *detail) {
     if (line > 0) {
@@ -47,36 +65,46 @@ static int fail(const reporter *r, size_t line, const char *what, const char *de
 
 /* --- text ---------------------------------------------------------------------------------- */
 
-/* The whole file as a string, or NULL. */
-static char *read_file(const char *path) {
-    FILE *file = fopen(path, "rb");
-    char *text = NULL;
-    size_t used = 0, room = 0;
+/* Reads a regular file of at most MOST_BYTES. Returns its text, or NULL with a message.
+ *
+ * Pipes, terminals and devices may never end, so they are refused before they are opened. */
+static char *read_file(const reporter *r) {
+    file_status status;
+    char *text;
+    FILE *file;
+    size_t size;
 
-    if (file == NULL) {
+    if (get_status(r->file, &status) != 0) {
+        fail(r, 0, "the file cannot be read: ", strerror(errno));
         return NULL;
     }
-    for (;;) {
-        if (used + 1 >= room) {
-            char *more = realloc(text, room = 2 * room + 65536);
-            if (more == NULL) {
-                break;
-            }
-            text = more;
-        }
-        const size_t got = fread(text + used, 1, room - used - 1, file);
-        used += got;
-        if (got == 0) {
-            break;
-        }
+    if ((status.st_mode & S_IFMT) != S_IFREG) {
+        fail(r, 0, "this is not a regular file", "");
+        return NULL;
     }
-    if (ferror(file) || used + 1 > room) {
+    if (status.st_size > MOST_BYTES) {
+        fail(r, 0, "the file is too large: at most 256 MB", "");
+        return NULL;
+    }
+
+    /* No more than the size that the system states: files of /proc state 0 and may never end. */
+    size = (size_t)status.st_size;
+    text = malloc(size + 1);
+    if (text == NULL) {
+        fail(r, 0, no_memory, "");
+        return NULL;
+    }
+    file = fopen(r->file, "rb");
+    if (file == NULL || fread(text, 1, size, file) != size) {
+        const int refused = file == NULL || ferror(file);
+        fail(r, 0, "the file cannot be read: ", refused ? strerror(errno) : "it was shortened");
         free(text);
         text = NULL;
+    } else {
+        text[size] = '\0';
     }
-    fclose(file);
-    if (text != NULL) {
-        text[used] = '\0';
+    if (file != NULL) {
+        fclose(file);
     }
     return text;
 }
@@ -229,7 +257,7 @@ static int parse_text(const reporter *r, char *text, trace *t) {
         if (t->rows == room) {
             double *more = realloc(t->value, (room = 2 * room + 64) * COLUMNS * sizeof *more);
             if (more == NULL) {
-                return fail(r, 0, "there is not enough memory", "");
+                return fail(r, 0, no_memory, "");
             }
             t->value = more;
         }
@@ -258,7 +286,7 @@ static int parse_in_c_locale(const reporter *r, char *text, trace *t) {
     int good;
 
     if (c == (locale_t)0) {
-        return fail(r, 0, "there is not enough memory", "");
+        return fail(r, 0, no_memory, "");
     }
     before = uselocale(c);
     good = parse_text(r, text, t);
@@ -330,12 +358,10 @@ static trace *load(const settings *s, char *message, size_t size) {
     int good = 0;
 
     if (t != NULL) {
-        text = read_file(s->file);
-        if (text == NULL) {
-            fail(&r, 0, "the file cannot be read: ", strerror(errno));
-        } else {
-            good = parse_in_c_locale(&r, text, t);
-        }
+        text = read_file(&r);
+        good = text != NULL && parse_in_c_locale(&r, text, t);
+    } else {
+        fail(&r, 0, no_memory, "");
     }
     free(text);
     if (!good) {
