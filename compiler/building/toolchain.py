@@ -93,8 +93,11 @@ def find_toolchain() -> Toolchain:
     Raises BgError (BG050, BG051) when there is none. Whether it works shows when it is used.
     """
     if chosen := os.environ.get("CC", "").strip():
-        command = tuple(shlex.split(chosen))
-        if shutil.which(command[0]) is None:
+        try:
+            command = tuple(shlex.split(chosen))
+        except ValueError:  # a quote that is not closed
+            command = ()
+        if not command or shutil.which(command[0]) is None:
             raise BgError([chosen_compiler_missing(chosen)])
         return identify(command)
     for candidate in CANDIDATES:

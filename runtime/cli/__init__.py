@@ -3,36 +3,34 @@
 from __future__ import annotations
 
 import gc
-import signal
 import sys
-from types import FrameType
+from typing import NoReturn
 
-from bgc.runtime.cli.app import INTERRUPTED, TERMINATED, application
+from bgc.runtime.cli.signals import catch_signals, end_at_signals
+from bgc.runtime.cli.streams import repair_streams
 
 _ALLOCATIONS = 50_000  # between two garbage collections: a compiler makes little garbage
 
 
-def main() -> None:
+def main() -> NoReturn:
     """Run the command line, and exit with its status.
 
     0 done; 1 the model, the run or the machine is at fault; 2 wrong usage; 70 a bug in bgc;
-    130 interrupted; 143 ended by SIGTERM (which a batch system sends), rows kept as after Ctrl-C.
+    128 and the number of a signal that ended it (130 Ctrl-C, 143 SIGTERM, which a batch system
+    sends, 129 SIGHUP, a closed terminal), with the rows kept.
     """
-    gc.set_threshold(_ALLOCATIONS)
-    terminated = False
-
-    def interrupt(number: int, frame: FrameType | None) -> None:
-        nonlocal terminated
-        terminated = True
-        raise KeyboardInterrupt
-
-    signal.signal(signal.SIGTERM, interrupt)
-    if hasattr(signal, "SIGPIPE"):
-        # `bgc run f.bg --out - | head` ends quietly, as other commands do.
-        signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    caught = catch_signals()
+    status: int | str | None = 0
     try:
-        application.main(prog_name="bgc")
+        gc.set_threshold(_ALLOCATIONS)
+        repair_streams()
+        # Loading takes a tenth of a second, in which Ctrl-C should already end it quietly.
+        from bgc.runtime.cli.app import application
+
+        application.main(prog_name="bgc", obj=caught)
+    except KeyboardInterrupt:
+        pass
     except SystemExit as end:
-        if terminated and end.code == INTERRUPTED:
-            sys.exit(TERMINATED)
-        raise
+        status = end.code
+    end_at_signals()
+    sys.exit(caught.status or status)

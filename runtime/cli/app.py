@@ -7,14 +7,18 @@ import re
 import sys
 import traceback
 from collections.abc import Iterable
+from contextlib import suppress
 from importlib import import_module
+from pathlib import Path
 from typing import Any, NoReturn
 
 import click
 
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.cli.signals import Caught
+from bgc.runtime.cli.streams import discard_output
 
-DONE, AT_FAULT, USAGE, BUG, INTERRUPTED, TERMINATED = 0, 1, 2, 70, 130, 143
+DONE, AT_FAULT, USAGE, BUG, INTERRUPTED = 0, 1, 2, 70, 130
 
 _NOT_UTF8 = re.compile("[\udc80-\udcff]")  # surrogates for bytes of file names
 
@@ -62,11 +66,13 @@ class Application(click.Group):
         with formatter.section("Commands"):
             formatter.write_dl(list(_COMMANDS.items()))
 
-    def main(self, *args: Any, **extra: Any) -> NoReturn:
-        """Run a command and exit with its status."""
+    def main(self, *args: Any, obj: Caught | None = None, **extra: Any) -> NoReturn:
+        """Run a command and exit with its status; `obj` notes signals."""
         extra["standalone_mode"] = False
+        caught = obj or Caught()
         try:
             status = super().main(*args, **extra)
+            sys.stdout.flush()  # a full disk is an error of the command
         except click.ClickException as problem:
             problem.show()
             status = problem.exit_code
@@ -75,8 +81,14 @@ class Application(click.Group):
         except BgError as problem:
             print_diagnostics(problem.diagnostics)
             status = AT_FAULT
+        except (OSError, MemoryError) as problem:
+            discard_output()
+            _show_traceback()
+            print_diagnostics([_refused(problem)])
+            status = AT_FAULT
         except Exception as problem:
-            status = _report_bug(problem)
+            # An import that a signal interrupts may end in any error.
+            status = INTERRUPTED if caught.number else _report_bug(problem)
         sys.exit(status or DONE)
 
 
@@ -98,7 +110,8 @@ def print_diagnostics(diagnostics: Iterable[Diagnostic]) -> None:
     from bgc.diagnostics.render import render
 
     if text := render(diagnostics, colour=_colour_wanted()):
-        click.echo(printable(text), err=True, nl=False)
+        with suppress(OSError):  # the terminal is closed: what follows may still write files
+            click.echo(printable(text), err=True, nl=False)
 
 
 def printable(text: str) -> str:
@@ -111,11 +124,31 @@ def _colour_wanted() -> bool:
     return sys.stderr.isatty() and not plain
 
 
-def _report_bug(problem: Exception) -> int:
-    """Report an error of bgc itself, with the traceback if BGC_DEBUG is set."""
+def _refused(problem: OSError | MemoryError) -> Diagnostic:
+    """Say which service of the system failed, and for which file."""
+    # A command that succeeds needs none of it.
+    from bgc.diagnostics.catalogue.machine import system_refuses
+
+    if isinstance(problem, MemoryError):
+        return system_refuses("there is not enough memory", "")
+    try:
+        Path.cwd()
+    except OSError:
+        return system_refuses("the working directory no longer exists", "")
+    return system_refuses(problem.strerror or str(problem), str(problem.filename or ""))
+
+
+def _show_traceback() -> bool:
+    """Print the traceback if BGC_DEBUG is set."""
     if os.environ.get("BGC_DEBUG"):
         traceback.print_exc()
-    else:
+        return True
+    return False
+
+
+def _report_bug(problem: Exception) -> int:
+    """Report an error of bgc itself, with the traceback if BGC_DEBUG is set."""
+    if not _show_traceback():
         kind = type(problem).__name__
         click.echo(printable(f"this is a bug in bgc: {kind}: {problem}"), err=True)
         click.echo(

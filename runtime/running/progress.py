@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from contextlib import suppress
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
@@ -26,7 +27,7 @@ class ProgressBar:
         self._end = end
         self._label, self._unit = label, unit
         self._start = time.monotonic()
-        self._wanted = wanted and sys.stderr.isatty()
+        self._wanted = wanted and sys.stderr is not None and sys.stderr.isatty()
         self._drawn: tuple[Progress, TaskID] | None = None
 
     def __enter__(self) -> Self:
@@ -39,16 +40,20 @@ class ProgressBar:
         trace: TracebackType | None,
     ) -> None:
         if self._drawn is not None:
-            self._drawn[0].stop()
+            with suppress(OSError):
+                self._drawn[0].stop()
 
     def show(self, reached: float) -> None:
         """Update the bar: the run has reached a time."""
         if not self._wanted or time.monotonic() - self._start < _AFTER_SECONDS:
             return
-        if self._drawn is None:
-            self._drawn = self._draw()
-        bar, task = self._drawn
-        bar.update(task, completed=reached)
+        try:
+            if self._drawn is None:
+                self._drawn = self._draw()
+            bar, task = self._drawn
+            bar.update(task, completed=reached)
+        except OSError:  # the terminal was closed, and the run goes on
+            self._wanted = False
 
     def _draw(self) -> tuple[Progress, TaskID]:
         # Slow to load, and only long runs on a terminal draw a bar.

@@ -13,6 +13,26 @@ _INSTALL_COMPILER = (
 )
 
 
+def system_refuses(reason: str, path: str) -> Diagnostic:
+    """BG048: the operating system reports an error
+
+    What: the operating system refused a service that every command needs, such as memory, a
+    process, or standard output.
+
+    Why: the disk is full, the working directory was deleted, or a limit of the process is reached.
+
+    Example: `bgc run rlc.bg --out - > /dev/full`.
+
+    Way out: remove the reason that the message gives; with `BGC_DEBUG=1` the place in bgc is shown.
+    """
+    where = f" (`{path}`)" if path else ""
+    return error(
+        "BG048",
+        f"the operating system reports an error: {reason}{where}",
+        help="free what it lacks, or run the command elsewhere",
+    )
+
+
 def no_c_compiler(tried: Sequence[str]) -> Diagnostic:
     """BG050: no C compiler was found
 

@@ -1,0 +1,50 @@
+"""Signals that end a command."""
+
+from __future__ import annotations
+
+import signal
+from dataclasses import dataclass
+from types import FrameType
+
+_ENDING = ("SIGINT", "SIGTERM", "SIGHUP")  # Ctrl-C; a batch system; a terminal that was closed
+
+
+@dataclass(slots=True)
+class Caught:
+    """The first signal that arrived; 0 as long as none has."""
+
+    number: int = 0
+
+    @property
+    def status(self) -> int:
+        """The exit status after that signal, as shells have it; 0 without one."""
+        return 128 + self.number if self.number else 0
+
+
+def catch_signals() -> Caught:
+    """Make the signals that end a command raise KeyboardInterrupt; note the first of them.
+
+    A signal that the parent process set to be ignored, as `nohup` does, stays ignored.
+    """
+    caught = Caught()
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        caught.number = caught.number or number
+        raise KeyboardInterrupt
+
+    for name in _ENDING:
+        number = getattr(signal, name, None)  # Windows has no SIGHUP
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, interrupt)
+    if hasattr(signal, "SIGPIPE"):
+        # `bgc run f.bg --out - | head` ends quietly, as other commands do.
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    return caught
+
+
+def end_at_signals() -> None:
+    """Let signals end the process at once: nothing is left to be written."""
+    for name in _ENDING:
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, signal.SIG_DFL)
