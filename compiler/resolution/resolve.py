@@ -100,6 +100,9 @@ class _Loader:
                 if not _is_file(target):
                     self.report.add(imports.imported_file_missing(item.span, item.path))
                     return None, ""
+                if {target.suffix, target.resolve().suffix} != {".bg"}:
+                    self.report.add(imports.not_a_model_file(item.span, item.path))
+                    return None, ""
                 shown = source.name.rpartition("/")[0]
                 return target, f"{shown}/{item.path}" if shown else item.path
             case syntax.ImportModule():

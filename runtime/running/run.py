@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from threading import Event, Thread
 from typing import TypeVar
@@ -32,6 +33,7 @@ AUTO = "auto"
 
 _TIGHTEST, _LOOSEST = 1e-15, 0.5  # relative tolerances: from rounding to no accuracy at all
 _ROWS_IN_A_STEP = 5
+_LINE_BREAK = "its folder has a line break in its name"
 _MESSAGE_LENGTH = 300  # characters of a driver's message
 _WATCH_SECONDS = 0.05  # between two checks of a run: bounds the wait after Ctrl-C
 
@@ -181,9 +183,10 @@ def open_devices(instance: Instance, folder: Path) -> Iterator[None]:
             driver = instance.find_driver(info.driver)
             if driver is None:
                 raise BgError([unknown_driver(name, driver_name)])
-            status, message = instance.open_device(
-                index, driver, _located(text(info.options), folder)
-            )
+            options = _located(text(info.options), folder)
+            if options is None:
+                raise BgError([device_not_opened(name, driver_name, _LINE_BREAK)])
+            status, message = _interruptible(partial(instance.open_device, index, driver, options))
             if status is not Status.OK:
                 raise BgError([device_not_opened(name, driver_name, _quotable(message))])
         yield
@@ -197,12 +200,38 @@ def _quotable(message: str) -> str:
     return shown if len(shown) <= _MESSAGE_LENGTH else f"{shown[:_MESSAGE_LENGTH]}..."
 
 
-def _located(options: str, folder: Path) -> str:
-    """Make the path of a device's file relative to the scene's folder."""
-    lines = (line.partition("=") for line in options.splitlines())
-    return "".join(
-        f"{key}={folder / value if key == 'file' else value}\n" for key, _, value in lines
-    )
+def _located(options: str, folder: Path) -> str | None:
+    """Make the path of a device's file relative to the scene's folder.
+
+    None where that folder has a line break, which would end the option.
+    """
+    # Drivers end an option at "\n" alone, so `splitlines` would find more options than they do.
+    lines = [line.partition("=") for line in options.split("\n") if line]
+    located = [(key, str(folder / value) if key == "file" else value) for key, _, value in lines]
+    if any("\n" in value for _, value in located):
+        return None
+    return "".join(f"{key}={value}\n" for key, value in located)
+
+
+def _interruptible(work: Callable[[], _Outcome]) -> _Outcome:
+    """Do work of C in a thread, so that signals are handled meanwhile; they abandon it.
+
+    A file system that does not answer stops the thread, which keeps what it works on alive.
+    """
+    outcome: list[_Outcome] = []
+    finished = Event()
+
+    def run() -> None:
+        try:
+            outcome.append(work())
+        finally:
+            finished.set()
+
+    Thread(target=run, daemon=True).start()
+    while not finished.wait(_WATCH_SECONDS):
+        pass
+    (found,) = outcome
+    return found
 
 
 def run_watched(

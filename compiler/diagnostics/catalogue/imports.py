@@ -75,3 +75,21 @@ def name_imported_twice(span: Span, name: str, places: Sequence[Span]) -> Diagno
         labels=[Label(place, "declared here") for place in places],
         help="rename one of them, or import only one of the files",
     )
+
+
+def not_a_model_file(span: Span, path: str) -> Diagnostic:
+    """BG024: an imported file that is not a `.bg` file
+
+    What: the path after `import` names a file whose name, or that of the file that it links to,
+    does not end in `.bg`.
+    Why: a model from elsewhere could import any file of this machine, and error messages would
+    quote its lines.
+    Example: `import "/etc/passwd";`
+    Way out: give the imported file a name that ends in `.bg`.
+    """
+    return error(
+        "BG024",
+        f"`{path}` is not a `.bg` file",
+        span,
+        help="rename it so that its own name ends in `.bg`, and correct the path",
+    )

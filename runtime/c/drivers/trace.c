@@ -38,6 +38,8 @@ static const char *const column_name[COLUMNS] = {
     "time", "x", "y", "z", "qw", "qx", "qy", "qz", "gripper",
     "button1", "button2", "button3", "button4", "button5", "button6", "button7", "button8"};
 
+static const char known_columns[] = "time, x, y, z, qw, qx, qy, qz, gripper, button1 .. button8";
+
 typedef struct {
     size_t rows, row; /* row: the one found last */
     int loop;
@@ -53,7 +55,9 @@ typedef struct {
 
 static const char no_memory[] = "there is not enough memory";
 
-/* Writes a message with the place in the file; returns 0. */
+/* Writes a message with the place in the file; returns 0.
+ *
+ * `detail` never is text of the file: a model may name any file that its user can read. */
 static int fail(const reporter *r, size_t line, const char *what, const char *detail) {
     if (line > 0) {
         snprintf(r->message, r->size, "%s:%zu: %s%s", r->file, line, what, detail);
@@ -169,10 +173,10 @@ static int parse_header(const reporter *r, size_t line_number, char *line, int *
             k++;
         }
         if (k == COLUMNS) {
-            return fail(r, line_number, "there is no column called ", field);
+            return fail(r, line_number, "the header names a column that is none of ", known_columns);
         }
         if ((seen >> k & 1u) != 0) {
-            return fail(r, line_number, "this column is there twice: ", field);
+            return fail(r, line_number, "this column is there twice: ", column_name[k]);
         }
         seen |= 1u << k;
         columns[(*count)++] = k;
@@ -200,7 +204,7 @@ static int parse_row(const reporter *r, size_t line_number, char *line, const in
             return fail(r, line_number, "this row lacks the column ", column_name[columns[k]]);
         }
         if (!parse_number(field, &row[columns[k]])) {
-            return fail(r, line_number, "this is not a number: ", *field == '\0' ? "(empty)" : field);
+            return fail(r, line_number, "there is no number in the column ", column_name[columns[k]]);
         }
     }
     if (line != NULL) {

@@ -1,0 +1,245 @@
+"""Each sentence of the lists in the manual's chapter `Security`, with the test behind it."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+import pytest
+from click.testing import CliRunner
+
+import bgc
+from bgc.building.toolchain import find_toolchain
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.render import render
+from bgc.driver import compile_scene
+from bgc.options import Options
+from bgc.runtime.cli.app import application
+from bgc.runtime.running.run import _located
+
+MANUAL = Path(__file__).parents[2] / "grammar" / "LANGUAGE.md"
+PROMISED: set[str] = set()
+
+_Test = TypeVar("_Test", bound=Callable[..., None])
+
+
+def promise(sentence: str) -> Callable[[_Test], _Test]:
+    """Note that a test stands behind a sentence of the manual."""
+    PROMISED.add(sentence)
+    return lambda test: test
+
+
+def sentences() -> set[str]:
+    """The items of the lists of the chapter, each on one line."""
+    chapter = MANUAL.read_text("utf-8").split("\n## Security\n")[1].split("\n## ")[0]
+    items = re.findall(r"^- (.+(?:\n  .+)*)", chapter, re.MULTILINE)
+    return {" ".join(item.split()) for item in items}
+
+
+def test_a_test_stands_behind_each_sentence():
+    assert sentences() == PROMISED
+
+
+def run_bgc(*arguments: str) -> tuple[int, str]:
+    result = CliRunner().invoke(application, [str(argument) for argument in arguments])
+    return result.exit_code, result.output + result.stderr
+
+
+CART = """
+model Cart {{
+  input v : m/s = 0 m/s;
+  push : Sf(f = v);
+  motion : J0;
+  drag : R(2);
+  push -> motion -> drag;
+}}
+scene pull of Cart {{
+  device hand = trace({options});
+  drive v = hand.velocity[1];
+  observe drag.e;
+  run 10 ms;
+}}
+"""
+
+
+def cart(folder: Path, options: str) -> Path:
+    path = folder / "cart.bg"
+    path.write_text(CART.format(options=options), encoding="utf-8")
+    return path
+
+
+# --- a stranger's model ---------------------------------------------------------------------
+
+_WATCHED = """
+import json, os, sys
+seen = []
+def watch(event, arguments):
+    if event == "subprocess.Popen":
+        seen.append([event, str(arguments[0])])
+    elif event in ("os.system", "os.exec", "os.posix_spawn", "os.fork", "socket.connect"):
+        seen.append([event, repr(arguments)])
+    elif event == "open" and isinstance(arguments[0], (str, bytes)):
+        if arguments[2] & (os.O_WRONLY | os.O_RDWR | os.O_CREAT):
+            seen.append([event, os.path.abspath(os.fsdecode(arguments[0]))])
+sys.addaudithook(watch)
+from bgc.runtime.cli.app import application
+try:
+    application.main(args=sys.argv[1:], prog_name="bgc")
+finally:
+    print(json.dumps(seen))
+"""
+
+
+@promise(
+    "`bgc` on a model starts no program but the C compiler, opens no network connection, and "
+    "writes only to its cache, to temporary files and to the files that the command line names."
+)
+def test_what_a_command_does_on_this_machine(tmp_path):
+    (tmp_path / "motion.csv").write_text("time,x,y,z\n0,0,0,0\n1,1,0,0\n")
+    path = cart(tmp_path, 'file = "motion.csv"')
+    folders = {name: tmp_path / name for name in ("cache", "temporary", "results")}
+    for folder in folders.values():
+        folder.mkdir(mode=0o700)
+    out = folders["results"] / "rows.csv"
+    done = subprocess.run(
+        [sys.executable, "-B", "-c", _WATCHED, "run", path, "--out", out, "--quiet"],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=tmp_path,
+        env={
+            **os.environ,
+            "BGC_CACHE_DIR": str(folders["cache"]),
+            "TMPDIR": str(folders["temporary"]),
+        },
+    )
+    seen = json.loads(done.stdout)
+    started = {where for what, where in seen if what == "subprocess.Popen"}
+    assert started == {find_toolchain().command[0]}
+    written = {where for what, where in seen if what == "open"}
+    assert str(out.parent) in {str(Path(where).parent) for where in written}
+    allowed = (*map(str, folders.values()), os.devnull)
+    assert [where for where in written if not where.startswith(allowed)] == []
+    assert {what for what, _ in seen} == {"subprocess.Popen", "open"}
+
+
+_TRIGRAPHS = {"=": "#", "/": "\\", "'": "^", "(": "[", ")": "]", "!": "|", "<": "{", ">": "}"}
+
+
+def without_comments_and_literals(text: str) -> str:
+    """C text as the compiler reads it, less its comments and string literals."""
+    text = re.sub(r"\?\?([=/'()!<>])", lambda found: _TRIGRAPHS[found[1]], text)
+    text = text.replace("\\\n", "")
+    return re.sub(r'/\*.*?\*/|//[^\n]*|"(?:[^"\\\n]|\\.)*"', " ", text, flags=re.DOTALL)
+
+
+@promise(
+    "Text of a model enters the generated C only in comments and string literals, so a model "
+    "cannot add code."
+)
+@pytest.mark.parametrize("hostile", ["*/ HOSTILE(); /*", "??/", "\\", "%s ??/ HOSTILE", "\u2028"])
+def test_text_of_a_model_is_not_code(tmp_path, hostile):
+    path = tmp_path / "hostile.bg"
+    path.write_text(
+        f"/// {hostile} HOSTILE\nmodel M {{ /// {hostile} HOSTILE\n param k = 1; state x = 1;"
+        f' der(x) = -k*x; assert x > -1, "HOSTILE {hostile}"; }}'
+        f'scene s of M {{ device d = trace(file = "HOSTILE {hostile}"); observe x;'
+        f" drive d.gripper_force = 0; run 1 ms; plot x; }}",
+        encoding="utf-8",
+    )
+    emitted = compile_scene(path, Options(), until="emit").emitted
+    for unit in emitted.units:
+        assert "HOSTILE" in unit.text
+        assert "HOSTILE" not in without_comments_and_literals(unit.text)
+    bgc.compile(path)
+
+
+@promise(
+    "A model can import any `.bg` file that you may read, and read any regular file of up to "
+    "256 MB as a trace; pipes, terminals and devices are refused."
+)
+@pytest.mark.parametrize("kind", ["pipe", "device", "folder", "proc"])
+def test_what_is_not_a_regular_file_is_refused_as_a_trace(tmp_path, kind):
+    named = {"device": "/dev/urandom", "folder": str(tmp_path), "proc": "/proc/kmsg"}
+    if kind == "pipe":
+        os.mkfifo(tmp_path / "pipe")
+    name = named.get(kind, "pipe")
+    if kind == "proc" and not Path(name).exists():
+        pytest.skip("there is no such file here")
+    status, output = run_bgc("run", cart(tmp_path, f'file = "{name}"'))
+    assert (status, "BG074" in output) == (1, True), output
+
+
+@pytest.mark.parametrize("kind", ["other ending", "link", "pipe", "device"])
+def test_what_is_not_a_regular_model_file_is_not_imported(tmp_path, kind):
+    secret = tmp_path / "secret.txt"
+    secret.write_text("HUSH:x:0\n")
+    name = {"other ending": "secret.txt", "device": "/dev/zero"}.get(kind, "other.bg")
+    if kind == "link":
+        (tmp_path / name).symlink_to(secret)
+    elif kind == "pipe":
+        os.mkfifo(tmp_path / name)
+    (tmp_path / "entry.bg").write_text(f'import "{name}";')
+    with pytest.raises(BgError) as error:
+        bgc.compile(tmp_path / "entry.bg")
+    shown = render(error.value.diagnostics, colour=False)
+    assert ("BG024" in shown or "BG020" in shown) and "HUSH" not in shown
+
+
+@promise("Messages quote lines of `.bg` files only; of a trace they state the line and the column.")
+@pytest.mark.parametrize(
+    "content",
+    ["HUSH:x:0\n", "HUSH,x,y,z\n", "time,x,y,z\n0,0,HUSH,0\n", "time,x,y,z\nHUSH\n", "\0HUSH"],
+)
+def test_messages_quote_nothing_of_a_trace(tmp_path, content):
+    (tmp_path / "secret.txt").write_text(content)
+    status, output = run_bgc("run", cart(tmp_path, 'file = "secret.txt"'))
+    assert (status, "BG074" in output, "HUSH" in output) == (1, True, False), output
+
+
+@promise("A path in a model cannot add options to a device.")
+@pytest.mark.parametrize("separator", ["\u2028", "\u2029", "\x85"])
+def test_a_path_ends_at_no_other_character_than_the_drivers_do(tmp_path, separator):
+    name = f"motion.csv{separator}scale=7"
+    (tmp_path / name).write_text("time,x,y,z\n0,0,0,0\n1,1,0,0\n")
+    result = bgc.compile(cart(tmp_path, f'file = "{name}"')).simulate()
+    assert result["drag.e"][-1] == pytest.approx(2)
+
+
+def test_a_folder_with_a_line_break_adds_no_option(tmp_path):
+    assert _located("file=a\nloop=1", Path("/x")) == "file=/x/a\nloop=1\n"
+    folder = tmp_path / "a\nscale=7"
+    folder.mkdir()
+    (folder / "motion.csv").write_text("time,x,y,z\n0,0,0,0\n1,1,0,0\n")
+    status, output = run_bgc("run", cart(folder, 'file = "motion.csv"'))
+    assert (status, "line break" in output) == (1, True), output
+
+
+_WAITS = """
+import ctypes, signal, sys, threading
+from bgc.runtime.cli.signals import catch_signals
+from bgc.runtime.running.run import _interruptible
+catch_signals()
+threading.Timer(0.2, lambda: print("ready", flush=True)).start()
+_interruptible(lambda: ctypes.CDLL(None).sleep(60))
+"""
+
+
+@promise("Ctrl-C, SIGTERM and SIGHUP are answered while files are read and while a model runs.")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signals_are_answered_while_c_waits_for_a_file(number):
+    with subprocess.Popen(
+        [sys.executable, "-c", _WAITS], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        process.send_signal(number)
+        _, complaint = process.communicate(timeout=20)
+    assert "KeyboardInterrupt" in complaint
