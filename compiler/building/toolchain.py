@@ -16,6 +16,8 @@ from bgc.diagnostics.catalogue.machine import chosen_compiler_missing, no_c_comp
 from bgc.diagnostics.diagnostic import BgError
 
 CANDIDATES = ("cc", "gcc", "clang")
+# -P: a folder `ziglang` in the current directory, such as that of a stranger's model, is not run.
+ZIGLANG = (sys.executable, "-P", "-m", "ziglang", "cc")
 
 # The instruction set of this machine, mainly for fused multiply-add (LU 1.5 x faster). Without
 # errno, sqrt is one instruction. -ffast-math was measured to gain nothing.
@@ -97,14 +99,17 @@ def find_toolchain() -> Toolchain:
             command = tuple(shlex.split(chosen))
         except ValueError:  # a quote that is not closed
             command = ()
-        if not command or shutil.which(command[0]) is None:
+        found = shutil.which(command[0]) if command else None
+        if found is None:
             raise BgError([chosen_compiler_missing(chosen)])
+        if Path(command[0]).name != command[0]:  # compilers run in directories of their own
+            command = (str(Path(found).absolute()), *command[1:])
         return identify(command)
     for candidate in CANDIDATES:
         if shutil.which(candidate) is not None:
             return identify((candidate,))
     if find_spec("ziglang") is not None:
-        return identify((sys.executable, "-m", "ziglang", "cc"))
+        return identify(ZIGLANG)
     raise BgError([no_c_compiler(("$CC", *CANDIDATES, "ziglang"))])
 
 
@@ -118,16 +123,21 @@ def try_compiler(toolchain: Toolchain, flags: tuple[str, ...] = RUNTIME_FLAGS) -
 
 
 def identify(command: tuple[str, ...]) -> Toolchain:
-    """Ask a compiler for its version; one that does not answer fails when it is used."""
+    """Ask a compiler for its version; one that does not answer fails when it is used.
+
+    It runs in an empty directory, from which it can read nothing.
+    """
     try:
-        answer = subprocess.run(
-            [*command, "--version"],
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=60,
-            check=False,
-        ).stdout
+        with tempfile.TemporaryDirectory(prefix="bgc-") as place:
+            answer = subprocess.run(
+                [*command, "--version"],
+                cwd=place,
+                capture_output=True,
+                text=True,
+                errors="replace",
+                timeout=60,
+                check=False,
+            ).stdout
     except (OSError, subprocess.SubprocessError):
         answer = ""
     version = next((line.strip() for line in answer.splitlines() if line.strip()), "unknown")

@@ -27,6 +27,7 @@ _UNLIKE_RANGES = 10.0
 # Okabe and Ito's colours, which colour-blind readers can tell apart.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 STYLE: dict[Any, Any] = {
+    "text.usetex": False,  # a `matplotlibrc` beside a stranger's model could start LaTeX
     "agg.path.chunksize": 20_000,  # long runs overflow the renderer otherwise
     "axes.grid": True,
     "axes.spines.right": False,

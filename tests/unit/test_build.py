@@ -19,7 +19,7 @@ from bgc.building.build import (
     unit_flags,
 )
 from bgc.building.cache import Cache
-from bgc.building.toolchain import GCC_PASSES, RUNTIME_FLAGS, Toolchain, find_toolchain
+from bgc.building.toolchain import GCC_PASSES, RUNTIME_FLAGS, ZIGLANG, Toolchain, find_toolchain
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.running.binding import Instance, Library, Status
 
@@ -245,7 +245,7 @@ def test_the_runtime_is_clean_under_strict_warnings(toolchain, tmp_path):
 @pytest.mark.skipif(sys.platform != "linux", reason="the wheel is tried on Linux only")
 def test_zig_builds_a_model(tmp_path):
     pytest.importorskip("ziglang")
-    toolchain = Toolchain((sys.executable, "-m", "ziglang", "cc"), "zig", "")
+    toolchain = Toolchain(ZIGLANG, "zig", "")
     (tmp_path / "cache").mkdir()
     path = build_shared_object(UNITS, toolchain, Cache(tmp_path / "cache"))
     loaded = subprocess.run(

@@ -77,6 +77,7 @@ def cart(folder: Path, options: str) -> Path:
 
 # --- a stranger's model ---------------------------------------------------------------------
 
+PLOT = ("--plot", "results/rows.png", "--quiet")
 _WATCHED = """
 import json, os, sys
 seen = []
@@ -107,9 +108,10 @@ def test_what_a_command_does_on_this_machine(tmp_path):
     folders = {name: tmp_path / name for name in ("cache", "temporary", "results")}
     for folder in folders.values():
         folder.mkdir(mode=0o700)
+    (tmp_path / "matplotlibrc").write_text("text.usetex: True\n")
     out = folders["results"] / "rows.csv"
     done = subprocess.run(
-        [sys.executable, "-B", "-c", _WATCHED, "run", path, "--out", out, "--quiet"],
+        [sys.executable, "-B", "-c", _WATCHED, "run", path, "--out", out, *PLOT],
         capture_output=True,
         text=True,
         check=True,
@@ -121,6 +123,7 @@ def test_what_a_command_does_on_this_machine(tmp_path):
         },
     )
     seen = json.loads(done.stdout)
+    assert (tmp_path / "results" / "rows.png").is_file()
     started = {where for what, where in seen if what == "subprocess.Popen"}
     assert started == {find_toolchain().command[0]}
     written = {where for what, where in seen if what == "open"}
@@ -128,6 +131,34 @@ def test_what_a_command_does_on_this_machine(tmp_path):
     allowed = (*map(str, folders.values()), os.devnull)
     assert [where for where in written if not where.startswith(allowed)] == []
     assert {what for what, _ in seen} == {"subprocess.Popen", "open"}
+
+
+@promise(
+    "No program and no Python module is taken from the current directory, nor from that of the "
+    "model."
+)
+@pytest.mark.parametrize("kind", ["ziglang", "plugin"])
+def test_nothing_of_the_current_directory_is_run(tmp_path, kind):
+    marker = tmp_path / "marker"
+    names = {"ziglang": ["ziglang/__main__.py", "ziglang/__init__.py"]}
+    shadows = ["numpy.py", "click.py", "lark.py", "json.py", "sitecustomize.py"]
+    for name in names.get(kind, shadows):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(f"open({str(marker)!r}, 'w').close()")
+    for name in ("cc", "gcc", "clang", "tcc", "dot"):
+        (tmp_path / name).write_text(f"#!/bin/sh\ntouch {marker}")
+        (tmp_path / name).chmod(0o755)
+    (tmp_path / "m.bg").write_text("model M { state x = 1; der(x) = -x; }")
+    path = str(tmp_path / "no") if kind == "ziglang" else os.environ["PATH"]
+    for command in (["doctor"], ["check", "m.bg"], ["graph", "m.bg"]):
+        subprocess.run(
+            [sys.executable, "-P", "-c", "from bgc.runtime.cli import main; main()", *command],
+            cwd=tmp_path,
+            env={**os.environ, "PATH": path, "CC": ""},
+            capture_output=True,
+            check=False,
+        )
+        assert not marker.exists()
 
 
 _TRIGRAPHS = {"=": "#", "/": "\\", "'": "^", "(": "[", ")": "]", "!": "|", "<": "{", ">": "}"}

@@ -1,10 +1,9 @@
-import sys
 from pathlib import Path
 
 import pytest
 
 from bgc.building import toolchain
-from bgc.building.toolchain import Toolchain, find_toolchain, try_compiler
+from bgc.building.toolchain import ZIGLANG, Toolchain, find_toolchain, try_compiler
 from bgc.diagnostics.diagnostic import BgError
 
 
@@ -60,7 +59,7 @@ def test_gcc_is_known_by_its_licence(bare_machine):
 def test_the_ziglang_wheel_serves_where_nothing_else_is(bare_machine, monkeypatch):
     monkeypatch.setattr(toolchain, "find_spec", lambda name: name)
     monkeypatch.setattr(toolchain, "identify", lambda command: Toolchain(command, "zig", ""))
-    assert find_toolchain().command == (sys.executable, "-m", "ziglang", "cc")
+    assert find_toolchain().command == ZIGLANG
 
 
 def test_a_working_compiler_has_nothing_to_complain_about():
@@ -72,3 +71,14 @@ def test_a_broken_compiler_is_heard(bare_machine):
     script.write_text("#!/bin/sh\necho 'stdint.h: no such file'\nexit 1\n")
     script.chmod(0o755)
     assert "stdint.h" in try_compiler(Toolchain((str(script),), "cc", ""))
+
+
+def test_a_compiler_named_by_a_relative_path_is_found_from_other_directories(
+    bare_machine, monkeypatch
+):
+    install(bare_machine, "mine", "gcc 1 Free Software Foundation")
+    monkeypatch.chdir(bare_machine)
+    monkeypatch.setenv("CC", "./mine -m64")
+    found = find_toolchain()
+    assert found.command == (str(bare_machine / "mine"), "-m64")
+    assert found.kind == "gcc"
