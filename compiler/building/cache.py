@@ -24,8 +24,8 @@ from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
 
-from bgc.building.user_folder import cache_directory
-from bgc.diagnostics.catalogue.machine import cache_not_writable
+from bgc.building.user_folder import cache_directory, make_cache_directory, why_unsafe
+from bgc.diagnostics.catalogue.machine import cache_not_private, cache_not_writable
 from bgc.diagnostics.diagnostic import Diagnostic
 
 _KEEP_SECONDS = 60 * 24 * 3600.0  # what is unused for longer is removed
@@ -91,13 +91,18 @@ class Cache:
 
 
 def open_cache() -> Cache:
-    """Open the user's cache for writing; where that fails, a temporary one with a warning."""
+    """Open the user's cache for writing; where that fails, a temporary one with a warning.
+
+    So it is where somebody else may have written to the cache.
+    """
     try:
         root = cache_directory()
     except RuntimeError as problem:  # no home directory
         return _temporary_cache("~/.cache/bgc", str(problem))
     try:
-        root.mkdir(parents=True, exist_ok=True)
+        make_cache_directory(root)
+        if reason := why_unsafe(root):
+            return Cache(_temporary_directory(), (cache_not_private(str(root), reason),))
         with tempfile.TemporaryFile(dir=root) as probe:
             probe.write(b"bgc")
     except OSError as problem:

@@ -21,7 +21,7 @@ from typing import Any
 
 from bgc.building.built import Built, Panel, Place, Places, RunFacts
 from bgc.building.cache import Cache, digest_of, read_note, write_note
-from bgc.building.user_folder import cache_directory
+from bgc.building.user_folder import safe_cache_directory
 from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
 from bgc.diagnostics.source import Source, Span
 from bgc.options import Options
@@ -32,7 +32,7 @@ _COMPILER_FILES = (".py", ".lark", ".json", ".c", ".h")
 def recall(entry: Path, options: Options) -> Built | None:
     """Find the build of an earlier, equal request; None when anything differs or is damaged."""
     try:
-        root = cache_directory()
+        root = safe_cache_directory()
         note = read_note(root, _request_key(entry, options))
         return None if note is None else _built_from_note(root, note)
     except (OSError, RuntimeError, KeyError, TypeError, ValueError, IndexError):

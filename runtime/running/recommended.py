@@ -17,7 +17,7 @@ from pathlib import Path
 from bgc.building.backends import BACKENDS
 from bgc.building.cache import digest_of, write_aside
 from bgc.building.recall import machine_identity
-from bgc.building.user_folder import cache_directory
+from bgc.building.user_folder import safe_cache_directory
 from bgc.runtime.running.identity import scene_identity
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
@@ -49,8 +49,8 @@ def recommended_method(
     if facts.duration is None:
         return None
     try:
-        root = cache_directory()
-    except RuntimeError:  # no home directory
+        root = safe_cache_directory()
+    except (OSError, RuntimeError):  # no cache, or one that others may write to
         return None
     method = _read(_answer(root / scene_folder(model, values, facts.duration, facts.every), model))
     known = (*model.solvers, *BACKENDS)

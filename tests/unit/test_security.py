@@ -16,6 +16,8 @@ import pytest
 from click.testing import CliRunner
 
 import bgc
+import bgc.grammar
+import bgc.runtime
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.render import render
@@ -274,3 +276,85 @@ def test_signals_are_answered_while_c_waits_for_a_file(number):
         process.send_signal(number)
         _, complaint = process.communicate(timeout=20)
     assert "KeyboardInterrupt" in complaint
+
+
+# --- the cache ------------------------------------------------------------------------------
+
+_SMALL = "model M { state x = 1; der(x) = -x; } scene s of M { observe x; run 1 s; }"
+
+
+@pytest.fixture
+def cached(tmp_path, monkeypatch) -> Path:
+    """The folder of a cache that a run has filled, inside one that did not exist before."""
+    root = tmp_path / "new" / "cache"
+    monkeypatch.setenv("BGC_CACHE_DIR", str(root))
+    (tmp_path / "m.bg").write_text(_SMALL)
+    before = os.umask(0)
+    try:
+        assert run_bgc("run", tmp_path / "m.bg", "--quiet")[0] == 0
+    finally:
+        os.umask(before)
+    return root
+
+
+@promise(
+    "The cache directory and the missing directories above it are made for the user alone, "
+    "whatever the umask."
+)
+def test_the_cache_is_made_for_the_user_alone(cached):
+    modes = {folder.stat().st_mode & 0o777 for folder in (cached, cached.parent)}
+    assert modes == {0o700}
+
+
+@promise(
+    "A cache that belongs to another user, that others may write to, or that stands in a "
+    "directory in which all users may replace it, is neither read nor written (BG049); the model "
+    "is compiled in a temporary directory."
+)
+@pytest.mark.parametrize("kind", ["group", "all", "parent", "foreign"])
+def test_a_cache_of_others_is_not_used(cached, tmp_path, monkeypatch, kind):
+    if kind == "foreign":
+        monkeypatch.setattr("os.geteuid", lambda: cached.stat().st_uid + 1)
+    elif kind == "parent":
+        cached.parent.chmod(0o777)
+    else:
+        cached.chmod(0o770 if kind == "group" else 0o707)
+    for planted in cached.rglob("*.*"):  # whatever would be read or executed
+        if planted.is_file():
+            planted.unlink()  # this process has the shared object loaded
+            planted.write_bytes(b"planted")
+    before = {path: path.stat().st_mtime_ns for path in cached.rglob("*")}
+    status, output = run_bgc("run", tmp_path / "m.bg")
+    assert (status, "warning[BG049]" in output) == (0, True), output
+    assert {path: path.stat().st_mtime_ns for path in cached.rglob("*")} == before
+
+
+def test_a_sticky_directory_is_a_good_place_for_a_cache(cached, tmp_path):
+    cached.parent.chmod(0o1777)
+    assert "BG049" not in run_bgc("run", tmp_path / "m.bg")[1]
+
+
+@promise(
+    "The cache holds C objects, shared objects and JSON, and no pickle; only its shared objects "
+    "are executed."
+)
+def test_what_the_cache_holds(cached):
+    kinds = {path.suffix for path in cached.rglob("*") if path.is_file()}
+    assert kinds == {".so", ".o", ".json", ".sum"}
+    for path in cached.rglob("*.json"):
+        json.loads(path.read_text("utf-8"))
+    unsafe = re.compile(r"\b(pickle|marshal|shelve|dill|joblib|allow_pickle=True)\b")
+    for package in (bgc, bgc.grammar, bgc.runtime):
+        for source in Path(package.__file__).parent.rglob("*.py"):
+            text = source.read_text("utf-8").replace("allow_pickle=False", "")
+            assert not unsafe.search(text), source
+
+
+@promise("A damaged file of the cache counts as absent.")
+@pytest.mark.parametrize("suffix", [".so", ".o", ".json", ".sum"])
+@pytest.mark.parametrize("content", [b"", b"[]", b'{"files": []}', b"\0" * 2000])
+def test_damaged_files_of_the_cache_are_made_anew(cached, tmp_path, suffix, content):
+    for path in cached.rglob(f"*{suffix}"):
+        path.unlink()  # this process has the shared object loaded
+        path.write_bytes(content)
+    assert run_bgc("run", tmp_path / "m.bg", "--quiet") == (0, "")

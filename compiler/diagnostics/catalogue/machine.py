@@ -33,6 +33,27 @@ def system_refuses(reason: str, path: str) -> Diagnostic:
     )
 
 
+def cache_not_private(path: str, reason: str) -> Diagnostic:
+    """BG049: other users may have written to the cache directory
+
+    What: the cache directory belongs to another user, or other users may write to it.
+
+    Why: compiled models in the cache are executed, so somebody who may write to it could run
+    programs as you.
+
+    Example: `BGC_CACHE_DIR=/tmp/bgc`, where another user made that directory.
+
+    Way out: delete the directory, which bgc then makes anew for you alone, or set `BGC_CACHE_DIR`
+    to a directory of your own. Until then every run compiles the model again in a temporary
+    directory.
+    """
+    return warning(
+        "BG049",
+        f"the cache directory {path} is not used, since {reason}: compiled models are not kept",
+        help=f"delete {path} or set `BGC_CACHE_DIR` to a directory of your own",
+    )
+
+
 def no_c_compiler(tried: Sequence[str]) -> Diagnostic:
     """BG050: no C compiler was found
 
