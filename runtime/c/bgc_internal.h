@@ -10,8 +10,8 @@
  *         bgc_first_step                 its length, at the start (first_step.c, control.h)
  *         bgc_stop_for_switch            cut at an event that depends on time alone (events.c)
  *         family->advance                stages, d->next and d->error: rosenbrock.c, explicit.c or
- *                                        collocation.c, with linear.c and sparse.c; the sums of
- *                                        stages are in stages.c
+ *                                        collocation.c, with linear.c, sparse.c and complex.c;
+ *                                        the sums of stages are in stages.c
  *         bgc_norm                       error over the tolerances (vectors.c, tolerance.h)
  *         bgc_keep_consistent            algebraic equations at the end (consistent.c)
  *         bgc_store_dense                dense output (dense.c, interpolation.h)
@@ -188,6 +188,12 @@ typedef struct {
     int held;    /* steps for which it is still to be used */
     int watched; /* factorisations whose solutions are all still to be checked */
 
+    /* The same for the complex factorisation of a collocation method. */
+    bgc_complex complex_c;
+    bgc_pivoting complex_pivoting;
+    int complex_watched;
+    long complex_factorisations;
+
     /* Step control. */
     double h_next, error_old;
     int rejected;      /* the last attempt was rejected, */
@@ -232,7 +238,8 @@ struct bgc_data {
     /* Scratch. */
     double *stages;         /* BGC_MAX_STAGES vectors: the U_i, or Z_i */
     double *implicit;       /* twice BGC_MAX_IMPLICIT vectors: f at the stages, corrections */
-    bgc_complex *complex_right, *complex_work;
+    bgc_complex *complex_right, *complex_b, *complex_residual;
+    double *complex_work;   /* 3 n_state: complex elimination */
     double *next, *error;   /* the solution and the error estimate of a step */
     double *point, *right, *residual, *magnitude, *b;
     double *output, *command, *check, *work;
@@ -240,7 +247,8 @@ struct bgc_data {
     double *probe, *after;  /* arguments of switches */
     double *sparse_work;    /* 2 n_state: elimination by tables */
     double *dense_lu;       /* n by n: dense factors */
-    int *pivot;
+    bgc_complex *dense_complex; /* n by n; NULL before a method with complex stages is chosen */
+    int *pivot, *complex_pivot;
 
     /* The block of states that the algebraic equations are solved for, and scratch: consistent.c. */
     int n_block;
@@ -265,6 +273,7 @@ static inline double bgc_tolerance(const bgc_data *d, int i, double size) {
 size_t bgc_saved_count(const bgc_model *m);
 
 /* --- linear.c */
+bgc_pivoting bgc_choose_checks(long count, double growth, int *watched);
 bgc_status bgc_factorise(const bgc_model *m, bgc_data *d, double c);
 bgc_status bgc_refactorise_dense(const bgc_model *m, bgc_data *d);
 bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b);
@@ -277,9 +286,15 @@ int bgc_sparse_factor(const bgc_model *m, const double *mass, const double *jac,
                       double *lu, double *growth, double *scratch);
 void bgc_sparse_solve(const bgc_model *m, const double *lu, double *b, double *scratch);
 int bgc_complex_factor(const bgc_model *m, const double *mass, const double *jac, bgc_complex c,
-                       bgc_complex *lu, bgc_complex *scratch);
+                       bgc_complex *lu, double *growth, double *scratch);
 void bgc_complex_solve(const bgc_model *m, const bgc_complex *lu, bgc_complex *b,
                        bgc_complex *scratch);
+
+/* --- complex.c */
+bgc_status bgc_reserve_complex(const bgc_model *m, bgc_data *d, const bgc_method *method);
+bgc_status bgc_factorise_complex(const bgc_model *m, bgc_data *d, bgc_complex c);
+bgc_status bgc_refactorise_complex(const bgc_model *m, bgc_data *d);
+bgc_status bgc_solve_complex(const bgc_model *m, bgc_data *d, bgc_complex *b);
 
 /* --- vectors.c */
 void bgc_combine(int n, int count, const double *weight, const double *vectors, double *out);

@@ -29,11 +29,7 @@ static bgc_status factorise_stages(const bgc_model *m, bgc_data *d, const bgc_co
     }
     if (status == BGC_OK && c->stages > 1) {
         const bgc_complex shift = {c->lambda2[0] / h, c->lambda2[1] / h};
-        d->core.counts.factorisations++;
-        if (bgc_complex_factor(m, d->mass, d->jac, shift, d->complex_lu, d->complex_work)) {
-            d->core.failed_state = -1;
-            status = BGC_SINGULAR;
-        }
+        status = bgc_factorise_complex(m, d, shift);
     }
     return status;
 }
@@ -81,11 +77,12 @@ static bgc_status correct_real(const bgc_model *m, bgc_data *d, const bgc_colloc
 }
 
 /* The same by the complex system, whose conjugate doubles the real part. */
-static void correct_complex(const bgc_model *m, bgc_data *d, const bgc_collocation *c, double h,
-                            const double *z, const double *f, double *change) {
+static bgc_status correct_complex(const bgc_model *m, bgc_data *d, const bgc_collocation *c,
+                                  double h, const double *z, const double *f, double *change) {
     const int n = m->n_state, stages = c->stages;
     const double re = c->lambda2[0] / h, im = c->lambda2[1] / h;
     bgc_complex *b = d->complex_right;
+    bgc_status status;
 
     /* Right-hand side left F - (re + i im) M (u + i v), with u + i v = left Z. */
     stage_residual(m, d, c->left2[0], stages, re, z, f, d->right);
@@ -109,14 +106,14 @@ static void correct_complex(const bgc_model *m, bgc_data *d, const bgc_collocati
     }
 
     /* Solve, and back from w to the stages. */
-    d->core.counts.solves++;
-    bgc_complex_solve(m, d->complex_lu, b, d->complex_work);
+    status = bgc_solve_complex(m, d, b);
     for (int s = 0; s < stages; s++) {
         double *at = change + (size_t)s * bgc_padded(n);
         for (int i = 0; i < n; i++) {
             at[i] += 2.0 * (c->right2[0][s] * b[i].re - c->right2[1][s] * b[i].im);
         }
     }
+    return status;
 }
 
 /* First iterate of the stages: the dense output of the last step extrapolated, where that is the
@@ -207,7 +204,10 @@ static bgc_status solve_stages(const bgc_model *m, bgc_data *d, const bgc_method
             }
         }
         if (c->stages > 1) {
-            correct_complex(m, d, c, h, z, f, change);
+            status = correct_complex(m, d, c, h, z, f, change);
+            if (status != BGC_OK) {
+                return status;
+            }
         }
         for (size_t i = 0; i < all; i++) {
             z[i] += change[i];

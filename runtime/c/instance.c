@@ -60,7 +60,9 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->stages = place(&l, BGC_MAX_STAGES * bgc_padded(m->n_state));
     d->implicit = place(&l, 2 * BGC_MAX_IMPLICIT * bgc_padded(m->n_state));
     d->complex_right = (bgc_complex *)(void *)place(&l, 2 * n);
-    d->complex_work = (bgc_complex *)(void *)place(&l, 2 * n);
+    d->complex_b = (bgc_complex *)(void *)place(&l, 2 * n);
+    d->complex_residual = (bgc_complex *)(void *)place(&l, 2 * n);
+    d->complex_work = place(&l, 3 * n);
     d->next = place(&l, n);
     d->error = place(&l, n);
     d->point = place(&l, n);
@@ -151,6 +153,8 @@ void bgc_free(const bgc_model *m, bgc_data *d) {
     free(d->is_set);
     free(d->device);
     free(d->dense_lu);
+    free(d->dense_complex);
+    free(d->complex_pivot);
     free(d->block_lu);
     free(d->pivot);
     free(d->block);
@@ -216,6 +220,8 @@ static void clear_run(bgc_core *core, double t) {
     core->ticks = core->sample = core->step_cut = core->event = 0;
     core->stop = INFINITY;
     core->f_valid = core->jac_valid = core->held = core->rejected = core->watched = 0;
+    core->complex_watched = 0;
+    core->complex_factorisations = 0;
     core->halvings = 0;
     core->dense = BGC_NO_DENSE;
     core->h_next = 0.0;

@@ -7,15 +7,10 @@
  * that does not help, or a pivot vanishes, W is factorised densely with scaled partial pivoting.
  */
 #include "bgc_internal.h"
+#include "solutions.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
-
-static const double growth_limit = 1e5; /* of static pivots; above, solutions are checked */
-static const double acceptable = 1e-11; /* componentwise backward error of a solution */
-static const double underflow = DBL_MIN / DBL_EPSILON; /* smaller terms are inexact by underflow */
-enum { MAX_REFINEMENTS = 5, CHECK_EVERY = 16, WATCH_FOR = 100 };
 
 /* b := W^-1 b by the static pivots. */
 static void solve_static(const bgc_model *m, bgc_data *d, double *b) {
@@ -183,6 +178,19 @@ static bgc_status fall_back(const bgc_model *m, bgc_data *d) {
     return bgc_refactorise_dense(m, d);
 }
 
+/* How solutions of factorisation number `count` with static pivots of this growth are checked;
+ * *watched counts the factorisations whose solutions are all still to be checked. */
+bgc_pivoting bgc_choose_checks(long count, double growth, int *watched) {
+    if (growth > bgc_growth_limit) {
+        *watched = BGC_WATCH_FOR;
+    }
+    if (*watched > 0) {
+        (*watched)--;
+        return BGC_WATCHED;
+    }
+    return count % BGC_CHECK_EVERY == 1 ? BGC_CHECKED_ONCE : BGC_STATIC;
+}
+
 /* Factorises W = c M - J with the Jacobian in d->jac, and decides how solutions are checked. */
 bgc_status bgc_factorise(const bgc_model *m, bgc_data *d, double c) {
     double growth = 0.0;
@@ -196,16 +204,7 @@ bgc_status bgc_factorise(const bgc_model *m, bgc_data *d, double c) {
     if (failed != 0 || !isfinite(growth)) {
         return fall_back(m, d);
     }
-    if (growth > growth_limit) {
-        d->core.watched = WATCH_FOR;
-    }
-    if (d->core.watched > 0) {
-        d->core.watched--;
-        d->core.pivoting = BGC_WATCHED;
-    } else {
-        d->core.pivoting =
-            d->core.counts.factorisations % CHECK_EVERY == 1 ? BGC_CHECKED_ONCE : BGC_STATIC;
-    }
+    d->core.pivoting = bgc_choose_checks(d->core.counts.factorisations, growth, &d->core.watched);
     return BGC_OK;
 }
 
@@ -217,7 +216,7 @@ static double backward_error(const bgc_model *m, bgc_data *d, const double *b, c
     for (int i = 0; i < m->n_state; i++) {
         const double size = d->magnitude[i] + fabs(b[i]);
         d->residual[i] = b[i] - d->residual[i];
-        if (size > underflow) {
+        if (size > bgc_underflow) {
             const double error = fabs(d->residual[i]) / size;
             worst = error <= worst ? worst : error; /* a NaN stays */
         }
@@ -232,11 +231,11 @@ static int solve_checked(const bgc_model *m, bgc_data *d, const double *b, doubl
 
     solve_static(m, d, x);
     error = backward_error(m, d, b, x);
-    if (!(error <= acceptable)) {
-        d->core.watched = WATCH_FOR;
+    if (!(error <= bgc_acceptable)) {
+        d->core.watched = BGC_WATCH_FOR;
         d->core.pivoting = BGC_WATCHED;
     }
-    for (int k = 0; k < MAX_REFINEMENTS && error > acceptable; k++) {
+    for (int k = 0; k < BGC_MAX_REFINEMENTS && error > bgc_acceptable; k++) {
         const double before = error;
         d->core.counts.refinements++;
         solve_static(m, d, d->residual);
@@ -248,7 +247,7 @@ static int solve_checked(const bgc_model *m, bgc_data *d, const double *b, doubl
             break;
         }
     }
-    return error <= acceptable;
+    return error <= bgc_acceptable;
 }
 
 /* b := W^-1 b with the factorisation at hand. A right-hand side that is not finite is left to the

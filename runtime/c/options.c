@@ -67,6 +67,9 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
         (fixed && step == 0.0)) {
         return BGC_BAD_ARGUMENT;
     }
+    if (bgc_reserve_complex(m, d, &bgc_methods[method]) != BGC_OK) {
+        return BGC_NO_MEMORY;
+    }
 
     /* Options, with the defaults filled in. */
     core->method = method;
@@ -92,6 +95,7 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     core->ticks = core->sample = core->step_cut = 0;
     core->dense = BGC_NO_DENSE;
     core->held = core->rejected = core->halvings = 0;
+    core->pivoting = core->complex_pivoting = BGC_STATIC;
     core->h_next = 0.0;
     core->error_old = 1.0;
     core->energy_scale = -1.0;

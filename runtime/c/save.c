@@ -42,6 +42,7 @@ bgc_status bgc_save(const bgc_model *m, const bgc_data *d, void *memory) {
 
 bgc_status bgc_restore(const bgc_model *m, bgc_data *d, const void *memory) {
     const unsigned char *from = memory;
+    bgc_status status;
     header head;
 
     memcpy(&head, from, sizeof head);
@@ -55,9 +56,13 @@ bgc_status bgc_restore(const bgc_model *m, bgc_data *d, const void *memory) {
     memcpy(d->is_set, from, (size_t)m->n_param);
 
     bgc_classify_states(m, d);
+    status = bgc_reserve_complex(m, d, &bgc_methods[d->core.method]);
     /* Dense factors are not saved: the same matrix gives the same factors. */
-    if (d->core.held > 0 && d->core.pivoting == BGC_DENSE) {
-        return bgc_refactorise_dense(m, d);
+    if (status == BGC_OK && d->core.held > 0 && d->core.pivoting == BGC_DENSE) {
+        status = bgc_refactorise_dense(m, d);
     }
-    return BGC_OK;
+    if (status == BGC_OK && d->core.held > 0 && d->core.complex_pivoting == BGC_DENSE) {
+        status = bgc_refactorise_complex(m, d);
+    }
+    return status;
 }

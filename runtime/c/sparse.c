@@ -8,11 +8,12 @@
  * the complex one methods with complex stages.
  */
 #include "bgc_internal.h"
+#include "complex_numbers.h"
 
 #include <math.h>
 #include <string.h>
 
-/* --- real -------------------------------------------------------------------------------- */
+/* --- real ------------------------------------------------------------------------------------- */
 
 /* lu := c M - J, and size[k] := the sum of the absolute values of the terms of pivot k. */
 static void assemble(const bgc_model *m, const double *mass, const double *jac, double c,
@@ -88,39 +89,45 @@ void bgc_sparse_solve(const bgc_model *m, const double *lu, double *b, double *s
     }
 }
 
-/* --- complex: written out, since C's own product handles infinities at four times the cost ---- */
+/* --- complex ---------------------------------------------------------------------------------- */
 
-static inline bgc_complex times(bgc_complex a, bgc_complex b) {
-    return (bgc_complex){a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
+/* Adds an entry of W at a place of the factors, and its size to that of the pivot there, if any. */
+static void assemble_entry(const bgc_model *m, bgc_complex *lu, double *size, int place,
+                           bgc_complex entry) {
+    const int k = m->lu_col[place];
+
+    lu[place].re += entry.re;
+    lu[place].im += entry.im;
+    if (m->lu_pivot[k] == place) {
+        size[k] += bgc_size_of(entry);
+    }
 }
 
-static inline bgc_complex minus(bgc_complex a, bgc_complex b) {
-    return (bgc_complex){a.re - b.re, a.im - b.im};
-}
-
-static inline bgc_complex reciprocal(bgc_complex a) {
-    const double size = hypot(a.re, a.im);
-    return (bgc_complex){a.re / size / size, -a.im / size / size};
-}
-
-/* Factorises c M - J for a complex c; scratch is n_state numbers. Nonzero where a pivot is zero or
- * not finite. */
-int bgc_complex_factor(const bgc_model *m, const double *mass, const double *jac, bgc_complex c,
-                       bgc_complex *lu, bgc_complex *scratch) {
-    bgc_complex *row = scratch;
-    int failed = 0;
-
+/* lu := c M - J, and size[k] := the sum of the sizes of the terms of pivot k. */
+static void assemble_complex(const bgc_model *m, const double *mass, const double *jac,
+                             bgc_complex c, bgc_complex *lu, double *size) {
     memset(lu, 0, (size_t)m->n_lu * sizeof *lu);
-    for (int k = 0; m->n_mass == 0 && k < m->n_state; k++) {
-        lu[m->lu_pivot[k]] = c;
+    for (int k = 0; k < m->n_state; k++) {
+        size[k] = 0.0;
+        if (m->n_mass == 0) {
+            assemble_entry(m, lu, size, m->lu_pivot[k], c);
+        }
     }
     for (int e = 0; e < m->n_mass; e++) {
-        lu[m->lu_mass[e]].re += c.re * mass[e];
-        lu[m->lu_mass[e]].im += c.im * mass[e];
+        assemble_entry(m, lu, size, m->lu_mass[e], bgc_scaled(mass[e], c));
     }
     for (int e = 0; e < m->n_jac; e++) {
-        lu[m->lu_jac[e]].re -= jac[e];
+        assemble_entry(m, lu, size, m->lu_jac[e], (bgc_complex){-jac[e], 0.0});
     }
+}
+
+/* Factorises c M - J for a complex c as bgc_sparse_factor does; scratch is 3 n_state doubles. */
+int bgc_complex_factor(const bgc_model *m, const double *mass, const double *jac, bgc_complex c,
+                       bgc_complex *lu, double *growth, double *scratch) {
+    bgc_complex *row = (bgc_complex *)(void *)scratch;
+    double *size = scratch + 2 * (size_t)m->n_state, sum = 0.0;
+
+    assemble_complex(m, mass, jac, c, lu, size);
     for (int k = 0; k < m->n_state; k++) {
         const int begin = m->lu_row[k], pivot = m->lu_pivot[k], end = m->lu_row[k + 1];
         /* Row k, scattered to a dense row. */
@@ -130,39 +137,40 @@ int bgc_complex_factor(const bgc_model *m, const double *mass, const double *jac
         /* Subtract multiples of the rows above: entries of L. */
         for (int e = begin; e < pivot; e++) {
             const int j = m->lu_col[e];
-            const bgc_complex factor = times(row[j], lu[m->lu_pivot[j]]);
+            const bgc_complex factor = bgc_times(row[j], lu[m->lu_pivot[j]]);
             lu[e] = factor;
             for (int i = m->lu_pivot[j] + 1; i < m->lu_row[j + 1]; i++) {
-                row[m->lu_col[i]] = minus(row[m->lu_col[i]], times(factor, lu[i]));
+                row[m->lu_col[i]] = bgc_minus(row[m->lu_col[i]], bgc_times(factor, lu[i]));
             }
         }
-        /* The pivot and the entries of U. */
-        lu[pivot] = reciprocal(row[k]);
-        failed |= !(isfinite(lu[pivot].re) && isfinite(lu[pivot].im));
+        /* The pivot, its growth, and the entries of U. */
+        lu[pivot] = bgc_reciprocal(row[k]);
+        sum += (size[k] > 0.0 ? size[k] : bgc_size_of(row[k])) * bgc_size_of(lu[pivot]);
         for (int e = pivot + 1; e < end; e++) {
             lu[e] = row[m->lu_col[e]];
         }
     }
-    return failed;
+    *growth = sum;
+    return sum < INFINITY ? 0 : 1;
 }
 
-/* b := (c M - J)^-1 b with the factors of bgc_complex_factor. */
+/* b := (c M - J)^-1 b with the factors of bgc_complex_factor; scratch is n_state numbers. */
 void bgc_complex_solve(const bgc_model *m, const bgc_complex *lu, bgc_complex *b,
                        bgc_complex *scratch) {
     /* Forward, then backward substitution. */
     for (int k = 0; k < m->n_state; k++) {
         bgc_complex y = b[m->pivot_row[k]];
         for (int e = m->lu_row[k]; e < m->lu_pivot[k]; e++) {
-            y = minus(y, times(lu[e], scratch[m->lu_col[e]]));
+            y = bgc_minus(y, bgc_times(lu[e], scratch[m->lu_col[e]]));
         }
         scratch[k] = y;
     }
     for (int k = m->n_state - 1; k >= 0; k--) {
         bgc_complex y = scratch[k];
         for (int e = m->lu_pivot[k] + 1; e < m->lu_row[k + 1]; e++) {
-            y = minus(y, times(lu[e], scratch[m->lu_col[e]]));
+            y = bgc_minus(y, bgc_times(lu[e], scratch[m->lu_col[e]]));
         }
-        scratch[k] = times(y, lu[m->lu_pivot[k]]);
+        scratch[k] = bgc_times(y, lu[m->lu_pivot[k]]);
         b[m->pivot_col[k]] = scratch[k];
     }
 }

@@ -304,21 +304,21 @@ class CompiledModel:
         m = self._poisoned(self.model.n_mass)
         self._call("mass", self.h, m, self.work)
         lu = self._poisoned(numbers * self.model.n_lu)
-        work = self._poisoned(2 * self.model.n_state)
+        work = self._poisoned(3 * self.model.n_state)
         model = ctypes.addressof(self.model)
         growth = self._poisoned(1)
         at = [array.ctypes.data for array in (m, jac)]
         if is_complex:
             factor = self._library.bgc_complex_factor
-            factor.argtypes = [*[ctypes.c_void_p] * 3, _Complex, *[ctypes.c_void_p] * 2]
-            status = factor(model, *at, _Complex(c.real, c.imag), lu.ctypes.data, work.ctypes.data)
+            factor.argtypes = [*[ctypes.c_void_p] * 3, _Complex, *[ctypes.c_void_p] * 3]
+            shift: complex | _Complex = _Complex(c.real, c.imag)
         else:
             factor = self._library.bgc_sparse_factor
             factor.argtypes = [*[ctypes.c_void_p] * 3, ctypes.c_double, *[ctypes.c_void_p] * 3]
-            more = (lu.ctypes.data, growth.ctypes.data, work.ctypes.data)
-            status = factor(model, *at, c, *more)
-            assert growth[0] > 0
-        assert status == 0
+            shift = c
+        more = (lu.ctypes.data, growth.ctypes.data, work.ctypes.data)
+        assert factor(model, *at, shift, *more) == 0
+        assert growth[0] > 0
         x = b.astype(complex if is_complex else float)
         solve = self._library.bgc_complex_solve if is_complex else self._library.bgc_sparse_solve
         solve.argtypes = [ctypes.c_void_p] * 4

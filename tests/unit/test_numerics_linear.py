@@ -20,6 +20,7 @@ from bgc.runtime.running.binding import Instance, Library, OptionsStruct, Status
 
 CORPUS = Path(__file__).parents[1] / "models"
 TIMES = np.linspace(0.0, 2.0, 5)
+INFINITE = "(1e300 * 1e300)"  # in C, where math.h is not included
 
 
 def solve_pivots(instance: Any, tiny: float) -> Any:
@@ -44,10 +45,11 @@ def test_pivots_that_vanish_are_caught(c_model: Any, model: str, tiny: float) ->
 def test_without_the_guard_the_same_model_fails(
     c_model: Any, compile_c: Any, runtime_c: Path, runtime_objects: list[Path], tmp_path: Path
 ) -> None:
-    source = (runtime_c / "linear.c").read_text()
-    unguarded = source.replace("acceptable = 1e-11;", "acceptable = INFINITY;")
+    source = (runtime_c / "solutions.h").read_text()
+    unguarded = source.replace("bgc_acceptable = 1e-11;", f"bgc_acceptable = {INFINITE};")
     assert unguarded != source
-    (tmp_path / "linear.c").write_text(unguarded)
+    (tmp_path / "solutions.h").write_text(unguarded)  # found before that of the runtime
+    (tmp_path / "linear.c").write_text((runtime_c / "linear.c").read_text())
     others = [item for item in runtime_objects if item.stem != "linear"]
     model = Path(__file__).parent / "cmodels" / "pivots.c"
     target = tmp_path / "pivots.so"
@@ -101,15 +103,14 @@ def emitted(guarded: bool, folder: Path) -> Library:
     runtime = folder / f"runtime_{guarded}"
     shutil.copytree(runtime_directory(), runtime)
     if not guarded:
-        source = (runtime / "linear.c").read_text()
-        for guard, none in (
-            ("acceptable = 1e-11;", "acceptable = INFINITY;"),
-            ("growth_limit = 1e5;", "growth_limit = INFINITY;"),
-            ("if (failed != 0 || !isfinite(growth))", "if (failed < 0)"),
+        for file, guard, none in (
+            ("solutions.h", "bgc_acceptable = 1e-11;", f"bgc_acceptable = {INFINITE};"),
+            ("solutions.h", "bgc_growth_limit = 1e5;", f"bgc_growth_limit = {INFINITE};"),
+            ("linear.c", "if (failed != 0 || !isfinite(growth))", "if (failed < 0)"),
         ):
+            source = (runtime / file).read_text()
             assert guard in source
-            source = source.replace(guard, none)
-        (runtime / "linear.c").write_text(source)
+            (runtime / file).write_text(source.replace(guard, none))
     units = compile_scene(CORPUS / "pivots.bg", Options(), until="emit").emitted
     text, target = folder / f"model_{guarded}.c", folder / f"model_{guarded}.so"
     text.write_text(amalgamate(units, runtime))
@@ -158,3 +159,60 @@ def test_the_fallback_solves_it_and_nothing_else_would(folder: Path) -> None:
     for entries in broken:
         status, error, _ = run_emitted(blind, entries)
         assert status is not Status.OK or error.max() > 1e-3
+
+
+# --- complex systems of collocation methods ------------------------------------------------------
+
+
+@pytest.mark.parametrize("tiny", [1e-6, 1e-10, 1e-14, 1e-17, 0.0])
+@pytest.mark.parametrize("model", ["pivots", "pivots_unreported"])
+@pytest.mark.parametrize(("method", "step"), [("radau5", 0.0), ("gauss4", 0.02)])
+def test_complex_pivots_that_vanish_are_caught(
+    c_model: Any, method: str, step: float, model: str, tiny: float
+) -> None:
+    pivots = c_model(model)
+    pivots.set(p0=tiny)
+    pivots.start(method, rtol=1e-8, step=step)
+    rows = pivots.finish(TIMES)
+    np.testing.assert_allclose(rows[:, 2], np.exp(-TIMES), atol=1e-5 if tiny > 1e-7 else 1e-7)
+    if tiny == 1e-10:
+        assert pivots.counts.refinements > 0
+    assert (pivots.counts.fallbacks > 0) == (tiny < 1e-15)
+
+
+def test_complex_solutions_are_checked_at_intervals(c_model: Any) -> None:
+    # A growth that is not reported: only the check of every sixteenth factorisation finds the loss.
+    pivots = c_model("pivots_unreported")
+    pivots.set(p0=1e-10)
+    pivots.start("gauss4", step=0.02)
+    pivots.finish(TIMES)
+    assert pivots.counts.refinements > 0
+
+
+@pytest.mark.parametrize("keep", [1, 4])
+def test_a_restored_run_has_its_dense_complex_factors(c_model: Any, keep: int) -> None:
+    pivots = c_model("pivots")
+    pivots.set(p0=0.0)
+    pivots.start("gauss4", step=0.02, keep=keep)
+    pivots.finish([0.02, 0.2])
+    saved = pivots.save()
+    expected = pivots.finish([0.5, 1.0])
+
+    other = c_model("pivots")
+    assert other.restore(saved) == "OK"
+    assert other.finish([0.5, 1.0]).tobytes() == expected.tobytes()
+
+
+def test_options_of_another_method_discard_the_factors(c_model: Any) -> None:
+    pivots = c_model("pivots")
+    pivots.set(p0=0.0)
+    pivots.start("gauss4", step=0.02)
+    pivots.finish([0.1])
+    assert pivots.options("ros34prw", step=0.02, keep=4) == "OK"
+    pivots.finish([0.14])
+    saved = pivots.save()
+    expected = pivots.finish([0.3])
+
+    other = c_model("pivots")
+    assert other.restore(saved) == "OK"
+    assert other.finish([0.3]).tobytes() == expected.tobytes()

@@ -3,11 +3,9 @@
  * is not acceptable leaves the batch: refinement and pivoting are left to bgc_run.
  */
 #include "lanes/batch.h"
+#include "solutions.h"
 
 #include <string.h>
-
-static const double growth_limit = 1e5, acceptable = 1e-11; /* see linear.c */
-enum { CHECK_EVERY = 16, WATCH_FOR = 100 };
 
 /* --- linear systems ------------------------------------------------------------------------ */
 
@@ -19,10 +17,10 @@ static void factorise(bgc_batch *b, double c) {
     b->counts.factorisations++;
     b->c = c;
     b->active &= bgc_lanes_where(b, growth < lane_of(INFINITY));
-    if (bgc_lanes_where(b, growth > lane_of(growth_limit)) != 0) {
-        b->watched = WATCH_FOR;
+    if (bgc_lanes_where(b, growth > lane_of(bgc_growth_limit)) != 0) {
+        b->watched = BGC_WATCH_FOR;
     }
-    b->checked = b->watched > 0 || b->counts.factorisations % CHECK_EVERY == 1;
+    b->checked = b->watched > 0 || b->counts.factorisations % BGC_CHECK_EVERY == 1;
     b->watched -= b->watched > 0;
 }
 
@@ -68,7 +66,8 @@ void bgc_batch_solve(bgc_batch *b, lane *v) {
     finite = b->active & ~bgc_batch_bad(b, n, v);
     memcpy(b->b, v, (size_t)n * sizeof *v);
     b->kernel->solve(b->lu, v, b->work);
-    b->active &= ~(finite & ~bgc_lanes_where(b, backward_error(b, b->b, v) <= lane_of(acceptable)));
+    b->active &= ~(finite &
+                   ~bgc_lanes_where(b, backward_error(b, b->b, v) <= lane_of(bgc_acceptable)));
     b->checked = b->watched > 0;
 }
 
