@@ -357,6 +357,7 @@ bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole);
 /* --- dense.c */
 void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, double end);
 void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x);
+void bgc_interpolate_all(const bgc_model *m, bgc_data *d, double t, double *x);
 void bgc_dense_slope(const bgc_model *m, const bgc_data *d, double *slope);
 
 /* --- accounts.c */

@@ -86,9 +86,8 @@ static void complete_slopes(const bgc_model *m, bgc_data *d) {
     d->core.dense = BGC_DENSE_READY;
 }
 
-/* x at time t inside the last step. States without a rate follow from the algebraic equations, in the
- * modes and inputs of that step; where no solution is found, they are interpolated. */
-void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
+/* The dense output alone at time t inside the last step. */
+static void evaluate_polynomial(const bgc_model *m, bgc_data *d, double t, double *x) {
     const size_t width = bgc_padded(m->n_state);
     const double *k1 = d->k, *k2 = k1 + width, *k3 = k2 + width;
     double s;
@@ -100,12 +99,27 @@ void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
     for (size_t i = 0; i < width; i += BGC_LANES) {
         evaluate_cubics(s, d->y0 + i, d->y1 + i, k1 + i, k2 + i, k3 + i, x + i);
     }
+}
+
+/* x at time t inside the last step. States without a rate follow from the algebraic equations, in the
+ * modes and inputs of that step; where no solution is found, they are interpolated. */
+void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
+    evaluate_polynomial(m, d, t, x);
     if (d->core.algebraic > 0) {
         double *present = d->u;
         d->u = d->u_step;
         bgc_satisfy(m, d, t, x);
         d->u = present;
     }
+    if (m->project != NULL) {
+        m->project(d->h, t, x, d->work);
+    }
+}
+
+/* The same with the states without a rate interpolated: a step that jumps to other roots of the
+ * algebraic equations has a large defect there. */
+void bgc_interpolate_all(const bgc_model *m, bgc_data *d, double t, double *x) {
+    evaluate_polynomial(m, d, t, x);
     if (m->project != NULL) {
         m->project(d->h, t, x, d->work);
     }

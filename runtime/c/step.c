@@ -194,7 +194,9 @@ static double drift_error(const bgc_core *core, const bgc_balance *balance, doub
 
 /* The error of the dense output in the middle of a step to d->next, over the tolerances, of methods
  * whose error estimate ignores stiff components: L-stability damps these by the end of the step, not
- * within it. One simplified Newton iteration from the defect f - M y'; 0 for other methods. */
+ * within it. The estimate of a method whose stages satisfy the algebraic equations ignores states
+ * without a rate too: a step to other roots of the equations has a large defect here. One simplified
+ * Newton iteration from the defect f - M y'; 0 for other methods. */
 static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     const double middle = 0.5 * (d->core.t_old + d->core.t_end);
     const double h = d->core.t_end - d->core.t_old;
@@ -202,7 +204,11 @@ static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *met
     if (!method->check_dense || d->core.dense != BGC_DENSE_READY) {
         return 0.0;
     }
-    bgc_interpolate(m, d, middle, d->point);
+    if (method->family->rows == BGC_ROWS_SOLVED) {
+        bgc_interpolate_all(m, d, middle, d->point);
+    } else {
+        bgc_interpolate(m, d, middle, d->point);
+    }
     m->rhs(d->h, middle, d->point, d->u_step, d->right, d->work);
     d->core.counts.rhs++;
     bgc_dense_slope(m, d, d->point);

@@ -22,3 +22,13 @@ def test_equations_are_solved_where_static_pivots_vanish(load, solver, step):
             tol=1e-12,
         ).x
         np.testing.assert_allclose((a, b), exact, rtol=1e-5)
+
+
+@pytest.mark.parametrize(("solver", "step"), METHODS)
+def test_steps_stay_on_one_branch_of_a_linkage(load, solver, step):
+    result = load("linkages", "slider_crank").simulate(solver=solver, step=step)
+    exact = np.arcsin(np.sin(result["crank"]) / 3)
+    np.testing.assert_allclose(result["angle"], exact, atol=1e-9)
+    np.testing.assert_allclose(
+        result["slide"], np.cos(result["crank"]) + 3 * np.cos(exact), atol=1e-9
+    )
