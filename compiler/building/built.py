@@ -66,10 +66,11 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Places:
-    """The places of a model's assertions and switches in the source, in the order of its tables."""
+    """The places of a model's assertions, switches and divisors, in the order of its tables."""
 
     assertions: tuple[Place, ...] = ()
     switches: tuple[Place, ...] = ()
+    divisors: tuple[Place, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

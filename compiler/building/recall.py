@@ -56,6 +56,7 @@ def remember(
         "warnings": [_diagnostic_to_json(d) for d in built.warnings],
         "assertions": [_place_to_json(place) for place in built.places.assertions],
         "switches": [_place_to_json(place) for place in built.places.switches],
+        "divisors": [_place_to_json(place) for place in built.places.divisors],
     }
     with suppress(OSError):  # a full disk costs the next run its warm start, no more
         write_note(cache.root, _request_key(entry, options), note)
@@ -125,6 +126,7 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
     places = Places(
         tuple(_place_from_json(place, texts) for place in note["assertions"]),
         tuple(_place_from_json(place, texts) for place in note["switches"]),
+        tuple(_place_from_json(place, texts) for place in note["divisors"]),
     )
     return Built(library, RunFacts(**facts), warnings, warm=True, places=places)
 

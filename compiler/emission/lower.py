@@ -169,7 +169,7 @@ def _step_kernels(program: Program, jacobian: Jacobian) -> Iterator[Kernel]:
 
 
 def _event_kernels(program: Program, switches: tuple[Switch, ...]) -> Iterator[Kernel]:
-    """The kernels of asserts, projections and switches, the last two only if there are any."""
+    """The kernels of asserts, projections, switches and divisors; only asserts may be empty."""
     yield _kernel(
         "asserts",
         "Conditions that have to hold: nonzero where they do.",
@@ -198,6 +198,14 @@ def _event_kernels(program: Program, switches: tuple[Switch, ...]) -> Iterator[K
             _RUNNING,
             "z",
             _stores("z", (switch.argument for switch in switches)),
+        )
+    if program.divisors:
+        yield _kernel(
+            "divisors",
+            "Divisors of the right-hand sides that may vanish.",
+            _RUNNING,
+            "z",
+            _stores("z", (divisor.node for divisor in program.divisors)),
         )
 
 

@@ -67,6 +67,10 @@ def places_of(lowered: Lowered) -> Places:
     return Places(
         assertions=tuple(Place(guard.span) for guard in lowered.program.guards),
         switches=tuple(Place(switch.place, switch.states) for switch in lowered.switches),
+        divisors=tuple(
+            Place(divisor.span, _states_in(lowered.program, divisor.node))
+            for divisor in lowered.program.divisors
+        ),
     )
 
 

@@ -74,6 +74,9 @@ def model_tables(
         ("duration", number(scene.duration or 0.0)),
         ("every", number(scene.every or 0.0)),
     ]
+    if program.divisors:
+        table("divisor", "char *const ", [quoted(divisor.what) for divisor in program.divisors])
+        fields.append(("n_divisor", str(len(program.divisors))))
     return tables, fields
 
 

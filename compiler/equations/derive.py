@@ -35,6 +35,7 @@ from bgc.equations.variables.variables import Variables
 from bgc.ir.causal import CausalGraph, Role
 from bgc.ir.graph import FlatGraph, Node
 from bgc.ir.program import Energy, MassEntry, PositiveParameter, Program, ProgramState
+from bgc.ir.program_nodes import without_unused_divisors
 
 
 def derive_equations(causal: CausalGraph) -> Program:
@@ -70,6 +71,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     energy = (dag.zero,) * 3 if accounts is None else resolver.resolve_all(accounts.nodes)
     outputs = _with_outputs(graph, resolver)
     resolver.resolve_all(unknown for _, unknown in variables.equations)  # none is ill-posed
+    divisors = [replace(d, node=resolver.resolve(d.node)) for d in variables.raw_divisors]
     states += _loop_states(variables, resolver.algebraic)
     program = Program(
         dag=dag,
@@ -86,13 +88,14 @@ def derive_equations(causal: CausalGraph) -> Program:
         positive=_positive(causal, variables, elements),
         dropped=(),
         kept=graph.kept,
+        divisors=(*divisors, *variables.final_divisors),
         loops=tuple(resolver.loops),
         ignored_defaults=tuple(dict.fromkeys(variables.ignored_defaults)),
     )
     program = settle_motions(program, variables, resolver, numbers)
     program = with_start_values(program, range(len(states) - len(resolver.algebraic), len(states)))
     assert_power_balance(program)
-    return program
+    return without_unused_divisors(program)
 
 
 # --- states -----------------------------------------------------------------------------------

@@ -60,6 +60,15 @@ class PositiveParameter:
     strictly_positive: bool
 
 
+@dataclass(frozen=True, slots=True)
+class Divisor:
+    """A divisor that varies during a run and may vanish; `what` names what it belongs to."""
+
+    node: Node
+    what: str
+    span: Span
+
+
 class LoopKind(Enum):
     """The way in which the variables of an algebraic loop enter its equations."""
 
@@ -130,5 +139,6 @@ class Program:
     positive: tuple[PositiveParameter, ...]
     dropped: tuple[Dropped, ...]  # states that slicing removed
     kept: tuple[str, ...] = ()  # paths of the states that slicing must retain
+    divisors: tuple[Divisor, ...] = ()  # watched during a run
     loops: tuple[Loop, ...] = ()  # algebraic loops, in the order in which they are solved
     ignored_defaults: tuple[str, ...] = ()  # storage whose default start contradicts given values

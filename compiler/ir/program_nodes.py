@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from bgc.algebra.dag import Dag
+from bgc.algebra.dag import Dag, Level
 from bgc.ir.graph import Node
 from bgc.ir.program import Program
 
@@ -24,6 +24,16 @@ def program_roots(program: Program) -> list[Node]:
 
     map_program(program, program.dag, note)
     return roots
+
+
+def without_unused_divisors(program: Program) -> Program:
+    """Remove the divisors that are in no other node of the program, or no longer vary."""
+    if not program.divisors:
+        return program
+    used = set(program.dag.reachable(program_roots(replace(program, divisors=()))))
+    level = program.dag.level
+    left = (d for d in program.divisors if d.node in used and level[d.node] > Level.PARAM)
+    return replace(program, divisors=tuple(left))
 
 
 def map_program(program: Program, dag: Dag, new: Callable[[Node], Node]) -> Program:
@@ -59,5 +69,6 @@ def map_program(program: Program, dag: Dag, new: Callable[[Node], Node]) -> Prog
             dissipated=new(energy.dissipated),
         ),
         positive=tuple(replace(p, node=new(p.node)) for p in program.positive),
+        divisors=tuple(replace(d, node=new(d.node)) for d in program.divisors),
         parameters=tuple(replace(p, value=new(p.value)) for p in program.parameters),
     )

@@ -171,6 +171,8 @@ def _verify_program(program: Program, modes: int = 0) -> None:
         kind = program.states[entry.row].kind
         zero = entry.value == dag.zero
         _require(kind != "algebraic" or zero, "an algebraic row has an entry in M")
+    for divisor in program.divisors:
+        _require(dag.level[divisor.node] > Level.PARAM, "a watched divisor does not vary")
     for positive in program.positive:
         _require(dag.level[positive.node] <= Level.PARAM, "a guarded divisor varies")
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from bgc.algebra.dag import Kind
 from bgc.ir.graph import Guard, Node
 from bgc.ir.program import Dropped, Energy, MassEntry, Program, Reason
-from bgc.ir.program_nodes import map_program, program_roots
+from bgc.ir.program_nodes import map_program, program_roots, without_unused_divisors
 from bgc.slicing.invariants import invariant_states, put_in
 from bgc.slicing.names import is_kept
 
@@ -116,6 +116,7 @@ def _without(
         mass=_mass(program.mass, number),
         dropped=(*program.dropped, *dropped),
     )
+    smaller = without_unused_divisors(smaller)
     dag = program.dag
     moved = {k: dag.symbol(Kind.STATE, new) for k, new in number.items()}
     new = put_in(smaller, program_roots(smaller), {**values, **moved})

@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 6
+#define BGC_ABI 7
 
 typedef enum {
     BGC_OK = 0,
@@ -32,7 +32,8 @@ typedef enum {
     BGC_NOT_EXPLICIT,    /* an explicit method on equations that couple rates */
     BGC_INCONSISTENT,    /* no values near the present ones satisfy the algebraic equations */
     BGC_NOT_CONVERGED,   /* the Newton iteration of an implicit step does not converge */
-    BGC_CHATTERING       /* a law switches back and forth without end: bgc_failed_switch names it */
+    BGC_CHATTERING,      /* a law switches back and forth without end: bgc_failed_switch names it */
+    BGC_VANISHING        /* a divisor of the equations vanishes: bgc_failed_divisor names it */
 } bgc_status;
 
 typedef struct {
@@ -170,6 +171,13 @@ typedef struct bgc_model {
     /* assertion k holds where a[k] is defined and not 0. */
     void (*asserts)(const double *h, double t, const double *x, const double *u, double *a,
                     double *w);
+
+    /* Divisors in f that vary during a run and may vanish: what each belongs to, and their values.
+     * A run ends where one vanishes. */
+    int n_divisor;
+    const char *const *divisor;
+    void (*divisors)(const double *h, double t, const double *x, const double *u, double *z,
+                     double *w);
 } bgc_model;
 
 /* The emitted model. */
@@ -198,6 +206,8 @@ int bgc_failed_parameter(const bgc_data *d); /* index into param, or n_param + c
 int bgc_failed_assertion(const bgc_data *d);
 int bgc_failed_state(const bgc_data *d);     /* or -1 */
 int bgc_failed_switch(const bgc_data *d);
+int bgc_failed_divisor(const bgc_data *d);
+double bgc_failed_time(const bgc_data *d);   /* s: when that divisor vanishes */
 const char *bgc_status_text(bgc_status s);
 
 /* The end of the last step, which may lie beyond the last row (see bgc_run). */

@@ -17,6 +17,7 @@
  *         bgc_store_dense                dense output (dense.c, interpolation.h)
  *         bgc_find_event                 the first change of a mode within the step (events.c)
  *         bgc_check_asserts              (evaluate.c)
+ *         bgc_check_divisors             (divisors.c)
  *         bgc_balance_step               energies of the step and their error (accounts.c)
  *         accept                         d->next becomes the present; bgc_handle_event
  *     write_row                        outputs and accounts, by dense output inside the step
@@ -158,7 +159,8 @@ typedef struct {
     long max_steps;
 
     int ready; /* a reset succeeded */
-    int failed_parameter, failed_assertion, failed_state, failed_switch;
+    int failed_parameter, failed_assertion, failed_state, failed_switch, failed_divisor;
+    double failed_time; /* of failed_divisor */
 
     /* Fixed steps end at origin + ticks step, samples are at origin + k period. */
     double t, origin, period;
@@ -228,6 +230,8 @@ struct bgc_data {
     double *returns;        /* n_switch: consecutive immediate returns to the mode before; INFINITY:
                              * the switch is left to error control */
     double *change_of_mode; /* n_switch: the last change of each mode */
+    double *divisor_extent; /* n_divisor: the largest absolute value of each divisor so far */
+    double *divisor_slope;  /* n_divisor: the rate of each divisor at the end of the last step */
     double *inverse_mass;   /* 1 / m_ii where row i of M has no other entry, else 0 */
     double *algebraic;      /* 1 where row i of M is empty, else 0 */
     double *correction, *corrected_at, *range; /* of fixed steps: corrections.c */
@@ -245,6 +249,7 @@ struct bgc_data {
     double *output, *command, *check, *work;
     double *samples;        /* BGC_SAMPLES vectors of arguments of switches */
     double *probe, *after;  /* arguments of switches */
+    double *divisors;       /* BGC_SAMPLES + 1 vectors of divisors */
     double *sparse_work;    /* 2 n_state: elimination by tables */
     double *dense_lu;       /* n by n: dense factors */
     bgc_complex *dense_complex; /* n by n; NULL before a method with complex stages is chosen */
@@ -326,6 +331,11 @@ bgc_status bgc_attempt(const bgc_model *m, bgc_data *d);
 void bgc_evaluate_f(const bgc_model *m, bgc_data *d);
 void bgc_evaluate_jacobian(const bgc_model *m, bgc_data *d);
 bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const double *x);
+
+/* --- divisors.c */
+void bgc_reset_divisors(const bgc_model *m, bgc_data *d);
+bgc_status bgc_check_divisors(const bgc_model *m, bgc_data *d, double end);
+bgc_status bgc_blame_divisor(const bgc_model *m, bgc_data *d, bgc_status status);
 
 /* --- first_step.c: from d->x with d->f valid; scratch, d->next among it, is overwritten */
 double bgc_first_step(const bgc_model *m, bgc_data *d, int order);

@@ -39,6 +39,8 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->extent = place(&l, switches);
     d->returns = place(&l, switches);
     d->change_of_mode = place(&l, switches);
+    d->divisor_extent = place(&l, (size_t)m->n_divisor);
+    d->divisor_slope = place(&l, (size_t)m->n_divisor);
     d->u_seen = place(&l, (size_t)m->n_input);
     d->scale = place(&l, n);
     d->mass = place(&l, (size_t)m->n_mass);
@@ -74,6 +76,7 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->command = place(&l, (size_t)m->n_command);
     d->check = place(&l, checks);
     d->samples = place(&l, BGC_SAMPLES * bgc_padded(m->n_switch));
+    d->divisors = place(&l, (BGC_SAMPLES + 1) * bgc_padded(m->n_divisor));
     d->probe = place(&l, switches);
     d->after = place(&l, switches);
     d->first = place(&l, n);
@@ -134,7 +137,7 @@ bgc_data *bgc_new(const bgc_model *m) {
     atomic_init(&d->stop, 0);
 
     d->core.failed_parameter = d->core.failed_assertion = d->core.failed_state = -1;
-    d->core.failed_switch = -1;
+    d->core.failed_switch = d->core.failed_divisor = -1;
     bgc_default_inputs(m, d->u);
     bgc_reset_modes(m, d);
     bgc_set_param(m, d, -1, 0.0);
@@ -215,7 +218,7 @@ static bgc_status check_parameters(const bgc_model *m, bgc_data *d) {
 static void clear_run(bgc_core *core, double t) {
     core->counts = (bgc_counts){0};
     core->failed_parameter = core->failed_assertion = -1;
-    core->failed_state = core->failed_switch = -1;
+    core->failed_state = core->failed_switch = core->failed_divisor = -1;
     core->t = core->t_old = core->t_end = core->origin = t;
     core->ticks = core->sample = core->step_cut = core->event = 0;
     core->stop = INFINITY;
@@ -261,6 +264,7 @@ static bgc_status start_from_present(const bgc_model *m, bgc_data *d) {
     core->counts.scale_reached = bgc_is_adaptive(&bgc_methods[core->method]) ? 0.0 : 1.0;
     core->counts.exchanged = fabs(core->stored0);
     bgc_reset_corrections(m, d);
+    bgc_reset_divisors(m, d);
     core->ready = 1;
     return BGC_OK;
 }
@@ -314,6 +318,8 @@ int bgc_failed_parameter(const bgc_data *d) { return d->core.failed_parameter; }
 int bgc_failed_assertion(const bgc_data *d) { return d->core.failed_assertion; }
 int bgc_failed_state(const bgc_data *d) { return d->core.failed_state; }
 int bgc_failed_switch(const bgc_data *d) { return d->core.failed_switch; }
+int bgc_failed_divisor(const bgc_data *d) { return d->core.failed_divisor; }
+double bgc_failed_time(const bgc_data *d) { return d->core.failed_time; }
 double bgc_time(const bgc_data *d) { return d->core.t; }
 double *bgc_state(bgc_data *d) { return d->x; }
 const double *bgc_scale(const bgc_data *d) { return d->scale; }
@@ -353,6 +359,8 @@ const char *bgc_status_text(bgc_status s) {
         return "the Newton iteration of an implicit step does not converge";
     case BGC_CHATTERING:
         return "a law switches back and forth without end";
+    case BGC_VANISHING:
+        return "a divisor of the equations vanishes";
     }
     return "unknown status";
 }

@@ -10,6 +10,8 @@
 #include <math.h>
 #include <string.h>
 
+static const double short_of_pole = 1e-3; /* relative: time before a divisor vanishes */
+
 /* Completes a step to d->next at *t_new: normalises quaternions, satisfies the algebraic equations,
  * stores the dense output and cuts the step at its first event, whose time and state go to *t_new and
  * d->next. Returns early where the step is too coarse for the algebraic equations. */
@@ -114,6 +116,10 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
     }
     if (status == BGC_OK) {
         status = complete(m, d, method, &t_new);
+    }
+
+    if (status == BGC_OK) {
+        status = bgc_check_divisors(m, d, t_new);
     }
 
     /* Halve the step, or fail. */
@@ -309,6 +315,15 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         error = fmax(error, drift_error(core, &balance, q, error));
     }
 
+    /* Divisors that vanish: the run ends shortly before. */
+    status = bgc_check_divisors(m, d, t_new);
+    if (status != BGC_OK) {
+        const double rest = core->failed_time - core->t;
+        return rest > short_of_pole * fmax(fabs(core->t), core->failed_time - core->origin)
+                   ? reject(d, status, 0.98 * rest)
+                   : status;
+    }
+
     /* Accept. After an event the step does not grow. */
     error = fmax(error, bgc_least_error);
     core->h_next = bgc_next_step(h, core->h_next, error, core->error_old, q,
@@ -329,5 +344,5 @@ bgc_status bgc_attempt(const bgc_model *m, bgc_data *d) {
     status = bgc_is_adaptive(method) ? attempt_adaptive(m, d, method)
                                      : attempt_fixed(m, d, method);
     bgc_hold_modes(m, d);
-    return status;
+    return status == BGC_OK ? BGC_OK : bgc_blame_divisor(m, d, status);
 }

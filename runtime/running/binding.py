@@ -23,7 +23,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.methods import MethodInfo
 
-ABI = 6
+ABI = 7
 
 _Fields: TypeAlias = list[tuple[str, Any]]
 
@@ -46,6 +46,7 @@ class Status(IntEnum):
     INCONSISTENT = 12
     NOT_CONVERGED = 13
     CHATTERING = 14
+    VANISHING = 15
 
 
 class ParamInfo(ctypes.Structure):
@@ -105,11 +106,18 @@ _FUNCTIONS = (
     "rhs",
     "jacobian",
     "factor",
+    "solve",
+    "outputs",
+    "commands",
+    "energy",
+    "project",
+    "switches",
+    "asserts",
 )
 
 
 class ModelStruct(ctypes.Structure):
-    """`bgc_model`, up to the function `factor`; only the runtime calls them."""
+    """`bgc_model`; only the runtime calls its functions."""
 
     _fields_: ClassVar[_Fields] = [
         ("abi", c_uint32),
@@ -148,6 +156,9 @@ class ModelStruct(ctypes.Structure):
         ("duration", c_double),
         ("every", c_double),
         *((name, c_void_p) for name in _FUNCTIONS),
+        ("n_divisor", c_int),
+        ("divisor", POINTER(c_char_p)),
+        ("divisors", c_void_p),
     ]
 
 
@@ -216,6 +227,8 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_failed_assertion": (c_int, (c_void_p,)),
     "bgc_failed_state": (c_int, (c_void_p,)),
     "bgc_failed_switch": (c_int, (c_void_p,)),
+    "bgc_failed_divisor": (c_int, (c_void_p,)),
+    "bgc_failed_time": (c_double, (c_void_p,)),
     "bgc_time": (c_double, (c_void_p,)),
     "bgc_state": (_Doubles, (c_void_p,)),
     "bgc_scale": (_Doubles, (c_void_p,)),
@@ -391,6 +404,16 @@ class Instance:
     def failed_switch(self) -> int:
         """Index of the switch that chatters, -1 if none does."""
         return int(self._ask("bgc_failed_switch"))
+
+    @property
+    def failed_divisor(self) -> int:
+        """Index of the divisor that vanishes, -1 if none does."""
+        return int(self._ask("bgc_failed_divisor"))
+
+    @property
+    def failed_time(self) -> float:
+        """The time at which that divisor vanishes."""
+        return float(self._ask("bgc_failed_time"))
 
     @property
     def counts(self) -> dict[str, float]:

@@ -69,6 +69,10 @@ def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Di
         case Status.CHATTERING:
             place = _at(places.switches, instance.failed_switch)
             return run.chattering(time, place.states, place.span)
+        case Status.VANISHING:
+            place = _at(places.divisors, instance.failed_divisor)
+            what = text(model.divisor[instance.failed_divisor])
+            return run.divisor_vanishes(instance.failed_time, what, place.states, place.span)
         case Status.OK | Status.BAD_ARGUMENT:
             raise AssertionError(f"the runtime returned {status.name}")
         case _:

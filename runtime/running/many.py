@@ -245,6 +245,7 @@ def _why_alone(model: LoadedModel, method: Method, count: int, vectorised: bool)
         "the model's source is not at hand": model.origin is None,
         "the model has no states": info.n_state == 0,
         "the model has algebraic equations": len(rates) < info.n_state,
+        "a divisor of the equations is watched": info.n_divisor > 0,
         f"`{method.name}` is not a Rosenbrock or explicit method": not (solver and solver.lanes),
         "the model is so large that its matrix is factorised in loops": not (
             info.factor or (solver and solver.explicit)

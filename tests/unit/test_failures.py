@@ -12,6 +12,7 @@ from bgc.runtime.running.failures import explain
 MODEL = SimpleNamespace(
     state=[SimpleNamespace(name=b"coil.p")],
     assertion=[b"too far"],
+    divisor=[b"the common inertia of `crank` and `rod`"],
     n_param=0,
     param_check=[b"the inertia of `coil` must be positive"],
 )
@@ -29,6 +30,7 @@ CODES = {
     Status.INCONSISTENT: "BG711",
     Status.NOT_CONVERGED: "BG714",
     Status.CHATTERING: "BG715",
+    Status.VANISHING: "BG725",
 }
 
 
@@ -40,6 +42,8 @@ def instance(failed_state=0):
         failed_assertion=0,
         failed_parameter=0,
         failed_switch=0,
+        failed_divisor=0,
+        failed_time=1.25,
     )
 
 
@@ -73,3 +77,12 @@ def test_failed_assertions_and_chattering_laws_are_shown_in_the_source():
     chattering = explain(instance(), Status.CHATTERING, places)
     assert chattering.span is not None and chattering.span.text == "sign(f)"
     assert "mass.p" in chattering.message
+
+
+def test_a_divisor_that_vanishes_is_named_with_its_time_and_its_states():
+    source = Source("a.bg", "rod : I(2 kg);\n")
+    places = Places(divisors=(Place(Span(source, 0, 3), ("crank.angle",)),))
+    vanishing = explain(instance(), Status.VANISHING, places)
+    for part in ("1.25 s", "the common inertia of `crank` and `rod`", "`crank.angle`"):
+        assert part in vanishing.message
+    assert vanishing.span is not None and vanishing.span.text == "rod"

@@ -22,6 +22,12 @@ def _by(states: Sequence[str]) -> str:
     return f", on {named}" if 0 < len(states) <= _NAMED else ""
 
 
+def _at(states: Sequence[str]) -> str:
+    """Name the states that a quantity depends on, if they are few."""
+    named = ", ".join(f"`{name}`" for name in states)
+    return f", which depends on {named}" if 0 < len(states) <= _NAMED else ""
+
+
 def step_too_small(time: float, state: str | None) -> Diagnostic:
     """BG701: no step is small enough
 
@@ -92,6 +98,31 @@ def singular(time: float, state: str | None) -> Diagnostic:
         "BG704",
         f"the equations have no unique solution at t = {time:.9g} s{_state(state)}",
         help="look for an equation that does not determine its unknown, or a ratio that is zero",
+    )
+
+
+def divisor_vanishes(
+    time: float, what: str, states: Sequence[str] = (), place: Span | None = None
+) -> Diagnostic:
+    """BG725: a divisor of the equations vanishes
+
+    What: a quantity by which the equations divide passed through zero, or nearly. The rates have a
+    pole there, and the run cannot go on.
+
+    Why: all inertia on a flow is behind a modulus that became zero, or a law or an algebraic loop
+    has a coefficient that did. At a dead centre of a mechanism nothing resists the force.
+
+    Example: a force on an inertia behind `t : MTF(cos(angle))`, at angle = 90 deg.
+
+    Way out: add the inertia of the parts that are between the force and the modulus (a crank, a
+    shaft), which are never without mass, or keep the mechanism away from that position.
+    """
+    return error(
+        "BG725",
+        f"at t = {time:.6g} s {what} vanishes{_at(states)}: the equations divide by it",
+        place,
+        help="add the small inertia or compliance that the part has before its modulus, or keep "
+        "the model away from this position",
     )
 
 

@@ -13,10 +13,14 @@ from itertools import product
 from bgc.algebra.dag import Level
 from bgc.algebra.quadratic import Definition, Form, Minimum, Row, minimise
 from bgc.equations.inertias.groups import Group, inertias_of
+from bgc.equations.inertias.rank import has_constant_rank
 from bgc.equations.storage.kinds import StorageElement
 from bgc.equations.variables.variables import Variables
 from bgc.ir.causal import BasisKind
 from bgc.ir.graph import Node
+from bgc.ir.program import Divisor
+
+_NAMED = 3  # elements at most
 
 
 def reduced_flows(
@@ -43,7 +47,21 @@ def reduced_flows(
         list(number_of.values()),
     )
     nodes = {minimum.variable: _value(variables, minimum) for minimum in minima}
+    _watch_pivots(variables, group, [minimum.pivot for minimum in minima])
     return {k: nodes[number] for k, number in number_of.items()}
+
+
+def _watch_pivots(variables: Variables, group: Group, pivots: Sequence[Node]) -> None:
+    """Note the pivots of a reduced mass that may vanish at a state."""
+    doubtful = [node for node in pivots if variables.may_vanish(node)]
+    if doubtful and not has_constant_rank(variables, group):
+        names = " and ".join(f"`{name}`" for name in group.names()[:_NAMED])
+        more = f" and {len(group.elements) - _NAMED} more" if len(group.elements) > _NAMED else ""
+        what = f"the common inertia of {names}{more}"
+        if len(group.elements) == 1:
+            what = f"the inertia of {names}, seen from the flow that moves it,"
+        span = group.elements[0].storage.span
+        variables.raw_divisors += [Divisor(node, what, span) for node in doubtful]
 
 
 def _value(variables: Variables, minimum: Minimum) -> Node:

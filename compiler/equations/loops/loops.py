@@ -22,7 +22,7 @@ from bgc.algebra.solving import SingularSystemError, solve_general
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.variables.variables import Explicit, Rate, Variables
 from bgc.ir.graph import Node
-from bgc.ir.program import Loop, LoopKind, LoopSolution, PositiveParameter
+from bgc.ir.program import Divisor, Loop, LoopKind, LoopSolution, PositiveParameter
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,14 +244,18 @@ class _Loop:
         at random points. Pivots of parameters alone are checked at run time.
         """
         unsafe: list[Node] = []
+        doubtful: list[Node] = []
         places = self._variables.places
-        message = f"the algebraic loop at `{places.name_of(system.torn[0])}` is singular"
+        name = places.name_of(system.torn[0])
+        message = f"the algebraic loop at `{name}` is singular"
 
         def note(pivot: Node, alone: bool) -> None:
             if self._dag.level[pivot] == Level.PARAM:
                 self._variables.watch(pivot, message)
             elif not alone and not self._signs.is_certain(pivot):
                 unsafe.append(pivot)
+            elif self._variables.may_vanish(pivot):
+                doubtful.append(pivot)
 
         try:
             values = solve_general(
@@ -261,7 +265,11 @@ class _Loop:
             size = range(len(system.torn))
             rows = [[row.get(k, self._dag.zero) for k in size] for row in system.matrix]
             raise self._unsolvable(system.torn, rows, system.right) from None
-        return None if unsafe else dict(zip(system.torn, values, strict=True))
+        if unsafe:
+            return None
+        what, span = f"a divisor of the algebraic loop at `{name}`", places.span_of(system.torn[0])
+        self._variables.final_divisors += [Divisor(node, what, span) for node in doubtful]
+        return dict(zip(system.torn, values, strict=True))
 
     def _preference(self, node: Node) -> int:
         """Rank pivots: constants first, then parameters, then nodes of constant sign."""

@@ -12,7 +12,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from bgc.algebra.dag import Kind, Symbol
+from bgc.algebra.bounds import Bounds
+from bgc.algebra.dag import Kind, Level, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.causality.certificates import Certificate, Certifier
 from bgc.equations.variables.balances import Balances, CausalIndex
@@ -21,7 +22,7 @@ from bgc.equations.variables.names import Places
 from bgc.equations.variables.symbols import Symbols
 from bgc.ir.causal import BasisKind, CausalGraph, Role
 from bgc.ir.graph import Form, Gyrator, Gyristor, Node, Resistor, Source, Storage
-from bgc.ir.program import PositiveParameter
+from bgc.ir.program import Divisor, PositiveParameter
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +83,9 @@ class Variables:
         )
         self._certifier = Certifier(self.dag, causal.fingerprints, causal.graph.parameters)
         self.watched: list[PositiveParameter] = []
+        self.raw_divisors: list[Divisor] = []
+        self.final_divisors: list[Divisor] = []
+        self._bounds = Bounds(self.dag, self.default)
         self.ignored_defaults: list[str] = []  # storage elements
         self.speeds: dict[Node, Speed] = {}
         self.resting: set[Node] = set()  # states whose rates are those at motions of speed zero
@@ -218,6 +222,10 @@ class Variables:
     def watch(self, node: Node, message: str) -> None:
         """Note a node of PARAM level that must not be zero."""
         self.watched.append(PositiveParameter(node, message, strictly_positive=False))
+
+    def may_vanish(self, node: Node) -> bool:
+        """Whether a divisor varies during a run and is not proven to stay away from zero."""
+        return self.dag.level[node] > Level.PARAM and not self._bounds.is_bounded_away(node)
 
     @property
     def defaults(self) -> Mapping[Symbol, float]:

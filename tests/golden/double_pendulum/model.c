@@ -177,6 +177,19 @@ static void model_asserts(
     (void)h, (void)t, (void)x, (void)u, (void)a, (void)w;
 }
 
+/* Divisors of the right-hand sides that may vanish. */
+static void model_divisors(
+    const double *h, double t, const double *x, const double *u, double *z, double *w)
+{
+    (void)t, (void)u, (void)w;
+    const double v1 = 0.7 * sin(x[3]);
+    const double v2 = 0.7 * cos(x[3]);
+    const double v3 = v1 * (h[1] * v1) + v2 * (h[1] * v2);
+    z[0] = v3;
+    const double v4 = v1 * (h[1] * sin(x[2])) + v2 * (h[1] * cos(x[2]));
+    z[1] = h[2] - v4 * (v4 / v3);
+}
+
 /* The entries of M in the order of mass_row and mass_col. */
 static void model_mass(const double *h, double *m, double *w)
 {
@@ -333,6 +346,11 @@ static const int model_lu_jac[] = {
     0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15,
 };
 
+static const char *const model_divisor[] = {
+    "the common inertia of `one` and `other`",
+    "the common inertia of `one` and `other`",
+};
+
 static const bgc_model model_info = {
     .abi = BGC_ABI,
     .name = "double",
@@ -374,6 +392,8 @@ static const bgc_model model_info = {
     .step = 0.0,
     .duration = 5.0,
     .every = 0.25,
+    .divisor = model_divisor,
+    .n_divisor = 2,
     .n_work = 0,
     .prepare = model_prepare,
     .rhs = model_rhs,
@@ -382,6 +402,7 @@ static const bgc_model model_info = {
     .outputs = model_outputs,
     .commands = model_commands,
     .asserts = model_asserts,
+    .divisors = model_divisors,
     .mass = model_mass,
     .initial = model_initial,
     .scale = model_scale,

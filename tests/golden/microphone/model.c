@@ -93,6 +93,14 @@ static void model_asserts(
     (void)h, (void)t, (void)x, (void)u, (void)a, (void)w;
 }
 
+/* Divisors of the right-hand sides that may vanish. */
+static void model_divisors(
+    const double *h, double t, const double *x, const double *u, double *z, double *w)
+{
+    (void)h, (void)t, (void)u, (void)w;
+    z[0] = 2.0 + (1.0 + 20.0 * x[0]);
+}
+
 /* The entries of M in the order of mass_row and mass_col. */
 static void model_mass(const double *h, double *m, double *w)
 {
@@ -212,6 +220,10 @@ static const int model_lu_jac[] = {
     1, 2,
 };
 
+static const char *const model_divisor[] = {
+    "a divisor of the algebraic loop at `stray.q`",
+};
+
 static const bgc_model model_info = {
     .abi = BGC_ABI,
     .name = "microphone",
@@ -253,6 +265,8 @@ static const bgc_model model_info = {
     .step = 0.0,
     .duration = 0.2,
     .every = 0.02,
+    .divisor = model_divisor,
+    .n_divisor = 1,
     .n_work = 0,
     .prepare = model_prepare,
     .rhs = model_rhs,
@@ -261,6 +275,7 @@ static const bgc_model model_info = {
     .outputs = model_outputs,
     .commands = model_commands,
     .asserts = model_asserts,
+    .divisors = model_divisors,
     .mass = model_mass,
     .initial = model_initial,
     .scale = model_scale,
