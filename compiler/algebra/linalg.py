@@ -6,12 +6,14 @@ results. The inverse of a symmetric matrix is symmetric, node for node.
 
 from __future__ import annotations
 
+import math
+import sys
 from collections.abc import Sequence
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Level
 from bgc.algebra.disjoint_sets import DisjointSets
-from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.evaluate import evaluate_nodes, to_double
 from bgc.algebra.nodes import Matrix, Node
 
 
@@ -101,9 +103,12 @@ def _invert_block(dag: Dag, block: Matrix) -> Matrix:
 def _invert_constants(dag: Dag, block: Matrix) -> Matrix:
     """Gauss-Jordan in exact rationals; constants that are not rational enter as doubles."""
     size = len(block)
+    numbers = [[_rational(dag, node) for node in row] for row in block]
+    if any(number is None for row in numbers for number in row):
+        return _invert_by_pivots(dag, block)
     table = [
-        [_rational(dag, node) for node in row] + [Fraction(int(i == j)) for j in range(size)]
-        for i, row in enumerate(block)
+        [x or Fraction(0) for x in row] + [Fraction(int(i == j)) for j in range(size)]
+        for i, row in enumerate(numbers)
     ]
     for k in range(size):
         chosen = next((i for i in range(k, size) if table[i][k] != 0), None)
@@ -119,15 +124,22 @@ def _invert_constants(dag: Dag, block: Matrix) -> Matrix:
     return tuple(tuple(dag.const(_shorten(entry)) for entry in row[size:]) for row in table)
 
 
-def _rational(dag: Dag, node: Node) -> Fraction:
+def _rational(dag: Dag, node: Node) -> Fraction | None:
+    """The value of a constant; None of one that is infinite or undefined as a double."""
     exact = dag.value(node)
-    return exact if exact is not None else Fraction(evaluate_nodes(dag, [node], {})[0])
+    if exact is not None:
+        return exact
+    (number,) = evaluate_nodes(dag, [node], {})
+    return Fraction(number) if math.isfinite(number) else None
 
 
 def _shorten(value: Fraction) -> Fraction:
-    """The value itself, or its nearest double if the fraction has become long."""
-    long = value.numerator.bit_length() + value.denominator.bit_length() > 256
-    return Fraction(float(value)) if long else value
+    """The value itself, or its nearest double if the fraction is long and the double normal."""
+    if value.numerator.bit_length() + value.denominator.bit_length() <= 256:
+        return value
+    double = to_double(value)
+    normal = math.isfinite(double) and abs(double) >= sys.float_info.min
+    return Fraction(double) if normal else value
 
 
 def _invert_by_cofactors(dag: Dag, block: Matrix) -> Matrix:

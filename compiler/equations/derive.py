@@ -19,6 +19,7 @@ from bgc.equations.loops.motion_rates import settle_motions
 from bgc.equations.loops.resolve import Resolver
 from bgc.equations.loops.start import with_start_values
 from bgc.equations.motions.merge import merge_along_motions
+from bgc.equations.ranges import require_representable
 from bgc.equations.scales import state_scale, storage_scales
 from bgc.equations.storage.accounts import energy_accounts
 from bgc.equations.storage.initial import closed_initials
@@ -94,6 +95,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     )
     program = settle_motions(program, variables, resolver, numbers)
     program = with_start_values(program, range(len(states) - len(resolver.algebraic), len(states)))
+    require_representable(graph, program)
     assert_power_balance(program)
     return without_unused_divisors(program)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-from bgc.algebra.dag import Dag, Level, Op
+from bgc.algebra.dag import Dag, Level
 from bgc.algebra.evaluate import evaluate_nodes, to_double
 from bgc.diagnostics.catalogue import values as catalogue
 from bgc.diagnostics.source import Span
@@ -39,9 +39,12 @@ def whole_number(dag: Dag, operand: Operand, what: str, least: int, most: int) -
 
 
 def check_finite(dag: Dag, operand: Operand) -> None:
-    """Refuse constant components that are infinite or NaN; exact ones never are."""
+    """Refuse constant components that are infinite, NaN, or zero only as a double."""
     for node in operand.value.nodes:
-        if dag.level[node] == Level.CONST and dag.op[node] != Op.CONST:
+        exact = dag.value(node)
+        if exact is not None:
+            check_literal(exact, operand.span)
+        elif dag.level[node] == Level.CONST:
             (number,) = evaluate_nodes(dag, [node], {})
             if math.isnan(number):
                 raise failure(catalogue.not_a_number(operand.span))
@@ -50,7 +53,7 @@ def check_finite(dag: Dag, operand: Operand) -> None:
 
 
 def check_literal(number: Fraction, span: Span) -> None:
-    """Refuse a literal that a double cannot hold: too large, or not zero but too small."""
+    """Refuse an exact number that a double cannot hold: too large, or not zero but too small."""
     double = to_double(number)
     if math.isinf(double) or (double == 0 and number != 0):
         raise failure(catalogue.out_of_range(span))
