@@ -19,6 +19,7 @@ from bgc.ir.program import Program
 
 _TOLERANCE = 1e-6  # of all powers; far above rounding, far below the effect of a wrong sign
 _REST = 1e-9  # of the stored energy in a second: less power than that is rounding
+_SOLVED = 1e-9  # of the powers that unsolved unknowns have: less is the error of their solution
 
 
 def power_defect(program: Program) -> float | None:
@@ -30,8 +31,8 @@ def power_defect(program: Program) -> float | None:
     if len(program.scene.needed_accounts) < 3 or _couples_rates(program):
         return None
     dag, energy = program.dag, program.energy
-    values = _random_point(program)
-    if values is None:
+    points = _random_points(program)
+    if points is None:
         return None
     implicit = set(algebraic_rows(program))
     explicit = [k for k in range(len(program.states)) if k not in implicit]
@@ -42,8 +43,12 @@ def power_defect(program: Program) -> float | None:
     slopes = gradient(dag, energy.stored, moving)
     shares = [dag.mul(slope, rate) for slope, rate in zip(slopes, rates, strict=True)]
     shares += [dag.neg(energy.supplied), energy.dissipated]
-    *powers, stored = evaluate_nodes(dag, [*shares, energy.stored], values)
+    unsolved, solved = (evaluate_nodes(dag, [*shares, energy.stored], x) for x in points)
+    *powers, stored = solved
     size = sum(map(abs, powers)) + _REST * abs(stored)
+    typical = sum(map(abs, unsolved[:-1])) if implicit else 0.0
+    if math.isfinite(typical):
+        size += _SOLVED * typical
     if not math.isfinite(size):
         return None
     return abs(sum(powers)) / size if size else 0.0
@@ -58,8 +63,11 @@ def _couples_rates(program: Program) -> bool:
     return not implicit.isdisjoint(program.dag.reachable([program.energy.stored]))
 
 
-def _random_point(program: Program) -> dict[Symbol, float] | None:
-    """Random values of all symbols that satisfy the algebraic equations; None where that fails."""
+def _random_points(program: Program) -> list[dict[Symbol, float]] | None:
+    """Random values of all symbols, then with unknowns that satisfy the algebraic equations.
+
+    None where no solution is found.
+    """
     rng = random.Random(1)
     values: dict[Symbol, float] = dict(default_values(program.dag, program.parameters))
     values[Symbol(Kind.TIME, 0)] = rng.uniform(0.1, 1)
@@ -69,11 +77,11 @@ def _random_point(program: Program) -> dict[Symbol, float] | None:
         values[Symbol(Kind.STATE, k)] = rng.uniform(-1, 1)
     rows = algebraic_rows(program)
     if not rows:
-        return values
+        return [values, values]
     unknowns = [Symbol(Kind.STATE, k) for k in rows]
     equations = Rows(program.dag, [program.states[k].derivative for k in rows], unknowns)
     found = equations.solve(values, [values[u] for u in unknowns])
-    return None if found is None else values | dict(zip(unknowns, found, strict=True))
+    return None if found is None else [values, values | dict(zip(unknowns, found, strict=True))]
 
 
 def assert_power_balance(program: Program) -> None:

@@ -94,7 +94,8 @@ def derive_equations(causal: CausalGraph) -> Program:
         ignored_defaults=tuple(dict.fromkeys(variables.ignored_defaults)),
     )
     program = settle_motions(program, variables, resolver, numbers)
-    program = with_start_values(program, range(len(states) - len(resolver.algebraic), len(states)))
+    loops = range(len(states) - len(resolver.algebraic), len(program.states))
+    program = with_start_values(program, loops)
     require_representable(graph, program)
     assert_power_balance(program)
     return without_unused_divisors(program)

@@ -65,7 +65,8 @@ def _equations(
 ) -> Iterator[tuple[str, Span | None, Sequence[Node]]]:
     """The equations of a program, each with its place in the source."""
     owners = {element.name: element.span for element in graph.elements}
-    declared = {state.name: state.span for state in (*graph.states, *graph.unknowns)}
+    declared = {state.name: state.span for state in graph.states}
+    declared |= {unknown.name: unknown.span for unknown in graph.unknowns}
     for parameter in program.parameters:
         yield f"parameter `{parameter.name}`", parameter.span, [parameter.value]
     for state in program.states:

@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from graphs import rlc
 
+import bgc
 from bgc.causality.assign import assign_causality
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.elaborate import elaborate
@@ -64,3 +66,40 @@ def test_what_a_device_moves_rigidly_supplies_is_refused(account):
     with pytest.raises(BgError) as caught:
         held(f"energy.{account}")
     assert [d.code for d in caught.value.diagnostics] == ["BG522"]
+
+
+LOOPED = """
+model Looped {
+  node : J0; source : Sf(f = FLOW); load : R(2.5); into : Mux[1, 1]; out : Demux[1, 1];
+  turn : MGY { e2 = [[1.1, 0.31], [-1.57, -(1.17/(2 + load.e))]]*f1; }
+  source -> node -> load; node, node -> into -> turn -> out -> node, node;
+}
+scene s of Looped { observe load.e, turn.f1, turn.f2, energy.residual; run 1 s; }"""
+
+
+def looped(flow):
+    graph = elaborate(load_text(LOOPED.replace("FLOW", flow), "model.bg"))
+    return derive_equations(assign_causality(graph))
+
+
+def test_powers_of_an_unknown_that_is_zero_up_to_its_solution_balance():
+    assert power_defect(looped("0")) < 1e-6
+
+
+def test_a_sign_slipped_in_the_powers_of_a_loop_is_found():
+    program = looped("3")
+    assert power_defect(program) < 1e-9
+    turned = replace(program.energy, supplied=program.dag.neg(program.energy.supplied))
+    assert power_defect(replace(program, energy=turned)) > 0.1
+
+
+def test_a_loop_through_a_gyrator_that_its_own_effort_turns(tmp_path):
+    path = tmp_path / "m.bg"
+    path.write_text(LOOPED.replace("FLOW", "3"))
+    result = bgc.compile(path).simulate(1.0)
+    e, residual = result["load.e"][-1], abs(result["energy.residual"]).max()
+    into = [result[f"turn.f1[{k}]"][-1] for k in (1, 2)]
+    out = [result[f"turn.f2[{k}]"][-1] for k in (1, 2)]
+    ratio = np.array([[1.1, 0.31], [-1.57, -1.17 / (2 + e)]])
+    assert np.allclose(ratio @ into, e) and np.allclose(ratio.T @ out, e)
+    assert np.isclose(3 + sum(out), sum(into) + e / 2.5) and residual < 1e-12

@@ -248,11 +248,12 @@ def singular_loop(
 def derivative_loop(span: Span, names: Sequence[str]) -> Diagnostic:
     """BG521: a loop through the rate of a dependent variable
 
-    What: the effort of a dependent inertia (or the flow of a dependent compliance) influences the
-    rate from which it is computed.
-    Why: that effort is known only after the rates of all states.
-    Example: a source whose effort follows the inertia force of a rigidly driven mass.
-    Way out: take the signal from another element, or put a C between the source and the mass.
+    What: the effort of a dependent inertia influences the momentum whose rate it is (or the flow of
+    a dependent compliance its charge).
+    Why: the rate of the momentum then depends on itself, so that no state gives the momentum.
+    Example: a source whose flow follows the inertia force of the mass that it drives rigidly.
+    Way out: take the signal from another element, or put a C between the source and the mass. An
+    effort that follows an inertia force is no such case: it adds to the inertia.
     """
     return error(
         "BG521",

@@ -100,10 +100,23 @@ class MergedAudit:
             if independent.kind is BasisKind.FLOW_SOURCE:
                 self._flows[k] = self._point.value(self._variables.independent(k))
         self._assert_solved()
-        if complete and all(
-            port.bias == self._variables.dag.zero for m in self._groups for port in m.group.ports
-        ):  # otherwise forces of an energy that varies with charges are among the turning ones
+        ports = [port for merged in self._groups for port in merged.group.ports]
+        # otherwise forces of an energy that varies with charges are among the turning ones
+        constant = complete and all(port.bias == self._variables.dag.zero for port in ports)
+        if constant and not self._turned_by_themselves(ports):
             self._assert_powerless()
+
+    def _turned_by_themselves(self, ports: Sequence[StoragePort]) -> bool:
+        """Whether moduli read the momenta that they merge, or variables of bonds.
+
+        The random point, which chooses moduli before momenta, does not hold for such.
+        """
+        dag = self._variables.dag
+        moduli = (x for d in flow_definitions(self._variables).values() for x in d.row.values())
+        leaves = {node for node in dag.reachable(moduli) if dag.symbol_of(node) is not None}
+        kinds = {symbol.kind for symbol in map(dag.symbol_of, leaves) if symbol is not None}
+        own = {port.state for port in ports}
+        return not leaves.isdisjoint(own) or not kinds.isdisjoint({Kind.EFFORT, Kind.FLOW})
 
     def _assert_solved(self) -> None:
         """The independent flows follow from the momenta that they have."""

@@ -20,6 +20,7 @@ from bgc.algebra.modular import Solutions, solutions_of
 from bgc.algebra.signs import Signs
 from bgc.algebra.solving import SingularSystemError, solve_general
 from bgc.diagnostics.diagnostic import BgError
+from bgc.equations.loops.rates import RateTerms
 from bgc.equations.variables.variables import Explicit, Rate, Variables
 from bgc.ir.graph import Node
 from bgc.ir.program import Divisor, Loop, LoopKind, LoopSolution, PositiveParameter
@@ -47,24 +48,25 @@ def solve_loop(
     equation_of: Mapping[Node, Node],
     members: Sequence[Node],
     outside: Mapping[Node, Node],
+    rates: Mapping[Node, RateTerms],
     first_state: int,
 ) -> Solved:
     """Solve the nodes of one strongly connected set.
 
-    `outside` holds the final nodes of everything the loop needs from outside.
+    `outside` holds the final nodes of everything the loop needs from outside, `rates` the rates
+    among the members as sums over the rates of states.
 
     Raises
     ------
     BgError
         The loop has no unique solution, or needs the rate of one of its own variables.
     """
-    loop = _Loop(variables, equation_of, members, outside)
+    loop = _Loop(variables, equation_of, members, outside, rates)
     torn = loop.tear()
-    residuals = [loop.target(symbol) for symbol in torn]
-    order = loop.order_without(torn, residuals)
+    order = loop.order_without(torn)
     forms = loop.linear_forms(torn, order)
     if forms is not None:
-        system = loop.linear_system(torn, residuals, forms)
+        system = loop.linear_system(torn, forms)
         solution = loop.solve_linear(system)
         if solution is not None:
             report = loop.report(torn, system.kind, LoopSolution.ELIMINATION)
@@ -73,15 +75,13 @@ def solve_loop(
     solution = {symbol: dag.symbol(Kind.STATE, first_state + k) for k, symbol in enumerate(torn)}
     final = loop.evaluate(order, solution)
     if forms is None and len(torn) == 1:
-        inverted = loop.invert(torn[0], residuals[0], final, solution[torn[0]])
+        inverted = loop.invert(torn[0], final, solution[torn[0]])
         if inverted is not None:
             report = loop.report(torn, LoopKind.NONLINEAR, LoopSolution.CLOSED_FORM)
             return Solved(loop.evaluate(order, {torn[0]: inverted}), [], report)
-    states = []
-    for symbol, target in zip(torn, residuals, strict=True):
-        value = final[target] if target in final else outside[target]
-        residual = value if symbol in equation_of else dag.sub(value, solution[symbol])
-        states.append(AlgebraicState(symbol, residual))
+    states = [
+        AlgebraicState(symbol, loop.residual(symbol, final, solution[symbol])) for symbol in torn
+    ]
     loop.require_regular(states, [solution[symbol] for symbol in torn])
     kind = LoopKind.NONLINEAR if forms is None else LoopKind.VARYING
     return Solved(final, states, loop.report(torn, kind, LoopSolution.NEWTON))
@@ -104,6 +104,7 @@ class _Loop:
         equation_of: Mapping[Node, Node],
         members: Sequence[Node],
         outside: Mapping[Node, Node],
+        rates: Mapping[Node, RateTerms],
     ) -> None:
         self._variables = variables
         self._dag: Dag = variables.dag
@@ -111,14 +112,15 @@ class _Loop:
         self._equation_of = equation_of
         self._members = set(members)
         self._outside = outside
+        self._rates = rates
         symbols = [m for m in members if self._dag.op[m] == Op.SYMBOL]
-        if any(isinstance(variables.define(s), Rate) for s in symbols):
+        if any(isinstance(variables.define(s), Rate) and s not in rates for s in symbols):
             raise variables.places.rate_in_loop(symbols)
         self._symbols = sorted(symbols)
         self._signs = Signs(self._dag, variables.defaults)
 
-    def target(self, symbol: Node) -> Node:
-        """The raw node that defines a symbol, or the residual of an unknown."""
+    def _target(self, symbol: Node) -> Node:
+        """The raw node that defines a symbol, or the residual of an unknown; not of a rate."""
         if symbol in self._equation_of:
             return self._equation_of[symbol]
         definition = self._variables.define(symbol)
@@ -127,10 +129,14 @@ class _Loop:
 
     def _inside(self, node: Node) -> Iterator[Node]:
         """The members of the loop that a member depends on."""
-        needs = (
-            (self.target(node),) if self._dag.op[node] == Op.SYMBOL else self._dag.operands(node)
-        )
-        return (x for x in needs if x in self._members)
+        return (x for x in self._needs(node) if x in self._members)
+
+    def _needs(self, node: Node) -> tuple[Node, ...]:
+        if self._dag.op[node] != Op.SYMBOL:
+            return self._dag.operands(node)
+        if node in self._rates:
+            return tuple(self._rates[node].weights)
+        return (self._target(node),)
 
     # --- tearing ----------------------------------------------------------------------------
 
@@ -169,10 +175,11 @@ class _Loop:
                 break
         raise AssertionError("a circle without a symbol")
 
-    def order_without(self, torn: Sequence[Node], roots: Sequence[Node]) -> list[Node]:
+    def order_without(self, torn: Sequence[Node]) -> list[Node]:
         """All members except the torn ones, in topological order."""
         done = set(torn)
         order: list[Node] = []
+        roots = [node for symbol in torn for node in self._needs(symbol)]
         for root in (*roots, *self._symbols):
             if root in done or root not in self._members:
                 continue
@@ -208,23 +215,35 @@ class _Loop:
     def _form_of(self, node: Node, forms: Mapping[Node, LinearForm]) -> LinearForm | None:
         dag = self._dag
         if dag.op[node] == Op.SYMBOL:
-            return self._known(self.target(node), forms)
+            return self._form_of_target(node, forms)
         return linear_form(dag, node, [self._known(x, forms) for x in dag.operands(node)])
+
+    def _form_of_target(self, symbol: Node, forms: Mapping[Node, LinearForm]) -> LinearForm:
+        """The linear form of the node that defines a symbol, or of an unknown's residual."""
+        if symbol not in self._rates:
+            return self._known(self._target(symbol), forms)
+        dag, terms = self._dag, self._rates[symbol]
+        total: dict[Node, Node] = {}
+        rest = terms.by_time
+        for rate, weight in terms.weights.items():
+            coefficients, constant = self._known(rate, forms)
+            for other, node in coefficients.items():
+                total[other] = dag.add(total.get(other, dag.zero), dag.mul(weight, node))
+            rest = dag.add(rest, dag.mul(weight, constant))
+        return total, rest
 
     def _known(self, node: Node, forms: Mapping[Node, LinearForm]) -> LinearForm:
         if node in forms:
             return forms[node]
         return {}, self._outside[node]
 
-    def linear_system(
-        self, torn: Sequence[Node], residuals: Sequence[Node], forms: Mapping[Node, LinearForm]
-    ) -> _System:
+    def linear_system(self, torn: Sequence[Node], forms: Mapping[Node, LinearForm]) -> _System:
         """The linear system of the torn variables; refused where it is always singular."""
         dag = self._dag
         column = {symbol: k for k, symbol in enumerate(torn)}
         matrix, right = [], []
-        for symbol, target in zip(torn, residuals, strict=True):
-            coefficients, rest = self._known(target, forms)
+        for symbol in torn:
+            coefficients, rest = self._form_of_target(symbol, forms)
             row = {column[s]: c for s, c in coefficients.items()}
             if symbol not in self._equation_of:
                 own = column[symbol]
@@ -322,23 +341,34 @@ class _Loop:
         dag = self._dag
         final = dict(solution)
 
-        def known(node: Node) -> Node:
-            return final[node] if node in final else self._outside[node]
-
         for node in order:
             if dag.op[node] == Op.SYMBOL:
-                final[node] = known(self.target(node))
+                final[node] = self._value_of_target(node, final)
             else:
-                final[node] = dag.rebuild(node, tuple(known(x) for x in dag.operands(node)))
+                operands = tuple(self._value(x, final) for x in dag.operands(node))
+                final[node] = dag.rebuild(node, operands)
         return final
 
-    def invert(
-        self, symbol: Node, target: Node, final: Mapping[Node, Node], stand_in: Node
-    ) -> Node | None:
+    def _value(self, node: Node, final: Mapping[Node, Node]) -> Node:
+        return final[node] if node in final else self._outside[node]
+
+    def _value_of_target(self, symbol: Node, final: Mapping[Node, Node]) -> Node:
+        """The final node of what defines a symbol, or of an unknown's residual."""
+        if symbol not in self._rates:
+            return self._value(self._target(symbol), final)
+        dag, terms = self._dag, self._rates[symbol]
+        parts = (dag.mul(w, self._value(rate, final)) for rate, w in terms.weights.items())
+        return dag.add(terms.by_time, dag.sum(parts))
+
+    def residual(self, symbol: Node, final: Mapping[Node, Node], stand_in: Node) -> Node:
+        """The residual of a torn variable, for which a symbol stands in the final nodes."""
+        value = self._value_of_target(symbol, final)
+        return value if symbol in self._equation_of else self._dag.sub(value, stand_in)
+
+    def invert(self, symbol: Node, final: Mapping[Node, Node], stand_in: Node) -> Node | None:
         """Solve for a single torn variable in closed form, if its law can be inverted."""
         dag = self._dag
-        value = final[target] if target in final else self._outside[target]
-        residual = value if symbol in self._equation_of else dag.sub(value, stand_in)
+        residual = self.residual(symbol, final, stand_in)
         self._refuse_flat(residual, symbol, stand_in)
         return solve_for(
             dag, residual, dag.zero, stand_in, self._variables.default, self._rely_on(symbol)

@@ -1,10 +1,11 @@
-"""The rates of the unknowns of algebraic loops, from the condition that residuals stay zero."""
+"""Rates of final nodes; those of loops' unknowns follow since their residuals stay zero."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-from bgc.algebra.dag import Dag
+from bgc.algebra.dag import Dag, Kind
 from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.solving import solve_general
@@ -32,3 +33,36 @@ def implicit_rates(
     right = [dag.neg(directional_derivative(dag, r, direction)) for r in residuals.values()]
     rates = solve_general(dag, fingerprints, matrix, right, lambda node: dag.level[node])
     return dict(zip(unknowns, rates, strict=True))
+
+
+@dataclass(frozen=True, slots=True)
+class RateTerms:
+    """The rate of a node as `by_time + sum weight * rate`, over the raw rates of states."""
+
+    by_time: Node
+    weights: Mapping[Node, Node]
+
+
+def rate_terms(
+    dag: Dag,
+    fingerprints: Fingerprints,
+    node: Node,
+    rates: Mapping[Node, Node],
+    residuals: Mapping[Node, Node],
+) -> RateTerms:
+    """The rate of a final node over the rates of its states (a mapping to raw nodes).
+
+    `residuals` maps the unknowns of loops that it depends on to their residuals.
+    """
+    time = dag.symbol(Kind.TIME)
+    inner: Sequence[Node] = (time, *rates)
+
+    def slope(by: Node) -> Node:
+        direction = {other: dag.one if other == by else dag.zero for other in inner}
+        moved = implicit_rates(dag, fingerprints, residuals, direction)
+        return directional_derivative(dag, node, direction | moved)
+
+    weights: dict[Node, Node] = {}
+    for state, rate in rates.items():
+        weights[rate] = dag.add(weights.get(rate, dag.zero), slope(state))
+    return RateTerms(slope(time), {rate: w for rate, w in weights.items() if w != dag.zero})

@@ -13,7 +13,7 @@ from bgc.algebra.components import strong_components
 from bgc.algebra.dag import Dag, Kind, Op, Symbol
 from bgc.algebra.derivatives import directional_derivative
 from bgc.equations.loops.loops import AlgebraicState, solve_loop
-from bgc.equations.loops.rates import implicit_rates
+from bgc.equations.loops.rates import RateTerms, implicit_rates, rate_terms
 from bgc.equations.variables.variables import Explicit, Rate, Unknown, Variables
 from bgc.ir.graph import Node
 from bgc.ir.program import Loop
@@ -163,12 +163,35 @@ class Resolver:
             self._equation_of,
             members,
             self.final,
+            self._rates_among(members),
             self._first_algebraic + len(self.algebraic),
         )
         self.final.update(solved.final)
         self.algebraic.extend(solved.states)
         if solved.states or not self._is_one_law(members):
             self.loops.append(solved.loop)
+
+    def _rates_among(self, members: Sequence[Node]) -> dict[Node, RateTerms]:
+        """The rates in a loop of nodes that do not belong to it themselves."""
+        found: dict[Node, RateTerms] = {}
+        for node in members:
+            if self._dag.symbol_of(node) is None:
+                continue
+            definition = self._variables.define(node)
+            if isinstance(definition, Rate) and definition.of in self.final:
+                found[node] = self._rate_terms(self.final[definition.of])
+        return found
+
+    def _rate_terms(self, of: Node) -> RateTerms:
+        rates, unknown, residuals = dict[Node, Node](), dict[Node, Node](), self._residuals()
+        for inner in self._varying_in(of):
+            symbol = self._dag.symbol_of(inner)
+            assert symbol is not None
+            if inner in residuals:
+                unknown[inner] = residuals[inner]
+            else:
+                rates[inner] = self._rates[symbol.index]
+        return rate_terms(self._dag, self._variables.causal.fingerprints, of, rates, unknown)
 
     def _is_one_law(self, members: Sequence[Node]) -> bool:
         """Whether a cycle is only the inverse law of one element, and not a loop of the graph."""

@@ -76,6 +76,9 @@ def storage_elements(causal: CausalGraph, variables: Variables) -> list[StorageE
             ports = [causal.ports[k] for k in members]
             inertial = [p.role is Role.INERTIA for p in ports]
             law = storage_law(dag, element, [_has_momentum(p) for p in ports], inertial)
+            for symbol in (*law.states, *law.charges):
+                if symbol is not None:
+                    variables.places.note(symbol, index)
             found.append(
                 StorageElement(
                     element,

@@ -1,0 +1,150 @@
+"""Loops through the rates of merged storage, against the raw equations solved by SciPy.
+
+Moduli that depend on the momentum or charge which they join, and sources that follow an inertia
+force. The references write every bond's equation and solve them for the rates at each instant.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import bgc
+from bgc.diagnostics.diagnostic import BgError
+
+
+def simulate(tmp_path, model, observed, duration=1.0, rtol=1e-10):
+    path = tmp_path / "m.bg"
+    path.write_text(
+        f"model M {{ {model} }}\n"
+        f"scene s of M {{ observe {observed}, energy.residual; "
+        f"run {duration} s every {duration / 20} s; }}"
+    )
+    return bgc.compile(path).simulate(duration, every=duration / 20, rtol=rtol)
+
+
+def reference(rates, start, times):
+    return solve_ivp(rates, (0, times[-1]), start, "DOP853", times, rtol=1e-12, atol=1e-13).y
+
+
+def agree(result, expected, tolerance=1e-8):
+    for name, values in expected.items():
+        assert np.allclose(result[name], values, rtol=tolerance, atol=tolerance), name
+    assert abs(result["energy.residual"]).max() < 1e-9
+
+
+def test_a_modulus_that_depends_on_the_momentum_behind_it(tmp_path):
+    model = """t : MTF(1 + c*a.p); s : Se(e = 1); j : J1; k : J1; a : I(2); b : I(3);
+    param c = 0.4; s -> j; j -> t -> k; k -> a; j -> b;"""
+    result = simulate(tmp_path, model, "a.p, b.p, t.e1, t.e2", 2.0)
+
+    # a.f = a.p/2 = m(a.p) b.p/3, so that b.p' = h(a.p) a.p'; 1 = b.p' + m a.p'
+    def slope(x):
+        return 1.5 / (1 + 0.4 * x) ** 2
+
+    def rates(t, y):
+        return [1 / (slope(y[0]) + 1 + 0.4 * y[0])]
+
+    (a,) = reference(rates, [0.0], result["time"])
+    agree(result, {"a.p": a, "b.p": 1.5 * a / (1 + 0.4 * a)})
+    e2 = np.array([rates(0, [x])[0] for x in a])
+    agree(result, {"t.e2": e2, "t.e1": (1 + 0.4 * a) * e2})
+
+
+def test_a_modulus_that_depends_on_a_flow_of_its_own(tmp_path):
+    model = """t : MTF(2 + sin(b.f)); s : Se(e = 3*cos(time)); j : J1; k : J1;
+    a : I(1); b : I(0.5); r : R(0.3); s -> j; j -> t -> k; k -> a, r; j -> b;"""
+    result = simulate(tmp_path, model, "a.p, b.p", 3.0)
+
+    def rates(t, y):
+        u = 2 * y[0]  # b.f
+        m, turning = 2 + math.sin(u), 2 * math.cos(u)  # dm/d(b.p)
+        # e = b.p' + m (a.p' + 0.3 m u),  a.p = m u
+        slope = turning * u + 2 * m
+        return [(3 * math.cos(t) - 0.3 * m * m * u) / (1 + m * slope)]
+
+    (b,) = reference(rates, [0.0], result["time"])
+    agree(result, {"b.p": b, "a.p": (2 + np.sin(2 * b)) * 2 * b})
+
+
+def test_a_source_that_follows_an_inertia_force_adds_to_the_inertia(tmp_path):
+    model = """push : MSe(e = 10*cos(time) - 2*m2.e); body : J1; m1 : I(1 kg); m2 : I(2 kg);
+    push -> body -> m1, m2;"""
+    result = simulate(tmp_path, model, "m1.f, m2.e", 3.0)
+    t = result["time"]
+    assert np.allclose(result["m1.f"], 10 * np.sin(t) / 7, atol=1e-8)
+    assert np.allclose(result["m2.e"], 20 * np.cos(t) / 7, atol=1e-8)
+
+
+def test_a_source_that_follows_two_inertia_forces(tmp_path):
+    model = """push : MSe(e = 1 + a.e - 3*b.e); j : J1; k : J1; t : TF(2); a : I(4); b : I(0.5);
+    c : C(0.2); push -> j -> a, c; j -> t -> k -> b;"""
+    result = simulate(tmp_path, model, "a.f, b.f", 2.0)
+
+    def rates(t, y):  # a.f = u, b.f = 2 u: push = 4 u' + q/0.2 + 2 (0.5 2 u')
+        return [(1 - 5 * y[1]) / (4 + 2 - 4 + 3), y[0]]
+
+    u, _ = reference(rates, [0.0, 0.0], result["time"])
+    agree(result, {"a.f": u, "b.f": 2 * u})
+
+
+GYRATED = """n2 : J0; n3 : J0; j : J1; s : Se(e = 2); r : R(3);
+g : MGY {{ e2 = {ratio}*f1; }} c : C(stiffness = 2.0); i : I(1.58, p0 = {start});
+state th = 0.4; der(th) = 0.7*n3.e;
+s -> j -> n2; j -> r; n2 -> g; g -> n3; n3 -> i; n2 -> c;"""
+
+
+@pytest.mark.parametrize("start", [0.0, 1.0, -2.0])
+def test_a_gyrator_whose_modulus_follows_the_effort_behind_it(tmp_path, start):
+    ratio = "(-1.058*(1 + 0.11*cos(2*th)))"
+    result = simulate(tmp_path, GYRATED.format(ratio=ratio, start=start), "th, i.p, c.q, n3.e")
+
+    def rates(t, y):
+        th, p = y
+        m = -1.058 * (1 + 0.11 * math.cos(2 * th))
+        slope = 1.058 * 0.22 * math.sin(2 * th)
+        # 2 q = m p/1.58; q' = (2 - 2 q)/3 - f1; p' = m f1; th' = 0.7 m f1
+        flow = (2 - m * p / 1.58) / 3
+        per_f1 = (slope * 0.7 * m * p + m * m) / 3.16  # q' for f1 = 1
+        f1 = flow / (1 + per_f1)
+        return [0.7 * m * f1, m * f1]
+
+    th, p = reference(rates, [0.4, start], result["time"])
+    m = -1.058 * (1 + 0.11 * np.cos(2 * th))
+    agree(result, {"th": th, "i.p": p, "c.q": m * p / 3.16})
+    e = [rates(0, state)[1] for state in zip(th, p, strict=True)]
+    agree(result, {"n3.e": e})
+
+
+def test_a_speed_in_a_nonlinear_rate_becomes_an_algebraic_state(tmp_path):
+    model = GYRATED.format(ratio="(1 + 0.1*th)", start=0.5).replace("0.7*n3.e", "tanh(n3.e)")
+    result = simulate(tmp_path, model, "th, i.p, c.q")
+
+    def rates(t, y):
+        th, p = y
+        m = 1 + 0.1 * th
+
+        def miss(f1):
+            return (2 - m * p / 1.58) / 3 - f1 - (0.1 * math.tanh(m * f1) * p + m * m * f1) / 3.16
+
+        f1 = brentq(miss, -50, 50, xtol=1e-15)
+        return [math.tanh(m * f1), m * f1]
+
+    th, p = reference(rates, [0.4, 0.5], result["time"])
+    agree(result, {"th": th, "i.p": p, "c.q": (1 + 0.1 * th) * p / 3.16}, 1e-7)
+
+
+def test_a_flow_that_follows_its_own_rate_is_refused(tmp_path):
+    model = "push : MSf(f = 1 - 2*body.e); j : J1; body : I(2); push -> j -> body;"
+    with pytest.raises(BgError) as caught:
+        simulate(tmp_path, model, "body.f")
+    assert [d.code for d in caught.value.diagnostics] == ["BG521"]
+
+
+def test_a_force_that_takes_all_inertia_away_is_refused(tmp_path):
+    model = "push : MSe(e = 1 + 2*a.e); j : J1; a : I(2); b : I(2); push -> j -> a, b;"
+    with pytest.raises(BgError) as caught:
+        simulate(tmp_path, model, "a.f")
+    assert [d.code for d in caught.value.diagnostics] == ["BG520"]
