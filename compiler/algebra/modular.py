@@ -6,10 +6,14 @@ regular in residues, except with a probability of about its size in 2^61.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import Enum
+from heapq import heapify, heappop, heappush
+from typing import TypeVar
 
 from bgc.algebra.fingerprint import PRIME
+
+_Column = TypeVar("_Column")
 
 
 class Solutions(Enum):
@@ -37,3 +41,42 @@ def solutions_of(rows: Sequence[Sequence[int]], right: Sequence[int]) -> Solutio
     if not open_rows:
         return Solutions.ONE
     return Solutions.NONE if any(row[-1] for row in open_rows) else Solutions.MANY
+
+
+def rank_of(rows: Sequence[Mapping[_Column, int]]) -> int:
+    """The rank of a sparse matrix modulo the prime; shortest rows are solved first."""
+    work: list[dict[_Column, int]] = [{c: x for c, x in row.items() if x} for row in rows]
+    where: dict[_Column, set[int]] = {}
+    for i, row in enumerate(work):
+        for column in row:
+            where.setdefault(column, set()).add(i)
+    queue = [(len(row), i) for i, row in enumerate(work)]
+    heapify(queue)
+    rank = 0
+    while queue:
+        length, i = heappop(queue)
+        row = work[i]
+        if length != len(row) or not row:
+            if row:
+                heappush(queue, (len(row), i))
+            continue
+        rank += 1
+        column = min(row, key=lambda c: len(where[c]))
+        inverse = pow(row[column], -1, PRIME)
+        for c in row:
+            where[c].discard(i)
+        for r in where.pop(column):
+            factor = work[r].pop(column) * inverse % PRIME
+            for c, x in row.items():
+                if c == column:
+                    continue
+                left = (work[r].get(c, 0) - factor * x) % PRIME
+                if left:
+                    work[r][c] = left
+                    where[c].add(r)
+                elif c in work[r]:
+                    del work[r][c]
+                    where[c].discard(r)
+            heappush(queue, (len(work[r]), r))
+        work[i] = {}
+    return rank

@@ -283,6 +283,7 @@ bgc_status bgc_factorise(const bgc_model *m, bgc_data *d, double c);
 bgc_status bgc_refactorise_dense(const bgc_model *m, bgc_data *d);
 bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b);
 int bgc_factorise_dense(int n, double *a, int *pivot, double *weight);
+int bgc_rounded_pivot(int n, const double *lu);
 void bgc_solve_dense(int n, const double *lu, const int *pivot, double *b);
 void bgc_multiply_mass(const bgc_model *m, const bgc_data *d, const double *v, double *out);
 

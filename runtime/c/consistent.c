@@ -125,6 +125,9 @@ static bgc_status factorise_block(const bgc_model *m, bgc_data *d, const double 
         return BGC_NOT_FINITE;
     }
     bad = bgc_factorise_dense((int)n, a, d->block_pivot, d->magnitude);
+    if (bad < 0) {
+        bad = bgc_rounded_pivot((int)n, a);
+    }
     if (bad >= 0) {
         d->core.failed_state = d->block[bad];
         return BGC_SINGULAR;

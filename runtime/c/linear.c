@@ -128,6 +128,24 @@ int bgc_factorise_dense(int n, double *a, int *pivot, double *weight) {
     return -1;
 }
 
+/* The first pivot of the factors of bgc_factorise_dense that is no larger than the rounding errors of
+ * the terms it is the sum of, or -1: the rows do not determine that state, whatever its sign. */
+int bgc_rounded_pivot(int n, const double *lu) {
+    const double noise = 2.0 * n * DBL_EPSILON;
+
+    for (int k = 0; k < n; k++) {
+        const double pivot = fabs(lu[(size_t)k * (size_t)n + (size_t)k]);
+        double terms = pivot;
+        for (int j = 0; j < k; j++) {
+            terms += fabs(lu[(size_t)k * (size_t)n + (size_t)j] * lu[(size_t)j * (size_t)n + (size_t)k]);
+        }
+        if (pivot <= noise * terms) {
+            return k;
+        }
+    }
+    return -1;
+}
+
 /* b := a^-1 b, with the factors of bgc_factorise_dense. */
 void bgc_solve_dense(int n, const double *lu, const int *pivot, double *b) {
     for (int k = 0; k < n; k++) {

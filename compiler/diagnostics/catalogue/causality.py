@@ -325,23 +325,83 @@ def not_invertible(span: Span, variable: str, elements: Sequence[str], why: str)
     )
 
 
-def singular_equations(span: Span, names: Sequence[str]) -> Diagnostic:
+def singular_equations(
+    span: Span, names: Sequence[str], solutions: str = "unclear", others: Sequence[Span] = ()
+) -> Diagnostic:
     """BG531: equations that do not determine their unknowns
 
-    What: an equation contains none of the unknowns and rates that remain for it.
-    Why: one unknown is then undetermined, and some equations contradict or repeat each other.
-    Example: `unknown a; unknown b; equation a = 1; equation 2*a = 3;`
-    Way out: check which equation determines which unknown. A constraint between states alone, for
-    example `x^2 + y^2 = 1` for the force in a rod, does not contain its unknown: differentiate it
-    until it does (index 1), or replace it by a stiff spring.
+    What: the equations of some unknowns have no solution, infinitely many, or no unknown left for
+    one of them. The message names the case if it is known.
+    Why: equations contradict or repeat each other, whatever the values of parameters; a function
+    that is constant between its jumps, such as `sign(z)`, does not determine `z`; or an equation is
+    a constraint between states, without an unknown or a rate (see the example).
+    Example: the force T in a pendulum's rod, from the length of the rod:
+    `der(x) = vx;  der(vx) = -T*x;  der(y) = vy;  der(vy) = -T*y - g;  equation x^2 + y^2 = l^2;`.
+    The constraint does not hold T, nor does its derivative, `x*vx + y*vy = 0`. The second
+    derivative does: `equation vx^2 + vy^2 - T*(x^2 + y^2) - g*y = 0;` determines T.
+    Way out: correct or replace one of the equations that the message marks. Replace a constraint
+    between states by its first derivative that holds an unknown (the message gives it where it is
+    short), and give the states initial values that satisfy the constraint and its lower
+    derivatives. Or replace the constraint by a stiff spring: `T = k*(x^2 + y^2 - l^2)`.
     """
-    return error(
-        "BG531",
-        f"the equations do not determine {listed(names)}",
-        span,
-        help="check which equation determines which unknown; differentiate a constraint between "
-        "states until it contains an unknown or a rate",
+    message, help = {
+        "none": (
+            f"the equations for {listed(names)} have no solution: they contradict each other",
+            "correct one of the equations; another factor or term makes it independent",
+        ),
+        "many": (
+            f"the equations for {listed(names)} repeat each other: infinitely many values "
+            "satisfy them",
+            "replace one of the equations by an independent one",
+        ),
+        "unclear": (
+            f"the equations do not determine {listed(names)}",
+            "replace one of the equations by an independent one",
+        ),
+        "unpaired": (
+            f"the equations do not determine {listed(names)}",
+            f"let one of the equations hold {listed(names)}",
+        ),
+    }[solutions]
+    labels = underlined([Label(other, "depends on this equation") for other in others])
+    return error("BG531", message, span, labels=labels, help=help)
+
+
+def equation_without_unknown(
+    span: Span,
+    names: Sequence[str],
+    constant_in: Sequence[str],
+    derivative: tuple[int, str] | None,
+) -> Diagnostic:
+    """BG531, of an equation that varies with no unknown: a constraint between states, usually.
+
+    `constant_in` are unknowns that it holds, but does not vary with. `derivative` is its first
+    derivative that holds an unknown, with its order.
+    """
+    message = f"the equations do not determine {listed(names)}"
+    if constant_in:
+        note = f"this equation is constant in {listed(constant_in)}, but for jumps"
+        help = "let it vary with its unknown: by a steep slope such as `tanh(z/0.01)` for `sign(z)`"
+        return error("BG531", message, span, note=note, help=help)
+    note = "this equation varies with no unknown and no rate that it could determine"
+    if derivative is None:
+        help = (
+            "let it hold an unknown; differentiate a constraint between states until it does: "
+            "`x^2 + y^2 = l^2` becomes `x*vx + y*vy = 0`, whose derivative holds the force"
+        )
+        return error("BG531", message, span, note=note, help=help)
+    order, equation = derivative
+    times = ("", "twice ", "three times ")[order - 1]
+    lower = (
+        "the constraint",
+        "the constraint and its first derivative",
+        "the constraint and its first two derivatives",
+    )[order - 1]
+    help = (
+        f"differentiate it {times}in time: `equation {equation};`, and give the states initial "
+        f"values that satisfy {lower}; or replace it by a stiff spring"
     )
+    return error("BG531", message, span, note=note, help=help)
 
 
 def invalid_initial(span: Span | None, name: str) -> Diagnostic:

@@ -16,6 +16,8 @@ from bgc.algebra.derivatives import gradient
 from bgc.algebra.matching import match
 from bgc.diagnostics.catalogue import causality as catalogue
 from bgc.diagnostics.diagnostic import BgError
+from bgc.equations.loops.constraints import derivative_with_unknown
+from bgc.equations.loops.determined import Row, require_determined
 from bgc.equations.loops.resolve import Resolver
 from bgc.equations.variables.variables import Explicit, Rate, Unknown, Variables
 from bgc.ir.graph import Equation, Node
@@ -131,19 +133,43 @@ def implicit_rows(variables: Variables, resolver: Resolver, first: int) -> Impli
     candidates = []
     for right, entries in forms:
         by_rate = [place[number] for number in entries]
-        held = {
-            symbol.index
-            for symbol in map(dag.symbol_of, dag.reachable([right]))
-            if symbol is not None and symbol.kind is Kind.STATE and symbol.index in place
-        }
-        by_value = sorted(place[number] for number in held if place[number] not in by_rate)
-        candidates.append(by_rate + by_value)
+        by_value = [place[number] for number in _moving(variables, right, place)]
+        candidates.append(by_rate + sorted(set(by_value) - set(by_rate)))
     pairs = match(candidates, {})
     if len(pairs) < len(wanted):
         missing = [names[k] for k in range(len(wanted)) if k not in pairs.values()]
         loose = next(i for i in range(len(forms)) if i not in pairs)
-        raise BgError([catalogue.singular_equations(graph.equations[loose].span, missing)])
+        span, right = graph.equations[loose].span, forms[loose][0]
+        if candidates[loose]:
+            raise BgError([catalogue.singular_equations(span, missing, "unpaired")])
+        constant_in = [names[place[k]] for k in _states_in(dag, right, place).values()]
+        found = derivative_with_unknown(variables, resolver, right, set(wanted))
+        derivative = None if found is None else (found.order, found.equation)
+        raise BgError([catalogue.equation_without_unknown(span, missing, constant_in, derivative)])
+    rows = [
+        Row(right, entries, equation)
+        for (right, entries), equation in zip(forms, graph.equations, strict=True)
+    ]
+    require_determined(variables, resolver, rows, dict(zip(wanted, names, strict=True)))
     return {wanted[k]: forms[i] for i, k in pairs.items()}
+
+
+def _moving(variables: Variables, right: Node, place: Mapping[int, int]) -> list[int]:
+    """The states of a mapping that a node varies with: `sign(z)` is constant in z."""
+    dag = variables.dag
+    held = _states_in(dag, right, place)
+    slopes = zip(held.values(), gradient(dag, right, list(held)), strict=True)
+    return [index for index, slope in slopes if not variables.causal.fingerprints.is_zero(slope)]
+
+
+def _states_in(dag: Dag, node: Node, place: Mapping[int, int]) -> dict[Node, int]:
+    """The states of a mapping in a node: symbol -> number."""
+    symbols = ((n, dag.symbol_of(n)) for n in dag.reachable([node]))
+    return {
+        node: symbol.index
+        for node, symbol in symbols
+        if symbol is not None and symbol.kind is Kind.STATE and symbol.index in place
+    }
 
 
 def _linear_in_rates(

@@ -57,6 +57,15 @@ class Resolver:
         """The final nodes of several raw ones."""
         return tuple(self.resolve(node) for node in nodes)
 
+    def rate_of_state(self, number: int) -> Node | None:
+        """The final rate of a state; None where equations determine it."""
+        rate = self._rates.get(number)
+        return None if rate is None else self.resolve(rate)
+
+    def raw_state(self, number: int) -> Node:
+        """The raw symbol of a state."""
+        return next(symbol for symbol, other in self._states.items() if other == number)
+
     # --- the search -------------------------------------------------------------------------
 
     def _search(self, root: Node) -> None:
@@ -97,12 +106,12 @@ class Resolver:
             rate = self._rates.get(symbol.index) if symbol and symbol.kind is Kind.STATE else None
             if rate is not None:
                 yield rate
-            elif inner not in self._residuals():
+            elif inner not in self.residuals():
                 raise self._variables.places.no_rate(node)
 
     def _varying_in(self, of: Node) -> list[Node]:
         """The states, inputs and speeds in a final node, and in the residuals of unknowns in it."""
-        residuals, found, waiting = self._residuals(), dict[Node, None](), [of]
+        residuals, found, waiting = self.residuals(), dict[Node, None](), [of]
         while waiting:
             for inner in self._dag.reachable([waiting.pop()]):
                 symbol = self._dag.symbol_of(inner)
@@ -113,7 +122,7 @@ class Resolver:
                     waiting.append(residuals[inner])
         return list(found)
 
-    def _residuals(self) -> dict[Node, Node]:
+    def residuals(self) -> dict[Node, Node]:
         """The residual of each unknown of a loop, as a final node."""
         return {
             self._dag.symbol(Kind.STATE, self._first_algebraic + k): state.residual
@@ -143,7 +152,7 @@ class Resolver:
     def _rate(self, of: Node) -> Node:
         dag = self._dag
         direction = {dag.symbol(Kind.TIME): dag.one}
-        residuals = self._residuals()
+        residuals = self.residuals()
         unknown = {}
         for inner in self._varying_in(of):
             symbol = dag.symbol_of(inner)
@@ -183,7 +192,7 @@ class Resolver:
         return found
 
     def _rate_terms(self, of: Node) -> RateTerms:
-        rates, unknown, residuals = dict[Node, Node](), dict[Node, Node](), self._residuals()
+        rates, unknown, residuals = dict[Node, Node](), dict[Node, Node](), self.residuals()
         for inner in self._varying_in(of):
             symbol = self._dag.symbol_of(inner)
             assert symbol is not None

@@ -18,12 +18,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from heapq import heapify, heappop, heappush
-from typing import TypeAlias, TypeVar
+from typing import TypeAlias
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.disjoint_sets import DisjointSets
-from bgc.algebra.fingerprint import PRIME, Fingerprints
+from bgc.algebra.fingerprint import Fingerprints
+from bgc.algebra.modular import rank_of
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.storage.kinds import own_flow
@@ -33,7 +33,6 @@ from bgc.ir.causal import BasisKind, CausalGraph, Role
 from bgc.ir.graph import Form, Gyrator, Gyristor, LinearLaw, Matrix, Node, Resistor, Source
 
 _Row: TypeAlias = dict[Column, Node]
-_Any = TypeVar("_Any")
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +154,7 @@ class _Search:
             {j: x for j in size if (x := self._half_sum(matrix, i, j)) != dag.zero} for i in size
         ]
         numbers = [{j: self._residue(x) for j, x in row.items()} for row in sums]
-        if _rank(numbers) == len(matrix):
+        if rank_of(numbers) == len(matrix):
             self._keep_still(members)
             return
         skew = tuple(
@@ -276,7 +275,7 @@ class _Search:
             open_flows -= {k for what, k in columns if what == "flow"}
             open_ports -= {k for what, k in columns if what == "port"}
             numbers = [{c: self._residue(x) for c, x in row.items()} for row in rows]
-            rank = _rank(numbers)
+            rank = rank_of(numbers)
             if rank < len(columns):
                 found |= self._solve(rows, columns, rank)
         free = [*(("flow", k) for k in open_flows), *(("port", k) for k in open_ports)]
@@ -356,42 +355,3 @@ def _connected(rows: Sequence[_Row]) -> Iterator[list[_Row]]:
     for row in rows:
         groups.setdefault(sets.find(numbers[next(iter(row))]), []).append(row)
     yield from groups.values()
-
-
-def _rank(rows: Sequence[Mapping[_Any, int]]) -> int:
-    """The rank of a sparse matrix modulo the prime; shortest rows are solved first."""
-    work: list[dict[_Any, int]] = [{c: x for c, x in row.items() if x} for row in rows]
-    where: dict[_Any, set[int]] = {}
-    for i, row in enumerate(work):
-        for column in row:
-            where.setdefault(column, set()).add(i)
-    queue = [(len(row), i) for i, row in enumerate(work)]
-    heapify(queue)
-    rank = 0
-    while queue:
-        length, i = heappop(queue)
-        row = work[i]
-        if length != len(row) or not row:
-            if row:
-                heappush(queue, (len(row), i))
-            continue
-        rank += 1
-        column = min(row, key=lambda c: len(where[c]))
-        inverse = pow(row[column], -1, PRIME)
-        for c in row:
-            where[c].discard(i)
-        for r in where.pop(column):
-            factor = work[r].pop(column) * inverse % PRIME
-            for c, x in row.items():
-                if c == column:
-                    continue
-                left = (work[r].get(c, 0) - factor * x) % PRIME
-                if left:
-                    work[r][c] = left
-                    where[c].add(r)
-                elif c in work[r]:
-                    del work[r][c]
-                    where[c].discard(r)
-            heappush(queue, (len(work[r]), r))
-        work[i] = {}
-    return rank
