@@ -37,6 +37,7 @@ class Model(LoadedModel):
         rtol: float | None = None,
         atol: float | None = None,
         step: float | None = None,
+        max_step: float | None = None,
         settle: float | None = None,
         parameters: Mapping[str, ParameterValue] | None = None,
         progress: bool = False,
@@ -49,11 +50,12 @@ class Model(LoadedModel):
             End time and interval between rows, s; by default the scene's. Without an interval
             there is a row for each step of a fixed-step method, else there are 1,000 intervals.
             If the equations depend explicitly on time, adaptive methods take no step longer than
-            five row intervals, unless the scene gives `max_step`.
-        solver, rtol, atol, step
+            five row intervals, unless `max_step` is given.
+        solver, rtol, atol, step, max_step
             Method and its options; by default the scene's, else `rodas5p`, or `ros34prw` where
             the scene gives a step. `atol` applies to all states, SI; without it each state has
-            its own, from the scale of its unit.
+            its own, from the scale of its unit. `max_step` limits the steps of an adaptive
+            method, s. An option that the method does not have is an error.
         settle
             A frequency in Hz: faster modes start at rest, with stiff springs under their loads,
             and energy is counted from that state. By default the scene's, else none.
@@ -72,7 +74,8 @@ class Model(LoadedModel):
             An argument or a parameter is at fault.
         """
         values = parameters or {}
-        method, notices = method_of(self, solver, rtol, atol, step, settle, values)
+        options = {"rtol": rtol, "atol": atol, "step": step, "max_step": max_step}
+        method, notices = method_of(self, solver, {**options, "settle": settle}, values)
         times = times_of(self, method, duration, every)
         return simulate(self, method, times, values, progress, notices)
 
@@ -86,6 +89,7 @@ class Model(LoadedModel):
         rtol: float | None = None,
         atol: float | None = None,
         step: float | None = None,
+        max_step: float | None = None,
         settle: float | None = None,
         progress: bool = False,
         vectorised: bool = True,
@@ -104,7 +108,7 @@ class Model(LoadedModel):
             A mapping `{"m": values, "k": values}` with one value for each instance (a number or
             a text with a unit is for all; of a vector, one vector for each), or a list of
             mappings as for `simulate`, one for each instance.
-        duration, every, solver, rtol, atol, step, settle
+        duration, every, solver, rtol, atol, step, max_step, settle
             As for `simulate`.
         progress
             Whether to show a progress bar on a terminal when it takes longer than a second.
@@ -127,7 +131,8 @@ class Model(LoadedModel):
         from bgc.runtime.running.many import parameter_sets, simulate_many
 
         sets = parameter_sets(parameters)
-        method, notices = method_of(self, solver, rtol, atol, step, settle)
+        options = {"rtol": rtol, "atol": atol, "step": step, "max_step": max_step}
+        method, notices = method_of(self, solver, {**options, "settle": settle})
         times = times_of(self, method, duration, every, len(sets))
         return simulate_many(self, method, sets, times, progress, vectorised, notices)
 

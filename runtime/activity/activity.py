@@ -135,7 +135,7 @@ def activity_report(
     if not model.measured:
         raise BgError([nothing_to_judge(model.facts.scene)])
     assert model.origin is not None
-    method = choose_method(model.library, model.facts, None, None, None, None)
+    method = choose_method(model.library, model.facts)
     base = compile_scene(*model.origin, until="lower")
     cost = cost_of(base.lowered)
     times = row_times(end, end / _ROWS, None, len(model.measured))

@@ -133,7 +133,7 @@ def read_pair(text: str) -> tuple[str, str]:
 def read_times(**texts: str | None) -> dict[str, float | None]:
     """Read options that are times, s, by their names; None for an option that is not given."""
     return {
-        name: None if text is None else read_quantity(text, f"--{name}", "s")
+        name: None if text is None else read_quantity(text, f"--{name.replace('_', '-')}", "s")
         for name, text in texts.items()
     }
 

@@ -56,6 +56,7 @@ _PICTURES = (".png", ".svg", ".pdf")
 @click.option("--rtol", type=float, help="Relative tolerance of an adaptive method.")
 @click.option("--atol", type=float, help="Absolute tolerance of all states, in SI units.")
 @click.option("--step", metavar="TIME", help='Step of a fixed-step method: 0.001, or "1 ms".')
+@click.option("--max-step", metavar="TIME", help='Longest step of an adaptive method: "5 ms".')
 @click.option("--every", metavar="TIME", help='Interval between rows: "10 ms".')
 @click.option(
     "--settle", metavar="FREQUENCY", help='Start modes faster than this at rest: "20 Hz".'
@@ -84,6 +85,7 @@ def run(
     rtol: float | None,
     atol: float | None,
     step: str | None,
+    max_step: str | None,
     every: str | None,
     settle: str | None,
     duration: str | None,
@@ -97,7 +99,7 @@ def run(
         raise click.UsageError("--panel needs --plot FILE")
     check_target(out, (*_TABLES, "-"))
     check_target(plot, _PICTURES)
-    times = read_times(step=step, every=every, time=duration)
+    times = read_times(step=step, max_step=max_step, every=every, time=duration)
     filled = read_uses(uses)
     options = Options(scene, strict=strict, whole=whole, uses=filled, preview=preview)
     with CompilingLine(file.name, wanted=not quiet) as line:
@@ -112,6 +114,7 @@ def run(
             rtol=rtol,
             atol=atol,
             step=times["step"],
+            max_step=times["max_step"],
             settle=None if settle is None else read_quantity(settle, "--settle", "Hz"),
             progress=not quiet,
         )

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+ADAPTIVE_OPTIONS = ("rtol", "atol", "step", "max_step", "max_steps", "settle")
+
 _FAMILY = re.compile(r"^static const bgc_family (\w+) = \{\n(.*?)^\};", re.MULTILINE | re.DOTALL)
 _TABLE = re.compile(r"^const bgc_method bgc_methods\[\] = \{\n(.*?)^\};", re.MULTILINE | re.DOTALL)
 _ROW = re.compile(r"^    \{\n(.*?)^    \},", re.MULTILINE | re.DOTALL)
@@ -61,7 +63,7 @@ class MethodInfo:
     def options(self) -> tuple[str, ...]:
         """Names of the options that it takes in a `solver` statement."""
         if not self.fixed:
-            return ("rtol", "atol", "step", "max_step", "max_steps", "settle")
+            return ADAPTIVE_OPTIONS
         return ("step", *(("keep",) if self.jacobian else ()), "max_steps", "settle")
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from threading import Event, Thread
+from types import MappingProxyType
 from typing import TypeVar
 
 from bgc.building.backends import BACKENDS, build_backend
@@ -17,6 +18,7 @@ from bgc.building.cache import open_cache
 from bgc.diagnostics.catalogue.arguments import (
     bad_option,
     device_not_opened,
+    option_not_served,
     step_needed,
     unknown_driver,
     unknown_solver,
@@ -25,7 +27,7 @@ from bgc.diagnostics.catalogue.backends import solver_does_not_serve
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, Library, OptionsStruct, Status, backend_run, text
-from bgc.runtime.running.methods import default_method
+from bgc.runtime.running.methods import ADAPTIVE_OPTIONS, default_method
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.settle import settle
 
@@ -36,6 +38,8 @@ _ROWS_IN_A_STEP = 5
 _LINE_BREAK = "its folder has a line break in its name"
 _MESSAGE_LENGTH = 300  # characters of a driver's message
 _WATCH_SECONDS = 0.05  # between two checks of a run: bounds the wait after Ctrl-C
+
+_NONE: Mapping[str, float | None] = MappingProxyType({})
 
 _Outcome = TypeVar("_Outcome")
 
@@ -85,55 +89,57 @@ class Method:
 def choose_method(
     library: Library,
     facts: RunFacts,
-    solver: str | None,
-    rtol: float | None,
-    atol: float | None,
-    step: float | None,
-    settle: float | None = None,
+    solver: str | None = None,
+    options: Mapping[str, float | None] = _NONE,
     backends: Iterable[str] = (),
 ) -> Method:
     """Choose the method of a run: the caller's options go before those of the scene.
 
     Without a solver, and for `auto` without a recommendation, the method is the default of the
-    runtime: with fixed steps where a step is given, else with error control. `backends` are
-    external solvers that may be chosen too.
+    runtime: with fixed steps where a step is given, else with error control. Options that the scene
+    gives for another method do not count. `backends` are external solvers that may be chosen too.
 
-    Raises BgError: BG066 for a bad option, BG071 for an unknown solver, BG072 for a fixed-step
-    method without a step.
+    Raises BgError: BG044 for an option that the method does not have, BG066 for a bad option, BG071
+    for an unknown solver, BG072 for a fixed-step method without a step.
     """
-    options = dict(facts.solver_options)
-    given = {"rtol": rtol, "atol": atol, "step": step, "settle": settle}
-    options.update({name: value for name, value in given.items() if value is not None})
-    for name, value in options.items():
+    given = {name: value for name, value in options.items() if value is not None}
+    wanted = {**dict(facts.solver_options), **given}
+    for name, value in wanted.items():
         if not (math.isfinite(value) and value > 0):
             raise BgError([bad_option(name, value, "a positive number")])
-    if not _TIGHTEST <= options.get("rtol", _TIGHTEST) <= _LOOSEST:
+    if not _TIGHTEST <= wanted.get("rtol", _TIGHTEST) <= _LOOSEST:
         allowed = f"a part of a value, between {_TIGHTEST:g} and {_LOOSEST:g}"
-        raise BgError([bad_option("rtol", options["rtol"], allowed)])
+        raise BgError([bad_option("rtol", wanted["rtol"], allowed)])
     name = solver or facts.solver or ""
     # A recommendation was measured without the caller's options, which go first.
-    auto = name == AUTO and all(value is None for value in given.values())
+    auto = name == AUTO and not given
     if name in ("", AUTO):
-        fixed = bool(options.get("step") or facts.step)
+        fixed = bool(wanted.get("step") or facts.step)
         name = default_method(library.methods.values(), fixed).name
     known = (*library.methods, *backends)
     if name not in known:
         raise BgError([unknown_solver(name, known)])
     fixed = name in library.methods and library.methods[name].fixed
-    if fixed and "step" not in options:
+    served = library.methods[name].options if name in library.methods else ADAPTIVE_OPTIONS
+    intended = set(wanted) if facts.solver == name else set(given)
+    for option in wanted:
+        if option not in served and option in intended:
+            raise BgError([option_not_served(name, option, fixed, served)])
+    wanted = {option: value for option, value in wanted.items() if option in served}
+    if fixed and "step" not in wanted:
         if facts.step is None:
             raise BgError([step_needed(name)])
-        options["step"] = facts.step
+        wanted["step"] = facts.step
     return Method(
         name,
         fixed,
-        rtol=options.get("rtol", 0.0),
-        atol=options.get("atol", 0.0),
-        step=options.get("step", 0.0),
-        max_step=options.get("max_step", 0.0),
-        max_steps=int(options.get("max_steps", 0)),
-        keep=int(options.get("keep", 0)),
-        settle=options.get("settle", 0.0),
+        rtol=wanted.get("rtol", 0.0),
+        atol=wanted.get("atol", 0.0),
+        step=wanted.get("step", 0.0),
+        max_step=wanted.get("max_step", 0.0),
+        max_steps=int(wanted.get("max_steps", 0)),
+        keep=int(wanted.get("keep", 0)),
+        settle=wanted.get("settle", 0.0),
         auto=auto,
     )
 

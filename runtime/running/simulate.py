@@ -24,6 +24,7 @@ from bgc.runtime.running.rows import row_times
 from bgc.runtime.running.run import Method, choose_method, run_watched
 
 _NONE: Mapping[str, ParameterValue] = MappingProxyType({})
+_NO_OPTIONS: Mapping[str, float | None] = MappingProxyType({})
 
 
 def simulate(
@@ -62,18 +63,16 @@ def simulate(
 def method_of(
     model: LoadedModel,
     solver: str | None = None,
-    rtol: float | None = None,
-    atol: float | None = None,
-    step: float | None = None,
-    settle: float | None = None,
+    options: Mapping[str, float | None] = _NO_OPTIONS,
     parameters: Mapping[str, ParameterValue] = _NONE,
 ) -> tuple[Method, tuple[Diagnostic, ...]]:
     """Choose the method of a run: the caller's, else the scene's, else the default.
 
+    `options` are those of a `solver` statement by name, SI; None for one that is not given.
     `solver auto` takes the method that `bgc trade` recommended; where there is no recommendation,
     the default with a notice (BG090).
     """
-    method = choose_method(model.library, model.facts, solver, rtol, atol, step, settle, BACKENDS)
+    method = choose_method(model.library, model.facts, solver, options, BACKENDS)
     if not method.auto:
         return method, ()
     recommended = recommended_method(model, parameters)

@@ -144,7 +144,7 @@ def stress(
     """
     if not model.measured:
         raise BgError([nothing_to_judge(model.facts.scene)])
-    method = choose_method(model.library, model.facts, solver, rtol, None, step)
+    method = choose_method(model.library, model.facts, solver, {"rtol": rtol, "step": step})
     full = duration or model.facts.duration
     if full is None:
         raise BgError([no_duration(model.facts.scene)])

@@ -85,6 +85,9 @@ def test_wrong_usage_is_status_2(arguments):
         (["--time", "1 m"], "BG063"),
         (["--every", "soon"], "BG062"),
         (["--solver", "ode45"], "BG071"),
+        (["--solver", "rk4", "--step", "1 ms", "--rtol", "1e-10"], "BG044"),
+        (["--solver", "rk4", "--step", "1 ms", "--atol", "1e-10"], "BG044"),
+        (["--solver", "rk4", "--step", "1 ms", "--max-step", "1 ms"], "BG044"),
         (["--set", "limit=0"], "BG705"),
     ],
 )

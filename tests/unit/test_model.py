@@ -99,6 +99,10 @@ def test_runs_in_several_threads_do_not_disturb_each_other(model):
     [
         ({"solver": "ode45"}, "BG071"),
         ({"solver": "rk4"}, "BG072"),
+        ({"solver": "rk4", "step": 0.01, "rtol": 1e-9}, "BG044"),
+        ({"solver": "ros34prw", "step": 0.01, "atol": 1e-9}, "BG044"),
+        ({"step": 0.01, "max_step": 1e-3}, "BG044"),
+        ({"max_step": 0.0}, "BG066"),
         ({"rtol": 0.0}, "BG066"),
         ({"rtol": 1e300}, "BG066"),
         ({"rtol": 1e-30}, "BG066"),
@@ -115,6 +119,27 @@ def test_arguments_at_fault(model, arguments, code):
     with pytest.raises(BgError) as error:
         model.simulate(**arguments)
     assert code_of(error) == code
+
+
+@pytest.mark.parametrize("option", ["rtol", "keep", "max_step"])
+def test_an_option_in_the_scene_that_its_own_method_does_not_have(library, option):
+    solver = "rodas5p" if option == "keep" else "ros34prw"
+    facts = RunFacts("s", "M", ("q",), solver=solver, solver_options=((option, 1e-4),), step=0.01,
+                     duration=1.0)  # fmt: skip
+    model = Model(Built(library, facts))
+    with pytest.raises(BgError) as error:
+        model.simulate()
+    assert code_of(error) == "BG044"
+    # It was not written for a method that the caller chooses instead.
+    assert model.simulate(solver="rk4").solver == "rk4"
+
+
+def test_the_longest_step_can_be_limited(model):
+    long = model.simulate(1.0, every=1.0)
+    short = model.simulate(1.0, every=1.0, max_step=1e-3)
+    assert long.counts["steps"] < 100 < 1000 <= short.counts["steps"]
+    ensemble = model.simulate_many({"mass": [1.0]}, 1.0, every=1.0, max_step=1e-3)
+    assert ensemble["q"][0, -1] == short["q"][-1]
 
 
 def test_a_scene_without_an_end_needs_a_duration(library):
