@@ -38,6 +38,7 @@ class Model(LoadedModel):
         atol: float | None = None,
         step: float | None = None,
         max_step: float | None = None,
+        substeps: int | None = None,
         settle: float | None = None,
         parameters: Mapping[str, ParameterValue] | None = None,
         progress: bool = False,
@@ -56,6 +57,9 @@ class Model(LoadedModel):
             the scene gives a step. `atol` applies to all states, SI; without it each state has
             its own, from the scale of its unit. `max_step` limits the steps of an adaptive
             method, s. An option that the method does not have is an error.
+        substeps
+            Most parts of a fixed step, which is divided where its error is above `rtol` (by
+            default 1e-3) and `atol`; by default the scene's, else 1.
         settle
             A frequency in Hz: faster modes start at rest, with stiff springs under their loads,
             and energy is counted from that state. By default the scene's, else none.
@@ -75,7 +79,8 @@ class Model(LoadedModel):
         """
         values = parameters or {}
         options = {"rtol": rtol, "atol": atol, "step": step, "max_step": max_step}
-        method, notices = method_of(self, solver, {**options, "settle": settle}, values)
+        options |= {"substeps": substeps, "settle": settle}
+        method, notices = method_of(self, solver, options, values)
         times = times_of(self, method, duration, every)
         return simulate(self, method, times, values, progress, notices)
 
@@ -90,6 +95,7 @@ class Model(LoadedModel):
         atol: float | None = None,
         step: float | None = None,
         max_step: float | None = None,
+        substeps: int | None = None,
         settle: float | None = None,
         progress: bool = False,
         vectorised: bool = True,
@@ -108,7 +114,7 @@ class Model(LoadedModel):
             A mapping `{"m": values, "k": values}` with one value for each instance (a number or
             a text with a unit is for all; of a vector, one vector for each), or a list of
             mappings as for `simulate`, one for each instance.
-        duration, every, solver, rtol, atol, step, max_step, settle
+        duration, every, solver, rtol, atol, step, max_step, substeps, settle
             As for `simulate`.
         progress
             Whether to show a progress bar on a terminal when it takes longer than a second.
@@ -132,7 +138,8 @@ class Model(LoadedModel):
 
         sets = parameter_sets(parameters)
         options = {"rtol": rtol, "atol": atol, "step": step, "max_step": max_step}
-        method, notices = method_of(self, solver, {**options, "settle": settle})
+        options |= {"substeps": substeps, "settle": settle}
+        method, notices = method_of(self, solver, options)
         times = times_of(self, method, duration, every, len(sets))
         return simulate_many(self, method, sets, times, progress, vectorised, notices)
 

@@ -54,6 +54,9 @@ SOLVER_OPTIONS: Mapping[str, SolverOption] = {
     "keep": SolverOption(
         _NUMBER, "1", "number of steps over which a fixed-step method keeps its Jacobian"
     ),
+    "substeps": SolverOption(
+        _NUMBER, "1", "most parts of a fixed step, which is divided where its error is above `rtol`"
+    ),
     "settle": SolverOption(
         _HERTZ, "none", "modes faster than this start at rest, under their loads"
     ),

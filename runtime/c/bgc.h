@@ -242,6 +242,7 @@ typedef struct {
     int error_order;     /* of the embedded solution that estimates its error; 0: fixed steps only */
     int jacobian;        /* 1: steps use df/dx; 0: explicit, and M has to be diagonal */
     int lanes;           /* 1: bgc_run_lanes serves it */
+    int embedded_order;  /* of the solution by which fixed steps may be subdivided; 0: they may not */
 } bgc_method_info;
 
 /* Properties of method k; BGC_BAD_ARGUMENT past the last. The first method with error control and
@@ -258,6 +259,8 @@ typedef struct {
     long max_steps;    /* between two rows; 0: 10 million */
     int keep;          /* fixed steps that one factorisation serves; 0: 1 */
     int accounts;      /* 1: integrate the energy accounts, under error control */
+    int substeps;      /* a fixed step whose error is above rtol (0: 1e-3) and atol (as above, of the
+                        * whole scales) is subdivided, with at most so many further attempts; 0, 1: never */
 } bgc_options;
 
 typedef struct {
@@ -274,6 +277,11 @@ typedef struct {
     long correction_state;
     double scale_reached; /* the largest abs(x_i) / scale_i so far, at most 1; 1 under a fixed step.
                            * Step tolerances are relative to this part of the scales */
+    /* Of fixed steps that may be subdivided: how many were; how many of those were completed with an
+     * error above the tolerance, since their budget was spent, the largest such error over the
+     * tolerance and its time; the most attempts that one took. */
+    long subdivided, over_budget, most_attempts;
+    double largest_excess, excess_time;
 } bgc_counts;
 
 /* Restarts the count of steps and samples at the present time, and discards the dense output of the

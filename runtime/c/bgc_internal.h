@@ -22,8 +22,9 @@
  *         accept                         d->next becomes the present; bgc_handle_event
  *     write_row                        outputs and accounts, by dense output inside the step
  *
- * A rejected attempt leaves the present as it was and sets a shorter length. Under a fixed step there
- * is no error estimate, and bgc_record_correction (corrections.c) watches its length.
+ * A rejected attempt leaves the present as it was and sets a shorter length. A fixed step is taken
+ * whatever its error is, and bgc_record_correction (corrections.c) watches its length; or, with a
+ * budget, it is subdivided where its error is too large (substeps.c).
  * lanes/ has the same sequence for instances that take their steps together.
  */
 #ifndef BGC_INTERNAL_H
@@ -62,6 +63,7 @@ typedef struct {
     double gamma;
     double a[BGC_MAX_STAGES][BGC_MAX_STAGES], c[BGC_MAX_STAGES][BGC_MAX_STAGES];
     double m[BGC_MAX_STAGES], alpha[BGC_MAX_STAGES], g[BGC_MAX_STAGES], e[BGC_MAX_STAGES];
+    double embedded[BGC_MAX_STAGES]; /* error weights by which fixed steps are subdivided */
     double h[BGC_MAX_DENSE][BGC_MAX_STAGES];
 } bgc_tableau;
 
@@ -119,6 +121,7 @@ struct bgc_method {
     const bgc_collocation *collocation;
     int order;
     int error_order; /* of the embedded solution that estimates its error; 0: fixed steps only */
+    int embedded_order; /* of that of tableau->embedded; 0: fixed steps are never subdivided */
     int check_dense; /* the error estimate ignores stiff components, which L-stability damps by the
                       * end of the step: the dense output within it is checked as well */
     const char *purpose;
@@ -157,6 +160,8 @@ typedef struct {
     int method, keep, accounts;
     double rtol, atol, step, max_step;
     long max_steps;
+    int substeps;              /* attempts in a sample after the first, and their tolerances */
+    double sub_rtol, sub_atol;
 
     int ready; /* a reset succeeded */
     int failed_parameter, failed_assertion, failed_state, failed_switch, failed_divisor;
@@ -167,7 +172,11 @@ typedef struct {
     int64_t ticks, sample;
     double since_sample; /* s of computing since the last sample */
     double stop;         /* adaptive steps end there; INFINITY: nowhere */
-    int step_cut;        /* an event has cut the fixed step under way */
+    int step_cut;        /* an event or a sub-step has cut the fixed step under way */
+    int attempts;        /* in this sample; see substeps.c */
+    int last_resort;     /* the attempt under way is accepted whatever its error is */
+    int exceeded;        /* one of this sample has been, with an error above the tolerance */
+    double sub_step;     /* wanted length of the next attempt */
 
     int f_valid, jac_valid;   /* d->f, and d->jac with d->dfdt, are those at the present */
     int f_ahead;              /* f at the end of the step is in d->error */
@@ -327,6 +336,12 @@ bgc_status bgc_sample(const bgc_model *m, bgc_data *d);
 
 /* --- step.c */
 bgc_status bgc_attempt(const bgc_model *m, bgc_data *d);
+
+/* --- substeps.c */
+void bgc_begin_sample(bgc_core *core);
+double bgc_plan_substep(bgc_core *core, double grid);
+int bgc_accept_substep(const bgc_model *m, bgc_data *d, const bgc_method *method, bgc_status status,
+                       double h);
 
 /* --- evaluate.c */
 void bgc_evaluate_f(const bgc_model *m, bgc_data *d);

@@ -43,6 +43,7 @@ bgc_status bgc_get_method(int k, bgc_method_info *info) {
         .error_order = method->error_order,
         .jacobian = method->family->jacobian,
         .lanes = method->family->lanes,
+        .embedded_order = method->embedded_order,
     };
     return BGC_OK;
 }
@@ -64,7 +65,8 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
 
     if (method < 0 || !(o->rtol >= 0.0 && o->atol >= 0.0 && o->step >= 0.0 && o->max_step >= 0.0) ||
         !isfinite(o->rtol + o->atol + o->step + o->max_step) || o->max_steps < 0 || o->keep < 0 ||
-        (fixed && step == 0.0)) {
+        (fixed && step == 0.0) || o->substeps < 0 ||
+        (o->substeps > 1 && bgc_methods[method].embedded_order == 0)) {
         return BGC_BAD_ARGUMENT;
     }
     if (bgc_reserve_complex(m, d, &bgc_methods[method]) != BGC_OK) {
@@ -73,8 +75,11 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
 
     /* Options, with the defaults filled in. */
     core->method = method;
-    core->rtol = o->rtol > 0.0 ? o->rtol : 1e-6;
-    core->atol = o->atol;
+    core->substeps = o->substeps;
+    core->rtol = o->rtol > 0.0 && !(o->substeps > 1) ? o->rtol : 1e-6;
+    core->atol = o->substeps > 1 ? 0.0 : o->atol;
+    core->sub_rtol = o->rtol > 0.0 ? o->rtol : 1e-3;
+    core->sub_atol = o->atol;
     core->max_step = o->max_step;
     core->max_steps = o->max_steps > 0 ? o->max_steps : 10000000;
     core->keep = o->keep > 0 ? o->keep : 1;
@@ -101,5 +106,6 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     core->energy_scale = -1.0;
     core->counts.scale_reached = fixed ? 1.0 : 0.0;
     core->since_sample = 0.0;
+    bgc_begin_sample(core);
     return BGC_OK;
 }

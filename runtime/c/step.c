@@ -92,15 +92,18 @@ static int may_halve(const bgc_core *core, bgc_status status) {
             status == BGC_SINGULAR || status == BGC_NOT_CONVERGED);
 }
 
-/* From one multiple of the step to the next, or to the next event before it; in halves, quarters and
- * so on where the step is too coarse for the algebraic equations. */
+/* From one multiple of the step to the next, or to the next event before it; in sub-steps where there is
+ * a budget for them, and in halves, quarters and so on where the step is too coarse for the algebraic
+ * equations. */
 static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double grid = core->origin + (double)(core->ticks + 1) * core->step;
     bgc_balance balance = {0};
     const double part = core->t + ldexp(core->step, -core->halvings);
     const int halved = core->halvings > 0 && part < grid - 1e-3 * core->step;
-    const double stop = bgc_stop_for_switch(m, d, halved ? part : grid);
+    const int judged = core->substeps > 1 && core->halvings == 0;
+    const double planned = halved ? part : judged ? bgc_plan_substep(core, grid) : grid;
+    const double stop = bgc_stop_for_switch(m, d, planned);
     const int whole = !core->step_cut && stop == grid;
     double t_new = stop;
     bgc_status status;
@@ -115,7 +118,16 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
         core->held = core->keep;
     }
     if (status == BGC_OK) {
+        if (judged && !bgc_accept_substep(m, d, method, status, stop - core->t)) {
+            core->held = 0;
+            return BGC_OK;
+        }
         status = complete(m, d, method, &t_new);
+    }
+    if (judged && (status != BGC_OK || core->too_coarse) &&
+        !bgc_accept_substep(m, d, method, status, stop - core->t)) {
+        core->held = 0;
+        return BGC_OK;
     }
 
     if (status == BGC_OK) {
@@ -134,10 +146,17 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
     }
 
     /* Accept: towards longer steps again, and the factors for one step less. */
-    bgc_record_correction(m, d, method, core->t);
+    if (!(core->substeps > 1)) {
+        bgc_record_correction(m, d, method, core->t);
+    }
     core->halvings -= core->halvings > 0;
     core->step_cut = t_new < grid;
-    core->ticks += t_new >= grid;
+    if (t_new >= grid) {
+        core->ticks++;
+        bgc_begin_sample(core);
+    } else {
+        core->attempts -= judged && t_new < planned;
+    }
     core->held = whole && !core->step_cut && core->held > 0 ? core->held - 1 : 0;
     if (core->accounts) {
         bgc_settle_energy_scale(m, d);

@@ -118,6 +118,8 @@ static const bgc_tableau ros34prw = {
     },
     .m = {3.7075384385487764, 1.9847210056415439, -0.7228174329072324, 1.0},
     .e = {0.0, 0.0, 0.0, 1.0},
+    .embedded = {-0.08016142700721947, 0.15059517863671545, -0.29187352202361583,
+                 0.26131506383377556},
     .alpha = {0.0, 0.871733043016918, 1.1537997822626886, 1.0},
     .g = {0.435866521508459, -0.435866521508459, -0.34459816128502135},
 };
@@ -143,6 +145,7 @@ static const bgc_tableau rodas23w = {
     },
     .m = {2.90625, 3.375, 0.40625, 1.0},
     .e = {0.0, 0.0, 0.0, 1.0},
+    .embedded = {0.0, 0.0, 0.0, 1.0},
     .alpha = {0.0, 0.4444444444444444, 0.0, 1.0},
     .g = {0.3333333333333333, -0.1111111111111111, 1.0},
 };
@@ -164,6 +167,7 @@ static const bgc_tableau ros23 = {
     },
     .m = {3.414213562373095, 3.414213562373095},
     .e = {0.0, 3.414213562373095},
+    .embedded = {0.0, 3.414213562373095},
     .alpha = {0.0, 0.5},
     .g = {0.2928932188134525},
 };
@@ -198,6 +202,7 @@ static const bgc_tableau rk4 = {
     },
     .m = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0},
     .e = {1.0 / 6.0, -2.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0},
+    .embedded = {1.0 / 6.0, -2.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0},
     .alpha = {0.0, 0.5, 0.5, 1.0},
 };
 
@@ -211,6 +216,7 @@ static const bgc_tableau heun = {
     },
     .m = {0.5, 0.5},
     .e = {-0.5, 0.5},
+    .embedded = {-0.5, 0.5},
     .alpha = {0.0, 1.0},
 };
 
@@ -368,6 +374,7 @@ const bgc_method bgc_methods[] = {
         .family = &rosenbrock,
         .tableau = &ros34prw,
         .order = 3,
+        .embedded_order = 2,
         .purpose = "real time: stiff and algebraic equations; keeps its order with a kept Jacobian",
     },
     {
@@ -375,6 +382,7 @@ const bgc_method bgc_methods[] = {
         .family = &rosenbrock,
         .tableau = &rodas23w,
         .order = 2,
+        .embedded_order = 1,
         .purpose = "fixed steps on algebraic equations; keeps its order with a kept Jacobian",
     },
     {
@@ -382,6 +390,7 @@ const bgc_method bgc_methods[] = {
         .family = &rosenbrock,
         .tableau = &ros23,
         .order = 2,
+        .embedded_order = 1,
         .purpose = "fixed steps at low cost: two stages; keeps its order with a kept Jacobian",
     },
     {
@@ -410,6 +419,7 @@ const bgc_method bgc_methods[] = {
         .family = &explicit_runge_kutta,
         .tableau = &rk4,
         .order = 4,
+        .embedded_order = 2,
         .purpose = "fixed steps on non-stiff equations: classical Runge-Kutta method",
     },
     {
@@ -417,6 +427,7 @@ const bgc_method bgc_methods[] = {
         .family = &explicit_runge_kutta,
         .tableau = &heun,
         .order = 2,
+        .embedded_order = 1,
         .purpose = "fixed steps on non-stiff equations at low cost: two stages",
     },
     {

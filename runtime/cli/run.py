@@ -57,6 +57,7 @@ _PICTURES = (".png", ".svg", ".pdf")
 @click.option("--atol", type=float, help="Absolute tolerance of all states, in SI units.")
 @click.option("--step", metavar="TIME", help='Step of a fixed-step method: 0.001, or "1 ms".')
 @click.option("--max-step", metavar="TIME", help='Longest step of an adaptive method: "5 ms".')
+@click.option("--substeps", type=int, help="Most parts of a fixed step whose error is too large.")
 @click.option("--every", metavar="TIME", help='Interval between rows: "10 ms".')
 @click.option(
     "--settle", metavar="FREQUENCY", help='Start modes faster than this at rest: "20 Hz".'
@@ -86,6 +87,7 @@ def run(
     atol: float | None,
     step: str | None,
     max_step: str | None,
+    substeps: int | None,
     every: str | None,
     settle: str | None,
     duration: str | None,
@@ -115,6 +117,7 @@ def run(
             atol=atol,
             step=times["step"],
             max_step=times["max_step"],
+            substeps=substeps,
             settle=None if settle is None else read_quantity(settle, "--settle", "Hz"),
             progress=not quiet,
         )

@@ -24,6 +24,11 @@ def summarise(result: Result) -> str:
         f"  {result.solver}: {_count(counts['steps'], 'step')}{rejected}{events}, "
         f"{_count(len(result.time), 'row')}, worst step {_seconds(counts['worst_step_seconds'])}",
     ]
+    if counts["subdivided"]:
+        lines.append(
+            f"  {_count(counts['subdivided'], 'step')} subdivided, at most "
+            f"{_count(counts['most_attempts'], 'attempt')} each"
+        )
     if counts["fallbacks"]:
         lines.append(f"  {counts['fallbacks']:,.0f} factorisations needed full pivoting")
     if residual := _residual(result):

@@ -174,6 +174,7 @@ class OptionsStruct(ctypes.Structure):
         ("max_steps", c_long),
         ("keep", c_int),
         ("accounts", c_int),
+        ("substeps", c_int),
     ]
 
 
@@ -183,6 +184,7 @@ class MethodStruct(ctypes.Structure):
     _fields_: ClassVar[_Fields] = [
         *((name, c_char_p) for name in ("name", "family", "purpose")),
         *((name, c_int) for name in ("order", "error_order", "jacobian", "lanes")),
+        ("embedded_order", c_int),
     ]
 
 
@@ -197,6 +199,8 @@ class CountsStruct(ctypes.Structure):
         *((name, c_double) for name in ("largest_correction", "correction_time")),
         ("correction_state", c_long),
         ("scale_reached", c_double),
+        *((name, c_long) for name in ("subdivided", "over_budget", "most_attempts")),
+        *((name, c_double) for name in ("largest_excess", "excess_time")),
     ]
 
 
@@ -277,6 +281,7 @@ class Library:
                 error_order=raw.error_order,
                 jacobian=bool(raw.jacobian),
                 lanes=bool(raw.lanes),
+                embedded_order=raw.embedded_order,
             )
         return found
 

@@ -2,7 +2,8 @@
 
 Instances of a model go in batches of as many as a vector register holds. A batch takes one step
 for all its instances (`runtime/c/lanes`). Each has devices of its own, sampled at the same times;
-where a law of one may switch in a step, that instance takes the step by itself. An instance leaves
+where a law of one may switch in a step, or a fixed step is to be subdivided (`substeps`), that
+instance takes the step by itself, in the same parts as alone. An instance leaves
 the batch where a law is undefined, an assertion does not hold, or static pivots lose digits; it is
 then run alone, as by `simulate`, which also explains its errors.
 
@@ -13,7 +14,7 @@ that their iteration matrices are factorised in loops. `Ensemble.alone` has the 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -23,7 +24,7 @@ import numpy as np
 
 from bgc.building.recall import processors
 from bgc.diagnostics.catalogue.ensembles import no_instances, source_changed, uneven_values
-from bgc.diagnostics.catalogue.run import no_memory
+from bgc.diagnostics.catalogue.run import no_memory, samples_over_budget
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.ensemble import DONE, FAILED, INTERRUPTED, Ensemble, EnsembleInterrupted
@@ -86,6 +87,7 @@ class _Work:
     failures: dict[int, Diagnostic] = field(default_factory=dict)
     completed: set[int] = field(default_factory=set)
     together: set[int] = field(default_factory=set)
+    over_budget: list[Mapping[str, float]] = field(default_factory=list)  # counts of instances
     running: dict[int, list[Instance]] = field(default_factory=dict)  # by the number of the first
     stopping: bool = False
 
@@ -134,6 +136,8 @@ class _Work:
         if status is Status.OK:
             self.completed |= done
             self.together |= done
+            for number in done:
+                self._note_counts(batch[number])
 
     def _run_alone(self, number: int, instance: Instance) -> None:
         rows = self.rows[number]
@@ -143,10 +147,16 @@ class _Work:
                 self.failures[number] = problem
                 return
             status, _ = instance.run(self.times, rows)
+        self._note_counts(instance)
         if status is Status.OK:
             self.completed.add(number)
         elif status is not Status.INTERRUPTED:
             self.failures[number] = self.model.explain(instance, status)
+
+    def _note_counts(self, instance: Instance) -> None:
+        counts = instance.counts
+        if counts["over_budget"]:
+            self.over_budget.append(counts)
 
     def _start(self, instance: Instance) -> Diagnostic | None:
         """Put an instance at its initial state; return the error if there is none."""
@@ -281,5 +291,18 @@ def _labelled(work: _Work, alone: str, notices: Sequence[Diagnostic]) -> Ensembl
         failures=dict(sorted(work.failures.items())),
         together=len(work.together),
         alone=alone,
-        warnings=tuple(notices),
+        warnings=(*notices, *_warnings(work)),
     )
+
+
+def _warnings(work: _Work) -> Iterator[Diagnostic]:
+    """Warn of fixed steps with an error above the tolerance, of all instances together (BG730)."""
+    if work.over_budget:
+        worst = max(work.over_budget, key=lambda counts: counts["largest_excess"])
+        yield samples_over_budget(
+            int(sum(counts["over_budget"] for counts in work.over_budget)),
+            work.method.step,
+            work.method.substeps,
+            worst["excess_time"],
+            worst["largest_excess"],
+        )

@@ -39,6 +39,8 @@ class MethodInfo:
         Whether steps use df/dx. Without, the method is explicit and M of M y' = f must be diagonal.
     lanes
         Whether several instances can take its steps together.
+    embedded_order
+        Order of the solution by which fixed steps may be subdivided; 0: they may not.
     """
 
     name: str
@@ -48,6 +50,7 @@ class MethodInfo:
     error_order: int
     jacobian: bool
     lanes: bool
+    embedded_order: int
 
     @property
     def fixed(self) -> bool:
@@ -64,7 +67,9 @@ class MethodInfo:
         """Names of the options that it takes in a `solver` statement."""
         if not self.fixed:
             return ADAPTIVE_OPTIONS
-        return ("step", *(("keep",) if self.jacobian else ()), "max_steps", "settle")
+        keep = ("keep",) if self.jacobian else ()
+        divided = ("substeps", "rtol", "atol") if self.embedded_order else ()
+        return ("step", *keep, *divided, "max_steps", "settle")
 
 
 def default_method(methods: Iterable[MethodInfo], fixed: bool) -> MethodInfo:
@@ -92,4 +97,5 @@ def _method(row: dict[str, str], families: dict[str, dict[str, str]]) -> MethodI
         error_order=int(row.get("error_order", 0)),
         jacobian=family.get("jacobian") == "1",
         lanes=family.get("lanes") == "1",
+        embedded_order=int(row.get("embedded_order", 0)),
     )

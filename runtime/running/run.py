@@ -34,6 +34,7 @@ from bgc.runtime.running.settle import settle
 AUTO = "auto"
 
 _TIGHTEST, _LOOSEST = 1e-15, 0.5  # relative tolerances: from rounding to no accuracy at all
+_MOST_SUBSTEPS = 1000
 _ROWS_IN_A_STEP = 5
 _LINE_BREAK = "its folder has a line break in its name"
 _MESSAGE_LENGTH = 300  # characters of a driver's message
@@ -59,6 +60,7 @@ class Method:
     max_step: float = 0.0
     max_steps: int = 0
     keep: int = 0
+    substeps: int = 0
     settle: float = 0.0
     auto: bool = False
 
@@ -83,6 +85,7 @@ class Method:
             max_steps=self.max_steps,
             keep=self.keep,
             accounts=int(accounts),
+            substeps=self.substeps,
         )
 
 
@@ -110,6 +113,9 @@ def choose_method(
     if not _TIGHTEST <= wanted.get("rtol", _TIGHTEST) <= _LOOSEST:
         allowed = f"a part of a value, between {_TIGHTEST:g} and {_LOOSEST:g}"
         raise BgError([bad_option("rtol", wanted["rtol"], allowed)])
+    substeps = wanted.get("substeps", 1.0)
+    if substeps != int(substeps) or substeps > _MOST_SUBSTEPS:
+        raise BgError([bad_option("substeps", substeps, "a whole number up to 1000", "8")])
     name = solver or facts.solver or ""
     # A recommendation was measured without the caller's options, which go first.
     auto = name == AUTO and not given
@@ -121,6 +127,8 @@ def choose_method(
         raise BgError([unknown_solver(name, known)])
     fixed = name in library.methods and library.methods[name].fixed
     served = library.methods[name].options if name in library.methods else ADAPTIVE_OPTIONS
+    if fixed and wanted.get("substeps", 0.0) <= 1:  # no step is judged by a tolerance
+        served = tuple(option for option in served if option not in ("rtol", "atol"))
     intended = set(wanted) if facts.solver == name else set(given)
     for option in wanted:
         if option not in served and option in intended:
@@ -139,6 +147,7 @@ def choose_method(
         max_step=wanted.get("max_step", 0.0),
         max_steps=int(wanted.get("max_steps", 0)),
         keep=int(wanted.get("keep", 0)),
+        substeps=int(wanted.get("substeps", 0)),
         settle=wanted.get("settle", 0.0),
         auto=auto,
     )

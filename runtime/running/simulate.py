@@ -10,7 +10,7 @@ import numpy as np
 from bgc.building.backends import BACKENDS
 from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.catalogue.physics import negative_value
-from bgc.diagnostics.catalogue.run import step_too_long
+from bgc.diagnostics.catalogue.run import samples_over_budget, step_too_long
 from bgc.diagnostics.catalogue.trade import nothing_measured
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
@@ -140,7 +140,7 @@ def _named(
 def _warnings(
     model: LoadedModel, instance: Instance, counts: Mapping[str, float], method: Method
 ) -> Iterator[Diagnostic]:
-    """Warn of parameters set to negative values (BG460) and of steps too long (BG719)."""
+    """Warn of parameters set to negative values (BG460) and of steps too long (BG719, BG730)."""
     for name, what, element in model.facts.passive:
         value = model.parameters.turned_negative(instance, name)
         if value is not None:
@@ -149,4 +149,12 @@ def _warnings(
         state = model.states[int(counts["correction_state"])].name
         yield step_too_long(
             counts["correction_time"], state, counts["largest_correction"], method.step
+        )
+    if counts["over_budget"]:
+        yield samples_over_budget(
+            int(counts["over_budget"]),
+            method.step,
+            method.substeps,
+            counts["excess_time"],
+            counts["largest_excess"],
         )

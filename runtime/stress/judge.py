@@ -211,7 +211,7 @@ class Judge:
     def _balance(self, run: Run) -> tuple[float | None, bool]:
         """Return the residual over the energy exchanged, or None, and whether the run warns."""
         accounts = run.rows[:, len(self.model.measured) :]
-        too_long = run.counts["largest_correction"] > 0
+        too_long = run.counts["largest_correction"] > 0 or run.counts["over_budget"] > 0
         if not accounts.shape[1]:
             return None, too_long
         exchanged = run.counts["exchanged"]

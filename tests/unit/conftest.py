@@ -39,6 +39,7 @@ class Options(ctypes.Structure):
         ("max_steps", c_long),
         ("keep", c_int),
         ("accounts", c_int),
+        ("substeps", c_int),
     )
 
 

@@ -34,5 +34,6 @@ def test_the_first_of_each_kind_is_the_default() -> None:
 @pytest.mark.parametrize("method", known_methods(), ids=NAMES)
 def test_its_options_are_those_of_a_solver_statement(method: MethodInfo) -> None:
     assert set(method.options) <= set(SOLVER_OPTIONS)
-    assert ("rtol" in method.options) != method.fixed
+    assert ("rtol" in method.options) == (not method.fixed or method.embedded_order > 0)
+    assert ("substeps" in method.options) == (method.embedded_order > 0)
     assert ("keep" in method.options) == (method.fixed and not method.explicit)

@@ -28,6 +28,7 @@ METHODS = tuple(method.name for method in known_methods())
 ROSENBROCK = tuple(method.name for method in known_methods() if method.family == "Rosenbrock")
 COLLOCATION = tuple(method.name for method in known_methods() if "colloc" in method.family)
 ADAPTIVE = tuple(m.name for m in known_methods() if not m.fixed and m.name not in COLLOCATION)
+DIVISIBLE = tuple(method.name for method in known_methods() if method.embedded_order)
 STIFFLY_ACCURATE = ("rodas5p", "rodas4p2", "ros34prw", "rodas23w", "lie", "radau5")
 L_STABLE = (*ROSENBROCK, "radau5")
 TOLERANCE = 5e-11
@@ -39,7 +40,7 @@ class CTableau(ctypes.Structure):
         ("gamma", ctypes.c_double),
         ("a", ctypes.c_double * 64),
         ("c", ctypes.c_double * 64),
-        *((name, ctypes.c_double * 8) for name in ("m", "alpha", "g", "e")),
+        *((name, ctypes.c_double * 8) for name in ("m", "alpha", "g", "e", "embedded")),
         ("h", ctypes.c_double * 24),
     )
 
@@ -63,7 +64,8 @@ class CMethod(ctypes.Structure):
         ("family", ctypes.c_void_p),
         ("tableau", ctypes.POINTER(CTableau)),
         ("collocation", ctypes.POINTER(CCollocation)),
-        *((name, ctypes.c_int) for name in ("order", "error_order", "check_dense")),
+        *((name, ctypes.c_int) for name in ("order", "error_order")),
+        *((name, ctypes.c_int) for name in ("embedded_order", "check_dense")),
         ("purpose", ctypes.c_char_p),
     )
 
@@ -75,6 +77,7 @@ class Tableau:
     order: int
     w_order: int
     error_order: int
+    embedded_order: int
     dense: int
     nodes: Floats
     slopes: Floats
@@ -82,6 +85,7 @@ class Tableau:
     gamma: Floats
     b: Floats
     error: Floats
+    embedded: Floats
     interpolant: Floats  # one row for each power of the dense output's nesting
 
     @property
@@ -117,6 +121,7 @@ def tableaus(c_library: Any) -> dict[str, Tableau]:
             method.order,
             raw.w_order,
             method.error_order,
+            method.embedded_order,
             raw.dense,
             nodes=np.array(raw.alpha)[:n],
             slopes=np.array(raw.g)[:n],
@@ -124,6 +129,7 @@ def tableaus(c_library: Any) -> dict[str, Tableau]:
             gamma=gamma,
             b=np.array(raw.m)[:n] @ change,
             error=np.array(raw.e)[:n] @ change,
+            embedded=np.array(raw.embedded)[:n] @ change,
             interpolant=np.array(raw.h).reshape(3, 8)[:, :n] @ change,
         )
     return found
@@ -152,6 +158,7 @@ def collocation(method: CMethod) -> Tableau:
         method.order,
         0,
         method.error_order,
+        method.embedded_order,
         0,
         nodes=np.array(raw.node)[:n],
         slopes=none,
@@ -159,6 +166,7 @@ def collocation(method: CMethod) -> Tableau:
         gamma=np.zeros((n, n)),
         b=weights,
         error=np.array(raw.e)[:n],  # weights of the stages less y, not of the slopes
+        embedded=np.zeros(n),
         interpolant=np.zeros((3, n)),
     )
 
@@ -235,6 +243,17 @@ def test_embedded_solution_has_its_order_and_no_more(
     assert_order(tableau, tableau.b - tableau.error, tableau.error_order)
     with pytest.raises(AssertionError):
         assert_order(tableau, tableau.b - tableau.error, tableau.error_order + 1)
+
+
+@pytest.mark.parametrize("method", DIVISIBLE)
+def test_embedded_solution_of_sub_steps_has_its_order_and_no_more(
+    tableaus: dict[str, Tableau], method: str
+) -> None:
+    tableau = tableaus[method]
+    assert tableau.embedded_order == tableau.order - 1 or method == "rk4"
+    assert_order(tableau, tableau.b - tableau.embedded, tableau.embedded_order)
+    with pytest.raises(AssertionError):
+        assert_order(tableau, tableau.b - tableau.embedded, tableau.embedded_order + 1)
 
 
 @pytest.mark.parametrize(("method", "order"), [("rodas5p", 4), ("rodas4p2", 3), ("dopri5", 4)])

@@ -262,17 +262,20 @@ def option_not_served(solver: str, option: str, fixed: bool, served: Sequence[st
 
     What: an option is given for a method to which it does not apply.
 
-    Why: ignoring it would leave the accuracy as it was. A fixed-step method has no tolerances: the
-    length of its `step` determines its error. An adaptive method chooses its steps by `rtol` and
-    `atol`, and evaluates the Jacobian in each of them, so it has no `keep`.
+    Why: ignoring it would leave the accuracy as it was. A fixed-step method has tolerances only
+    where it may divide its steps (`substeps`); otherwise the length of its `step` determines its
+    error. An adaptive method chooses its steps by `rtol` and `atol`, and evaluates the Jacobian in
+    each of them, so it has no `keep`.
 
     Example: `bgc run crane.bg --rtol 1e-10` for a scene with `solver ros34prw; step 1 ms;`.
 
-    Way out: shorten `step`, or choose a method with error control (`--solver rodas5p`).
+    Way out: shorten `step`, let steps be divided where their error is too large (`--substeps 8`),
+    or choose a method with error control (`--solver rodas5p`).
     """
     if fixed and option in ("rtol", "atol", "max_step"):
         reason = "its steps have the fixed length `step`"
-        way_out = "shorten `step`, or use a method with error control such as `rodas5p`"
+        divide = "let it be divided with `substeps = 8`, " if "substeps" in served else ""
+        way_out = f"shorten `step`, {divide}or use a method with error control such as `rodas5p`"
     else:
         reason = "it does not apply to this method"
         way_out = f"omit it; `{solver}` takes {', '.join(f'`{name}`' for name in served)}"

@@ -343,6 +343,34 @@ def step_too_long(time: float, state: str, part: float, step: float) -> Diagnost
     )
 
 
+def samples_over_budget(
+    samples: int, step: float, substeps: int, time: float, excess: float
+) -> Diagnostic:
+    """BG730: fixed steps with an error above the tolerance
+
+    What: some fixed steps were divided into as many parts as `substeps` allows, and the error
+    estimate of a part was still above `rtol`. The run went on with that error.
+
+    Why: the budget bounds the time that a step takes, which a real-time run needs. The motion
+    within these steps is faster than the budget resolves: an impact, a valve that opens, stiff
+    springs that start out of balance, an explicit method beyond its stability limit.
+
+    Example: `solver ros34prw(substeps = 2); step 10 ms;` for a pressure that settles within 0.1 ms.
+
+    Way out: allow more `substeps`, shorten `step`, or choose a method with error control; use
+    `settle` if springs start out of balance. A few such steps at the start or at an impact may be
+    acceptable: compare with a run of `rodas5p`.
+    """
+    steps = "1 step" if samples == 1 else f"{samples:,} steps"
+    return warning(
+        "BG730",
+        f"{steps} of {step:g} s exceeded the tolerance although divided into {substeps} parts: the "
+        f"error was {excess:.2g} times the tolerance at t = {time:.9g} s",
+        help="allow more `substeps`, shorten `step`, or use a method with error control "
+        "(`solver rodas5p`)",
+    )
+
+
 def not_converged(time: float) -> Diagnostic:
     """BG714: an implicit step that did not converge
 

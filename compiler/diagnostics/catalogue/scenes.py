@@ -228,8 +228,9 @@ def unknown_option(span: Span, name: str, have: Sequence[str]) -> Diagnostic:
     Example: `solver rodas5p(tolerance = 1e-6);`
 
     Way out: use `rtol` and `atol` for tolerances, `step` for a fixed step, `max_step` and
-    `max_steps` as limits, `keep` for the number of steps that share a Jacobian, or `settle` for the
-    frequency above which modes start at rest.
+    `max_steps` as limits, `keep` for the number of steps that share a Jacobian, `substeps` for the
+    parts of a fixed step whose error is too large, or `settle` for the frequency above which modes
+    start at rest.
     """
     listing = ", ".join(f"`{h}`" for h in have)
     return error(

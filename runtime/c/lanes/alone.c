@@ -1,6 +1,7 @@
 /* alone.c: actions of single instances of a batch. Each reads and writes its own devices. A step in
- * which a law of an instance may switch is taken by bgc_run for that instance, from the start of the
- * step of the batch to its end, so that events need no second implementation. Such steps are few.
+ * which a law of an instance may switch, and a fixed step that it subdivides, is taken by bgc_run for
+ * that instance, from the start of the step of the batch to its end, so that events and sub-steps need
+ * no second implementation. Such steps are few.
  */
 #include "lanes/batch.h"
 #include "modes.h"
@@ -113,6 +114,7 @@ static void put_back(const bgc_batch *b, int l, bgc_data *d) {
     core->sample = b->sample;
     core->step_cut = core->halvings = core->held = core->rejected = 0;
     core->dense = BGC_NO_DENSE;
+    bgc_begin_sample(core);
     core->h_next = b->t - b->t_old;
     core->error_old = 1.0;
     core->counts.scale_reached = lane_get(b->scale_reached, l);

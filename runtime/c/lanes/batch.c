@@ -168,9 +168,14 @@ static void store_counts(const bgc_batch *b, int count) {
     for (int l = 0; l < count; l++) {
         bgc_core *core = &b->instance[l]->core;
         if ((b->active >> l & 1u) != 0) {
-            const long events = core->counts.events;
+            const bgc_counts own = core->counts;
             core->counts = b->counts;
-            core->counts.events = events;
+            core->counts.events = own.events;
+            core->counts.subdivided = own.subdivided;
+            core->counts.over_budget = own.over_budget;
+            core->counts.most_attempts = own.most_attempts;
+            core->counts.largest_excess = own.largest_excess;
+            core->counts.excess_time = own.excess_time;
             core->counts.exchanged = lane_get(b->exchanged, l);
             core->counts.scale_reached = lane_get(b->scale_reached, l);
             core->t = b->t;

@@ -88,6 +88,8 @@ static inline double bgc_batch_slack(const bgc_batch *b) { return bgc_time_slack
 void bgc_batch_combine(int n, int count, const double *weight, const lane *vectors, lane *out);
 void bgc_batch_multiply_mass(const bgc_batch *b, const lane *v, lane *out);
 unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v);
+lane bgc_batch_norm_within(const bgc_batch *b, const lane *v, const lane *p, const lane *q,
+                           double rtol, double atol, lane reached);
 lane bgc_batch_norm(const bgc_batch *b, const lane *v, const lane *p, const lane *q);
 void bgc_batch_evaluate_f(bgc_batch *b);
 void bgc_batch_check(bgc_batch *b, double t, const lane *x);

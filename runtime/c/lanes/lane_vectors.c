@@ -43,17 +43,22 @@ unsigned bgc_batch_bad(const bgc_batch *b, int n, const lane *v) {
     return bgc_lanes_where(b, sum != lane_of(0.0));
 }
 
-/* Of each lane: root mean square of v over the tolerances at a state between p and q. */
-lane bgc_batch_norm(const bgc_batch *b, const lane *v, const lane *p, const lane *q) {
-    const double rtol = b->option->rtol, atol = b->option->atol;
+/* Of each lane: root mean square of v over tolerances at a state between p and q. */
+lane bgc_batch_norm_within(const bgc_batch *b, const lane *v, const lane *p, const lane *q,
+                           double rtol, double atol, lane reached) {
     lane sum = lane_of(0.0);
 
     for (int i = 0; i < b->m->n_state; i++) {
         const lane size = lane_max(lane_fabs(p[i]), lane_fabs(q[i]));
-        const lane r = v[i] / bgc_step_tolerance(size, b->scale[i], b->scale_reached, rtol, atol);
+        const lane r = v[i] / bgc_step_tolerance(size, b->scale[i], reached, rtol, atol);
         sum += r * r;
     }
     return lane_sqrt(sum / (double)b->m->n_state);
+}
+
+/* The same over the tolerances of steps with error control. */
+lane bgc_batch_norm(const bgc_batch *b, const lane *v, const lane *p, const lane *q) {
+    return bgc_batch_norm_within(b, v, p, q, b->option->rtol, b->option->atol, b->scale_reached);
 }
 
 /* b->f at the present, unless it is valid. */

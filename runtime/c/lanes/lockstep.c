@@ -63,13 +63,25 @@ static void accept(bgc_batch *b, const bgc_lane_balance *balance) {
 }
 
 /* Removes lanes with a result that is not finite. Where laws switch, one may be undefined beyond its
- * switch: then these lanes take the step by themselves. */
+ * switch, and shorter steps may avoid it: then these lanes take the step by themselves. */
 static void release_lanes(bgc_batch *b, unsigned bad) {
-    if (b->m->n_switch > 0) {
+    if (b->m->n_switch > 0 || b->option->substeps > 1) {
         b->single |= bad;
     } else {
         b->active &= ~bad;
     }
+}
+
+/* Lanes whose embedded error is above the tolerance subdivide the step by themselves. */
+static void judge_lanes(bgc_batch *b) {
+    const bgc_tableau *tableau = b->method->tableau;
+    const int n = b->m->n_state;
+
+    memset(b->error, 0, (size_t)n * sizeof *b->error);
+    bgc_batch_combine(n, tableau->stages, tableau->embedded, b->stages, b->error);
+    b->single |= bgc_lanes_where(
+        b, lane_not(bgc_batch_norm_within(b, b->error, b->x, b->next, b->option->sub_rtol,
+                                          b->option->sub_atol, lane_of(1.0)) <= lane_of(1.0)));
 }
 
 /* One fixed step. */
@@ -81,6 +93,9 @@ static void attempt_fixed(bgc_batch *b) {
     bgc_batch_advance(b, step);
     b->held = (b->held == 0 ? b->option->keep : b->held) - 1;
     release_lanes(b, bgc_batch_bad(b, b->m->n_state, b->next));
+    if (b->option->substeps > 1) {
+        judge_lanes(b);
+    }
     move(b, b->option->origin + (double)(b->ticks + 1) * step);
     bgc_batch_watch_switches(b);
     if (b->option->accounts) {
