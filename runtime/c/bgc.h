@@ -279,7 +279,7 @@ typedef struct {
                            * Step tolerances are relative to this part of the scales */
     /* Of fixed steps that may be subdivided: how many were; how many of those were completed with an
      * error above the tolerance, since their budget was spent, the largest such error over the
-     * tolerance and its time; the most attempts that one took. */
+     * tolerance and its time; the most attempts that one of the first took. */
     long subdivided, over_budget, most_attempts;
     double largest_excess, excess_time;
 } bgc_counts;

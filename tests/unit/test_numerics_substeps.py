@@ -38,7 +38,7 @@ def test_a_step_whose_error_is_small_has_the_same_bits(
     (whole, _), (divisible, counts) = runs
     assert np.array_equal(whole, divisible)
     assert (counts.subdivided, counts.over_budget, counts.rejected) == (0, 0, 0)
-    assert counts.most_attempts == 1
+    assert counts.most_attempts <= 1
     assert counts.events > 3  # which do not count as attempts
 
 
