@@ -38,6 +38,7 @@ class Kind(IntEnum):
     MOMENTUM = 7  # p of a storage port; the same count
     UNKNOWN = 8  # a declared `unknown`
     RATE = 9  # der(x) of a declared state, inside an `equation`
+    START = 10  # an unknown of the start, which the runtime solves for once
 
 
 # Operations as plain ints: comparing with a member of an enumeration takes several times longer.

@@ -56,7 +56,7 @@ class Rows:
         damping = 1.0
         for _ in iterations:
             residual, slopes = self._at(known, x, self._residuals, self._slopes)
-            change = _solved(slopes, residual)
+            change = solve_dense(slopes, residual)
             if change is None:
                 return None
             length = _length(change, x)
@@ -65,7 +65,7 @@ class Rows:
             while damping >= _LEAST_DAMPING:
                 trial = _moved(x, change, damping)
                 missed, _ = self._at(known, trial, self._residuals, [])
-                following = _solved(slopes, missed)
+                following = solve_dense(slopes, missed)
                 if following is not None and _length(following, x) <= (1 - damping / 4) * length:
                     break
                 damping /= 2
@@ -107,7 +107,7 @@ def _moved(x: Sequence[float], change: Sequence[float], part: float) -> list[flo
     return [v + part * c for v, c in zip(x, change, strict=True)]
 
 
-def _solved(slopes: Sequence[Sequence[float]], residual: Sequence[float]) -> list[float] | None:
+def solve_dense(slopes: Sequence[Sequence[float]], residual: Sequence[float]) -> list[float] | None:
     """`-slopes^-1 residual` by elimination with scaled pivots; None where that is not finite."""
     rows = [[*row, -value] for row, value in zip(slopes, residual, strict=True)]
     sizes = [max(map(abs, row[:-1])) for row in rows]

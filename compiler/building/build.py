@@ -48,6 +48,7 @@ _OPTIONAL = {
     "consistent": ("consistent",),
     "devices": ("devices", "drivers/"),
     "events": ("events",),
+    "start": ("start",),
 }
 EVERY_PART = frozenset(_OPTIONAL)
 _NO_HEADERS: Mapping[str, str] = MappingProxyType({})

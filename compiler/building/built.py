@@ -66,11 +66,15 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Places:
-    """The places of a model's assertions, switches and divisors, in the order of its tables."""
+    """The places of a model's assertions, switches and divisors, in the order of its tables.
+
+    `start` names the elements whose initial values the runtime solves for.
+    """
 
     assertions: tuple[Place, ...] = ()
     switches: tuple[Place, ...] = ()
     divisors: tuple[Place, ...] = ()
+    start: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

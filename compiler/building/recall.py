@@ -57,6 +57,7 @@ def remember(
         "assertions": [_place_to_json(place) for place in built.places.assertions],
         "switches": [_place_to_json(place) for place in built.places.switches],
         "divisors": [_place_to_json(place) for place in built.places.divisors],
+        "start": list(built.places.start),
     }
     with suppress(OSError):  # a full disk costs the next run its warm start, no more
         write_note(cache.root, _request_key(entry, options), note)
@@ -127,6 +128,7 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
         tuple(_place_from_json(place, texts) for place in note["assertions"]),
         tuple(_place_from_json(place, texts) for place in note["switches"]),
         tuple(_place_from_json(place, texts) for place in note["divisors"]),
+        tuple(note["start"]),
     )
     return Built(library, RunFacts(**facts), warnings, warm=True, places=places)
 

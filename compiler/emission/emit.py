@@ -151,6 +151,7 @@ def _needed_parts(lowered: Lowered) -> frozenset[str]:
         "consistent": program.mass is not None,
         "devices": bool(program.devices),
         "events": bool(lowered.switches),
+        "start": program.start is not None,
     }
     return frozenset(part for part, used in uses.items() if used)
 

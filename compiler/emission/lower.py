@@ -7,6 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
+from bgc.algebra.derivatives import gradient
 from bgc.emission.differentiate import differentiate
 from bgc.emission.kernels import hoisted_nodes
 from bgc.emission.optimise import number_values
@@ -60,7 +61,12 @@ def _with_stored_mass(program: Program, jacobian: Jacobian) -> Program:
 def _verify(dag: Dag, kernel: Kernel) -> None:
     """Assert that a kernel's nodes depend on its arguments only."""
     arguments = {*kernel.inputs, *(kernel.results if kernel.in_place else ())}
-    if "x" not in arguments:
+    if "s" in arguments:
+        held = {
+            s.kind for s in map(dag.symbol_of, dag.reachable(s.node for s in kernel.stores)) if s
+        }
+        assert Kind.STATE not in held, f"{kernel.name} reads states"
+    elif "x" not in arguments:
         highest = Level.TIME if "t" in arguments else Level.PARAM
         for store in kernel.stores:
             assert dag.level[store.node] <= highest, f"{kernel.name} reads what it is not given"
@@ -104,6 +110,7 @@ def _kernels(
         *_step_kernels(program, jacobian),
         *_event_kernels(program, switches),
         *_setup_kernels(program),
+        *_start_kernels(program),
     )
 
 
@@ -238,6 +245,29 @@ def _setup_kernels(program: Program) -> Iterator[Kernel]:
         "p h",
         "check",
         _stores("check", _checks(program)),
+    )
+
+
+def _start_kernels(program: Program) -> Iterator[Kernel]:
+    """The kernels that solve for initial values without a closed form, if there are any."""
+    if program.start is None:
+        return
+    dag, residuals = program.dag, program.start.residuals
+    unknowns = [dag.symbol(Kind.START, k) for k in range(len(residuals))]
+    slopes = [x for node in residuals for x in gradient(dag, node, unknowns)]
+    yield _kernel(
+        "start",
+        "The residuals of the equations of the start, and their Jacobian row by row.",
+        "h t u s",
+        "r j",
+        (*_stores("r", residuals), *_stores("j", slopes)),
+    )
+    yield _kernel(
+        "started",
+        "The states that the solution of these equations gives.",
+        "h t u s",
+        "x",
+        (Store("x", number, node) for number, node in program.start.values),
     )
 
 

@@ -26,7 +26,7 @@ HELPERS: dict[str, str] = {
     row.c: function_text("double", row.c, row.arity, row.c_formula) for row in ROWS if row.c_formula
 }
 
-_ARRAY = {Kind.PARAM: "p", Kind.INPUT: "u", Kind.STATE: "x"}
+_ARRAY = {Kind.PARAM: "p", Kind.INPUT: "u", Kind.STATE: "x", Kind.START: "s"}
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
 _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG, _SELECT = map(

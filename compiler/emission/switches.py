@@ -71,6 +71,7 @@ def places_of(lowered: Lowered) -> Places:
             Place(divisor.span, _states_in(lowered.program, divisor.node))
             for divisor in lowered.program.divisors
         ),
+        start=lowered.program.start.names if lowered.program.start else (),
     )
 
 

@@ -77,6 +77,9 @@ def model_tables(
     if program.divisors:
         table("divisor", "char *const ", [quoted(divisor.what) for divisor in program.divisors])
         fields.append(("n_divisor", str(len(program.divisors))))
+    if program.start is not None:
+        table("start_guess", "double ", [number(x) for x in program.start.guess])
+        fields.append(("n_start", str(len(program.start.guess))))
     return tables, fields
 
 

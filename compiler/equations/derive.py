@@ -12,6 +12,7 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Kind
 from bgc.equations.audit import assert_power_balance
+from bgc.equations.inertias.initial import start_inertias
 from bgc.equations.inertias.merge import merge_inertias
 from bgc.equations.loops.implicit import ImplicitRows, implicit_rows, pair_equations
 from bgc.equations.loops.loops import AlgebraicState
@@ -21,6 +22,8 @@ from bgc.equations.loops.start import with_start_values
 from bgc.equations.motions.merge import merge_along_motions
 from bgc.equations.ranges import require_representable
 from bgc.equations.scales import state_scale, storage_scales
+from bgc.equations.start.problem import start_problem
+from bgc.equations.start.solve import with_linear_start, with_start
 from bgc.equations.storage.accounts import energy_accounts
 from bgc.equations.storage.initial import closed_initials
 from bgc.equations.storage.integrated import integrate_alone
@@ -69,6 +72,8 @@ def derive_equations(causal: CausalGraph) -> Program:
     rows = implicit_rows(variables, resolver, len(stored))
     declared = _declared_states(graph, resolver, len(stored), rows)
     states = _integrated_states(causal, resolver, stored, elements) + declared
+    problem = start_problem(variables, resolver, elements, stored)
+    start_rows = resolver.resolve_all(variables.start_rows)
     energy = (dag.zero,) * 3 if accounts is None else resolver.resolve_all(accounts.nodes)
     outputs = _with_outputs(graph, resolver)
     resolver.resolve_all(unknown for _, unknown in variables.equations)  # none is ill-posed
@@ -94,6 +99,8 @@ def derive_equations(causal: CausalGraph) -> Program:
         ignored_defaults=tuple(dict.fromkeys(variables.ignored_defaults)),
     )
     program = settle_motions(program, variables, resolver, numbers)
+    program = with_linear_start(program, start_rows, variables.start_names)
+    program = with_start(program, problem, variables)
     loops = range(len(states) - len(resolver.algebraic), len(program.states))
     program = with_start_values(program, loops)
     require_representable(graph, program)
@@ -115,7 +122,7 @@ def _storage_states(
             states.extend(integrate_alone(variables, element))
         else:
             merged.append(element)
-    states += merge_inertias(variables, merged)
+    states = start_inertias(variables, elements, states + merge_inertias(variables, merged))
     return merge_along_motions(variables, elements, states)
 
 

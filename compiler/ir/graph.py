@@ -88,13 +88,33 @@ Law: TypeAlias = LinearLaw | ExplicitLaw | EnergyLaw
 
 
 @dataclass(frozen=True, slots=True)
+class Initial:
+    """A value that is given for the start: `variable` is `q`, `p`, `e` or `f`.
+
+    `port` is the position of a storage element's port, 0 at a junction. `is_default` marks a zero
+    that is the default of a part's parameter or input. It is ignored where it contradicts other
+    initial values.
+    """
+
+    port: int
+    variable: str
+    value: Node
+    span: Span
+    is_default: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Junction:
-    """A scalar J0 (common effort) or J1 (common flow), possibly a component of a wide one."""
+    """A scalar J0 (common effort) or J1 (common flow), possibly a component of a wide one.
+
+    `initial` is what its effort (J0) or flow (J1) has to be at the start, if anything.
+    """
 
     name: str
     kind: str  # "J0" or "J1"
     ports: tuple[Port, ...]
     span: Span
+    initial: Initial | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,21 +129,6 @@ class Source:
     port: Port
     value: Node
     span: Span
-
-
-@dataclass(frozen=True, slots=True)
-class Initial:
-    """An initial value of one storage port: `variable` is `q`, `p`, `e` or `f`.
-
-    `is_default` marks a zero that is the default of a part's parameter or input. It is ignored
-    where it contradicts other initial values.
-    """
-
-    port: int  # position among the element's ports
-    variable: str
-    value: Node
-    span: Span
-    is_default: bool = False
 
 
 @dataclass(frozen=True, slots=True)

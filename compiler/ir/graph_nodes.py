@@ -87,7 +87,10 @@ def _state(state: State, new: _New) -> State:
 def _element(element: Element, new: _New) -> Element:
     match element:
         case Junction():
-            return element
+            given = element.initial
+            if given is None:
+                return element
+            return replace(element, initial=replace(given, value=new(given.value)))
         case Source():
             return replace(element, value=new(element.value))
         case Storage():

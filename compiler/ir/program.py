@@ -34,6 +34,21 @@ class ProgramState:
 
 
 @dataclass(frozen=True, slots=True)
+class Start:
+    """Equations that the runtime solves once, for initial values without a closed form.
+
+    The `residuals` are zero; they depend on the unknowns (START symbols), PARAM, TIME and INPUT.
+    `guess` is the solution with parameters at their defaults. State `number` of `values` starts at
+    its node in the unknowns. `names` are the elements whose given values the equations satisfy.
+    """
+
+    residuals: tuple[Node, ...]
+    guess: tuple[float, ...]
+    values: tuple[tuple[int, Node], ...]
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class MassEntry:
     """One entry of M in `M y' = f`; a node of CONST or PARAM level."""
 
@@ -121,7 +136,8 @@ class Dropped:
 class Program:
     """`M y' = f(t, y, u, p)` with the observations, commands and guards of the scene.
 
-    `mass` is None for the identity. `inputs` is the number of INPUT symbols. Initial values
+    `mass` is None for the identity. The initial values of states that `start` sets are those at the
+    parameters' defaults. `inputs` is the number of INPUT symbols. Initial values
     depend on PARAM symbols, and on TIME and INPUT symbols taken at the start.
     """
 
@@ -141,4 +157,5 @@ class Program:
     kept: tuple[str, ...] = ()  # paths of the states that slicing must retain
     divisors: tuple[Divisor, ...] = ()  # watched during a run
     loops: tuple[Loop, ...] = ()  # algebraic loops, in the order in which they are solved
+    start: Start | None = None  # initial values that depend on parameters by equations
     ignored_defaults: tuple[str, ...] = ()  # storage whose default start contradicts given values

@@ -42,7 +42,7 @@ def map_program(program: Program, dag: Dag, new: Callable[[Node], Node]) -> Prog
     def optional(node: Node | None) -> Node | None:
         return None if node is None else new(node)
 
-    mass = program.mass
+    mass, start = program.mass, program.start
     energy = program.energy
     return replace(
         program,
@@ -71,4 +71,11 @@ def map_program(program: Program, dag: Dag, new: Callable[[Node], Node]) -> Prog
         positive=tuple(replace(p, node=new(p.node)) for p in program.positive),
         divisors=tuple(replace(d, node=new(d.node)) for d in program.divisors),
         parameters=tuple(replace(p, value=new(p.value)) for p in program.parameters),
+        start=None
+        if start is None
+        else replace(
+            start,
+            residuals=tuple(map(new, start.residuals)),
+            values=tuple((number, new(node)) for number, node in start.values),
+        ),
     )

@@ -159,6 +159,7 @@ def _verify_program(program: Program, modes: int = 0) -> None:
         Kind.TIME: 1,
         Kind.INPUT: program.inputs + modes,
         Kind.STATE: len(program.states),
+        Kind.START: 0 if program.start is None else len(program.start.guess),
     }
     _require_symbols(dag, program_roots(program), counts)
     _require_parameters(dag, program.parameters)

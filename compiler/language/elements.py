@@ -88,6 +88,7 @@ _INITIAL = {
     "e0": "effort at the start, in place of `q0`",
     "f0": "flow at the start, in place of `p0`",
 }
+_COMMON = "at the start, which the storage that moves with it has to agree with"
 _ANY_PORT = "One bond, or as many bonds as its width has components, in the order written."
 
 
@@ -249,11 +250,13 @@ _J0 = ElementKind(
     "J0",
     "J0",
     "0-junction: common effort",
-    ("node : J0;", "gap : J0[6];"),
+    ("node : J0;", "gap : J0[6];", "node : J0(e0 = 3 V);"),
     "All bonds have one effort; the flows sum to zero, those of arrows in less those of arrows "
     "out. Electrically parallel; a relative velocity in mechanics.",
     "Exactly one bond gives it the effort: one stroke stands at the junction.",
-    "Any number of bonds, all of one width, which need not be written.",
+    "Any number of bonds, all of one width, which need not be written. `e0` sets the charges and "
+    "momenta that determine the effort; a zero that is a part's default gives way.",
+    (ElementArgument("e0", Role.INITIAL, f"effort {_COMMON}"),),
     observed=("e",),
     related=("J1",),
 )
@@ -262,12 +265,14 @@ _J1 = ElementKind(
     "J1",
     "J1",
     "1-junction: common flow",
-    ("loop : J1;", "hub : J1[6];"),
+    ("loop : J1;", "hub : J1[6];", "free : J1(f0 = rate0);"),
     "All bonds have one flow; the efforts sum to zero, those of arrows in less those of arrows "
     "out. Electrically in series; a common velocity in mechanics.",
     "Exactly one bond gives it the flow: all strokes but one stand at the junction.",
     "Any number of bonds, all of one width, which need not be written. The signals of a domain "
-    "(a pose, say) pass through it from tail to head.",
+    "(a pose, say) pass through it from tail to head. `f0` sets the momenta that determine the "
+    "flow, such as those of a joint's rate; a zero that is a part's default gives way.",
+    (ElementArgument("f0", Role.INITIAL, f"flow {_COMMON}"),),
     observed=("f",),
     related=("J0",),
 )

@@ -47,10 +47,13 @@ class _Search:
 
     def __init__(self, program: Program) -> None:
         dag = program.dag
+        started = {number for number, _ in program.start.values} if program.start else set()
         self.values = {
             index: state.initial
             for index, state in enumerate(program.states)
-            if dag.level[state.initial] <= Level.PARAM and not is_kept(state.name, program.kept)
+            if dag.level[state.initial] <= Level.PARAM
+            and index not in started
+            and not is_kept(state.name, program.kept)
         }
         self._program = program
         self._dag = dag.copy()

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Kind
 from bgc.ir.graph import Guard, Node
-from bgc.ir.program import Dropped, Energy, MassEntry, Program, Reason
+from bgc.ir.program import Dropped, Energy, MassEntry, Program, Reason, Start
 from bgc.ir.program_nodes import map_program, program_roots, without_unused_divisors
 from bgc.slicing.invariants import invariant_states, put_in
 from bgc.slicing.names import is_kept
@@ -115,12 +115,21 @@ def _without(
         states=tuple(program.states[old] for old in left),
         mass=_mass(program.mass, number),
         dropped=(*program.dropped, *dropped),
+        start=_start(program.start, number),
     )
     smaller = without_unused_divisors(smaller)
     dag = program.dag
     moved = {k: dag.symbol(Kind.STATE, new) for k, new in number.items()}
     new = put_in(smaller, program_roots(smaller), {**values, **moved})
     return map_program(smaller, dag, new.__getitem__)
+
+
+def _start(start: Start | None, number: Mapping[int, int]) -> Start | None:
+    """The equations of the start, as far as the states that are left need them."""
+    if start is None:
+        return None
+    left = tuple((number[k], node) for k, node in start.values if k in number)
+    return replace(start, values=left) if left else None
 
 
 def _mass(

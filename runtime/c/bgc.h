@@ -178,6 +178,15 @@ typedef struct bgc_model {
     const char *const *divisor;
     void (*divisors)(const double *h, double t, const double *x, const double *u, double *z,
                      double *w);
+    /* Initial values without a closed form: n_start equations in as many unknowns s, solved at each
+     * reset from start_guess. `start` gives the residuals r and their Jacobian, row by row; `started`
+     * overwrites the states that follow from s. 0 and NULL where there are none. */
+    int n_start;
+    const double *start_guess;
+    void (*start)(const double *h, double t, const double *u, const double *s, double *r, double *j,
+                  double *w);
+    void (*started)(const double *h, double t, const double *u, const double *s, double *x,
+                    double *w);
 } bgc_model;
 
 /* The emitted model. */
@@ -194,7 +203,7 @@ void bgc_free(const bgc_model *m, bgc_data *d);
 bgc_status bgc_set_param(const bgc_model *m, bgc_data *d, int k, double value);
 double bgc_get_param(const bgc_model *m, const bgc_data *d, int k);
 /* Checks the parameters, evaluates the expressions that depend on them, sets x to its initial values
- * at time t and solves the algebraic equations for the states without a derivative. Reads the open
+ * at time t (BGC_BAD_PARAMETER where they do not exist) and solves the algebraic equations for the states without a derivative. Reads the open
  * devices. */
 bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t);
 /* Restarts the run at the present time from the state that the caller has written; the algebraic
@@ -202,7 +211,8 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t);
  * change. */
 bgc_status bgc_restart(const bgc_model *m, bgc_data *d);
 
-int bgc_failed_parameter(const bgc_data *d); /* index into param, or n_param + check index */
+/* Index into param; n_param + index of a check; n_param + n_check: initial values do not exist. */
+int bgc_failed_parameter(const bgc_data *d);
 int bgc_failed_assertion(const bgc_data *d);
 int bgc_failed_state(const bgc_data *d);     /* or -1 */
 int bgc_failed_switch(const bgc_data *d);

@@ -272,6 +272,11 @@ struct bgc_data {
     double *block_lu, *block_jac;
     double *first, *start, *largest, *trial, *homotopy, *change, *next_change;
 
+    /* The equations of the start: unknowns, Newton iterates, residuals and factors (start.c). */
+    double *start_at, *start_from, *start_trial, *start_change, *start_next, *start_first;
+    double *start_magnitude, *start_jac, *start_lu;
+    int *start_pivot;
+
     bgc_device *device;
     atomic_int stop;
 };
@@ -367,6 +372,9 @@ void bgc_classify_states(const bgc_model *m, bgc_data *d);
 bgc_status bgc_satisfy(const bgc_model *m, bgc_data *d, double t, double *x);
 bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d);
 bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, const bgc_method *method, double t);
+
+/* --- start.c */
+bgc_status bgc_solve_start(const bgc_model *m, bgc_data *d);
 
 /* --- events.c */
 void bgc_hold_modes(const bgc_model *m, bgc_data *d);

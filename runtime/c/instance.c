@@ -27,6 +27,7 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     const size_t n = (size_t)m->n_state;
     const size_t checks = (size_t)(m->n_assert > m->n_check ? m->n_assert : m->n_check);
     const size_t switches = (size_t)m->n_switch;
+    const size_t unknowns = (size_t)m->n_start;
     layout l = {from, 0};
 
     d->p = place(&l, (size_t)m->n_param);
@@ -89,6 +90,15 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->block_jac = place(&l, (size_t)m->n_jac);
     d->work = place(&l, (size_t)m->n_work);
     d->sparse_work = place(&l, 2 * n);
+    d->start_at = place(&l, unknowns);
+    d->start_from = place(&l, unknowns);
+    d->start_trial = place(&l, unknowns);
+    d->start_change = place(&l, unknowns);
+    d->start_next = place(&l, unknowns);
+    d->start_first = place(&l, unknowns);
+    d->start_magnitude = place(&l, unknowns);
+    d->start_jac = place(&l, unknowns * unknowns);
+    d->start_lu = place(&l, unknowns * unknowns);
     return l.used;
 }
 
@@ -123,8 +133,10 @@ bgc_data *bgc_new(const bgc_model *m) {
     d->block_lu = calloc(n * n + 1, sizeof *d->block_lu);
     d->pivot = calloc(n + 1, sizeof *d->pivot);
     d->block = calloc(3 * n + 1, sizeof *d->block);
+    d->start_pivot = calloc((size_t)m->n_start + 1, sizeof *d->start_pivot);
     if (d->memory == NULL || d->is_set == NULL || d->device == NULL || d->dense_lu == NULL ||
-        d->block_lu == NULL || d->pivot == NULL || d->block == NULL) {
+        d->block_lu == NULL || d->pivot == NULL || d->block == NULL ||
+        d->start_pivot == NULL) {
         bgc_free(m, d);
         return NULL;
     }
@@ -161,6 +173,7 @@ void bgc_free(const bgc_model *m, bgc_data *d) {
     free(d->block_lu);
     free(d->pivot);
     free(d->block);
+    free(d->start_pivot);
     free(d);
 }
 
@@ -292,6 +305,10 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
 
     /* Initial state, scales, and the structure of M. */
     m->initial(d->h, t, d->u, d->x, d->work);
+    status = bgc_solve_start(m, d);
+    if (status != BGC_OK) {
+        return status;
+    }
     m->scale(d->h, d->scale, d->work);
     for (int i = 0; i < m->n_state; i++) {
         d->scale[i] = d->scale[i] > 0.0 ? d->scale[i] : 1.0;

@@ -55,7 +55,7 @@ def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Di
         case Status.DEVICE:
             return run.device_failed(time)
         case Status.BAD_PARAMETER:
-            return _bad_parameter(instance)
+            return _bad_parameter(instance, places)
         case Status.INTERRUPTED:
             return run.interrupted(time)
         case Status.NO_MEMORY:
@@ -94,9 +94,11 @@ def _state_at_fault(instance: Instance) -> str | None:
     return text(instance.library.model.state[index].name) if index >= 0 else None
 
 
-def _bad_parameter(instance: Instance) -> Diagnostic:
+def _bad_parameter(instance: Instance, places: Places) -> Diagnostic:
     model = instance.library.model
     index = instance.failed_parameter
+    if index == model.n_param + model.n_check:
+        return run.no_start(places.start)
     if index >= model.n_param:
         return run.parameters_refused(text(model.param_check[index - model.n_param]))
     info = model.param[index]

@@ -14,6 +14,7 @@ MODEL = SimpleNamespace(
     assertion=[b"too far"],
     divisor=[b"the common inertia of `crank` and `rod`"],
     n_param=0,
+    n_check=1,
     param_check=[b"the inertia of `coil` must be positive"],
 )
 CODES = {
@@ -86,3 +87,11 @@ def test_a_divisor_that_vanishes_is_named_with_its_time_and_its_states():
     for part in ("1.25 s", "the common inertia of `crank` and `rod`", "`crank.angle`"):
         assert part in vanishing.message
     assert vanishing.span is not None and vanishing.span.text == "rod"
+
+
+def test_initial_values_that_the_parameters_put_out_of_reach():
+    failed = instance()
+    failed.failed_parameter = 1  # n_param + n_check
+    diagnostic = explain(failed, Status.BAD_PARAMETER, Places(start=("leak", "core")))
+    assert diagnostic.code == "BG732"
+    assert "of `leak` and `core` hold" in diagnostic.message

@@ -42,6 +42,7 @@ bgc.equations.storage
 bgc.equations.inertias
 bgc.equations.motions
 bgc.equations.loops
+bgc.equations.start
 bgc.equations
 bgc.slicing
 bgc.building

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.diagnostics.catalogue import error, warning
+from bgc.diagnostics.catalogue import error, listed, warning
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
 
@@ -177,6 +177,26 @@ def parameters_refused(message: str) -> Diagnostic:
     Way out: change the parameters that the message names.
     """
     return error("BG707", message, help="change the parameters that it depends on")
+
+
+def no_start(names: Sequence[str]) -> Diagnostic:
+    """BG732: no state with the given initial values
+
+    What: with the present parameters, no state was found at which the initial values hold.
+
+    Why: the values are beyond what the laws of rigidly connected elements reach, or so far from
+    those at the parameters' defaults that Newton's method does not find them.
+
+    Example: `f0 = i0` of a coil whose law `f = tanh(p)` stays below 1, and `--set i0=2`.
+
+    Way out: give values that the laws reach, or defaults near the values that are used.
+    """
+    of = f" of {listed(names)}" if names else ""
+    return error(
+        "BG732",
+        f"no state was found at which the initial values{of} hold",
+        help="give values that the laws reach, or defaults near the values that are used",
+    )
 
 
 def no_memory() -> Diagnostic:

@@ -97,29 +97,31 @@ def initial_unusable(span: Span, name: str, variable: str) -> Diagnostic:
     """BG515: an initial value that cannot be converted
 
     What: no state was found that gives the initial effort or flow.
-    Why: the element's law could not be solved for its charge or momentum.
-    Example: `e0` of a C with a law made of many conditions.
-    Way out: give `q0` of a C or `p0` of an I; for rigidly connected elements give all or none.
+    Why: the element's law does not reach the value, or it is no function of the charge or momentum
+    alone, such as the effort of an IC whose energy holds the momentum.
+    Example: `C(e0 = 3) { e = 2*tanh(q); }`
+    Way out: give `q0` of a C or `p0` of an I, or a value that the law reaches.
     """
     instead = {"e0": "give `q0` instead", "f0": "give `p0` instead"}
     return error(
         "BG515",
         f"the state of `{name}` cannot be computed from `{variable}`",
         span,
-        help=instead.get(variable, "give values for all rigidly connected elements, or for none"),
+        help=instead.get(variable, "give the other variable of the element instead"),
     )
 
 
 def initial_conflict(span: Span, name: str, variable: str, others: Sequence[str]) -> Diagnostic:
     """BG516: contradictory initial values
 
-    What: an initial value differs from the one that follows from earlier values or from a source.
+    What: an initial value differs from the one that follows from earlier values, from a source, or
+    from the balance of the bonds, which may leave the element no freedom.
     Why: the elements are rigidly connected, so their values depend on each other.
     Example: two masses on one `J1` with different `f0`.
     Way out: give only one of them. A zero that is only the default of a part's parameter or input
     (such as `twist0` of a library body) gives way without an error; `bgc causality` shows it.
     """
-    against = f"the initial values of {listed(others)}" if others else "the source that drives it"
+    against = f"the initial values of {listed(others)}" if others else "what drives or holds it"
     return error(
         "BG516",
         f"`{variable}` of `{name}` contradicts {against}",
@@ -145,20 +147,19 @@ def no_momentum(span: Span, name: str) -> Diagnostic:
     )
 
 
-def initial_incomplete(span: Span, name: str, others: Sequence[str]) -> Diagnostic:
-    """BG517: incomplete initial values
+def initial_out_of_reach(span: Span, name: str, variable: str) -> Diagnostic:
+    """BG517: an initial value out of reach
 
-    What: some of several rigidly connected storage elements have initial values, others have none,
-    and not all laws are linear.
-    Why: for linear laws the missing values follow from least energy; for other laws they are not
-    guessed.
-    Example: two nonlinear C on one `J0`, one with `q0`, one without.
-    Way out: give the charge (`q0`) or momentum (`p0`) of each; if none is given, all are zero.
+    What: no state of the model was found at which the initial value holds.
+    Why: the element is rigidly connected to others, and their laws together do not reach the value;
+    or Newton's method does not find the state.
+    Example: `f0 = 3` of a coil in series with one whose law `f = 2*tanh(p)` stays below 2.
+    Way out: give a value within the range of the laws, or give the charges and momenta instead.
     """
     return error(
         "BG517",
-        f"the initial value of `{name}` does not determine {listed(others)}",
+        f"no state was found at which `{variable}` of `{name}` has its value",
         span,
-        note="they are rigidly connected, and their laws are not all linear",
-        help="give `q0` (or `p0`) for each of them",
+        note="the element is rigidly connected to others, and not all laws are linear",
+        help="give a value that the laws reach, or give `q0` and `p0` instead",
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from bgc.diagnostics.catalogue import laws as law_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.bonds.scalarise import Scalars
@@ -11,9 +13,14 @@ from bgc.elaboration.instances.instantiate import note
 from bgc.elaboration.instances.quantities import component_name
 from bgc.elaboration.instances.tree import Element
 from bgc.elaboration.instances.world import World
-from bgc.elaboration.laws.blocks import Laws, arguments_of
+from bgc.elaboration.laws.blocks import INITIAL_ARGUMENTS, Laws, arguments_of
 from bgc.elaboration.laws.checks import LawChecks
-from bgc.elaboration.laws.one_ports import read_resistor, read_sources, read_storage
+from bgc.elaboration.laws.one_ports import (
+    read_initials,
+    read_resistor,
+    read_sources,
+    read_storage,
+)
 from bgc.elaboration.laws.two_ports import read_gyrators, read_gyristor, read_transformers
 from bgc.ir.graph import Element as FlatElement
 from bgc.ir.graph import Junction
@@ -55,21 +62,29 @@ def _read(laws: Laws, checks: LawChecks, element: Element) -> list[FlatElement]:
 
 def _read_junctions(laws: Laws, element: Element) -> list[Junction]:
     """Split a wide junction into scalar ones."""
-    _require_bare(element)
+    given = arguments_of(element, INITIAL_ARGUMENTS[element.basic])
+    _require_no_law(element)
     found = laws.scalars.ports(element.faces["all"])
+    starts = {initial.port: initial for initial in read_initials(laws, element, given)}
     return [
         Junction(
             component_name(element.path, (k + 1,) if len(found) > 1 else ()),
             element.basic,
             tuple(ports),
             element.span,
+            replace(starts[k], port=0) if k in starts else None,
         )
         for k, ports in enumerate(found)
     ]
 
 
 def _require_bare(element: Element) -> None:
-    """Raise BgError if a junction or Mux has an argument or a law."""
+    """Raise BgError if a Mux has an argument or a law."""
     arguments_of(element, ())
+    _require_no_law(element)
+
+
+def _require_no_law(element: Element) -> None:
+    """Raise BgError if a junction or Mux has a law."""
     if element.law is not None:
         raise BgError([law_messages.law_of_junction(element.span, element.path, element.kind)])

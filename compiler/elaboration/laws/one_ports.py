@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from bgc.algebra.dag import Kind, Level
 from bgc.algebra.linear import linear_coefficients
@@ -103,15 +103,20 @@ def read_storage(laws: Laws, element: Element) -> Storage:
     law = _read_law(laws, element, given)
     if depends_on_others(laws, law, element, _STATE_KINDS[kind]):
         raise BgError([law_messages.storage_varies(element.use.span, element.path, kind)])
-    initial = [
+    initial = read_initials(laws, element, given)
+    ports = laws.ports(element, "all")
+    return Storage(element.path, kind, ports, law, element.first_state, initial, element.span)
+
+
+def read_initials(
+    laws: Laws, element: Element, given: Mapping[str, syntax.Argument]
+) -> tuple[Initial, ...]:
+    """The values that an element's arguments give for the start, one per port or component."""
+    return tuple(
         start
-        for name in INITIAL_ARGUMENTS[kind]
+        for name in INITIAL_ARGUMENTS[element.basic]
         if name in given
         for start in _read_initial(laws, element, name, given[name])
-    ]
-    ports = laws.ports(element, "all")
-    return Storage(
-        element.path, kind, ports, law, element.first_state, tuple(initial), element.span
     )
 
 

@@ -18,7 +18,6 @@ from bgc.algebra.quadratic import SingularFormError
 from bgc.equations.inertias.audit import MergedAudit, MergedGroup
 from bgc.equations.inertias.flows import reduced_flows, turning_forces
 from bgc.equations.inertias.groups import Group, cannot_merge, find_groups, shortened
-from bgc.equations.inertias.initial import initial_momenta
 from bgc.equations.storage.accounts import is_symmetric
 from bgc.equations.storage.integrated import charge_state, integrate_compliances
 from bgc.equations.storage.kinds import IntegratedState, StorageElement, state_unit
@@ -74,7 +73,6 @@ def _merge_inertia_group(
     ]
     held = {k: _held(group, k) for k in merged}
     names = _merged_names(held, "p")
-    start = initial_momenta(variables, group.elements, list(merged))
     for k, state in merged.items():
         first = next(p for p in group.ports if k in p.flow)
         states.append(
@@ -84,7 +82,7 @@ def _merge_inertia_group(
                 state_unit(variables, first.port, momentum=not first.port.dual),
                 "displacement" if first.port.dual else "momentum",
                 variables.balances.merged_balance(causal.basis[k].bond_class),
-                start[k],
+                dag.zero,  # `start_inertias` gives the value
                 None,
                 held[k],
                 flow=k,

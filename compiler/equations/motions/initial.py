@@ -1,6 +1,7 @@
 """Initial values of storage joined by free motions: given values hold, the rest has least energy.
 
-The power balance on each motion always holds. Without given values nothing is stored.
+The power balance on each motion always holds. Without given values nothing is stored. Where a law
+is not linear, the elements are noted in `Variables.starting`, and `start/` solves for their start.
 """
 
 from __future__ import annotations
@@ -11,14 +12,10 @@ from dataclasses import dataclass, replace
 from bgc.algebra.dag import Dag
 from bgc.algebra.linalg import identity
 from bgc.algebra.solving import solve_definite
-from bgc.diagnostics.catalogue import storage as storage_messages
-from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.inertias.initial import reduced_mass
 from bgc.equations.storage.conditions import (
-    NEGLIGIBLE,
     Condition,
     Row,
-    contradiction,
     independent_conditions,
     solve_conditions,
     unusable,
@@ -50,6 +47,16 @@ class Stored:
     charges: tuple[IntegratedState, ...]  # of all their ports
     momenta: tuple[Momenta, ...]
 
+    @property
+    def states(self) -> tuple[IntegratedState, ...]:
+        """All states, charges first."""
+        return (*self.charges, *(state for block in self.momenta for state in block.states))
+
+    @property
+    def elements(self) -> tuple[StorageElement, ...]:
+        """All elements, compliances first."""
+        return (*self.compliances, *(e for block in self.momenta for e in block.elements))
+
 
 @dataclass(frozen=True, slots=True)
 class _Quadratic:
@@ -65,22 +72,43 @@ def initial_quantities(
     stored: Stored,
     motions: Sequence[Mapping[Node, Node]],
     driven: Sequence[Node],
-    balances: Sequence[Node],
 ) -> dict[Node, Node]:
     """The initial quantities that free motions join: symbol of the state -> node.
 
-    `motions` are B, one column each, `balances` the raw nodes that are zero on each, and `driven`
-    the share of sources in them: `B' K x + driven = 0`. Values that are given hold; with none
-    given all are zero. What they leave open is settled by the least energy: `K x = K B l + G' w`
-    for conditions `G x = g`. Where a law is not linear, all have to be given.
+    `motions` are B, one column each, and `driven` the share of sources in the balances on them:
+    `B' K x + driven = 0`. Values that are given hold; with none given all are zero. What they
+    leave open is settled by the least energy: `K x = K B l + G' w` for conditions `G x = g`.
 
     Raises
     ------
     BgError
-        A value contradicts others or a balance, cannot be used, or is missing.
+        A value contradicts others or a balance, or cannot be used.
     """
-    dag = variables.dag
-    states = [*stored.charges, *(state for block in stored.momenta for state in block.states)]
+    together = {e.ports[0].port.element for e in stored.elements}
+    energy = None
+    if not any(element.storage.initial for element in stored.elements):
+        return {state.symbol: state.initial for state in stored.states}
+    if variables.starting.isdisjoint(together):
+        place = {state.symbol: i for i, state in enumerate(stored.states)}
+        energy = _energy(variables, stored, place)
+    values = None
+    if energy is not None:
+        values = _linear_quantities(variables, stored, energy, motions, driven)
+    if values is None:
+        variables.starting |= together
+        return {state.symbol: state.initial for state in stored.states}
+    return values
+
+
+def _linear_quantities(
+    variables: Variables,
+    stored: Stored,
+    energy: _Quadratic,
+    motions: Sequence[Mapping[Node, Node]],
+    driven: Sequence[Node],
+) -> dict[Node, Node] | None:
+    """The initial quantities of linear laws; None where they are not certain to be solvable."""
+    dag, states = variables.dag, stored.states
     place = {state.symbol: i for i, state in enumerate(states)}
     moved = {symbol for column in motions for symbol in column}
     conditions = [
@@ -94,13 +122,10 @@ def initial_quantities(
     for state in states:
         if state.symbol not in moved and place[state.symbol] not in told:
             row = {place[state.symbol]: dag.one}
-            conditions.append(Condition(row, state.initial, conditions[0].element, None))
-    energy = _energy(variables, stored, place)
-    if energy is None:
-        return _all_given(variables, states, conditions, balances)
+            conditions.append(Condition(row, state.initial, conditions[0].name, None))
     columns = [[column.get(symbol, dag.zero) for symbol in place] for column in motions]
     values = _least_energy(variables, energy, conditions, columns, driven)
-    return dict(zip(place, values, strict=True))
+    return None if values is None else dict(zip(place, values, strict=True))
 
 
 def _conditions_on_charges(
@@ -123,8 +148,8 @@ def _conditions_on_charges(
                 if entry != dag.zero
             }
         else:
-            raise unusable(Condition({}, dag.zero, element, initial))
-        found.append(Condition(row, initial.value, element, initial))
+            raise unusable(Condition({}, dag.zero, element.storage.name, initial))
+        found.append(Condition(row, initial.value, element.storage.name, initial))
     return found
 
 
@@ -140,38 +165,9 @@ def _conditions_on_momenta(dag: Dag, block: Momenta, place: Mapping[Node, int]) 
         return []
     element, initial = min(given, key=lambda pair: pair[1].is_default)
     return [
-        Condition({place[state.symbol]: dag.one}, state.initial, element, initial)
+        Condition({place[state.symbol]: dag.one}, state.initial, element.storage.name, initial)
         for state in block.states
     ]
-
-
-def _all_given(
-    variables: Variables,
-    states: Sequence[IntegratedState],
-    conditions: Sequence[Condition],
-    balances: Sequence[Node],
-) -> dict[Node, Node]:
-    """The given quantities, if they satisfy the balances of efforts."""
-    told = {next(iter(c.row)): c.value for c in conditions if len(c.row) == 1}
-    missing = [state for i, state in enumerate(states) if i not in told]
-    first = conditions[0]
-    if missing or any(node != variables.dag.one for c in conditions for node in c.row.values()):
-        names = [name for state in missing for name in state.stores]
-        assert first.initial is not None, "values that are given come first"
-        others = list(dict.fromkeys(names)) or [first.element.storage.name]
-        span = first.initial.span
-        raise BgError(
-            [storage_messages.initial_incomplete(span, first.element.storage.name, others)]
-        )
-    values = {state.symbol: told[i] for i, state in enumerate(states)}
-    parts = [x for node in balances for x in variables.dag.operands(node)]
-    left = variables.at_start([*balances, *parts])
-    if left is not None:
-        size = max(map(abs, left[len(balances) :]), default=0.0)
-        if any(abs(x) > NEGLIGIBLE * max(1.0, size) for x in left[: len(balances)]):
-            given = [c for c in conditions if c.initial is not None]
-            raise contradiction(given[-1], given[:-1])
-    return values
 
 
 def _energy(variables: Variables, stored: Stored, place: Mapping[Node, int]) -> _Quadratic | None:
@@ -180,7 +176,7 @@ def _energy(variables: Variables, stored: Stored, place: Mapping[Node, int]) -> 
     energy = _Quadratic([{} for _ in place], [{} for _ in place], [dag.zero] * len(place))
 
     def enter(symbols: Sequence[Node], response: Matrix | None, capacity: Matrix | None) -> bool:
-        if response is None or capacity is None:
+        if response is None or capacity is None or not set(symbols) <= place.keys():
             return False
         places = [place[symbol] for symbol in symbols]
         for rows, matrix in ((energy.response, response), (energy.capacity, capacity)):
@@ -218,7 +214,7 @@ def _least_energy(
     conditions: Sequence[Condition],
     columns: Sequence[Sequence[Node]],
     driven: Sequence[Node],
-) -> list[Node]:
+) -> list[Node] | None:
     """`x - d = B l + C G' w` with `B' K (x - d) = -driven` and `G x = g` (C the inverse of K)."""
     dag = variables.dag
     size = len(energy.offset)
@@ -236,13 +232,18 @@ def _least_energy(
         )
         for c in conditions
     ]
-    for condition in independent_conditions(variables, shifted, balances):
+    chosen = independent_conditions(variables, shifted, balances)
+    if chosen is None:
+        return None
+    for condition in chosen:
         row = [condition.row.get(i, dag.zero) for i in range(size)]
         spans.append(_times(dag, energy.capacity, row))
         tests.append(row)
         right.append(condition.value)
     matrix = [{j: dag.dot(test, column) for j, column in enumerate(spans)} for test in tests]
     weights = solve_conditions(variables, matrix, right)
+    if weights is None:
+        return None
     return [
         dag.add(energy.offset[i], dag.dot(weights, (column[i] for column in spans)))
         for i in range(size)

@@ -381,9 +381,8 @@ class _Merging:
             for j in members
         ]
         driven = [self._driven(j) for j in members]
-        balances = [self._condition(j) for j in members]
         stored = self._stored(slots)
-        return initial_quantities(self._variables, stored, columns, driven, balances)
+        return initial_quantities(self._variables, stored, columns, driven)
 
     def _stored(self, slots: Sequence[Slot]) -> Stored:
         """The elements that slots belong to, with all their states."""

@@ -10,12 +10,12 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
+from bgc.algebra.dag import Level
 from bgc.algebra.solving import SingularSystemError, solve_general
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.equations.storage.kinds import StorageElement
 from bgc.equations.variables.variables import Variables
 from bgc.ir.graph import Initial, Node
 
@@ -25,11 +25,11 @@ NEGLIGIBLE = 1e-9  # of a condition's coefficients, or of its value
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """`sum row * unknown = value`, from an initial value of an element."""
+    """`sum row * unknown = value`, from an initial value of the element `name`."""
 
     row: Row
     value: Node
-    element: StorageElement
+    name: str
     initial: Initial | None  # None for a value that is not given
 
     @property
@@ -42,13 +42,13 @@ def independent_conditions(
     variables: Variables,
     conditions: Sequence[Condition],
     balances: Sequence[tuple[Row, Node]] = (),
-) -> list[Condition]:
+) -> list[Condition] | None:
     """Insert conditions one at a time; a dependent one has to agree with the earlier ones.
 
     All are evaluated numerically, at the start and the parameters' defaults. The balances, as rows
     and right-hand sides, always hold and come first. Defaults come after given values, and those of
     one element hold together or not at all. Elements with ignored defaults are recorded in the
-    variables.
+    variables. None where a flow or an effort takes part that is not known before the start.
     """
     if not conditions:
         return []
@@ -61,15 +61,15 @@ def independent_conditions(
     ]
     values = variables.at_start(nodes)
     if values is None or not all(map(math.isfinite, values)):
-        raise unusable(conditions[0])
+        return None
     width = len(columns) + 1
     numbers = [values[k : k + width] for k in range(0, len(values), width)]
-    system = _System()
+    system = System()
     for row in numbers[: len(balances)]:
         system.insert(row)
     chosen: list[Condition] = []
     given = zip(conditions, numbers[len(balances) :], strict=True)
-    for group in _in_groups(given):
+    for group in in_order(given):
         found = system.copy()
         answers = [(condition, found.insert(row)) for condition, row in group]
         condition = next((c for c, answer in answers if answer is Answer.CONTRADICTS), None)
@@ -77,24 +77,25 @@ def independent_conditions(
             system = found
             chosen += [c for c, answer in answers if answer is Answer.ADDS]
         elif condition.is_default:
-            variables.ignored_defaults.append(condition.element.storage.name)
+            variables.ignored_defaults.append(condition.name)
         else:
             raise contradiction(condition, chosen)
     return chosen
 
 
-def _in_groups(
-    given: Iterable[tuple[Condition, list[float]]],
-) -> list[list[tuple[Condition, list[float]]]]:
-    """Conditions with their numbers, in groups that hold together, in order of precedence."""
-    given_values: list[list[tuple[Condition, list[float]]]] = []
-    defaults: dict[str, list[tuple[Condition, list[float]]]] = {}  # by element
-    not_given: list[list[tuple[Condition, list[float]]]] = []
+_Any = TypeVar("_Any")
+
+
+def in_order(given: Iterable[tuple[Condition, _Any]]) -> list[list[tuple[Condition, _Any]]]:
+    """Conditions, each with its data, in groups that hold together, in order of precedence."""
+    given_values: list[list[tuple[Condition, _Any]]] = []
+    defaults: dict[str, list[tuple[Condition, _Any]]] = {}  # by element
+    not_given: list[list[tuple[Condition, _Any]]] = []
     for condition, row in given:
         if condition.initial is None:
             not_given.append([(condition, row)])
         elif condition.is_default:
-            defaults.setdefault(condition.element.storage.name, []).append((condition, row))
+            defaults.setdefault(condition.name, []).append((condition, row))
         else:
             given_values.append([(condition, row)])
     return [*given_values, *defaults.values(), *not_given]
@@ -108,15 +109,15 @@ class Answer(Enum):
     CONTRADICTS = "contradicts the others"
 
 
-class _System:
+class System:
     """Linear equations in numbers, each reduced by those before it."""
 
     def __init__(self) -> None:
         self._reduced: list[tuple[int, list[float]]] = []  # pivot, row with its value
 
-    def copy(self) -> _System:
+    def copy(self) -> System:
         """A system with the same equations that grows on its own."""
-        other = _System()
+        other = System()
         other._reduced = self._reduced[:]
         return other
 
@@ -137,28 +138,38 @@ class _System:
 
 def contradiction(condition: Condition, others: Sequence[Condition]) -> BgError:
     """The error for a value that does not agree with others."""
-    names = list(dict.fromkeys(other.element.storage.name for other in others))
+    names = list(dict.fromkeys(other.name for other in others))
     assert condition.initial is not None, "what nothing was said about contradicts nothing"
     variable, span = f"{condition.initial.variable}0", condition.initial.span
-    name = condition.element.storage.name
-    return BgError([storage_messages.initial_conflict(span, name, variable, names)])
+    return BgError([storage_messages.initial_conflict(span, condition.name, variable, names)])
 
 
 def solve_conditions(
     variables: Variables, matrix: Sequence[Row], right: Sequence[Node]
-) -> list[Node]:
-    """The unknowns of as many conditions, which are independent."""
+) -> list[Node] | None:
+    """The unknowns of as many conditions, which are independent.
+
+    None where a pivot varies and is not certain to differ from zero.
+    """
     dag = variables.dag
+    unsafe: list[Node] = []
+
+    def note(pivot: Node, _: bool) -> None:
+        if dag.level[pivot] > Level.PARAM and variables.certificate(pivot) is None:
+            unsafe.append(pivot)
+
     try:
-        return solve_general(
-            dag, variables.causal.fingerprints, matrix, right, lambda node: dag.level[node]
+        values = solve_general(
+            dag, variables.causal.fingerprints, matrix, right, lambda node: dag.level[node], note
         )
     except SingularSystemError:
         raise AssertionError("conditions that were inserted one by one are dependent") from None
+    return None if unsafe else values
 
 
 def unusable(condition: Condition) -> BgError:
     """The error for a value that the state cannot be found from."""
-    initial, name = condition.initial, condition.element.storage.name
+    initial = condition.initial
     assert initial is not None, "values that are given come first"
-    return BgError([storage_messages.initial_unusable(initial.span, name, f"{initial.variable}0")])
+    variable = f"{initial.variable}0"
+    return BgError([storage_messages.initial_unusable(initial.span, condition.name, variable)])

@@ -43,7 +43,8 @@ def given_values(element: StorageElement) -> Given:
 def own_initial_states(variables: Variables, element: StorageElement) -> list[Node]:
     """The initial charge or momentum of every port of an independent element.
 
-    Values not given are zero. A given effort or flow is converted by the law.
+    Values not given are zero. A given effort or flow is converted by the law; where that is not
+    possible before the parameters are known, the element is noted in `Variables.starting`.
     """
     dag = variables.dag
     given = given_values(element)
@@ -78,11 +79,13 @@ def _from_answers(
             k: dag.sum(dag.mul(law.capacity[k][m], answers[m].value) for m in answers)
             for k in answers
         }
-    first = next(iter(answers.values()))
     if law.response is None:
         if len(element.ports) == 1:
-            return {0: _inverted(variables, element, first)}
-        raise _unusable(element.storage, first)
+            root = _inverted(variables, element, answers[0])
+            if root is not None:
+                return {0: root}
+        variables.starting.add(element.ports[0].port.element)
+        return dict.fromkeys(answers, dag.zero)
     order = {k: i for i, k in enumerate(answers)}
     response = law.response
     matrix = [{order[m]: response[k][m] for m in answers} for k in answers]
@@ -98,7 +101,7 @@ def _from_answers(
             dag, variables.causal.fingerprints, matrix, right, lambda node: dag.level[node]
         )
     except SingularSystemError:
-        raise _unusable(element.storage, first) from None
+        raise _unusable(element.storage, next(iter(answers.values()))) from None
     return {k: solution[i] for k, i in order.items()}
 
 
@@ -108,15 +111,18 @@ def _unusable(storage: Storage, initial: Initial) -> BgError:
     )
 
 
-def _inverted(variables: Variables, element: StorageElement, initial: Initial) -> Node:
-    """The state at which a scalar law of constants answers with a constant value."""
+def _inverted(variables: Variables, element: StorageElement, initial: Initial) -> Node | None:
+    """The state at which a scalar law of constants answers with a constant value.
+
+    None where the law or the value holds anything else, such as a parameter.
+    """
     dag = variables.dag
     (port,) = element.ports
     symbol = dag.symbol_of(port.state)
     assert symbol is not None
     parts = dag.reachable([port.answer, initial.value])
     if any(dag.level[n] > Level.CONST and n != port.state for n in parts if not dag.operands(n)):
-        raise _unusable(element.storage, initial)
+        return None
     target = evaluate_nodes(dag, [initial.value], {})[0]
 
     def miss(x: float) -> float:

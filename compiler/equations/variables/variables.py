@@ -46,6 +46,9 @@ class Rate:
 
 Definition: TypeAlias = Explicit | Unknown | Rate
 
+# A value that holds one of these is not known before the start.
+_NOT_BEFORE = frozenset({Kind.EFFORT, Kind.FLOW, Kind.UNKNOWN, Kind.RATE, Kind.START})
+
 Column: TypeAlias = tuple[str, int]
 """A resistive unknown: ("flow", independent flow), or ("port", port whose law gives a flow)."""
 
@@ -87,6 +90,10 @@ class Variables:
         self.final_divisors: list[Divisor] = []
         self._bounds = Bounds(self.dag, self.default)
         self.ignored_defaults: list[str] = []  # storage elements
+        self.starting: set[int] = set()  # elements with conditions of their start (`start/`)
+        self.given_junctions: set[int] = set()  # elements that set the flows of inertias
+        self.start_names: list[str] = []  # elements with a value given in these rows
+        self.start_rows: list[Node] = []  # linear equations in START symbols, as many as these
         self.speeds: dict[Node, Speed] = {}
         self.resting: set[Node] = set()  # states whose rates are those at motions of speed zero
         self._rests: dict[Node, Node | None] = {}  # unknown -> its part beside free motions
@@ -180,6 +187,11 @@ class Variables:
         laws = ((self._answers.get(k), self._conductances.get(k)) for k in ports)
         return {node for pair in laws for node in pair if node is not None}
 
+    def new_start_unknowns(self, count: int) -> list[Node]:
+        """Symbols for unknowns of the start; as many rows follow in `start_rows`."""
+        first = len(self.start_rows)
+        return [self.dag.symbol(Kind.START, first + k) for k in range(count)]
+
     def new_speed(self, stored: Node, rate: Node) -> Node:
         """A symbol for the speed of a free motion, which adds to the rate of a quantity."""
         symbol = self.new_state(Kind.DISPLACEMENT)
@@ -240,7 +252,7 @@ class Variables:
         """Values of raw nodes at the start: parameters at their defaults, inputs at zero.
 
         A charge or momentum counts as zero unless it is given. None where an effort, a flow or
-        an unknown takes part.
+        an unknown takes part, of the graph or of the start.
         """
         graph, dag = self.causal.graph, self.dag
         start = {dag.symbol(Kind.STATE, state.index): state.initial for state in graph.states}
@@ -260,7 +272,7 @@ class Variables:
         values = dict(self._certifier.defaults)
         for leaf in map(dag.symbol_of, dag.reachable(nodes)):
             if leaf is not None and leaf not in values:
-                if leaf.kind in {Kind.EFFORT, Kind.FLOW, Kind.UNKNOWN, Kind.RATE}:
+                if leaf.kind in _NOT_BEFORE:
                     return None
                 values[leaf] = 0.0
         return evaluate_nodes(dag, nodes, values)

@@ -1,0 +1,152 @@
+"""The values that are given for the start of jointly starting elements, as final nodes.
+
+The elements are those that the storage passes noted in `Variables.starting`: nonlinear laws merged
+with others, or moduli that may vanish. Each given value becomes a condition on the states, whatever
+the variable is: a charge, a momentum, an effort, a flow, or the common variable of a junction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from bgc.algebra.dag import Dag, Kind
+from bgc.equations.loops.resolve import Resolver
+from bgc.equations.storage.conditions import Condition, unusable
+from bgc.equations.storage.initial import given_values
+from bgc.equations.storage.kinds import IntegratedState, StorageElement
+from bgc.equations.variables.variables import Variables
+from bgc.ir.graph import Initial, Junction, Node
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """A value that has to hold at the start: `node = condition.value`, both final nodes."""
+
+    node: Node
+    condition: Condition
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """The conditions of a start, and the storage that may move to satisfy them.
+
+    `stored` pairs each stored quantity with its answer (the effort of a charge, the flow of a
+    momentum), both final nodes: the gradient of the energy. `free` are the numbers of the states.
+    """
+
+    given: tuple[Given, ...]
+    stored: tuple[tuple[Node, Node], ...]
+    free: tuple[int, ...]
+
+
+def start_problem(
+    variables: Variables,
+    resolver: Resolver,
+    elements: Sequence[StorageElement],
+    states: Sequence[IntegratedState],
+) -> Problem | None:
+    """Resolve the conditions of the elements that start jointly; None without any.
+
+    `states` are the storage states of the program, in its order.
+    """
+    if not variables.starting:
+        return None
+    chosen = [e for e in elements if e.ports[0].port.element in variables.starting]
+    common = list(_of_junctions(variables, resolver, variables.starting))
+    chosen += _moved_by(variables, resolver, elements, states, chosen, common)
+    others = variables.given_junctions - variables.starting
+    for one in _of_junctions(variables, resolver, others):
+        moved = _moved_by(variables, resolver, elements, states, (), [one])
+        if any(element in chosen for element in moved):
+            common.append(one)
+            chosen += [element for element in moved if element not in chosen]
+    given = [one for element in chosen for one in _of_element(variables, resolver, element)]
+    default = [one for one in given if one.condition.is_default]
+    given = [*(one for one in given if not one.condition.is_default), *common, *default]
+    if not given:
+        return None
+    ports = [port for element in chosen for port in element.ports]
+    names = {element.storage.name for element in chosen}
+    beside = {port.charge for port in ports}
+    return Problem(
+        tuple(given),
+        tuple((resolver.resolve(p.state), resolver.resolve(p.answer)) for p in ports),
+        tuple(
+            k
+            for k, state in enumerate(states)
+            if not names.isdisjoint(state.stores) and state.symbol not in beside
+        ),
+    )
+
+
+def _of_element(
+    variables: Variables, resolver: Resolver, element: StorageElement
+) -> Iterator[Given]:
+    """The conditions of a storage element's initial values."""
+    dag = variables.dag
+    for (position, variable), initial in given_values(element).items():
+        port = element.ports[position]
+        state, answer = ("p", "f") if port.has_momentum else ("q", "e")
+        if variable == "q" and port.has_momentum and port.charge is not None:
+            continue  # the charge of an IC beside its momentum starts by itself
+        if variable == "p" and not port.has_momentum and initial.value == dag.zero:
+            continue  # imposes nothing on a port without momentum
+        if variable not in {state, answer}:
+            raise unusable(Condition({}, dag.zero, element.storage.name, initial))
+        node = port.state if variable == state else port.answer
+        yield _given(variables, resolver, node, element.storage.name, initial)
+
+
+def _of_junctions(
+    variables: Variables, resolver: Resolver, indices: Collection[int]
+) -> Iterator[Given]:
+    """The conditions on the common variables of junctions."""
+    for index in sorted(indices):
+        junction = variables.causal.graph.elements[index]
+        if isinstance(junction, Junction) and junction.initial is not None:
+            kind = Kind.EFFORT if junction.kind == "J0" else Kind.FLOW
+            symbol = variables.dag.symbol(kind, junction.ports[0].bond)
+            yield _given(variables, resolver, symbol, junction.name, junction.initial)
+
+
+def _given(
+    variables: Variables, resolver: Resolver, node: Node, name: str, initial: Initial
+) -> Given:
+    final, value = resolver.resolve_all([node, initial.value])
+    found = Given(final, Condition({}, value, name, initial))
+    if not variables.speeds.keys().isdisjoint(variables.dag.reachable([final])):
+        raise unusable(found.condition)  # the speed of a free motion follows from rates
+    return found
+
+
+def _moved_by(
+    variables: Variables,
+    resolver: Resolver,
+    elements: Sequence[StorageElement],
+    states: Sequence[IntegratedState],
+    chosen: Sequence[StorageElement],
+    given: Sequence[Given],
+) -> list[StorageElement]:
+    """Further elements whose states the conditions of junctions contain."""
+    known = {element.storage.name for element in chosen}
+    names = set[str]()
+    for number in states_in(variables.dag, [g.node for g in given], resolver.residuals()):
+        if number < len(states):
+            names.update(states[number].stores)
+    return [e for e in elements if e.storage.name in names - known]
+
+
+def states_in(dag: Dag, nodes: Iterable[Node], residuals: Mapping[Node, Node]) -> dict[int, Node]:
+    """The states that nodes depend on, by number, through `residuals` of algebraic ones."""
+    found: dict[int, Node] = {}
+    waiting = list(nodes)
+    while waiting:
+        for node in dag.reachable([waiting.pop()]):
+            symbol = dag.symbol_of(node)
+            if symbol is None or symbol.kind is not Kind.STATE or symbol.index in found:
+                continue
+            found[symbol.index] = node
+            if node in residuals:
+                waiting.append(residuals[node])
+    return found

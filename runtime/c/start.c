@@ -1,0 +1,134 @@
+/* start.c: initial values without a closed form, by Newton's method.
+ *
+ * The compiler has solved the equations with the parameters at their defaults. From that solution
+ * s0, Newton's method with the natural monotonicity test (Deuflhard 1974) solves them for the present
+ * parameters; where it fails, the homotopy r(s) - (1 - c) r(s0) = 0 is followed from c = 0 to 1.
+ */
+#include "bgc_internal.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MAX_START_ITERATIONS = 60, MAX_START_STRIDES = 200 };
+
+static const double start_converged = 1e-9;       /* correction, relative to the unknowns */
+static const double start_floor = 1e-9;      /* of an unknown, for the relative correction */
+static const double least_start_damping = 1e-8;
+static const double least_start_stride = 1e-6;    /* of the homotopy */
+
+/* Root mean square of a correction relative to the unknowns in `sizes`. */
+static double start_norm(int n, const double *change, const double *sizes) {
+    double sum = 0.0;
+
+    for (int k = 0; k < n; k++) {
+        const double r = change[k] / fmax(fabs(sizes[k]), start_floor);
+        sum += r * r;
+    }
+    return sqrt(sum / n);
+}
+
+/* The residual at s, less `part` of that at the start of the homotopy, with its Jacobian in
+ * d->start_jac; returns whether all is finite. */
+static int start_residual(const bgc_model *m, bgc_data *d, const double *s, double part, double *residual) {
+    const int n = m->n_start;
+
+    m->start(d->h, d->core.t, d->u, s, residual, d->start_jac, d->work);
+    for (int k = 0; k < n; k++) {
+        residual[k] -= part != 0.0 ? part * d->start_first[k] : 0.0;
+    }
+    return bgc_first_bad(n, residual) < 0 && bgc_first_bad(n * n, d->start_jac) < 0;
+}
+
+/* s := s + damping * correction, to `to`. */
+static void move_start(int n, const double *s, double damping, const double *change, double *to) {
+    for (int k = 0; k < n; k++) {
+        to[k] = s[k] - damping * change[k];
+    }
+}
+
+/* Solves r(s) - part r(s0) = 0 from s, which it overwrites. Returns whether it succeeds. */
+static int solve_start_from(const bgc_model *m, bgc_data *d, double part, double *s) {
+    const int n = m->n_start;
+    double damping = 1.0;
+
+    for (int k = 0; k < MAX_START_ITERATIONS; k++) {
+        double length;
+
+        /* Newton correction. */
+        if (!start_residual(m, d, s, part, d->start_change)) {
+            return 0;
+        }
+        memcpy(d->start_lu, d->start_jac, (size_t)n * (size_t)n * sizeof *d->start_lu);
+        if (bgc_factorise_dense(n, d->start_lu, d->start_pivot, d->start_magnitude) >= 0) {
+            return 0;
+        }
+        bgc_solve_dense(n, d->start_lu, d->start_pivot, d->start_change);
+        if (bgc_first_bad(n, d->start_change) >= 0) {
+            return 0;
+        }
+        length = start_norm(n, d->start_change, s);
+        if (length <= start_converged) {
+            move_start(n, s, 1.0, d->start_change, s);
+            return 1;
+        }
+
+        /* The largest part of it after which the next correction, by the same factors, is shorter. */
+        for (;; damping *= 0.5) {
+            if (damping < least_start_damping) {
+                return 0;
+            }
+            move_start(n, s, damping, d->start_change, d->start_trial);
+            if (!start_residual(m, d, d->start_trial, part, d->start_next)) {
+                continue;
+            }
+            bgc_solve_dense(n, d->start_lu, d->start_pivot, d->start_next);
+            if (start_norm(n, d->start_next, s) <= (1.0 - 0.25 * damping) * length) {
+                break;
+            }
+        }
+        memcpy(s, d->start_trial, (size_t)n * sizeof *s);
+        damping = fmin(1.0, 4.0 * damping);
+    }
+    return 0;
+}
+
+/* Follows the homotopy from s0 in strides as long as Newton's method converges. */
+static int follow_start(const bgc_model *m, bgc_data *d, double *s) {
+    const size_t size = (size_t)m->n_start * sizeof *s;
+    double reached = 0.0, stride = 0.1;
+
+    if (!start_residual(m, d, s, 0.0, d->start_first)) {
+        return 0;
+    }
+    for (int k = 0; k < MAX_START_STRIDES && reached < 1.0 && stride > least_start_stride; k++) {
+        const double next = fmin(1.0, reached + stride);
+        memcpy(d->start_from, s, size);
+        if (solve_start_from(m, d, 1.0 - next, d->start_from)) {
+            memcpy(s, d->start_from, size);
+            reached = next;
+            stride *= 2.0;
+        } else {
+            stride *= 0.25;
+        }
+    }
+    return reached >= 1.0;
+}
+
+/* Solves the equations of the start at the present t and u, and sets the states that follow. */
+bgc_status bgc_solve_start(const bgc_model *m, bgc_data *d) {
+    const size_t size = (size_t)m->n_start * sizeof *d->start_at;
+
+    if (m->n_start == 0) {
+        return BGC_OK;
+    }
+    memcpy(d->start_at, m->start_guess, size);
+    if (!solve_start_from(m, d, 0.0, d->start_at)) {
+        memcpy(d->start_at, m->start_guess, size);
+        if (!follow_start(m, d, d->start_at)) {
+            d->core.failed_parameter = m->n_param + m->n_check;
+            return BGC_BAD_PARAMETER;
+        }
+    }
+    m->started(d->h, d->core.t, d->u, d->start_at, d->x, d->work);
+    return BGC_OK;
+}

@@ -1,0 +1,216 @@
+"""Initial values of merged storage with nonlinear laws hold at the start, or are refused."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from scipy.optimize import brentq, minimize
+
+import bgc
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.model import Model
+
+CUBIC = "{ f = p + p^3; }"
+TWO = """model M {{ j : J1; a : {a} b : {b} r : R(1); j -> a, b, r; }}
+scene s of M {{ observe a.p, b.p, a.f, b.f; run 1 s; }}"""
+PAIR = """model M {{ j : J0; a : {a} b : {b} r : R(1); j -> a, b, r; }}
+scene s of M {{ observe a.q, b.q, a.e, b.e; run 1 s; }}"""
+
+
+def compiled(folder: Path, text: str) -> Model:
+    path = folder / "model.bg"
+    path.write_text(text)
+    return bgc.compile(path)
+
+
+def start_of(folder: Path, text: str, **parameters: float) -> dict[str, float]:
+    return compiled(folder, text).observe(parameters=parameters)
+
+
+def refused(folder: Path, text: str) -> tuple[str, str]:
+    with pytest.raises(BgError) as caught:
+        compiled(folder, text)
+    (diagnostic,) = caught.value.diagnostics
+    return diagnostic.code, diagnostic.message
+
+
+def root(function: Callable[[float], float]) -> float:
+    return float(brentq(function, -100, 100, xtol=1e-15))
+
+
+def cubic(flow: float, factor: float = 1.0) -> float:
+    return root(lambda p: p + factor * p**3 - flow)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "expected"),
+    [
+        ("I(p0 = 1) { f = p/2; }", "I { f = p + p^3; }", (1, cubic(0.5), 0.5)),
+        ("I(2, p0 = 1);", "I { f = p + p^3; }", (1, cubic(0.5), 0.5)),
+        ("I(p0 = 1) { f = p/2; }", "I { f = p/3; }", (1, 1.5, 0.5)),
+        ("I(2);", "I(p0 = 0.5) { f = p + p^3; }", (1.25, 0.5, 0.625)),
+        ("I(2, f0 = 0.5);", "I { f = p + p^3; }", (1, cubic(0.5), 0.5)),
+        ("I(2);", "I(f0 = 0.5) { f = p + p^3; }", (1, cubic(0.5), 0.5)),
+    ],
+)
+def test_values_of_merged_inertias_hold(
+    a: str, b: str, expected: tuple[float, float, float], tmp_path: Path
+) -> None:
+    found = list(start_of(tmp_path, TWO.format(a=a, b=b)).values())
+    assert found == pytest.approx([*expected, expected[-1]], rel=1e-12)
+
+
+@pytest.mark.parametrize("given", ["q0 = 1", "e0 = 0.5"])
+@pytest.mark.parametrize("law", ["{ e = q + q^3; }", "{ H = q^2/2 + q^4/4; }"])
+def test_values_of_merged_compliances_hold(given: str, law: str, tmp_path: Path) -> None:
+    found = start_of(tmp_path, PAIR.format(a=f"C(2, {given});", b=f"C {law}"))
+    assert list(found.values()) == pytest.approx([1, cubic(0.5), 0.5, 0.5], rel=1e-12)
+
+
+def test_a_saturating_coil_carries_the_current_that_is_given(tmp_path: Path) -> None:
+    """With any parameters: the runtime solves for the start again."""
+    text = """model M { param i0 : A = 0.5 A; param k = 1; loop : J1; leak : I(2 H, f0 = i0);
+      core : I { f = p/1 H + k*1 A*(p/1 Wb)^3; } wire : R(1 ohm); loop -> leak, core, wire; }
+    scene s of M { observe leak.f as i, leak.p, core.p; run 1 s; }"""
+    model = compiled(tmp_path, text)
+    for current, k in [(0.5, 1), (-0.5, 1), (1e-9, 1), (5, 0.1), (1e6, 1), (0.5, 1e4), (0, 3)]:
+        found = model.observe(parameters={"i0": current, "k": k})
+        expected = [current, 2 * current, cubic(current, k)]
+        assert list(found.values()) == pytest.approx(expected, rel=1e-12, abs=1e-15)
+    result = model.simulate(parameters={"i0": 2})
+    assert [result[x][0] for x in ("i", "leak.p", "core.p")] == pytest.approx([2, 4, 1], rel=1e-12)
+
+
+def test_parameters_beyond_the_reach_of_a_law_are_refused(tmp_path: Path) -> None:
+    text = """model M { param i0 = 0.5; j : J1; a : I(1, f0 = i0); b : I { f = tanh(p); }
+      j -> a, b; } scene s of M { observe a.f as i; run 1 s; }"""
+    model = compiled(tmp_path, text)
+    assert model.observe(parameters={"i0": 0.999})["i"] == pytest.approx(0.999, rel=1e-12)
+    with pytest.raises(BgError) as caught:
+        model.observe(parameters={"i0": 2})
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "BG732" and "`a`" in diagnostic.message
+    code, message = refused(tmp_path, text.replace("i0 = 0.5", "i0 = 2"))
+    assert (code, "`f0` of `a`" in message) == ("BG517", True)
+
+
+@pytest.mark.parametrize(
+    ("text", "culprit"),
+    [
+        # An inertia that a gyrator holds at rest, and one without freedom between resistances.
+        (
+            """model M { n1 : J1; n2 : J1; i : I(p0 = 0.37) { f = p/3.8 + 0.12*p^3; }
+              x : MGY[2] { e = [[0, 3.9], [-3.9, 0]]*f; } n1 -> i; n2 -> x[1]; n1 -> x[2]; }
+            scene s of M { observe i.p; run 1 s; }""",
+            "`p0` of `i` contradicts what drives or holds it",
+        ),
+        (
+            """model M { n3 : J1; n4 : J0; n5 : J1; i : I(p0 = 0.19) { f = 3.3*p + 0.4*abs(p)*p; }
+              r : R[2](conductance = [[0.58, -0.96], [0.56, 0.84]]); m1 : Mux[1, 1];
+              x : MGY { e2 = [[-0.41, 0.24]]*f1; } m2 : Mux[1, 1];
+              y : MTF { f2 = [[0.77, 1.36]]*f1; } n3 -> i; n5 -> r[1]; n3 -> r[2];
+              n4, n4 -> m1 -> x; n4, n3 -> m2 -> y; y -> n3; x -> n3; }
+            scene s of M { observe i.p; run 1 s; }""",
+            "`p0` of `i` contradicts what drives or holds it",
+        ),
+        (TWO.format(a="I(2, p0 = 1);", b=f"I(f0 = 0.6) {CUBIC}"), "`f0` of `b` contradicts the"),
+        (TWO.format(a="I(2, p0 = 1);", b=f"I(p0 = 0.5) {CUBIC}"), "`p0` of `b` contradicts the"),
+        (PAIR.format(a="C(2, q0 = 1);", b="C(e0 = 0.6) { e = q + q^3; }"), "`e0` of `b` contrad"),
+    ],
+)
+def test_contradictions_name_the_culprit(text: str, culprit: str, tmp_path: Path) -> None:
+    code, message = refused(tmp_path, text)
+    assert code == "BG516" and message.startswith(culprit)
+
+
+def test_values_that_agree_are_taken(tmp_path: Path) -> None:
+    b = f"I(p0 = {cubic(0.5)!r}, f0 = 0.5) {CUBIC}"
+    with pytest.raises(BgError):  # one determines the other
+        start_of(tmp_path, TWO.format(a="I(2, p0 = 1);", b=b))
+    found = start_of(tmp_path, TWO.format(a="I(2, p0 = 1);", b=f"I(f0 = 0.5) {CUBIC}"))
+    assert found["b.p"] == pytest.approx(cubic(0.5), rel=1e-12)
+
+
+def test_what_is_not_given_has_the_least_energy(tmp_path: Path) -> None:
+    """Three masses on flows u, v and u + v; the energies are those of the laws."""
+    text = """model M { a : I A b : I B c : I(p0 = 0.8) C u : J1; v : J1; w : J1; sum : J0;
+      u -> a; v -> b; w -> c; u -> sum; v -> sum; sum -> w; }
+    scene s of M { observe a.p, b.p, c.p, a.f, b.f, c.f; run 1 s; }"""
+    laws = {"A": (1.0, 1.0), "B": (0.5, 2.0), "C": (2.0, 0.3)}
+    for name, (k, m) in laws.items():
+        text = text.replace(f" {name} ", f" {{ f = {k}*p + {m}*p^3; }} ")
+    found = list(start_of(tmp_path, text).values())
+
+    def momentum(name: str, flow: float) -> float:
+        k, m = laws[name]
+        return root(lambda p: k * p + m * p**3 - flow)
+
+    def energy(name: str, flow: float) -> float:
+        (k, m), p = laws[name], momentum(name, flow)
+        return k / 2 * p**2 + m / 4 * p**4
+
+    total = 2.0 * 0.8 + 0.3 * 0.8**3
+    best = minimize(lambda u: energy("A", u[0]) + energy("B", total - u[0]), [0.5], tol=1e-14).x[0]
+    expected = [momentum("A", best), momentum("B", total - best), 0.8]
+    assert found[:3] == pytest.approx(expected, rel=1e-6)
+    assert found[3] + found[4] == pytest.approx(found[5], rel=1e-13)
+    assert found[2] == pytest.approx(0.8, rel=1e-14)
+
+
+def test_a_common_flow_or_effort_may_be_given(tmp_path: Path) -> None:
+    text = TWO.replace("j : J1;", "j : J1(f0 = 0.5);").format(a="I(2);", b=f"I {CUBIC}")
+    assert start_of(tmp_path, text)["a.f"] == pytest.approx(0.5, rel=1e-12)
+    text = PAIR.replace("j : J0;", "j : J0(e0 = 0.5);").format(a="C(2);", b="C { e = q + q^3; }")
+    assert start_of(tmp_path, text)["b.q"] == pytest.approx(cubic(0.5), rel=1e-12)
+    text = PAIR.replace("j : J0;", "j : J0(e0 = 0.5);").format(a="C(2);", b="C(3);")
+    assert start_of(tmp_path, text)["b.q"] == pytest.approx(1.5, rel=1e-12)
+    text = PAIR.replace("j : J0;", "j : J0(e0 = 0.5);").format(a="C(2, q0 = 2);", b="C(3);")
+    assert refused(tmp_path, text)[0] == "BG516"
+
+
+LAWS = (
+    ("{k}*{x}", lambda k, m, x: k * x),
+    ("{k}*{x} + {m}*{x}^3", lambda k, m, x: k * x + m * x**3),
+    ("{k}*{x} + {m}*abs({x})*{x}", lambda k, m, x: k * x + m * abs(x) * x),
+    ("{k}*{x} + {m}*tanh({x})", lambda k, m, x: k * x + m * math.tanh(x)),
+    ("{k}*{x} + {m}*exp({x}) - {m}", lambda k, m, x: k * x + m * math.expm1(x)),
+)
+
+
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("dual", [False, True])
+def test_random_starts_that_have_a_solution_are_found(
+    seed: int, dual: bool, tmp_path: Path
+) -> None:
+    """Flows of a tree of junctions are drawn; values that follow from them are given."""
+    rng = random.Random(seed)
+    one, two, kind, state, common = (
+        ("J0", "J1", "C", "q", "e") if dual else ("J1", "J0", "I", "p", "f")
+    )
+    count = rng.randint(2, 4)
+    flows = [rng.uniform(-2, 2) for _ in range(count)]
+    lines, truth = [], {}
+    for j, members in enumerate(
+        [[k] for k in range(count)] + [[k, k + 1] for k in range(count - 1)]
+    ):
+        lines.append(f"n{j} : {one}; r{j} : R({rng.uniform(0.5, 2)!r}); n{j} -> r{j};")
+        if len(members) > 1:
+            lines.append(f"s{j} : {two}; s{j} -> n{j};")
+            lines += [f"n{k} -> s{j};" for k in members]
+        flow = sum(flows[k] for k in members)
+        for i in range(rng.randint(1, 2)):
+            text, law = rng.choice(LAWS)
+            k, m = rng.uniform(0.2, 3), rng.uniform(0.2, 3)
+            x = root(lambda x, law=law, k=k, m=m, flow=flow: law(k, m, x) - flow)
+            given = rng.choice((f"({state}0 = {x!r})", f"({common}0 = {flow!r})"))
+            given = given if len(members) == 1 and i == 0 else ""
+            text = text.format(k=repr(k), m=repr(m), x=state)
+            lines.append(f"x{j}_{i} : {kind}{given} {{ {common} = {text}; }} n{j} -> x{j}_{i};")
+            truth[f"x{j}_{i}.{state}"] = x
+    scene = f"scene s of M {{ observe {', '.join(truth)}; run 1; }}"
+    found = start_of(tmp_path, f"model M {{ {' '.join(lines)} }} {scene}")
+    assert found == pytest.approx(truth, rel=1e-10, abs=1e-10)
