@@ -38,6 +38,7 @@ from bgc.passivity.checks import check_physics
 from bgc.passivity.coefficients import passive_coefficients
 from bgc.resolution.modules import Package
 from bgc.resolution.resolve import load
+from bgc.slicing.divisors import with_divisor_checks
 from bgc.slicing.fold import Folding, fold_parameters
 from bgc.slicing.slice import slice_program
 
@@ -177,7 +178,7 @@ def _stages(
     equations = derive_equations(causal)
     yield "equations", "equations", equations
 
-    sliced = equations if options.whole else slice_program(equations)
+    sliced = with_divisor_checks(equations if options.whole else slice_program(equations))
     yield "slice", "sliced", sliced
 
     optimised = optimise(sliced)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from fractions import Fraction
@@ -15,7 +16,7 @@ from bgc.emission.sparse import plan_lu
 from bgc.emission.switches import hold_modes
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Jacobian, Kernel, Lowered, Reads, Store, Switch
-from bgc.ir.program import MassEntry, Program
+from bgc.ir.program import MassEntry, PositiveParameter, Program
 from bgc.ir.program_nodes import map_program, program_roots
 
 _RUNNING = "h t x u"
@@ -275,12 +276,27 @@ _ROUNDING = Fraction(1, 2**48)  # bound on the relative rounding error of a sum 
 
 
 def _checks(program: Program) -> list[Node]:
-    """Nodes that must be positive; for a nonzero divisor, its distance from zero."""
-    dag = program.dag
-    return [
-        check.node if check.strictly_positive else _distance_from_zero(dag, check.node)
-        for check in program.positive
-    ]
+    """Nodes that are positive where the checks hold."""
+    return [_positive_where(program.dag, check) for check in program.positive]
+
+
+def _positive_where(dag: Dag, check: PositiveParameter) -> Node:
+    """A node that is positive where a check holds; of a nonzero divisor, its distance from zero."""
+    if check.strictly_positive:
+        return check.node
+    if check.finite:
+        return _is_finite(dag, check.node)
+    distance = _distance_from_zero(dag, check.node)
+    size = dag.call(Op.ABS, check.node)
+    divides = any(dag.op[n] == Op.DIV for n in dag.reachable([check.node]))
+    if distance == size or not divides:
+        return distance
+    return dag.select(_is_finite(dag, check.node), distance, size)  # 1/0 is far from zero
+
+
+def _is_finite(dag: Dag, node: Node) -> Node:
+    """1 for a finite value, 0 for an infinite one, NaN for NaN."""
+    return dag.call(Op.LE, dag.call(Op.ABS, node), dag.const(sys.float_info.max))
 
 
 def _distance_from_zero(dag: Dag, node: Node) -> Node:

@@ -13,11 +13,13 @@ Literals remain exact, since rounding would prevent cancellations.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
-from bgc.algebra.dag import Dag, Op
+from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.fingerprint import Fingerprints, negative
-from bgc.ir.graph import Node
+from bgc.ir.evaluated import evaluated_always
+from bgc.ir.graph import Guard, Node
 from bgc.ir.program import Program
 from bgc.ir.program_nodes import map_program, program_roots
 
@@ -32,10 +34,36 @@ _FUNCTIONS = frozenset(int(op) for op in Op if op.row.curve is not None)  # may 
 def optimise(program: Program) -> Program:
     """Return an equivalent program on a new DAG that contains only required nodes.
 
-    Raises AssertionError if the fingerprint of an output changes.
+    A quotient of the model that cancels, as `x/x` does, leaves an assertion that its divisor is not
+    zero. Raises AssertionError if the fingerprint of an output changes.
     """
-    dag, new = number_values(program.dag, program_roots(program))
-    return map_program(program, dag, new.__getitem__)
+    roots = program_roots(program)
+    dag, new = number_values(program.dag, roots)
+    smaller = map_program(program, dag, new.__getitem__)
+    guards = tuple(_guards_of_cancelled(program.dag, roots, dag, new))
+    return replace(smaller, guards=(*smaller.guards, *guards)) if guards else smaller
+
+
+def _guards_of_cancelled(
+    old: Dag, roots: Sequence[Node], dag: Dag, new: Mapping[Node, Node]
+) -> Iterator[Guard]:
+    """Assertions for divisors that vary and that no quotient of the new graph has."""
+    marked = [
+        node
+        for node in evaluated_always(old, roots)
+        if old.op[node] == _DIV and node in old.places and old.level[old.b[node]] > Level.PARAM
+    ]
+    if not marked:
+        return
+    present = set(dag.reachable([new[root] for root in roots]))
+    for node in marked:
+        divisor = new[old.b[node]]
+        reciprocal = dag.div(dag.one, divisor)
+        if dag.op[reciprocal] == _NEG:
+            reciprocal = dag.a[reciprocal]
+        if dag.op[divisor] != _CONST and reciprocal not in present:
+            place = old.places[node]
+            yield Guard(divisor, f"`{place.text}` divides by zero", place)
 
 
 def number_values(dag: Dag, roots: Sequence[Node]) -> tuple[Dag, dict[Node, Node]]:

@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from bgc.algebra.dag import Dag, Level
+from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.evaluate import evaluate_nodes, to_double
 from bgc.diagnostics.catalogue import equations as catalogue
+from bgc.diagnostics.catalogue.values import division_by_zero
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
 from bgc.ir.graph import FlatGraph, Node
@@ -33,6 +34,9 @@ def require_representable(graph: FlatGraph, program: Program) -> None:
     wrong = {node for node in dag.reachable(program_roots(program)) if _is_lost(dag, node)}
     if not wrong:
         return
+    for node in sorted(wrong):
+        if dag.op[node] == Op.DIV and dag.b[node] == dag.zero and node in dag.places:
+            raise BgError([division_by_zero(dag.places[node])])
     for what, span, roots in _equations(graph, program):
         found = next((node for node in dag.reachable(roots) if node in wrong), None)
         if found is not None:

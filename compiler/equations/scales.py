@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from bgc.algebra.dag import Dag, Level, Op
 from bgc.equations.storage.kinds import IntegratedState, StorageElement, StoragePort
 from bgc.ir.causal import CausalGraph, Role
-from bgc.ir.graph import Node
+from bgc.ir.graph import Form, LinearLaw, Node
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,9 +71,14 @@ def _inertia(dag: Dag, element: StorageElement, position: int) -> Node | None:
     """The inertia against one flow while the element's others are free; None if it varies."""
     own = _diagonal(dag, element, position, capacity=True)
     free = _diagonal(dag, element, position, capacity=False)
-    if own is None or free is None or _is_alone(dag, element, position):
+    if own is None or free is None:
         return own
-    return dag.div(dag.one, free)
+    size = own if _is_alone(dag, element, position) else dag.div(dag.one, free)
+    law = element.storage.law
+    given = isinstance(law, LinearLaw) and law.form is Form.MOMENTUM
+    if given or dag.level[free] == Level.CONST:
+        return size
+    return dag.select(dag.call(Op.LT, dag.zero, free), size, dag.one)
 
 
 def _is_alone(dag: Dag, element: StorageElement, position: int) -> bool:

@@ -68,11 +68,15 @@ class Energy:
 
 @dataclass(frozen=True, slots=True)
 class PositiveParameter:
-    """A divisor of PARAM level, which must be positive, or nonzero if not `strictly_positive`."""
+    """An expression of PARAM level that must be nonzero; positive if `strictly_positive`.
+
+    One that is `finite` may be zero, but not infinite or undefined.
+    """
 
     node: Node
     message: str
     strictly_positive: bool
+    finite: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -275,7 +275,9 @@ class _Evaluator:
             case "*":
                 return arithmetic.multiply(dag, left, right)
             case "/":
-                return arithmetic.quotient(dag, left, right)
+                value = arithmetic.quotient(dag, left, right)
+                self._mark(value, left.span.to(right.span))
+                return value
             case "^":
                 return arithmetic.raise_to(dag, left, right)
             case "and" | "or":
@@ -289,7 +291,7 @@ class _Evaluator:
                 return value
 
     def _mark(self, value: Value, span: Span) -> None:
-        """Record the place of a discontinuous operation, for messages of a run."""
+        """Record the place of a discontinuous operation or a quotient, for messages."""
         for node in value.nodes:
             self.dag.mark(node, span)
 

@@ -72,6 +72,7 @@ static void model_prepare(const double *p, double *h, double *w)
     h[16] = v7 == 0.0 ? 1.0 : v7 == v7 ? sqrt(p[3] / p[5]) : v7;
     const double v8 = model_less(0.0, p[6]);
     h[17] = v8 == 0.0 ? 1.0 : v8 == v8 ? sqrt(model_min(p[3], p[4]) / p[6]) : v8;
+    h[20] = fabs(p[2]);
     h[5] = p[5];
     h[6] = p[6];
     h[7] = p[7];
@@ -214,6 +215,7 @@ static void model_positive(const double *p, const double *h, double *check, doub
     (void)p, (void)w;
     check[0] = h[18];
     check[1] = h[19];
+    check[2] = h[20];
 }
 
 /* Defaults of the parameters that are given by other parameters. */
@@ -323,6 +325,7 @@ static const bgc_var_info model_output[] = {
 static const char *const model_param_check[] = {
     "the inertia of `car.inertia[1]` must be positive",
     "the inertia of `car.inertia[2]` must be positive",
+    "`bump.speed` must not be zero: the equation of `car.springs.q[1]` divides by it",
 };
 
 static const int model_jac_row[] = {
@@ -363,7 +366,7 @@ static const bgc_model model_info = {
     .name = "matrices",
     .hash = "of its sources",
     .n_param = 8,
-    .n_hoist = 20,
+    .n_hoist = 21,
     .n_state = 7,
     .n_input = 0,
     .n_output = 3,
@@ -373,7 +376,7 @@ static const bgc_model model_info = {
     .n_jac = 12,
     .n_mass = 0,
     .n_lu = 17,
-    .n_check = 2,
+    .n_check = 3,
     .n_switch = 2,
     .n_timed = 2,
     .param = model_param,

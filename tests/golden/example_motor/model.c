@@ -70,6 +70,7 @@ static void model_prepare(const double *p, double *h, double *w)
     h[21] = v8 == 0.0 ? 1.0 : v8 == v8 ? sqrt(p[7] * p[9]) : v8;
     const double v9 = model_less(0.0, p[3]);
     h[23] = v9 == 0.0 ? 1.0 : v9 == v9 ? sqrt(model_min(p[9], p[1]) / p[3]) : v9;
+    h[26] = fabs(p[0]);
     h[0] = p[5];
     h[1] = p[6];
     h[3] = p[8];
@@ -180,6 +181,7 @@ static void model_positive(const double *p, const double *h, double *check, doub
     check[0] = h[25];
     check[1] = h[22];
     check[2] = h[24];
+    check[3] = h[26];
 }
 
 /* Defaults of the parameters that are given by other parameters. */
@@ -276,6 +278,7 @@ static const char *const model_param_check[] = {
     "the inertia of `motor.winding` must be positive",
     "the inertia of `motor.rotor` must be positive",
     "the inertia of `load` must be positive",
+    "`n` must not be zero: the equation of `motor.rotor.p` divides by it",
 };
 
 static const int model_jac_row[] = {
@@ -315,7 +318,7 @@ static const bgc_model model_info = {
     .name = "drive",
     .hash = "of its sources",
     .n_param = 11,
-    .n_hoist = 26,
+    .n_hoist = 27,
     .n_state = 4,
     .n_input = 0,
     .n_output = 4,
@@ -325,7 +328,7 @@ static const bgc_model model_info = {
     .n_jac = 11,
     .n_mass = 0,
     .n_lu = 12,
-    .n_check = 3,
+    .n_check = 4,
     .n_switch = 0,
     .n_timed = 0,
     .param = model_param,

@@ -53,6 +53,7 @@ static void model_prepare(const double *p, double *h, double *w)
     h[10] = 1.0471975511965976 * v2 * (p[3] * (p[3] * p[3]));
     const double v6 = model_less(0.0, v5);
     h[11] = v6 == 0.0 ? 1.0 : v6 == v6 ? v4 : v6;
+    h[13] = fabs(p[1]);
     h[4] = p[9];
     h[5] = p[7];
     h[6] = p[8];
@@ -172,6 +173,7 @@ static void model_positive(const double *p, const double *h, double *check, doub
 {
     (void)p, (void)w;
     check[0] = h[12];
+    check[1] = h[13];
 }
 
 /* Defaults of the parameters that are given by other parameters. */
@@ -253,6 +255,7 @@ static const bgc_var_info model_output[] = {
 
 static const char *const model_param_check[] = {
     "the compliance of `water` must be positive",
+    "`slope` must not be zero: the equation of `water.q` divides by it",
 };
 
 static const int model_jac_row[] = {
@@ -292,7 +295,7 @@ static const bgc_model model_info = {
     .name = "tanks",
     .hash = "of its sources",
     .n_param = 10,
-    .n_hoist = 13,
+    .n_hoist = 14,
     .n_state = 2,
     .n_input = 0,
     .n_output = 4,
@@ -302,7 +305,7 @@ static const bgc_model model_info = {
     .n_jac = 4,
     .n_mass = 0,
     .n_lu = 4,
-    .n_check = 1,
+    .n_check = 2,
     .n_switch = 1,
     .n_timed = 1,
     .param = model_param,

@@ -79,9 +79,12 @@ static void model_prepare(const double *p, double *h, double *w)
             p[8]);
     h[4] = -v2;
     const double v3 = p[10] * 18000.0;
-    h[7] = -(v3 * (p[5] / model_max(p[5], sqrt(v3 * v3))));
-    const double v4 = model_less(0.0, p[3]);
-    h[8] = v4 == 0.0 ? 1.0 : v4 == v4 ? 1.0 / p[3] : v4;
+    const double v4 = model_max(p[5], sqrt(v3 * v3));
+    h[7] = -(v3 * (p[5] / v4));
+    const double v5 = model_less(0.0, p[3]);
+    h[8] = v5 == 0.0 ? 1.0 : v5 == v5 ? 1.0 / p[3] : v5;
+    h[9] = fabs(p[9]);
+    h[10] = fabs(v4);
     h[5] = p[4];
     h[6] = p[3];
 }
@@ -198,7 +201,9 @@ static void model_scale(const double *h, double *scale, double *w)
 /* Parameters and expressions of them that have to be positive. */
 static void model_positive(const double *p, const double *h, double *check, double *w)
 {
-    (void)p, (void)h, (void)check, (void)w;
+    (void)p, (void)w;
+    check[0] = h[9];
+    check[1] = h[10];
 }
 
 /* Defaults of the parameters that are given by other parameters. */
@@ -302,6 +307,11 @@ static const bgc_var_info model_output[] = {
     /* 14 */ {"force[3]", "N"},
 };
 
+static const char *const model_param_check[] = {
+    "`handle.command.lag` must not be zero: the equation of `handle.command.reached[1]` divides by it",
+    "`max(handle.limit, sqrt(324000000*handle.feedback.scale^2))` must not be zero: `force[3]` divides by it",
+};
+
 static const int model_jac_row[] = {
     0, 1, 2, 3, 4, 5,
 };
@@ -339,7 +349,7 @@ static const bgc_model model_info = {
     .name = "rate",
     .hash = "of its sources",
     .n_param = 11,
-    .n_hoist = 9,
+    .n_hoist = 11,
     .n_state = 6,
     .n_input = 0,
     .n_output = 15,
@@ -349,7 +359,7 @@ static const bgc_model model_info = {
     .n_jac = 6,
     .n_mass = 0,
     .n_lu = 9,
-    .n_check = 0,
+    .n_check = 2,
     .n_switch = 0,
     .n_timed = 0,
     .param = model_param,
@@ -360,7 +370,7 @@ static const bgc_model model_info = {
     .command = NULL,
     .device = NULL,
     .assertion = NULL,
-    .param_check = NULL,
+    .param_check = model_param_check,
     .jac_row = model_jac_row,
     .jac_col = model_jac_col,
     .mass_row = NULL,

@@ -17,6 +17,11 @@
 
 #include <math.h>
 
+static inline double model_at_most(double a, double b)
+{
+    return a <= b ? 1.0 : a > b ? 0.0 : NAN;
+}
+
 /* Everything that depends on parameters alone. */
 static void model_prepare(const double *p, double *h, double *w)
 {
@@ -33,7 +38,10 @@ static void model_prepare(const double *p, double *h, double *w)
     h[2] = -v6;
     const double v7 = fabs(p[0]);
     h[7] = fabs(v1) - 3.552713678800501e-15 * (fabs(p[1]) + v7);
-    h[8] = fabs(v5) - 3.552713678800501e-15 * (v7 + (fabs(v4) + fabs(p[2])));
+    const double v8 = fabs(v5);
+    const double v9 = model_at_most(v8, 1.7976931348623157e+308);
+    h[8] = v9 == 0.0 ? v8 : v9 == v9 ? v8 - 3.552713678800501e-15 * (v7 + (fabs(v4) + fabs(p[2])))
+            : v9;
     h[4] = p[0];
     h[5] = p[1];
     h[6] = p[2];

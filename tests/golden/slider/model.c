@@ -24,6 +24,11 @@ static inline double model_max(double a, double b)
     return a > b || a != a ? a : b;
 }
 
+static inline double model_at_most(double a, double b)
+{
+    return a <= b ? 1.0 : a > b ? 0.0 : NAN;
+}
+
 /* Everything that depends on parameters alone. */
 static void model_prepare(const double *p, double *h, double *w)
 {
@@ -37,12 +42,19 @@ static void model_prepare(const double *p, double *h, double *w)
     h[5] = v3;
     const double v4 = v1 * (1.5 * v1);
     const double v5 = v2 * v3;
-    const double v6 = 1.0 / (v4 + v5);
-    h[4] = v6;
-    const double v7 = v3 * v6;
-    h[1] = v7;
-    h[2] = 1.0 / (5.5 - v3 * v7);
+    const double v6 = v4 + v5;
+    const double v7 = 1.0 / v6;
+    h[4] = v7;
+    const double v8 = v3 * v7;
+    h[1] = v8;
+    const double v9 = v3 * v8;
+    const double v10 = 5.5 - v9;
+    h[2] = 1.0 / v10;
     h[7] = model_max(v5, v4);
+    h[8] = fabs(v6) - 3.552713678800501e-15 * (fabs(v5) + fabs(v4));
+    const double v11 = fabs(v10);
+    const double v12 = model_at_most(v11, 1.7976931348623157e+308);
+    h[9] = v12 == 0.0 ? v11 : v12 == v12 ? v11 - 3.552713678800501e-15 * (5.5 + fabs(v9)) : v12;
 }
 
 /* The right-hand sides f of M y' = f. */
@@ -129,7 +141,9 @@ static void model_scale(const double *h, double *scale, double *w)
 /* Parameters and expressions of them that have to be positive. */
 static void model_positive(const double *p, const double *h, double *check, double *w)
 {
-    (void)p, (void)h, (void)check, (void)w;
+    (void)p, (void)w;
+    check[0] = h[8];
+    check[1] = h[9];
 }
 
 /* Defaults of the parameters that are given by other parameters. */
@@ -194,6 +208,11 @@ static const bgc_var_info model_output[] = {
     /* 3 */ {"momentum[2]", "N*s"},
 };
 
+static const char *const model_param_check[] = {
+    "`1.5*sin(slope)^2 + 4*cos(slope)^2` must not be zero: `cart` divides by it",
+    "`5.5 - 16*cos(slope)^2/(1.5*sin(slope)^2 + 4*cos(slope)^2)` must not be zero: `cart` divides by it",
+};
+
 static const int model_pivot_row[] = {
     0, 1,
 };
@@ -219,7 +238,7 @@ static const bgc_model model_info = {
     .name = "slider",
     .hash = "of its sources",
     .n_param = 1,
-    .n_hoist = 8,
+    .n_hoist = 10,
     .n_state = 2,
     .n_input = 0,
     .n_output = 4,
@@ -229,7 +248,7 @@ static const bgc_model model_info = {
     .n_jac = 0,
     .n_mass = 0,
     .n_lu = 2,
-    .n_check = 0,
+    .n_check = 2,
     .n_switch = 0,
     .n_timed = 0,
     .param = model_param,
@@ -240,7 +259,7 @@ static const bgc_model model_info = {
     .command = NULL,
     .device = NULL,
     .assertion = NULL,
-    .param_check = NULL,
+    .param_check = model_param_check,
     .jac_row = NULL,
     .jac_col = NULL,
     .mass_row = NULL,

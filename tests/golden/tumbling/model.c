@@ -73,169 +73,247 @@
 
 #include <math.h>
 
+static inline double model_at_most(double a, double b)
+{
+    return a <= b ? 1.0 : a > b ? 0.0 : NAN;
+}
+
 /* Everything that depends on parameters alone. */
 static void model_prepare_1(const double *restrict p, double *restrict h, double *restrict w)
 {
     const double v1 = 1.0 / p[3];
     w[-16] = v1;
-    const double v2 = 1.0 / (p[7] - v1 * (p[4] * p[6]));
+    const double v2 = v1 * (p[5] * p[9]);
     w[-15] = v2;
-    const double v3 = p[8] - v1 * (p[5] * p[6]);
+    const double v3 = v1 * (p[4] * p[6]);
     w[-14] = v3;
-    const double v4 = p[10] - v1 * (p[4] * p[9]);
-    const double v5 = p[11] - v1 * (p[5] * p[9]) - v2 * (v3 * v4);
-    h[54] = v5;
-    const double v6 = 1.0 / v5;
-    h[11] = v6;
-    w[-13] = v6;
-    const double v7 = v3 * v2;
-    const double v8 = v1 * (p[2] * p[6]);
-    w[-12] = v8;
-    const double v9 = p[0] + v1 * (p[2] * p[9]) - v2 * (v8 * v4);
-    w[-11] = v9;
-    const double v10 = v8 * v2;
-    w[-10] = v10;
-    h[0] = v6 * (v7 * v9) - v10;
-    const double v11 = p[2] * v2;
-    w[-9] = v11;
-    const double v12 = p[1] + v2 * (p[2] * v4);
-    w[-8] = v12;
-    h[1] = v11 + v6 * (v7 * v12);
-    const double v13 = p[0] + v1 * (p[1] * p[6]);
-    w[-7] = v13;
-    const double v14 = v2 * (v13 * v4) - v1 * (p[1] * p[9]);
-    w[-6] = v14;
-    h[2] = v13 * v2 + v6 * (v7 * v14);
-    const double v15 = p[6] * v1;
-    w[-5] = v15;
-    const double v16 = p[9] * v1 - v2 * (v15 * v4);
-    w[-4] = v16;
-    h[3] = v6 * (v7 * v16) - v15 * v2;
-    const double v17 = v4 * v2;
-    w[-3] = v17;
-    const double v18 = v2 + v6 * (v7 * v17);
-    h[4] = v18;
-    w[-2] = v18;
-    h[5] = v7 * v6;
-    h[6] = v12 * v6;
-    h[7] = v9 * v6;
-    h[8] = v14 * v6;
-    h[9] = v16 * v6;
-    h[10] = v17 * v6;
-    const double v19 = v1 * (p[2] * p[4]);
-    w[-1] = v19;
-    const double v20 = v19 * v2;
-    w[0] = v20;
-    const double v21 = p[4] * v1;
-    w[1] = v21;
-    const double v22 = v2 * (v21 * v3) - p[5] * v1;
-    w[2] = v22;
-    h[12] = v20 + v6 * (v22 * v12);
-    const double v23 = p[2] * v1 + v2 * (v19 * v15);
-    w[3] = v23;
-    h[13] = v23 - v6 * (v22 * v9);
-    const double v24 = p[1] * v1;
-    w[4] = v24;
-    h[14] = v24 + v2 * (v21 * v13) + v6 * (v22 * v14);
-    const double v25 = v1 + v2 * (v21 * v15) - v6 * (v22 * v16);
-    h[15] = v25;
-    w[5] = v25;
+    const double v4 = p[7] - v3;
+    w[-13] = v4;
+    const double v5 = 1.0 / v4;
+    w[-12] = v5;
+    const double v6 = p[8] - v1 * (p[5] * p[6]);
+    w[-11] = v6;
+    const double v7 = p[10] - v1 * (p[4] * p[9]);
+    w[-10] = v7;
+    const double v8 = v5 * (v6 * v7);
+    w[-9] = v8;
+    const double v9 = p[11] - v2 - v8;
+    h[54] = v9;
+    w[-8] = v9;
+    const double v10 = 1.0 / v9;
+    h[11] = v10;
+    w[-7] = v10;
+    const double v11 = v6 * v5;
+    const double v12 = v1 * (p[2] * p[6]);
+    w[-6] = v12;
+    const double v13 = p[0] + v1 * (p[2] * p[9]) - v5 * (v12 * v7);
+    w[-5] = v13;
+    const double v14 = v12 * v5;
+    w[-4] = v14;
+    const double v15 = v10 * (v11 * v13) - v14;
+    h[0] = v15;
+    w[-3] = v15;
+    const double v16 = p[2] * v5;
+    w[-2] = v16;
+    const double v17 = p[1] + v5 * (p[2] * v7);
+    w[-1] = v17;
+    const double v18 = v16 + v10 * (v11 * v17);
+    h[1] = v18;
+    w[0] = v18;
+    const double v19 = p[0] + v1 * (p[1] * p[6]);
+    w[1] = v19;
+    const double v20 = v5 * (v19 * v7) - v1 * (p[1] * p[9]);
+    w[2] = v20;
+    const double v21 = v19 * v5 + v10 * (v11 * v20);
+    h[2] = v21;
+    w[3] = v21;
+    const double v22 = p[6] * v1;
+    w[4] = v22;
+    const double v23 = p[9] * v1 - v5 * (v22 * v7);
+    w[5] = v23;
+    const double v24 = v10 * (v11 * v23) - v22 * v5;
+    h[3] = v24;
+    w[6] = v24;
+    const double v25 = v7 * v5;
+    w[7] = v25;
+    const double v26 = v5 + v10 * (v11 * v25);
+    h[4] = v26;
+    w[8] = v26;
+    h[5] = v11 * v10;
+    h[6] = v17 * v10;
+    h[7] = v13 * v10;
+    h[8] = v20 * v10;
+    h[9] = v23 * v10;
+    h[10] = v25 * v10;
+    const double v27 = v1 * (p[2] * p[4]);
+    w[9] = v27;
+    const double v28 = v27 * v5;
+    w[10] = v28;
+    const double v29 = p[4] * v1;
+    w[11] = v29;
+    const double v30 = v5 * (v29 * v6) - p[5] * v1;
+    w[12] = v30;
+    const double v31 = v28 + v10 * (v30 * v17);
+    h[12] = v31;
+    w[13] = v31;
+    const double v32 = p[2] * v1 + v5 * (v27 * v22);
+    w[14] = v32;
+    const double v33 = v32 - v10 * (v30 * v13);
+    h[13] = v33;
+    w[15] = v33;
+    const double v34 = p[1] * v1;
+    w[16] = v34;
+    const double v35 = v34 + v5 * (v29 * v19) + v10 * (v30 * v20);
+    h[14] = v35;
+    w[17] = v35;
+    const double v36 = v1 + v5 * (v29 * v22) - v10 * (v30 * v23);
+    h[15] = v36;
+    w[18] = v36;
 }
 
 static void model_prepare_2(const double *restrict p, double *restrict h, double *restrict w)
 {
-    h[-16] = w[1] * w[-15] + w[-13] * (w[2] * w[-3]);
-    h[-15] = w[2] * w[-13];
-    const double v26 = w[-15] * (w[-1] * w[-14]) - (p[0] + w[-16] * (p[2] * p[5]));
-    h[-14] = w[-15] * (p[2] * w[-1]) + w[-13] * (v26 * w[-8]);
-    const double v27 = p[2] * p[2];
-    const double v28 = 0.01 + w[-16] * v27 + w[-15] * (w[-1] * w[-12]) - w[-13] * (v26 * w[-11]);
-    h[-13] = v28;
-    w[6] = v28;
-    const double v29 = w[-16] * (p[1] * p[2]);
-    h[-12] = v29 + w[-15] * (w[-1] * w[-7]) + w[-13] * (v26 * w[-6]);
-    h[-11] = w[3] - w[-13] * (v26 * w[-4]);
-    h[-10] = w[0] + w[-13] * (v26 * w[-3]);
-    h[-9] = v26 * w[-13];
-    const double v30 = p[0] + w[-16] * (p[1] * p[4]);
-    const double v31 = w[-16] * (p[1] * p[5]) - w[-15] * (v30 * w[-14]);
-    h[-8] = w[-13] * (v31 * w[-8]) - w[-15] * (p[2] * v30);
-    h[-7] = v29 + w[-15] * (v30 * w[-12]) + w[-13] * (v31 * w[-11]);
-    const double v32 = 0.01 + w[-16] * (p[1] * p[1]) + w[-15] * (v30 * w[-7]) - w[-13] * (v31 *
-            w[-6]);
-    h[-6] = v32;
-    w[7] = v32;
-    h[-5] = w[4] + w[-15] * (v30 * w[-5]) + w[-13] * (v31 * w[-4]);
-    h[-4] = v30 * w[-15] - w[-13] * (v31 * w[-3]);
-    h[-3] = v31 * w[-13];
-    const double v33 = p[1] + w[-15] * (p[2] * w[-14]);
-    w[8] = v33;
-    const double v34 = 0.01 + v27 * w[-15] + w[-13] * (v33 * w[-8]);
-    h[-2] = v34;
-    w[9] = v34;
-    h[-1] = w[-15] * (p[2] * w[-12]) - w[-13] * (v33 * w[-11]);
-    h[0] = w[-15] * (p[2] * w[-7]) + w[-13] * (v33 * w[-6]);
-    h[1] = w[-10] - w[-13] * (v33 * w[-4]);
+    const double v37 = w[11] * w[-12] + w[-7] * (w[12] * w[7]);
+    h[-16] = v37;
+    w[19] = v37;
+    h[-15] = w[12] * w[-7];
+    const double v38 = w[-12] * (w[9] * w[-11]) - (p[0] + w[-16] * (p[2] * p[5]));
+    w[20] = v38;
+    const double v39 = w[-12] * (p[2] * w[9]) + w[-7] * (v38 * w[-1]);
+    h[-14] = v39;
+    w[21] = v39;
+    const double v40 = p[2] * p[2];
+    const double v41 = 0.01 + w[-16] * v40 + w[-12] * (w[9] * w[-6]) - w[-7] * (v38 * w[-5]);
+    h[-13] = v41;
+    w[22] = v41;
+    const double v42 = w[-16] * (p[1] * p[2]);
+    const double v43 = v42 + w[-12] * (w[9] * w[1]) + w[-7] * (v38 * w[2]);
+    h[-12] = v43;
+    w[23] = v43;
+    const double v44 = w[14] - w[-7] * (v38 * w[5]);
+    h[-11] = v44;
+    w[24] = v44;
+    const double v45 = w[10] + w[-7] * (v38 * w[7]);
+    h[-10] = v45;
+    w[25] = v45;
+    h[-9] = v38 * w[-7];
+    const double v46 = p[0] + w[-16] * (p[1] * p[4]);
+    const double v47 = w[-16] * (p[1] * p[5]) - w[-12] * (v46 * w[-11]);
+    w[26] = v47;
+    const double v48 = w[-7] * (v47 * w[-1]) - w[-12] * (p[2] * v46);
+    h[-8] = v48;
+    w[27] = v48;
+    const double v49 = v42 + w[-12] * (v46 * w[-6]) + w[-7] * (v47 * w[-5]);
+    h[-7] = v49;
+    w[28] = v49;
+    const double v50 = 0.01 + w[-16] * (p[1] * p[1]) + w[-12] * (v46 * w[1]) - w[-7] * (v47 * w[2]);
+    h[-6] = v50;
+    w[29] = v50;
+    const double v51 = w[16] + w[-12] * (v46 * w[4]) + w[-7] * (v47 * w[5]);
+    h[-5] = v51;
+    w[30] = v51;
+    const double v52 = v46 * w[-12] - w[-7] * (v47 * w[7]);
+    h[-4] = v52;
+    w[31] = v52;
+    h[-3] = v47 * w[-7];
+    const double v53 = p[1] + w[-12] * (p[2] * w[-11]);
+    w[32] = v53;
+    const double v54 = 0.01 + v40 * w[-12] + w[-7] * (v53 * w[-1]);
+    h[-2] = v54;
+    w[33] = v54;
+    const double v55 = w[-12] * (p[2] * w[-6]) - w[-7] * (v53 * w[-5]);
+    h[-1] = v55;
+    w[34] = v55;
+    const double v56 = w[-12] * (p[2] * w[1]) + w[-7] * (v53 * w[2]);
+    h[0] = v56;
+    w[35] = v56;
+    const double v57 = w[-4] - w[-7] * (v53 * w[5]);
+    h[1] = v57;
+    w[36] = v57;
 }
 
 static void model_prepare_3(const double *restrict p, double *restrict h, double *restrict w)
 {
-    h[-16] = w[-12] + w[-16] * (w[5] * w[-6]);
-    h[-15] = w[5] * w[-16];
-    const double v35 = p[-14] * 100.0;
-    const double v36 = p[-15] * 100.0;
-    h[-14] = p[-4] * 100.0 + p[0] * v35 - p[1] * v36;
-    const double v37 = p[-16] * 100.0;
-    h[-13] = p[-3] * 100.0 - p[-1] * v35 + p[1] * v37;
-    h[-12] = p[-2] * 100.0 + p[-1] * v36 - p[0] * v37;
-    const double v38 = p[-14] * v35;
-    const double v39 = p[-15] * v36;
-    const double v40 = p[-13] + (v38 + v39);
-    h[5] = v40;
-    const double v41 = p[-16] * v36;
-    const double v42 = p[-16] * v35;
-    h[-11] = p[-2] * v36 - p[-3] * v35 + p[-1] * v40 + p[0] * (p[-12] - v41) + p[1] * (p[-11] -
-            v42);
-    const double v43 = p[-16] * v37;
-    const double v44 = p[-9] + (v38 + v43);
-    h[6] = v44;
-    const double v45 = p[-15] * v35;
-    h[-10] = p[-4] * v35 - p[-2] * v37 + p[-1] * (p[-10] - v41) + p[0] * v44 + p[1] * (p[-8] - v45);
-    const double v46 = p[-5] + (v39 + v43);
-    h[7] = v46;
-    h[-9] = p[-3] * v37 - p[-4] * v36 + p[-1] * (p[-7] - v42) + p[0] * (p[-6] - v45) + p[1] * v46;
-    const double v47 = 0.5 * p[13];
-    const double v48 = cos(v47);
-    const double v49 = 0.5 * p[12];
-    const double v50 = cos(v49);
-    const double v51 = 0.5 * p[11];
-    const double v52 = cos(v51);
-    const double v53 = v50 * v52;
-    const double v54 = sin(v47);
-    const double v55 = sin(v49);
-    const double v56 = sin(v51);
-    const double v57 = v55 * v56;
-    h[-8] = v48 * v53 + v54 * v57;
-    const double v58 = v50 * v56;
-    const double v59 = v55 * v52;
-    h[-7] = v48 * v58 - v54 * v59;
-    h[-6] = v48 * v59 + v54 * v58;
-    h[-5] = v54 * v53 - v48 * v57;
-    h[-1] = 1.0 / w[6];
-    h[0] = 1.0 / w[3];
-    h[1] = 1.0 / w[4];
-    h[2] = 1.0 / w[2];
-    h[3] = 1.0 / w[-5];
-    h[-4] = p[5];
-    h[-3] = p[6];
-    h[-2] = p[7];
+    const double v58 = w[-10] + w[-15] * (w[24] * w[-1]);
+    h[-16] = v58;
+    w[8] = v58;
+    h[-15] = w[24] * w[-15];
+    const double v59 = p[-14] * 100.0;
+    const double v60 = p[-15] * 100.0;
+    h[-14] = p[-4] * 100.0 + p[0] * v59 - p[1] * v60;
+    const double v61 = p[-16] * 100.0;
+    h[-13] = p[-3] * 100.0 - p[-1] * v59 + p[1] * v61;
+    h[-12] = p[-2] * 100.0 + p[-1] * v60 - p[0] * v61;
+    const double v62 = p[-14] * v59;
+    const double v63 = p[-15] * v60;
+    const double v64 = p[-13] + (v62 + v63);
+    h[5] = v64;
+    const double v65 = p[-16] * v60;
+    const double v66 = p[-16] * v59;
+    h[-11] = p[-2] * v60 - p[-3] * v59 + p[-1] * v64 + p[0] * (p[-12] - v65) + p[1] * (p[-11] -
+            v66);
+    const double v67 = p[-16] * v61;
+    const double v68 = p[-9] + (v62 + v67);
+    h[6] = v68;
+    const double v69 = p[-15] * v59;
+    h[-10] = p[-4] * v59 - p[-2] * v61 + p[-1] * (p[-10] - v65) + p[0] * v68 + p[1] * (p[-8] - v69);
+    const double v70 = p[-5] + (v63 + v67);
+    h[7] = v70;
+    h[-9] = p[-3] * v61 - p[-4] * v60 + p[-1] * (p[-7] - v66) + p[0] * (p[-6] - v69) + p[1] * v70;
+    const double v71 = 0.5 * p[13];
+    const double v72 = cos(v71);
+    const double v73 = 0.5 * p[12];
+    const double v74 = cos(v73);
+    const double v75 = 0.5 * p[11];
+    const double v76 = cos(v75);
+    const double v77 = v74 * v76;
+    const double v78 = sin(v71);
+    const double v79 = sin(v73);
+    const double v80 = sin(v75);
+    const double v81 = v79 * v80;
+    h[-8] = v72 * v77 + v78 * v81;
+    const double v82 = v74 * v80;
+    const double v83 = v79 * v76;
+    h[-7] = v72 * v82 - v78 * v83;
+    h[-6] = v72 * v83 + v78 * v82;
+    h[-5] = v78 * v77 - v72 * v81;
+    h[-1] = 1.0 / w[25];
+    h[0] = 1.0 / w[14];
+    h[1] = 1.0 / w[21];
+    h[2] = 1.0 / w[10];
+    h[3] = 1.0 / w[0];
+    const double v84 = fabs(w[-16]);
+    w[6] = v84;
+    w[3] = model_at_most(v84, 1.7976931348623157e+308);
+}
+
+static void model_prepare_4(const double *restrict p, double *restrict h, double *restrict w)
+{
+    h[-2] = w[-10] == 0.0 ? w[-7] : w[-10] == w[-10] ? w[-7] - 3.552713678800501e-15 *
+            (fabs(p[-12]) + (fabs(w[-30]) + fabs(w[-36]))) : w[-10];
+    const double v85 = fabs(w[-34]);
+    const double v86 = model_at_most(v85, 1.7976931348623157e+308);
+    h[-1] = v86 == 0.0 ? v85 : v86 == v86 ? v85 - 3.552713678800501e-15 * (fabs(w[-35]) +
+            fabs(p[-16])) : v86;
+    const double v87 = fabs(w[-31]) + fabs(w[-16]) + fabs(w[-19]) + fabs(w[-26]) + fabs(w[-22]) +
+            fabs(w[-32]) + fabs(w[-13]) + fabs(w[-15]) + fabs(w[-18]) + fabs(w[-21]) + fabs(w[-24]);
+    const double v88 = v87 + fabs(w[-9]) + fabs(w[-2]) + fabs(w[-3]) + fabs(w[-4]) + fabs(w[-6]) +
+            fabs(w[-8]) + fabs(w[5]) + fabs(w[10]) + fabs(w[9]) + fabs(w[8]);
+    const double v89 = v88 + fabs(w[7]) + fabs(w[6]) + fabs(w[-1]) + fabs(w[4]) + fabs(w[3]) +
+            fabs(w[2]) + fabs(w[1]) + fabs(w[0]) + fabs(w[11]) + fabs(w[-5]);
+    h[0] = model_at_most(fabs(v89 + fabs(w[15]) + fabs(w[14]) + fabs(w[13]) + fabs(w[12])),
+            1.7976931348623157e+308);
+    h[-14] = p[-2];
+    h[-13] = p[-1];
+    h[-12] = p[0];
 }
 
 static void model_prepare(const double *p, double *h, double *w)
 {
     model_prepare_1(p, h, w + 16);
     model_prepare_2(p, h + 32, w + 16);
-    model_prepare_3(p + 16, h + 50, w + 19);
+    model_prepare_3(p + 16, h + 50, w + 24);
+    model_prepare_4(p + 23, h + 60, w + 37);
 }
 
 /* The right-hand sides f of M y' = f. */
@@ -737,6 +815,9 @@ static void model_positive(const double *p, const double *h, double *check, doub
     check[0] = h[55];
     check[1] = h[56];
     check[2] = h[57];
+    check[3] = h[58];
+    check[4] = h[59];
+    check[5] = h[60];
 }
 
 /* Defaults of the parameters that are given by other parameters. */
@@ -1025,6 +1106,9 @@ static const char *const model_param_check[] = {
     "the inertia of `free.body[4]` must be positive",
     "the inertia of `free.body[5]` must be positive",
     "the inertia of `free.body[6]` must be positive",
+    "an expression of parameters must not be zero: the equation of `free.body.p[1]` divides by it",
+    "an expression of parameters must not be zero: the equation of `free.body.p[1]` divides by it",
+    "an expression of parameters must be finite, but divides by zero: the equation of `free.body.p[1]` needs it",
 };
 
 static const int model_jac_row[] = {
@@ -1088,7 +1172,7 @@ static const bgc_model model_info = {
     .name = "quaternion",
     .hash = "of its sources",
     .n_param = 30,
-    .n_hoist = 58,
+    .n_hoist = 61,
     .n_state = 13,
     .n_input = 0,
     .n_output = 18,
@@ -1098,7 +1182,7 @@ static const bgc_model model_info = {
     .n_jac = 102,
     .n_mass = 0,
     .n_lu = 109,
-    .n_check = 3,
+    .n_check = 6,
     .n_switch = 0,
     .n_timed = 0,
     .param = model_param,
@@ -1124,7 +1208,7 @@ static const bgc_model model_info = {
     .step = 0.0,
     .duration = 10.0,
     .every = 0.1,
-    .n_work = 37,
+    .n_work = 53,
     .prepare = model_prepare,
     .rhs = model_rhs,
     .jacobian = model_jacobian,

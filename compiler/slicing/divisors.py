@@ -1,0 +1,171 @@
+"""Checks of the parameters that the equations of a program divide by.
+
+Every quotient whose divisor depends on parameters alone is found, whether the model wrote it or the
+compiler inverted a law. A quotient that only a branch of `if` needs is not checked, since the
+condition may exclude zero. Nor is one whose infinite value does not show, as 1/a in the stiffness
+`1/(1/a + 1/b)` of two springs in series: there the whole expression has to be finite.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from bgc.algebra.dag import Dag, Kind, Level, Op, Symbol
+from bgc.algebra.expanded import expanded_text
+from bgc.ir.evaluated import always_evaluated
+from bgc.ir.graph import Node
+from bgc.ir.program import PositiveParameter, Program
+
+_LONGEST = 60  # characters of an expression in a message
+
+
+def with_divisor_checks(program: Program) -> Program:
+    """Add checks for the divisors of PARAM level, which run whenever parameters are set.
+
+    Takes time linear in the number of nodes. Divisors that are checked already are left out.
+    """
+    dag = program.dag
+    known = {node for check in program.positive for node in _factors(dag, check.node)}
+    found = _Search(program)
+    added: dict[Node, PositiveParameter] = {}
+    unnamed: dict[Node, str] = {}  # long expressions that must be finite: the equation of each
+    for owner, roots in _equations(program):
+        for node, finite in found.under(roots):
+            if node in known or node in added:
+                continue
+            text = expanded_text(dag, node, _names(program), _LONGEST)
+            if finite and text is None:
+                unnamed[node] = owner
+                continue
+            message = _message(text, owner, finite=finite)
+            added[node] = PositiveParameter(node, message, strictly_positive=False, finite=finite)
+    checks = [*added.values(), *_together(dag, unnamed)]
+    return replace(program, positive=(*program.positive, *checks)) if checks else program
+
+
+def _together(dag: Dag, unnamed: Mapping[Node, str]) -> list[PositiveParameter]:
+    """One check of all expressions that are too long for a message, such as those of an inverse."""
+    if not unnamed:
+        return []
+    total = dag.sum(dag.call(Op.ABS, node) for node in unnamed)
+    message = _message(None, next(iter(unnamed.values())), finite=True)
+    return [PositiveParameter(total, message, strictly_positive=False, finite=True)]
+
+
+def _equations(program: Program) -> Iterator[tuple[str, Sequence[Node]]]:
+    """The nodes that a run evaluates, with words for messages.
+
+    The scales of tolerances are left out: they are sound for any parameters that pass the checks.
+    """
+    for state in program.states:
+        yield f"the equation of `{state.name}`", [state.derivative]
+    for state in program.states:
+        yield f"the initial value of `{state.name}`", [state.initial]
+    for observation in program.observations:
+        yield f"`{observation.name}`", [observation.node]
+    for requirement in program.requirements:
+        yield f"`{requirement.name}`", [requirement.node]
+    for device in program.devices:
+        yield f"the command of `{device.name}`", device.values
+    for guard in program.guards:
+        yield "an `assert`", [guard.condition]
+    energy = program.energy
+    yield "the energy", [energy.stored, energy.supplied, energy.dissipated]
+    yield "the mass matrix", [entry.value for entry in program.mass or ()]
+
+
+def _message(text: str | None, owner: str, *, finite: bool) -> str:
+    what = "an expression of parameters" if text is None else f"`{text}`"
+    if finite:
+        return f"{what} must be finite, but divides by zero: {owner} needs it"
+    return f"{what} must not be zero: {owner} divides by it"
+
+
+def _names(program: Program) -> Callable[[Symbol], str]:
+    def name(symbol: Symbol) -> str:
+        assert symbol.kind is Kind.PARAM
+        return program.parameters[symbol.index].name
+
+    return name
+
+
+class _Search:
+    """Finds what has to be nonzero or finite; each node is visited once."""
+
+    def __init__(self, program: Program) -> None:
+        self._dag = program.dag
+        self._seen: set[Node] = set()
+
+    def under(self, roots: Iterable[Node]) -> Iterator[tuple[Node, bool]]:
+        """The nodes of PARAM level that must be nonzero, or finite if the flag is set."""
+        dag = self._dag
+        stack = list(roots)
+        while stack:
+            node = stack.pop()
+            if node in self._seen:
+                continue
+            self._seen.add(node)
+            if dag.level[node] <= Level.PARAM:
+                yield from self._required(node)
+            elif dag.op[node] == Op.DIV and dag.level[dag.b[node]] <= Level.PARAM:
+                stack.append(dag.a[node])
+                yield from ((factor, False) for factor in self._divisors(dag.b[node]))
+            else:
+                stack.extend(always_evaluated(dag, node))
+
+    def _required(self, node: Node) -> Iterator[tuple[Node, bool]]:
+        """The conditions for an expression of parameters to be finite."""
+        dag = self._dag
+        for factor, power in _powers(dag, node, 1):
+            if power < 0:
+                yield from ((inner, False) for inner in self._divisors(factor))
+            elif self._divides(factor):
+                yield factor, True
+
+    def _divisors(self, node: Node) -> Iterator[Node]:
+        dag = self._dag
+        return (n for n in _factors(dag, node) if dag.level[n] == Level.PARAM)
+
+    def _divides(self, node: Node) -> bool:
+        """Whether a quotient with a varying divisor is always evaluated for a node."""
+        dag = self._dag
+        stack, seen = [node], {node}
+        while stack:
+            inner = stack.pop()
+            if dag.level[inner] != Level.PARAM:
+                continue
+            if any(
+                power < 0 and dag.level[n] == Level.PARAM for n, power in _powers(dag, inner, 1)
+            ):
+                return True
+            for operand in always_evaluated(dag, inner):
+                if operand not in seen:
+                    seen.add(operand)
+                    stack.append(operand)
+        return False
+
+
+def _factors(dag: Dag, node: Node) -> list[Node]:
+    """The nodes, not constant, of which one vanishes where a product does."""
+    return list(dict.fromkeys(n for n, power in _powers(dag, node, 1) if power > 0))
+
+
+def _powers(dag: Dag, node: Node, power: int) -> Iterator[tuple[Node, int]]:
+    """The factors of a product with the signs of their powers, roots and signs undone."""
+    stack = [(node, power)]
+    while stack:
+        top, sign = stack.pop()
+        match Op(dag.op[top]):
+            case Op.MUL:
+                stack += [(dag.b[top], sign), (dag.a[top], sign)]
+            case Op.DIV:
+                stack += [(dag.b[top], -sign), (dag.a[top], sign)]
+            case Op.NEG | Op.SQRT | Op.ABS | Op.CBRT:
+                stack.append((dag.a[top], sign))
+            case Op.POW if (exponent := dag.value(dag.b[top])) is not None and exponent != 0:
+                stack.append((dag.a[top], sign if exponent > 0 else -sign))
+            case Op.EXP | Op.CONST:
+                pass
+            case _:
+                yield top, sign
