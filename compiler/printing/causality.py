@@ -141,18 +141,11 @@ def _whole(name: str, bond: Bond) -> str:
 def _listed(names: Iterable[str], most: int = 4) -> str:
     """Names separated by commas, abbreviated beyond `most`; components are joined: `p[1..6]`."""
     whole: dict[str, list[int]] = {}
-    namesakes: dict[str, int] = {}  # merged states of the same elements: `merged(a, b).p#2`
     for name in names:
-        first, again, _ = name.partition("#")
-        found = _COMPONENT.fullmatch(first)
-        base = found["base"] if found else first
-        namesakes[base] = namesakes.get(base, 0) + bool(again)
+        found = _COMPONENT.fullmatch(name)
+        base = found["base"] if found else name
         whole.setdefault(base, []).extend([int(found["index"])] if found else [])
-    texts = [
-        f"{base}{ranges(found).strip()}"
-        + (f" (1 to {namesakes[base] + 1})" * bool(namesakes[base]))
-        for base, found in whole.items()
-    ]
+    texts = [f"{base}{ranges(found).strip()}" for base, found in whole.items()]
     if len(texts) > most:
         return f"{', '.join(texts[: most - 1])} and {len(texts) - most + 1} more"
     return ", ".join(texts)

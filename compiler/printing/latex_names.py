@@ -12,9 +12,6 @@ _GREEK = frozenset(
 )
 _VARIANTS = {"epsilon": r"\varepsilon", "phi": r"\varphi"}
 _PARTS = re.compile(r"(?P<letters>[^\W\d_]+)(?P<digits>\d*)(?P<rest>(?:_\w+)?)")
-_MERGED = re.compile(
-    r"merged\((?P<names>[^)]*)\)\.(?P<letter>\w)(?:\[(?P<index>\d+)\])?(?:#(?P<count>\d+))?"
-)
 _SPECIAL = str.maketrans({"_": r"\_", "#": r"\#", "%": r"\%", "&": r"\&", "$": r"\$"})
 
 
@@ -22,10 +19,6 @@ def latex_name(name: str) -> str:
     """A name as a symbol: its last word, with the path before it and its index as subscripts."""
     if name == "time":
         return "t"
-    merged = _MERGED.fullmatch(name)
-    if merged:
-        below = [_upright(merged["names"].replace(", ", "+")), merged["index"], merged["count"]]
-        return _with_subscript(merged["letter"], [part for part in below if part])
     path, _, last = name.rpartition(".")
     last, _, index = last.partition("[")
     parts = _PARTS.fullmatch(last)

@@ -72,7 +72,7 @@ def test_a_ring_of_three_gyrators_has_the_states_of_its_pencil(kinds: str, state
 
 def test_storage_that_a_ring_joins_is_named_by_what_it_is_merged_from() -> None:
     program = program_of(constant_ring("CCC"))
-    assert [s.name for s in program.states] == ["merged(C0, C1).q", "merged(C2, C1).q"]
+    assert [s.name for s in program.states] == ["C0.merged.q", "C2.merged.q"]
 
 
 def test_a_ring_without_storage_on_its_free_motion_is_refused_by_its_gyrators() -> None:
@@ -127,7 +127,7 @@ def test_a_damper_field_lets_both_ends_move_together() -> None:
         g.storage("C", f"c{k}", k + 1)
         g.fan(f"n{k}", f"c{k}", "damper")
     assert pencil_degree(g.build()) == 1
-    assert [s.name for s in assert_solves_everything(g).states] == ["merged(c1, c0).q"]
+    assert [s.name for s in assert_solves_everything(g).states] == ["c1.merged.q"]
 
 
 def test_a_motion_may_join_a_momentum_that_is_merged_itself() -> None:
@@ -138,7 +138,7 @@ def test_a_motion_may_join_a_momentum_that_is_merged_itself() -> None:
     g.fan("beside", "C0", "more")
     assert pencil_degree(g.build()) == 2
     program = assert_solves_everything(g)
-    assert [s.name for s in program.states] == ["merged(C2, C1).q", "merged(C0, more, C1).p"]
+    assert [s.name for s in program.states] == ["C2.merged.q", "beside.q"]
 
 
 def springs_side_by_side(*stiffness: float | list[list[int]]) -> GraphBuilder:
@@ -224,7 +224,7 @@ def test_cubic_storage_in_parallel_is_merged_and_its_rates_are_known(kind: str) 
     g.bond("node", "leak")
     program = assert_solves_everything(g)
     assert [s.name for s in program.states if s.kind != "algebraic"] == [
-        "merged(x1, x0).q" if kind == "C" else "merged(x0, x1).p"
+        "node.q" if kind == "C" else "node.p"
     ]
 
 
@@ -314,9 +314,9 @@ def springs_in_parallel(**initial: float) -> GraphBuilder:
 def test_joined_charges_of_laws_that_are_not_linear_follow_what_is_given() -> None:
     assert set(initials(program_of(springs_in_parallel())).values()) == {0}
     start = initials(program_of(springs_in_parallel(cubic=2, plain=16)))
-    assert start["merged(plain, cubic).q"] == 18
+    assert start["node.q"] == 18
     start = initials(program_of(springs_in_parallel(cubic=2)))
-    assert start["merged(plain, cubic).q"] == pytest.approx(18, rel=1e-14)
+    assert start["node.q"] == pytest.approx(18, rel=1e-14)
     assert refusal(springs_in_parallel(cubic=2, plain=10)) == ["BG516"]
 
 

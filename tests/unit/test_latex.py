@@ -214,7 +214,7 @@ def test_a_choice_is_set_as_cases():
         ("d_max", r"d_{\mathrm{max}}"),
         ("coil.p", r"p_{\mathrm{coil}}"),
         ("crane.boom_1.p[3]", r"p_{\mathrm{crane.boom\_1},3}"),
-        ("merged(a, b).p#2", r"p_{\mathrm{a+b},2}"),
+        ("gear.p1", r"p_{1,\mathrm{gear}}"),
         ("hand.position[1,2]", r"\mathit{position}_{\mathrm{hand},1,2}"),
         ("time", "t"),
     ],

@@ -132,7 +132,7 @@ def test_merged_storage_names_its_generalised_momentum_and_the_others(tmp_path):
     text = show_pass("causality", path, Options())
     (a,) = (line for line in text.splitlines() if line.startswith("  a "))
     (c,) = (line for line in text.splitlines() if line.startswith("  c "))
-    assert "the generalised momentum merged(a, b).p, with b" in a
+    assert "the generalised momentum line.p, with b" in a
     assert c.split() == ["c", "C", "integral", "c.q"]
     assert "derivative" in text and "what `b` stores follows from other elements" in text
 

@@ -55,12 +55,6 @@ def find_groups(variables: Variables, elements: Sequence[StorageElement]) -> lis
     ]
 
 
-def shortened(names: list[str]) -> str:
-    """A few names as they are, of many the first two."""
-    shown = names if len(names) <= 3 else [*names[:2], f"{len(names) - 2} more"]
-    return ", ".join(shown)
-
-
 def cannot_merge(group: Group, why: str) -> BgError:
     """The error that refuses a group, named after its first element."""
     first = group.elements[0].storage

@@ -17,10 +17,16 @@ from bgc.algebra.dag import Kind
 from bgc.algebra.quadratic import SingularFormError
 from bgc.equations.inertias.audit import MergedAudit, MergedGroup
 from bgc.equations.inertias.flows import reduced_flows, turning_forces
-from bgc.equations.inertias.groups import Group, cannot_merge, find_groups, shortened
+from bgc.equations.inertias.groups import Group, cannot_merge, find_groups
 from bgc.equations.storage.accounts import is_symmetric
+from bgc.equations.storage.coordinates import element_coordinate, flow_coordinate
 from bgc.equations.storage.integrated import charge_state, integrate_compliances
-from bgc.equations.storage.kinds import IntegratedState, StorageElement, state_unit
+from bgc.equations.storage.kinds import (
+    IntegratedState,
+    StorageElement,
+    state_name,
+    state_unit,
+)
 from bgc.equations.variables.variables import Explicit, Unknown, Variables
 from bgc.ir.causal import Role
 from bgc.ir.graph import LinearLaw, Node
@@ -35,17 +41,18 @@ def merge_inertias(
     variables.balances.turning = turning_forces(variables, together)
     states = [s for element in together for s in integrate_compliances(variables, element)]
     audit = MergedAudit(variables)
+    taken: set[str] = set()
     for group in groups:
         _refuse_without_energy(variables, group)
-        states += _merge_inertia_group(variables, group, audit)
+        states += _merge_inertia_group(variables, group, audit, taken)
     audit.finish(complete=all(_is_linear(group) for group in groups))
     return states
 
 
 def _merge_inertia_group(
-    variables: Variables, group: Group, audit: MergedAudit
+    variables: Variables, group: Group, audit: MergedAudit, taken: set[str]
 ) -> list[IntegratedState]:
-    """The states of a group; a group of linear laws is checked."""
+    """The states of a group; a group of linear laws is checked. `taken` collects their names."""
     dag, causal = variables.dag, variables.causal
     merged = {k: variables.new_state(Kind.MOMENTUM) for k in group.flows}
     for element in group.elements:
@@ -72,7 +79,7 @@ def _merge_inertia_group(
         if port.charge is not None and port.port.role is Role.INERTIA
     ]
     held = {k: _held(group, k) for k in merged}
-    names = _merged_names(held, "p")
+    names = _merged_names(variables, group, taken)
     for k, state in merged.items():
         first = next(p for p in group.ports if k in p.flow)
         states.append(
@@ -131,11 +138,17 @@ def _held(group: Group, k: int) -> tuple[str, ...]:
     return tuple(e.storage.name for e in group.elements if any(k in p.flow for p in e.ports))
 
 
-def _merged_names(held: dict[int, tuple[str, ...]], letter: str) -> dict[int, str]:
-    """A name for each merged momentum: the elements on its flow."""
+def _merged_names(variables: Variables, group: Group, taken: set[str]) -> dict[int, str]:
+    """The name of each merged momentum, after its flow; names given are added to `taken`."""
+    causal = variables.causal
     names: dict[int, str] = {}
-    for k, elements in held.items():
-        name = f"merged({shortened(list(elements))}).{letter}"
-        again = sum(1 for other in names.values() if other.split("#")[0] == name)
-        names[k] = f"{name}#{again + 1}" if again else name
+    for k in group.flows:
+        name = flow_coordinate(variables, causal.basis[k].bond_class, taken)
+        if name is None:
+            element, port = next((e, p) for e in group.elements for p in e.ports if k in p.flow)
+            letter = "q" if port.port.dual else "p"
+            own = state_name(element.storage, letter, port.port.position)
+            name = element_coordinate(own, taken)
+        names[k] = name
+        taken.add(name)
     return names

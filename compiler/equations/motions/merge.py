@@ -24,10 +24,14 @@ from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.algebra.solving import solve_definite
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.equations.inertias.groups import shortened
 from bgc.equations.motions.initial import Momenta, Stored, initial_quantities
 from bgc.equations.motions.motions import FreeMotions, free_motions
 from bgc.equations.motions.stiffness import Stiffness, judge_stiffness
+from bgc.equations.storage.coordinates import (
+    effort_coordinate,
+    element_coordinate,
+    flow_coordinate,
+)
 from bgc.equations.storage.kinds import IntegratedState, StorageElement, StoragePort
 from bgc.equations.variables.variables import Explicit, Unknown, Variables
 from bgc.ir.causal import BasisKind, Role
@@ -102,6 +106,7 @@ class _Merging:
         for i, slot in enumerate(self._slots):
             for j in slot.moved:
                 self._moved_by.setdefault(j, set()).add(i)
+        self._taken = {slot.state.name for slot in self._slots}
         self._leaders: dict[int, int] = {}  # motion -> the slot of its designated quantity
         self._effort_sources = [
             (port, source)
@@ -365,11 +370,24 @@ class _Merging:
                 rate = dag.sub(rate, dag.mul(turning, leader.symbol))
         self._variables.resting.add(symbol)
         held = tuple(dict.fromkeys((*old.stores, *led)))
-        letter = old.name.rsplit(".", 1)[1]
-        name = f"merged({shortened(list(held))}).{letter}"
+        name = self._name(slot)
         return replace(
             old, symbol=symbol, name=name, derivative=rate, initial=initial, port=None, stores=held
         )
+
+    def _name(self, slot: Slot) -> str:
+        """The name of the state that remains of a slot."""
+        causal, name = self._variables.causal, slot.state.name
+        if slot.port is None:
+            return name
+        bond = slot.port.port.bond
+        if slot.is_charge:
+            found = effort_coordinate(self._variables, bond, self._taken)
+        else:
+            found = flow_coordinate(self._variables, causal.class_of[bond], self._taken)
+        found = element_coordinate(name, self._taken) if found is None else found
+        self._taken.add(found)
+        return found
 
     def _initial_quantities(self, members: Sequence[int]) -> dict[Node, Node]:
         slots = [self._slots[i] for i in self._moved_slots(members)]

@@ -7,8 +7,8 @@
  *     1 mass2  [kg]
  *
  * States x:
- *     0 merged(one, other).p  [N*s]
- *     1 merged(other).p  [N*s]
+ *     0 first.p  [N*s]
+ *     1 second.p  [N*s]
  *     2 a  [rad]
  *     3 b  [rad]
  *
@@ -296,8 +296,8 @@ static const bgc_param_info model_param[] = {
 };
 
 static const bgc_var_info model_state[] = {
-    /* 0 */ {"merged(one, other).p", "N*s"},
-    /* 1 */ {"merged(other).p", "N*s"},
+    /* 0 */ {"first.p", "N*s"},
+    /* 1 */ {"second.p", "N*s"},
     /* 2 */ {"a", "rad"},
     /* 3 */ {"b", "rad"},
 };

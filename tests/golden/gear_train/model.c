@@ -7,7 +7,7 @@
  *
  * States x:
  *     0 spring.q
- *     1 merged(rotor, wheel, drum).p  [J*s]
+ *     1 motor.p  [J*s]
  *
  * Outputs y:
  *     0 motor  [1/s]
@@ -168,7 +168,7 @@ static const bgc_param_info model_param[] = {
 
 static const bgc_var_info model_state[] = {
     /* 0 */ {"spring.q", "1"},
-    /* 1 */ {"merged(rotor, wheel, drum).p", "J*s"},
+    /* 1 */ {"motor.p", "J*s"},
 };
 
 static const bgc_var_info model_output[] = {

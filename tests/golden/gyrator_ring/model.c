@@ -3,8 +3,8 @@
  * Quantities are in SI units. t is time, h what depends on parameters alone, w scratch.
  *
  * States x:
- *     0 merged(a, b).q
- *     1 merged(c, b).q
+ *     0 a.merged.q
+ *     1 c.merged.q
  *
  * Outputs y:
  *     0 a
@@ -167,8 +167,8 @@ static void model_solve(const double *lu, double *b, double *w)
 /* --- tables ------------------------------------------------------------------------------ */
 
 static const bgc_var_info model_state[] = {
-    /* 0 */ {"merged(a, b).q", ""},
-    /* 1 */ {"merged(c, b).q", ""},
+    /* 0 */ {"a.merged.q", ""},
+    /* 1 */ {"c.merged.q", ""},
 };
 
 static const bgc_var_info model_output[] = {

@@ -4,7 +4,7 @@
  *
  * States x:
  *     0 plate.q[1]  [m]
- *     1 merged(plate, dust).p  [N*s]
+ *     1 motion.p  [N*s]
  *
  * Outputs y:
  *     0 q[1]  [m]
@@ -179,7 +179,7 @@ static void model_solve(const double *lu, double *b, double *w)
 
 static const bgc_var_info model_state[] = {
     /* 0 */ {"plate.q[1]", "m"},
-    /* 1 */ {"merged(plate, dust).p", "N*s"},
+    /* 1 */ {"motion.p", "N*s"},
 };
 
 static const bgc_var_info model_output[] = {

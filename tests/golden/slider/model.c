@@ -6,8 +6,8 @@
  *     0 slope  [rad]
  *
  * States x:
- *     0 merged(cart, mass).p  [N*s]
- *     1 merged(cart, mass).p#2  [N*s]
+ *     0 sliding.p  [N*s]
+ *     1 moving.p[1]  [N*s]
  *
  * Outputs y:
  *     0 cart  [m/s]
@@ -197,8 +197,8 @@ static const bgc_param_info model_param[] = {
 };
 
 static const bgc_var_info model_state[] = {
-    /* 0 */ {"merged(cart, mass).p", "N*s"},
-    /* 1 */ {"merged(cart, mass).p#2", "N*s"},
+    /* 0 */ {"sliding.p", "N*s"},
+    /* 1 */ {"moving.p[1]", "N*s"},
 };
 
 static const bgc_var_info model_output[] = {

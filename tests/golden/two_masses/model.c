@@ -3,7 +3,7 @@
  * Quantities are in SI units. t is time, h what depends on parameters alone, w scratch.
  *
  * States x:
- *     0 merged(light, heavy).p  [N*s]
+ *     0 moving.p  [N*s]
  *
  * Outputs y:
  *     0 v  [m/s]
@@ -143,7 +143,7 @@ static void model_solve(const double *lu, double *b, double *w)
 /* --- tables ------------------------------------------------------------------------------ */
 
 static const bgc_var_info model_state[] = {
-    /* 0 */ {"merged(light, heavy).p", "N*s"},
+    /* 0 */ {"moving.p", "N*s"},
 };
 
 static const bgc_var_info model_output[] = {
