@@ -9,6 +9,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source
 
 MAX_BYTES = 16_000_000
+MAX_LINES = 1_000_000
 
 
 def read_source(path: Path) -> Source:
@@ -17,8 +18,8 @@ def read_source(path: Path) -> Source:
     Raises
     ------
     BgError
-        If the file does not exist, is a directory, cannot be read, is larger than 16 MB or is
-        not UTF-8.
+        If the file does not exist, is a directory, cannot be read, is larger than 16 MB, has more
+        than a million lines or is not UTF-8.
     """
     name = str(path)
     try:
@@ -26,7 +27,9 @@ def read_source(path: Path) -> Source:
             data = file.read(MAX_BYTES + 1)
         if len(data) > MAX_BYTES:
             size = max(path.stat().st_size, len(data))
-            raise BgError([files.too_large(name, size, MAX_BYTES)])
+            raise BgError([files.too_large(name, size, MAX_BYTES, "bytes")])
+        if (lines := data.count(b"\n")) > MAX_LINES:
+            raise BgError([files.too_large(name, lines, MAX_LINES, "lines")])
     except FileNotFoundError:
         raise BgError([files.file_missing(name)]) from None
     except IsADirectoryError:

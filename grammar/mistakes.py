@@ -320,7 +320,7 @@ def _form(context: ErrorContext) -> str:
     if _begins_statement(context.read):
         return _peer_form(context, context.offset) or FORMS_IN[block]
     at = len(context.read) - 1
-    while not _begins_statement(context.read[:at][-1:]):
+    while not _begins_statement(context.read[at - 1 : at]):
         at -= 1
     if advice := _peer_form(context, _span_of(context, context.read[at]).start):
         return advice

@@ -363,14 +363,14 @@ class _Transform(ExpressionTransform):
 
         Empty lines may stand between; one within the comment parts it from what is above.
         """
-        source = self.source
+        text, starts = self.source.text, self.source.line_starts
         start = self.span(tree).start
-        number, column = source.position(start)
-        if _COMMENTS.sub("", source.text[start - column + 1 : start]).strip():
+        number, column = self.source.position(start)
+        if _COMMENTS.sub("", text[start - column + 1 : start]).strip():
             return ""
         lines: list[str] = []
         for above in range(number - 1, 0, -1):
-            line = source.line(above).strip()
+            line = text[starts[above - 1] : starts[above]].strip()
             if line.startswith("///") and not line.startswith("////"):
                 lines.append(line.removeprefix("///").removeprefix(" "))
             elif line or lines:

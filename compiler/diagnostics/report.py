@@ -11,7 +11,7 @@ from bgc.diagnostics.catalogue.syntax import too_many_errors
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity
 
 MAX_ERRORS = 50  # reported for one text, and for one pass
-_PATH = re.compile(r"(?:[A-Za-z_]\w*(?:\[\.\.\])?\.)+(?=[A-Za-z_])")
+_PATH = re.compile(r"(?<![\w.\]])(?:[A-Za-z_]\w*(?:\[\.\.\])?\.)+(?=[A-Za-z_])")
 _INDEX = re.compile(r"\[[-\d, ]+\]")
 
 

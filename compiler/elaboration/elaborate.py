@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from bgc.algebra.dag import Dag
 from bgc.diagnostics.catalogue import graph as messages
 from bgc.diagnostics.catalogue.scenes import device_name_taken
+from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.report import Report
 from bgc.elaboration.bonds.carried import Carried
 from bgc.elaboration.bonds.domains import Domains
@@ -16,7 +17,9 @@ from bgc.elaboration.bonds.units import BondUnits
 from bgc.elaboration.bonds.values import BondValues
 from bgc.elaboration.bonds.widths import join_nets, settle_widths
 from bgc.elaboration.bonds.wiring import Wiring, wire
+from bgc.elaboration.instances.census import Census
 from bgc.elaboration.instances.instantiate import Builder
+from bgc.elaboration.instances.limits import MAX_PARTS
 from bgc.elaboration.instances.quantities import Quantities, component_name, indices
 from bgc.elaboration.instances.tree import Instance, Quantity
 from bgc.elaboration.instances.world import Edits, World
@@ -148,6 +151,8 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
 def _root(world: World, builder: Builder, scene: Scene) -> Instance:
     """Create the root of the instance tree; parts are built when they are first needed."""
     model = scene.model
+    if Census().least_parts(model) > MAX_PARTS:
+        raise BgError([messages.too_many_parts(model.syntax.name_span, MAX_PARTS)])
     dims = builder.dimensions(model.syntax, scene.use, scene.env)
     arguments = builder.arguments_by_name(scene.use, scene.env, model.syntax.name)
     root = builder.instantiate(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 
 from bgc.diagnostics.catalogue import imports, names
@@ -16,6 +18,10 @@ from bgc.resolution.conformance import check_conformance
 from bgc.resolution.library import library_folder, library_modules, module_path
 from bgc.resolution.modules import Declared, LoadedFile, Module, Package, flatten
 from bgc.resolution.name_check import check_names
+
+MAX_ANCESTORS = 100  # of a model, by `is`
+
+_DECLARATION = re.compile(r"^(?:model|interface) (\w+)", re.MULTILINE)
 
 __all__ = ["Package", "library_folder", "library_modules", "load", "load_text"]
 
@@ -178,6 +184,8 @@ def _name_span(declaration: syntax.Declaration) -> Span:
 def _check_types(module: Module, report: Report) -> None:
     """Report every undeclared type name in the file's own declarations."""
     for declaration in module.file.declarations:
+        if report.is_full:
+            return
         match declaration:
             case syntax.Model():
                 _check_model(declaration, module, report)
@@ -203,6 +211,8 @@ def _check_model(model: syntax.Model, module: Module, report: Report) -> None:
         else:
             _check_ancestry(declared, report)
     for item in flatten(model.items):
+        if report.is_full:
+            return
         match item:
             case syntax.Part():
                 for use in (item.type, item.default):
@@ -215,8 +225,9 @@ def _check_model(model: syntax.Model, module: Module, report: Report) -> None:
 
 
 def _check_ancestry(declared: Declared[syntax.Model], report: Report) -> None:
-    """Report a model that is its own ancestor by `is`."""
+    """Report a model that is its own ancestor by `is`, or that has too many ancestors."""
     lineage = [declared]
+    seen = {id(declared.syntax)}
     while (base := lineage[-1].syntax.base) is not None:
         parent = lineage[-1].module.models.get(base.name)
         if parent is None:
@@ -229,9 +240,14 @@ def _check_ancestry(declared: Declared[syntax.Model], report: Report) -> None:
             assert declared.syntax.base is not None
             report.add(names.inheritance_cycle(declared.syntax.base.name_span, cycle))
             return
-        if any(parent.syntax is d.syntax for d in lineage):
+        if id(parent.syntax) in seen:
             return  # a cycle among its ancestors, which is reported there
         lineage.append(parent)
+        seen.add(id(parent.syntax))
+        if len(lineage) > MAX_ANCESTORS + 1:
+            assert declared.syntax.base is not None
+            report.add(names.too_many_ancestors(declared.syntax.base.name_span, MAX_ANCESTORS))
+            return
 
 
 def _check_root(use: syntax.TypeUse, module: Module, report: Report) -> None:
@@ -264,8 +280,14 @@ def check_type(use: syntax.TypeUse, module: Module, report: Report) -> bool:
 
 def _home_in_library(name: str) -> str | None:
     """The library module that declares a model or interface, for the help of a message."""
-    declaration = re.compile(rf"^(?:model|interface) {re.escape(name)}\b", re.MULTILINE)
+    return _library_index().get(name)
+
+
+@cache
+def _library_index() -> Mapping[str, str]:
+    """The models and interfaces of the library, each with its module."""
+    homes: dict[str, str] = {}
     for module in library_modules():
-        if declaration.search(module_path(module).read_text("utf-8")):
-            return module
-    return None
+        for name in _DECLARATION.findall(module_path(module).read_text("utf-8")):
+            homes.setdefault(name, module)
+    return homes

@@ -158,6 +158,7 @@ def _find_word(text: str) -> _Word | None:
 
 _FACTOR = re.compile(r"([A-Za-z]+)(?:\^(-?\d{1,2}(?:\.\d{1,3})?))?")
 _MAX_EXPONENT = 24
+_LONGEST = 200  # characters of a unit
 
 
 @lru_cache(maxsize=1024)
@@ -167,6 +168,8 @@ def parse_unit(text: str) -> Unit | None:
     Products and quotients are grouped from the left: `J/kg*K` is J*K/kg. A unit may begin with 1,
     as `1/s` does.
     """
+    if len(text) > _LONGEST:
+        return None
     factor, dimension = Fraction(1), DIMENSIONLESS
     spelled: dict[str, Exponent] = {}
     operators = ["*", *re.findall(r"[*/]", text)]

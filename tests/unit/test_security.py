@@ -54,6 +54,7 @@ def run_bgc(*arguments: str) -> tuple[int, str]:
     return result.exit_code, result.output + result.stderr
 
 
+_SMALL = "model M { state x = 1; der(x) = -x; } scene s of M { observe x; run 1 s; }"
 CART = """
 model Cart {{
   input v : m/s = 0 m/s;
@@ -255,6 +256,29 @@ def test_a_folder_with_a_line_break_adds_no_option(tmp_path):
     assert (status, "line break" in output) == (1, True), output
 
 
+@promise(
+    "Texts and models beyond a limit are refused: 16 MB or a million lines of a file (BG005), 100 "
+    "ancestors of a model (BG215), 200,000 parts (BG418)."
+)
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("/" * 16_000_001, "BG005"),
+        ("\n" * 1_000_001, "BG005"),
+        ("model A0 {}" + "".join(f"model A{k} is A{k - 1} {{}}" for k in range(1, 102)), "BG215"),
+        ("model A { for i in 1..1000 { for j in 1..201 { r[i, j] : R(1); } } }", "BG418"),
+    ],
+)
+def test_what_is_beyond_a_limit_is_refused(tmp_path, text, code):
+    path = tmp_path / "large.bg"
+    path.write_text(
+        f"{text}\n{_SMALL}" if code != "BG418" else f"{text} scene s of A {{ run 1 s; }}"
+    )
+    with pytest.raises(BgError) as error:
+        bgc.compile(path)
+    assert [d.code for d in error.value.diagnostics] == [code]
+
+
 _WAITS = """
 import ctypes, signal, sys, threading
 from bgc.runtime.cli.signals import catch_signals
@@ -279,8 +303,6 @@ def test_signals_are_answered_while_c_waits_for_a_file(number):
 
 
 # --- the cache ------------------------------------------------------------------------------
-
-_SMALL = "model M { state x = 1; der(x) = -x; } scene s of M { observe x; run 1 s; }"
 
 
 @pytest.fixture

@@ -13,6 +13,8 @@ from difflib import get_close_matches
 from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
 from bgc.diagnostics.source import Span
 
+_COMPARED = 1_000  # candidates for a name that was misspelt
+
 
 def error(
     code: str,
@@ -85,6 +87,10 @@ def did_you_mean(name: str, candidates: Iterable[str]) -> str:
     for candidate in candidates:
         if candidate != name:
             by_folded.setdefault(candidate.casefold(), candidate)
+    if len(by_folded) > _COMPARED:  # each comparison takes microseconds
+        length, first = len(name), name[:1].casefold()
+        alike = [n for n in by_folded if n[:1] == first and abs(len(n) - length) < 3]
+        by_folded = {n: by_folded[n] for n in alike[:_COMPARED]}
     near = [by_folded[f] for f in get_close_matches(name.casefold(), by_folded, n=3, cutoff=0.7)]
     if not near:
         return ""

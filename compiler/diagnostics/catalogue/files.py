@@ -55,17 +55,17 @@ def not_utf8(name: str, offset: int, byte: int) -> Diagnostic:
     )
 
 
-def too_large(name: str, size: int, limit: int) -> Diagnostic:
+def too_large(name: str, size: int, limit: int, unit: str) -> Diagnostic:
     """BG005: a file that is too large
 
-    What: the file is larger than 16 MB.
+    What: the file is larger than 16 MB, or has more than a million lines.
     Why: such a file is most likely not a model.
     Example: a data file in place of a model.
     Way out: give the right file, or split the model into several files that import each other.
     """
     return error(
         "BG005",
-        f"`{name}` is too large: {size:,} bytes, at most {limit:,}",
+        f"`{name}` is too large: {size:,} {unit}, at most {limit:,}",
         help="split the model into several files",
     )
 

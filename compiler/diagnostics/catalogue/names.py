@@ -465,3 +465,19 @@ def empty_range(span: Span, name: str, low: float, high: float) -> Diagnostic:
     """
     return error("BG240", f"the range of `{name}` is empty: {low:g} is above {high:g}", span,
                  help="write the lower end first")  # fmt: skip
+
+
+def too_many_ancestors(span: Span, most: int) -> Diagnostic:
+    """BG215: a model with too many ancestors
+
+    What: more than 100 models lie between a model and the first of its ancestors by `is`.
+    Why: each of them is read for each that extends it, and no person can follow that many.
+    Example: a file written by a program, in which each model extends the one before.
+    Way out: write what the models add as parts of one model, or as models in its slots.
+    """
+    return error(
+        "BG215",
+        f"this model has more than {most} ancestors by `is`",
+        span,
+        help="write what they add as parts of one model",
+    )
