@@ -99,6 +99,7 @@ class Model(LoadedModel):
         settle: float | None = None,
         progress: bool = False,
         vectorised: bool = True,
+        resume: bool = False,
     ) -> Ensemble:
         """Run many parameter sets at once, and return their observed values as one array.
 
@@ -120,6 +121,8 @@ class Model(LoadedModel):
             Whether to show a progress bar on a terminal when it takes longer than a second.
         vectorised
             Whether to use vector registers; otherwise instances are run one by one.
+        resume
+            Whether to keep what is done if Ctrl-C ends the call, for the next equal one.
 
         Returns
         -------
@@ -141,7 +144,7 @@ class Model(LoadedModel):
         options |= {"substeps": substeps, "settle": settle}
         method, notices = method_of(self, solver, options)
         times = times_of(self, method, duration, every, len(sets))
-        return simulate_many(self, method, sets, times, progress, vectorised, notices)
+        return simulate_many(self, method, sets, times, progress, vectorised, notices, resume)
 
     def initial_state(self, parameters: Mapping[str, ParameterValue] | None = None) -> Array:
         """The state at time 0, SI, in the order of `states`."""

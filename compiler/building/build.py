@@ -15,6 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from threading import Event
 from types import MappingProxyType
 
 from bgc.building.cache import Cache, digest_of
@@ -24,6 +25,7 @@ from bgc.building.toolchain import (
     LIGHT_FLAGS,
     LOOP_FLAGS,
     RUNTIME_FLAGS,
+    Started,
     Toolchain,
     try_compiler,
 )
@@ -214,8 +216,12 @@ def _compile_all(
     found = [cache.blob("objects", f"{key}.o") for key in keys]
     missing = [k for k, path in enumerate(found) if path is None]
     missing.sort(key=lambda k: -len(units[k].text))
+    started: set[Started] = set()
+    stopping = Event()
 
     def compile_one(k: int) -> str:
+        if stopping.is_set():
+            return ""
         unit = units[k]
         (work / f"{unit.name}.c").write_text(unit.text, encoding="utf-8")
         include = f"-I{runtime_directory()}"
@@ -223,16 +229,24 @@ def _compile_all(
         flags = unit_flags(unit, compiler)
         made = f"{unit.name}.o"
         rest = (include, "-c", f"{unit.name}.c", "-o", made)
-        done = compiler.run((*flags, *rest), work)
+        done = compiler.run((*flags, *rest), work, started)
         if done.returncode != 0 and (plain := _without_passes(flags)) != flags:
-            done = compiler.run((*plain, *rest), work)  # a gcc that has not all those passes
-        if done.returncode != 0:
+            done = compiler.run(
+                (*plain, *rest), work, started
+            )  # a gcc that has not all those passes
+        if done.returncode != 0 or stopping.is_set():
             return done.stdout or f"{compiler.name} ended with status {done.returncode}"
         found[k] = cache.publish("objects", f"{keys[k]}.o", work / made)
         return ""
 
     with ThreadPoolExecutor(max_workers=processors()) as pool:
-        outputs = [output for output in pool.map(compile_one, missing) if output]
+        try:
+            outputs = [output for output in pool.map(compile_one, missing) if output]
+        except BaseException:  # Ctrl-C: the pool waits for its threads
+            stopping.set()
+            for process in tuple(started):
+                process.kill()
+            raise
     if outputs:
         raise BgError([_failure(toolchain, "\n".join(outputs), cache, work)])
     return [path for path in found if path is not None]

@@ -72,7 +72,7 @@ class Cache:
     def prune(self) -> None:
         """Remove files unused for two months, and unfinished files of killed runs."""
         oldest = time.time() - _KEEP_SECONDS
-        for kind in ("objects", "models", "notes"):
+        for kind in ("objects", "models", "notes", "sweeps"):
             for path in (self.root / kind).glob("*"):
                 with suppress(OSError):
                     if path.suffix != ".sum" and path.stat().st_mtime < oldest:

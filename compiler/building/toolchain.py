@@ -11,9 +11,12 @@ import tempfile
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TypeAlias
 
 from bgc.diagnostics.catalogue.machine import chosen_compiler_missing, no_c_compiler
 from bgc.diagnostics.diagnostic import BgError
+
+Started: TypeAlias = "subprocess.Popen[str]"
 
 CANDIDATES = ("cc", "gcc", "clang")
 # -P: a folder `ziglang` in the current directory, such as that of a stranger's model, is not run.
@@ -69,11 +72,17 @@ class Toolchain:
         """The command as a user would type it."""
         return shlex.join(self.command)
 
-    def run(self, arguments: tuple[str, ...], directory: Path) -> subprocess.CompletedProcess[str]:
-        """Run the compiler in a directory; return its output and errors as one text."""
+    def run(
+        self, arguments: tuple[str, ...], directory: Path, started: set[Started] | None = None
+    ) -> subprocess.CompletedProcess[str]:
+        """Run the compiler in a directory; return its output and errors as one text.
+
+        The process is in `started` while it runs, for another thread to kill it.
+        """
         command = [*self.command, *arguments]
+        started = set() if started is None else started
         try:
-            return subprocess.run(
+            with subprocess.Popen(
                 command,
                 cwd=directory,
                 stdin=subprocess.DEVNULL,
@@ -83,8 +92,16 @@ class Toolchain:
                 errors="replace",
                 # Diagnostics quote the compiler, so it has to answer in English.
                 env={**os.environ, "LC_ALL": "C"},
-                check=False,
-            )
+            ) as process:
+                started.add(process)
+                try:
+                    output, _ = process.communicate()
+                except BaseException:
+                    process.kill()
+                    raise
+                finally:
+                    started.discard(process)
+                return subprocess.CompletedProcess(command, process.returncode, output)
         except OSError as problem:  # not a program after all
             return subprocess.CompletedProcess(command, 127, str(problem))
 

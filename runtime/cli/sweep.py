@@ -76,6 +76,8 @@ def sweep(
     """Simulate a scene of FILE for many values of its parameters.
 
     Runs all combinations of the values, or N points among them (--sample), several at once.
+    After Ctrl-C or SIGTERM the instances that are done are written; the same command then
+    computes the others.
     """
     check_target(out, _TABLES)
     times = read_times(step=step, every=every, time=duration)
@@ -95,10 +97,15 @@ def sweep(
             rtol=rtol,
             step=times["step"],
             progress=not quiet,
+            resume=True,
         )
     except EnsembleInterrupted as problem:
-        click.echo(str(problem), err=True)
+        again = "; the same command computes the others" if problem.kept else ""
+        click.echo(f"{problem}{again}", err=True)
         ensemble, status = problem.result, INTERRUPTED
+    except KeyboardInterrupt:
+        click.echo("interrupted before the first instance: nothing is written", err=True)
+        context.exit(INTERRUPTED)
     print_diagnostics((*ensemble.warnings, *list(ensemble.failures.values())[:_SHOWN]))
     if Path(out).suffix.lower() == ".npz":
         ensemble.to_npz(out)
@@ -107,5 +114,6 @@ def sweep(
     if not quiet:
         counts = {name: ensemble.status.count(name) for name in dict.fromkeys(ensemble.status)}
         ended = ", ".join(f"{count} {name}" for name, count in counts.items())
-        click.echo(f"{ended}{f'; one by one: {ensemble.alone}' if ensemble.alone else ''}")
+        earlier = f"; {ensemble.recalled} of them before" if ensemble.recalled else ""
+        click.echo(f"{ended}{earlier}{f'; one by one: {ensemble.alone}' if ensemble.alone else ''}")
     context.exit(status or (AT_FAULT if ensemble.failures else 0))

@@ -50,6 +50,8 @@ class Ensemble:
         The reason why all were run one by one; empty where vector registers were used.
     warnings
         Warnings about the method of the runs.
+    recalled
+        The number of instances whose rows an earlier, interrupted call computed.
     """
 
     scene: str
@@ -64,6 +66,7 @@ class Ensemble:
     together: int = 0
     alone: str = ""
     warnings: tuple[Diagnostic, ...] = ()
+    recalled: int = 0
 
     def __len__(self) -> int:
         return len(self.values)
@@ -106,12 +109,16 @@ class Ensemble:
         return [self.names.index(f"{name}[{k + 1}]") for k in range(count)]
 
     def to_csv(self, path: str | Path) -> None:
-        """Write a line for each row of each instance: `instance,<parameter>,..,time,<name>,..`."""
+        """Write a line for each row of each instance: `instance,<parameter>,..,time,<name>,..`.
+
+        Instances that an interruption left undone are omitted; the others keep their numbers.
+        """
         given = [self.parameters[name].tolist() for name in self.parameters]
         with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
             header = ("instance", *self.parameters, "time", *self.names)
             csv.writer(file, lineterminator="\n").writerow(header)
-            for k, rows in enumerate(self.values):
+            for k in self._written():
+                rows = self.values[k]
                 start = ",".join((str(k), *(repr(values[k]) for values in given)))
                 for time, row in zip(self.time.tolist(), rows.tolist(), strict=True):
                     file.write(f"{start},{time!r},{','.join(map(repr, row))}\n")
@@ -119,8 +126,9 @@ class Ensemble:
     def to_npz(self, path: str | Path) -> None:
         """Write NumPy's compressed archive: `values`, `time`, `names`, `status` and `about`.
 
-        Each varied parameter is an array `parameter:<name>`. `about` is a JSON text with the
-        units, the scene, the solver and the failures.
+        `instance` has the numbers of the instances; those that an interruption left undone are
+        omitted. Each varied parameter is an array `parameter:<name>`. `about` is a JSON text with
+        the units, the scene, the solver and the failures.
         """
         about = {
             "scene": self.scene,
@@ -128,15 +136,21 @@ class Ensemble:
             "units": {"time": "s", **self.units},
             "failures": {str(k): why.message for k, why in self.failures.items()},
         }
+        written = self._written()
         arrays = {
-            "values": self.values,
+            "values": self.values[written],
+            "instance": np.array(written, dtype=np.int64),
             "time": self.time,
             "names": np.array(self.names),
-            "status": np.array(self.status),
+            "status": np.array(self.status)[written],
             "about": np.array(json.dumps(about)),
-            **{f"parameter:{name}": values for name, values in self.parameters.items()},
+            **{f"parameter:{name}": v[written] for name, v in self.parameters.items()},
         }
         write_arrays(path, arrays)
+
+    def _written(self) -> list[int]:
+        """The numbers of the instances that files hold: all that ended by themselves."""
+        return [k for k, status in enumerate(self.status) if status != INTERRUPTED]
 
     def to_xarray(self) -> Any:
         """An xarray DataArray over `instance`, `time` and `output`.
@@ -163,9 +177,13 @@ class Ensemble:
 
 
 class EnsembleInterrupted(KeyboardInterrupt):
-    """Ctrl-C while an ensemble ran; `result` holds the rows computed by then."""
+    """Ctrl-C while an ensemble ran; `result` holds the rows computed by then.
 
-    def __init__(self, result: Ensemble) -> None:
+    `kept` is true where the next equal call goes on from there.
+    """
+
+    def __init__(self, result: Ensemble, kept: bool = False) -> None:
         done = result.status.count(DONE)
         super().__init__(f"interrupted when {done} of {len(result)} instances were done")
         self.result = result
+        self.kept = kept

@@ -10,6 +10,7 @@ from bgc.building.cache import file_digest
 from bgc.runtime.running.binding import text
 from bgc.runtime.running.loaded import LoadedModel
 
+_LARGEST = 256_000_000  # bytes that the driver `trace` reads
 _PRESENT: Mapping[str, float] = MappingProxyType({})
 
 
@@ -35,11 +36,13 @@ def _device_files(model: LoadedModel) -> list[str]:
     struct = model.library.model
     found = []
     for index in range(struct.n_device):
-        for line in text(struct.device[index].options).splitlines():
+        for line in text(struct.device[index].options).split("\n"):
             key, _, value = line.partition("=")
-            if key == "file":
-                with suppress(OSError):
-                    found.append(file_digest(model.folder / value))
+            path = model.folder / value
+            with suppress(OSError, ValueError):
+                # A pipe or a device may never end; files of /proc state no size.
+                if key == "file" and path.is_file() and 0 < path.stat().st_size <= _LARGEST:
+                    found.append(file_digest(path))
     return found
 
 

@@ -36,6 +36,7 @@ from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import Parameters, ParameterValue
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.run import Method, open_devices, set_method, start
+from bgc.runtime.running.unfinished import find_unfinished
 
 Sets: TypeAlias = Mapping[str, ParameterValue] | Sequence[Mapping[str, ParameterValue]]
 """Values by parameter, one for each instance; or a set of parameters for each instance."""
@@ -97,10 +98,19 @@ class _Work:
         return self.library.width if isinstance(self.library, LaneLibrary) else 1
 
     def run_batch(self, start: int) -> None:
-        """Run a batch of instances from `start` on together, and those that fail again alone."""
+        """Run a batch of instances from `start` on together, and those that fail again alone.
+
+        A batch that an earlier call completed is not run; a part of one is, so that its
+        instances take the same steps as in a call that was not interrupted.
+        """
+        numbers = range(start, min(start + self.width, len(self.sets)))
         if self.stopping:
             return
-        numbers = range(start, min(start + self.width, len(self.sets)))
+        if self.completed.issuperset(numbers):
+            for k in numbers:
+                self._instance(k)  # its values
+            return
+        self.completed.difference_update(numbers)
         batch = {k: self._instance(k) for k in numbers}
         self.running[start] = list(batch.values())
         try:
@@ -196,8 +206,13 @@ def simulate_many(
     progress: bool,
     vectorised: bool,
     notices: Sequence[Diagnostic] = (),
+    resume: bool = False,
 ) -> Ensemble:
-    """Run a model with all parameter sets, each to all times; see `Model.simulate_many`."""
+    """Run a model with all parameter sets, each to all times; see `Model.simulate_many`.
+
+    With `resume`, what is done is kept if Ctrl-C ends the call, and the next equal call goes on
+    from there.
+    """
     method = method.with_capped_step(times, model.facts.timed)
     numbers = [model.parameters.given(each) for each in sets]
     alone = _why_alone(model, method, len(sets), vectorised)
@@ -216,10 +231,17 @@ def simulate_many(
         rows=np.full((len(sets), len(times), model.row_width), np.nan),
         values=np.full((len(sets), len(varied)), np.nan),
     )
+    unfinished = find_unfinished(model, method, numbers, times, alone) if resume else None
+    if unfinished is not None:
+        work.completed |= unfinished.recall(work.rows)
+    recalled = len(work.completed)
     _run_all(work, progress)
-    ensemble = _labelled(work, alone, notices)
+    ensemble = _labelled(work, alone, notices, recalled)
     if work.stopping:
-        raise EnsembleInterrupted(ensemble)
+        kept = unfinished is not None and unfinished.keep(work.rows, work.completed)
+        raise EnsembleInterrupted(ensemble, kept)
+    if unfinished is not None:
+        unfinished.clear()
     return ensemble
 
 
@@ -274,7 +296,7 @@ def _lane_library(model: LoadedModel) -> LaneLibrary:
     return library
 
 
-def _labelled(work: _Work, alone: str, notices: Sequence[Diagnostic]) -> Ensemble:
+def _labelled(work: _Work, alone: str, notices: Sequence[Diagnostic], recalled: int) -> Ensemble:
     """Name the computed values, with outputs in the scene's order."""
     model = work.model
     order = model.row_places()
@@ -291,6 +313,7 @@ def _labelled(work: _Work, alone: str, notices: Sequence[Diagnostic]) -> Ensembl
         failures=dict(sorted(work.failures.items())),
         together=len(work.together),
         alone=alone,
+        recalled=recalled,
         warnings=(*notices, *_warnings(work)),
     )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import os
+import re
 import sys
 from collections.abc import Iterator
 from importlib.util import find_spec
@@ -22,7 +23,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
 from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted
-from bgc.runtime.running import many
+from bgc.runtime.running import many, unfinished
 
 pytestmark = pytest.mark.slow
 
@@ -424,11 +425,111 @@ def test_ctrl_c_keeps_what_was_computed(oscillator, monkeypatch):
     assert "interrupted" in result.status
 
 
+def interrupt_after(monkeypatch, batches: int) -> None:
+    """Stop an ensemble as Ctrl-C does, when so many batches have been run."""
+    original = many._Work.run_batch
+    count = iter(range(1, 1000))
+
+    def run_batch(work, start):
+        original(work, start)
+        if next(count) == batches:
+            work.stopping = True
+
+    monkeypatch.setattr(many._Work, "run_batch", run_batch)
+
+
+@pytest.mark.parametrize("vectorised", [True, False])
+def test_an_interrupted_ensemble_is_resumed_with_the_same_numbers(
+    oscillator, monkeypatch, tmp_path, vectorised
+):
+    monkeypatch.setattr(unfinished, "FOLDER", str(tmp_path / "sweeps"))
+    sets = {"k": np.linspace(5, 6, 40)}
+    options = {**FIXED, "vectorised": vectorised, "resume": True}
+    whole = oscillator.simulate_many(sets, **options)
+    with monkeypatch.context() as patch:
+        interrupt_after(patch, 2)
+        with pytest.raises(EnsembleInterrupted) as caught:
+            oscillator.simulate_many(sets, **options)
+    partial = caught.value.result
+    done = partial.status.count("done")
+    assert caught.value.kept and 0 < done < 40
+    out = tmp_path / "part.csv"
+    partial.to_csv(out)
+    with out.open() as file:
+        numbers = {int(row["instance"]) for row in csv.DictReader(file)}
+    assert numbers == {k for k, status in enumerate(partial.status) if status == "done"}
+    partial.to_npz(tmp_path / "part.npz")
+    with np.load(tmp_path / "part.npz") as archive:
+        assert not np.isnan(archive["values"]).any()
+        assert set(archive["instance"].tolist()) == numbers
+        np.testing.assert_array_equal(archive["parameter:k"], sets["k"][archive["instance"]])
+
+    resumed = oscillator.simulate_many(sets, **options)
+    assert resumed.recalled == done and resumed.done.all()
+    np.testing.assert_array_equal(resumed.values, whole.values)
+    np.testing.assert_array_equal(resumed.parameters["k"], sets["k"])
+    assert not list((tmp_path / "sweeps").glob("*"))
+    assert oscillator.simulate_many(sets, **options).recalled == 0
+
+
+def test_another_ensemble_or_a_damaged_file_is_not_resumed(oscillator, monkeypatch, tmp_path):
+    monkeypatch.setattr(unfinished, "FOLDER", str(tmp_path / "sweeps"))
+    sets = {"k": np.linspace(5, 6, 40)}
+    with monkeypatch.context() as patch:
+        interrupt_after(patch, 2)
+        with pytest.raises(EnsembleInterrupted):
+            oscillator.simulate_many(sets, **FIXED, resume=True)
+    for other in ({"k": np.linspace(5, 6.1, 40)}, {**sets, "mass": 2.0}):
+        assert oscillator.simulate_many(other, **FIXED, resume=True).recalled == 0
+    (path,) = (tmp_path / "sweeps").glob("*.npz")
+    path.write_bytes(path.read_bytes()[:200])
+    assert oscillator.simulate_many(sets, **FIXED, resume=True).recalled == 0
+
+
 # --- bgc sweep --------------------------------------------------------------------------------
 
 
 def sweep(*arguments: str | Path):
     return CliRunner().invoke(application, ["sweep", *map(str, arguments)])
+
+
+def test_an_interrupted_sweep_writes_what_is_done_and_goes_on(
+    oscillator_file, monkeypatch, tmp_path
+):
+    monkeypatch.setattr(unfinished, "FOLDER", str(tmp_path / "sweeps"))
+    out = tmp_path / "many.csv"
+    command = (
+        oscillator_file,
+        "--vary",
+        "k=5..7 N/m:40",
+        "--solver",
+        "ros34prw",
+        "--step",
+        "10 ms",
+    )
+    with monkeypatch.context() as patch:
+        interrupt_after(patch, 1)
+        ended = sweep(*command, "--out", out)
+    assert ended.exit_code == 130
+    match = re.match(r"interrupted when (\d+) of 40 instances were done; the same", ended.stderr)
+    assert match is not None, ended.stderr
+    with out.open() as file:
+        assert len({row["instance"] for row in csv.DictReader(file)}) == int(match[1])
+    done = sweep(*command, "--out", out)
+    assert (done.exit_code, done.output) == (0, f"40 done; {match[1]} of them before\n")
+    assert "nan" not in out.read_text()
+
+
+def test_a_sweep_that_is_interrupted_while_it_compiles_writes_nothing(
+    oscillator_file, monkeypatch, tmp_path
+):
+    def interrupted(*arguments, **named):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(many, "_lane_library", interrupted)
+    ended = sweep(oscillator_file, "--vary", "k=5..7 N/m:40", "--out", tmp_path / "many.csv")
+    assert (ended.exit_code, "nothing is written" in ended.stderr) == (130, True)
+    assert not (tmp_path / "many.csv").exists()
 
 
 def test_a_sweep_runs_every_combination(oscillator_file, tmp_path):

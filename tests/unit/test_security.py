@@ -380,3 +380,41 @@ def test_damaged_files_of_the_cache_are_made_anew(cached, tmp_path, suffix, cont
         path.unlink()  # this process has the shared object loaded
         path.write_bytes(content)
     assert run_bgc("run", tmp_path / "m.bg", "--quiet") == (0, "")
+
+
+# --- an interrupted command -----------------------------------------------------------------
+
+# Tests elsewhere hold these to it: test_result.py, test_streams.py, test_ensemble.py.
+ELSEWHERE = {
+    "A file is written whole or not at all: an interrupted or killed command leaves the earlier "
+    "file of that name.": "test_security.py::test_a_file_is_written_whole_or_not_at_all",
+    "After Ctrl-C, SIGTERM or SIGHUP, `bgc run` writes the rows up to there, also where the "
+    "terminal is gone.": "test_streams.py::test_a_terminal_that_is_closed_keeps_the_rows",
+    "An interrupted `bgc sweep` writes the instances that are done and prints how many; the same "
+    "command then computes the others, with the same numbers as without an interruption.": (
+        "test_ensemble.py::test_an_interrupted_ensemble_is_resumed_with_the_same_numbers"
+    ),
+    "A signal ends the C compilers that a command has started, too.": (
+        "test_streams.py::test_a_signal_ends_the_compilers_too"
+    ),
+}
+PROMISED |= set(ELSEWHERE)
+
+
+@pytest.mark.parametrize("place", ELSEWHERE.values())
+def test_tests_of_other_files_exist(place):
+    path, name = place.split("::")
+    assert f"def {name}(" in Path(__file__).with_name(path).read_text("utf-8")
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_a_file_is_written_whole_or_not_at_all(tmp_path, number):
+    out = tmp_path / "rows.csv"
+    out.write_text("earlier")
+    text = (
+        "import os, sys\nfrom bgc.runtime.results.files import written_whole\n"
+        f"with written_whole({str(out)!r}) as aside, aside.open('w') as file:\n"
+        f"    file.write('half'); file.flush(); os.kill(os.getpid(), {int(number)})\n"
+    )
+    assert subprocess.run([sys.executable, "-c", text], capture_output=True, check=False).returncode
+    assert out.read_text() == "earlier"

@@ -150,3 +150,25 @@ def test_a_terminal_that_is_closed_keeps_the_rows(model):
     process.send_signal(signal.SIGHUP)
     assert process.wait(timeout=30) == 129
     assert (model.parent / "r.csv").read_text().startswith("time,x\n0.0,1.0\n")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_compilers_too(model, number):
+    started, compiler = model.parent / "started", model.parent / "cc"
+    compiler.write_text(
+        f'#!/bin/sh\n[ "$1" = --version ] && exit\necho $$ >> {started}\nexec sleep 60\n'
+    )
+    compiler.chmod(0o755)
+    process = subprocess.Popen(
+        [sys.executable, "-c", "from bgc.runtime.cli import main; main()", "run", "m.bg"],
+        cwd=model.parent,
+        env={**os.environ, "CC": str(compiler), "BGC_CACHE_DIR": str(model.parent / "cache")},
+    )
+    while not (started.exists() and started.read_text().endswith("\n")):
+        assert process.poll() is None
+        time.sleep(0.05)
+    process.send_signal(number)
+    assert process.wait(timeout=20) == 128 + number
+    for compiling in started.read_text().split():
+        with pytest.raises(ProcessLookupError):
+            os.kill(int(compiling), 0)

@@ -88,8 +88,8 @@ def did_you_mean(name: str, candidates: Iterable[str]) -> str:
         if candidate != name:
             by_folded.setdefault(candidate.casefold(), candidate)
     if len(by_folded) > _COMPARED:  # each comparison takes microseconds
-        length, first = len(name), name[:1].casefold()
-        alike = [n for n in by_folded if n[:1] == first and abs(len(n) - length) < 3]
+        length, letter = len(name), name[:1].casefold()
+        alike = [n for n in by_folded if n[:1] == letter and abs(len(n) - length) < 3]
         by_folded = {n: by_folded[n] for n in alike[:_COMPARED]}
     near = [by_folded[f] for f in get_close_matches(name.casefold(), by_folded, n=3, cutoff=0.7)]
     if not near:

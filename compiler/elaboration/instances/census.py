@@ -44,8 +44,8 @@ class Census:
                 if inside is not None and inside.syntax.interface:
                     return 0  # a slot
                 return 1 + (self.least_parts(inside, depth + 1) if inside is not None else 0)
-            case syntax.For(first=syntax.Number(), last=syntax.Number()):
-                first, last = int(item.first.value), int(item.last.value)
+            case syntax.For(first=syntax.Number(value=low), last=syntax.Number(value=high)):
+                first, last = int(low), int(high)
                 if max(abs(first), abs(last)) > MAX_TURNS:
                     return 0  # refused with an error of its own
                 count = last - first + 1

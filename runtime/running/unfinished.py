@@ -1,0 +1,70 @@
+"""Rows of an ensemble that Ctrl-C ended, kept in the cache for the next equal call."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Mapping, Sequence, Set
+from contextlib import suppress
+from dataclasses import astuple, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bgc.building.cache import digest_of, open_cache
+from bgc.building.recall import machine_identity
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.files import write_arrays
+from bgc.runtime.running.identity import scene_identity
+from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.run import Method
+
+FOLDER = "sweeps"  # of the cache
+
+_DAMAGED = (OSError, ValueError, KeyError, zipfile.BadZipFile)
+
+
+@dataclass(frozen=True, slots=True)
+class Unfinished:
+    """The file for the rows of one ensemble."""
+
+    path: Path
+
+    def recall(self, rows: Array) -> set[int]:
+        """Fill in the rows of an earlier call, and return the numbers of its instances."""
+        with suppress(*_DAMAGED), self.path.open("rb") as file, np.load(file) as archive:
+            numbers, kept = archive["numbers"], archive["rows"]
+            if kept.shape == (len(numbers), *rows.shape[1:]):
+                rows[numbers] = kept
+                return set(numbers.tolist())
+        return set()
+
+    def keep(self, rows: Array, done: Set[int]) -> bool:
+        """Write the rows of the finished instances; return whether there are any."""
+        numbers = np.array(sorted(done), dtype=np.int64)
+        if not len(numbers):
+            return False
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            write_arrays(self.path, {"numbers": numbers, "rows": rows[numbers]})
+        except (BgError, OSError):  # a full disk: the caller has the rows all the same
+            return False
+        return True
+
+    def clear(self) -> None:
+        """Delete the file."""
+        with suppress(OSError):
+            self.path.unlink(missing_ok=True)
+
+
+def find_unfinished(
+    model: LoadedModel,
+    method: Method,
+    sets: Sequence[Mapping[str, float]],
+    times: Array,
+    alone: str,
+) -> Unfinished:
+    """Find the file of an ensemble, by everything that decides its rows."""
+    state = repr((astuple(method), alone, times.tolist(), [sorted(s.items()) for s in sets]))
+    key = (*scene_identity(model, {}), machine_identity(), state)
+    return Unfinished(open_cache().root / FOLDER / f"{digest_of(key)}.npz")
