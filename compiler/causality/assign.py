@@ -13,11 +13,12 @@ from collections.abc import Collection, Iterable, Sequence
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.causality.certificates import Certifier
-from bgc.causality.elimination import Elimination, eliminate
+from bgc.causality.elimination import eliminate
 from bgc.causality.paths import connections, holding, rigid_path
 from bgc.causality.regions import Structure, junction_structure
 from bgc.causality.sequence import sequence_rows
 from bgc.causality.strokes import place_strokes
+from bgc.causality.working_rows import Elimination
 from bgc.diagnostics.catalogue import causality as catalogue
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.ir.causal import (

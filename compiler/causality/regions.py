@@ -35,16 +35,20 @@ from bgc.ir.graph import (
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Rows `upper - matrix * lower = 0` of a transformer whose matrix varies.
+    """Rows `upper - matrix * lower = 0` of a transformer.
 
-    `rows` are the indices of the rows, `lower` the lower bonds, `inverse` the inverse of the whole
-    matrix if it is known.
+    `rows` are the indices of the rows, `upper` and `lower` the bonds, `inverse` the inverse of the
+    whole matrix if it is known. `varies` if a matrix of several rows depends on more than
+    parameters. `spreads` if the transformer has more upper bonds than lower ones.
     """
 
     rows: tuple[int, ...]
+    upper: tuple[int, ...]
     lower: tuple[int, ...]
     matrix: Matrix
     inverse: Matrix | None
+    varies: bool
+    spreads: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,11 +85,19 @@ def junction_structure(graph: FlatGraph) -> Structure:
                     ends = tuple(RowEnd(p.bond, p.sign, signed[p.sign]) for p in element.ports)
                     rows.append(Row(index, ends))
             case Transformer():
-                for upper, lower, matrix, inverse in _transformer_parts(graph.dag, element, dual):
-                    numbers = tuple(range(len(rows), len(rows) + len(upper)))
-                    if _varies(graph.dag, matrix):
-                        bonds = tuple(port.bond for port in lower)
-                        blocks.append(Block(numbers, bonds, matrix, inverse))
+                parts = _transformer_parts(graph.dag, element, dual)
+                excess = sum(len(upper) - len(lower) for upper, lower, _, _ in parts)
+                for upper, lower, matrix, inverse in parts:
+                    block = Block(
+                        rows=tuple(range(len(rows), len(rows) + len(upper))),
+                        upper=tuple(port.bond for port in upper),
+                        lower=tuple(port.bond for port in lower),
+                        matrix=matrix,
+                        inverse=inverse,
+                        varies=_varies(graph.dag, matrix),
+                        spreads=excess > 0,
+                    )
+                    blocks.append(block)
                     rows.extend(_linear_rows(graph.dag, index, upper, lower, matrix))
             case Gyrator():
                 for block_rows, resistive in _gyrator_blocks(graph.dag, index, element, dual):
