@@ -69,11 +69,16 @@ class Certifier:
         certificate = self.certify(node)
         if certificate is None:
             return None
-        if certificate.rank is Rank.UNIT or self._dag.level[node] > Level.PARAM:
+        if certificate.rank is Rank.UNIT:
             return Size(certificate.rank, is_small=False)
+        return Size(certificate.rank, is_small=self.share_in(node, row) < _SMALL)
+
+    def share_in(self, node: Node, row: Iterable[Node]) -> float:
+        """The ratio of an entry to the largest of its row that does not vary."""
+        if self._dag.level[node] > Level.PARAM:
+            return 1.0
         steady = (self.default(x) for x in row if self._dag.level[x] <= Level.PARAM)
-        largest = max(map(abs, steady))
-        return Size(certificate.rank, is_small=abs(self.default(node)) < _SMALL * largest)
+        return abs(self.default(node)) / max(map(abs, steady))
 
     def default(self, node: Node) -> float:
         """The value of a node of at most PARAM level, with parameters at their defaults."""

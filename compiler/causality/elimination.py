@@ -16,8 +16,9 @@ inverted if that keeps the inertia independent, or makes the far side of a joint
 near side. Otherwise a single joint with exchanged ends would appear to be a closed chain.
 
 This order takes single rows of a rotation where their coefficients are constant, and the rows
-left of the same rotation may then have no certified pivot. Rows that are left are therefore tried
-once more in the order of `sequential`, which solves rotations whole.
+left of the same rotation may then have no certified pivot, or one of 5e-12 where a quarter turn is
+written in eleven digits. The rows are then solved once more in the order of `sequential`, which
+takes rotations whole.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from bgc.causality.sequential import eliminate_in_sequence
 from bgc.causality.working_rows import FLOW_SOURCE, INERTIA, Elimination, WorkingRows
 
 _LAST = FLOW_SOURCE + 1  # added to the level for a pivot that may vanish: when nothing else is left
+_WEAK = 1e-3  # beside the largest entry of its row: a pivot below it is avoided if possible
 
 _Key: TypeAlias = tuple[int, Size, int]  # level of a class, size of its best pivot, rows with it
 
@@ -42,10 +44,10 @@ def eliminate(
 ) -> Elimination:
     """Solve the rows for as many classes as certified pivots allow, in the order above."""
     sparse = _Work(dag, fingerprints, certifier, structure).run()
-    if not sparse.unsolved:
+    if not sparse.unsolved and sparse.weakest > _WEAK:
         return sparse
     whole = eliminate_in_sequence(dag, fingerprints, certifier, structure)
-    return whole if whole.unsolved < sparse.unsolved else sparse
+    return min(sparse, whole, key=lambda e: (e.unsolved, -min(e.weakest, _WEAK)))
 
 
 class _Work:

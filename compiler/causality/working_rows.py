@@ -32,6 +32,8 @@ class Elimination:
     `rows` are the rows of the structure, inverted blocks replaced. `remaining` are the rows without
     a certified pivot at a class that may be dependent, with their remaining entries; one without
     entries is redundant. `origins[r]` are the rows that the working row of row r combines.
+    `weakest` is the smallest pivot beside the largest constant entry of its row: its inverse bounds
+    how far an entry of N can grow by one step.
     """
 
     rows: tuple[Row, ...]
@@ -39,6 +41,7 @@ class Elimination:
     remaining: tuple[tuple[int, tuple[tuple[int, Node], ...]], ...]
     origins: tuple[frozenset[int], ...]
     watched: tuple[tuple[Node, int], ...]  # node of PARAM level used as pivot, row
+    weakest: float
 
     @property
     def unsolved(self) -> int:
@@ -81,6 +84,7 @@ class WorkingRows:
         self.changed: set[int] = set()
         self._steps: list[Step] = []
         self._watched: list[tuple[Node, int]] = []
+        self._weakest = 1.0
         for row in structure.rows:
             terms = [(self._unit_form(end.bond), end.coefficient) for end in row.ends]
             self._rows.append(row)
@@ -104,7 +108,12 @@ class WorkingRows:
             origins[row] = frozenset({row}).union(*used)
         remaining = tuple((r, tuple(self._forms[r].entries.items())) for r in sorted(self.open))
         return Elimination(
-            tuple(self._rows), tuple(self._steps), remaining, tuple(origins), tuple(self._watched)
+            rows=tuple(self._rows),
+            steps=tuple(self._steps),
+            remaining=remaining,
+            origins=tuple(origins),
+            watched=tuple(self._watched),
+            weakest=self._weakest,
         )
 
     # --- steps ----------------------------------------------------------------------------
@@ -116,6 +125,8 @@ class WorkingRows:
         certificate = self._certifier.certify(pivot)
         assert certificate is not None
         self._watched.extend((node, row) for node in certificate.watched)
+        share = self._certifier.share_in(pivot, form.entries.values())
+        self._weakest = min(self._weakest, share)
         self.open.remove(row)
         for other in form.entries:
             self._where[other].discard(row)
