@@ -2,7 +2,7 @@
 
 The numbers of the real arms are those of ur5_robot.urdf, ur10_robot.urdf (BSD, from
 ros-industrial/universal_robot) and panda.urdf (Apache-2.0, from frankaemika/franka_ros) of
-github.com/Gepetto/example-robot-data at 39aa943.
+github.com/Gepetto/example-robot-data at 39aa943, and of kinova.urdf of the same at 4c92367.
 """
 
 from __future__ import annotations
@@ -49,6 +49,27 @@ wrist_2 wrist_1 turns  0 0 1  0 0.1149 0  0 0 0
 wrist_3 wrist_2 turns  0 1 0  0 0 0.1157  0 0 0
   0.202  0 0 0  0.000526462289415 0 0 0.000526462289415 0 0.000568125
 tip wrist_3 fixed  0 0 0  0 0.0922 0  -90 0 0
+  0  0 0 0  0 0 0 0 0 0
+"""
+
+# Quarter and half turns as published: 1.57079632679 and 3.14159265359.
+_QUARTER, _HALF = np.degrees([1.57079632679, 3.14159265359]).tolist()
+JACO = f"""
+stand - fixed  0 0 0  0 0 0  0 0 {_QUARTER!r}
+  0  0 0 0  0 0 0 0 0 0
+link_1 stand turns  0 0 1  0 0 0.15675  0 {_HALF!r} 0
+  0.7477  0 -0.002 -0.0605  0.00152031725204 0 0 0.00152031725204 0 0.00059816
+link_2 link_1 turns  0 0 1  0 0.0016 -0.11875  {-_QUARTER!r} 0 {_HALF!r}
+  0.99  0 -0.2065 -0.01  0.010502207991 0 0 0.000792 0 0.010502207991
+link_3 link_2 turns  0 0 1  0 -0.410 0  0 {_HALF!r} 0
+  0.6763  0 0.081 -0.0086  0.00142022431908 0 0 0.000304335 0 0.00142022431908
+link_4 link_3 turns  0 0 1  0 0.2073 -0.0114  {-_QUARTER!r} 0 {_HALF!r}
+  0.463  0 0.0028848942 -0.0541932613  0.0004321316048 0 0 0.0004321316048 0 9.26e-05
+link_5 link_4 turns  0 0 1  0 0 -0.10375  {_QUARTER!r} 0 {_HALF!r}
+  0.463  0 0.0497208855 -0.0028562765  0.0004321316048 0 0 9.26e-05 0 0.0004321316048
+link_6 link_5 turns  0 0 1  0 0.10375 0  {-_QUARTER!r} 0 {_HALF!r}
+  0.99  0 0 -0.06  0.0003453236187 0 0 0.0003453236187 0 0.0005816
+tip link_6 fixed  0 0 0  0 0 -0.16  {_HALF!r} {_QUARTER!r} 0
   0  0 0 0  0 0 0 0 0 0
 """
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from probe import probe
-from published_arms import EVERY_JOINT, PANDA, SKEWED, UR5, UR10, pinocchio_model
+from published_arms import EVERY_JOINT, JACO, PANDA, SKEWED, UR5, UR10, pinocchio_model
 
 pin = pytest.importorskip("pinocchio")
 
@@ -28,6 +28,12 @@ ARMS = {
         (*(f"arm.link_{k}.joint.angle" for k in range(1, 8)), *FINGERS),
         rates(("rates", 7), ("slides", 2)),
         np.repeat([0.003, 0.3], [7, 2]),  # friction
+    ),
+    "jaco": (
+        JACO,
+        tuple(f"arm.link_{k}.joint.angle" for k in range(1, 7)),
+        rates(("rates", 6)),
+        0,
     ),
     "skewed": (
         SKEWED,

@@ -21,21 +21,27 @@ from bgc.options import Options
 pytestmark = pytest.mark.slow
 
 
-def joints(count: int) -> str:
-    """Bars on rigid joints from a body that floats, axes in turn across each other."""
+def joints(
+    count: int,
+    axes: tuple[str, str] = ("y", "z"),
+    mount: str = "",
+    base: str = "FreeBody(mass = 100 kg, inertia = 50*eye(3))",
+) -> str:
+    """Bars on rigid joints from a base, with two axes in turn and a mount behind each joint."""
     parts = [
         f"""
-  j{k} : Revolute(axis = {"yz"[k % 2]}, angle0 = {10 + 3 * k} deg, lock = Rigid[5]);
+  j{k} : Revolute(axis = {axes[k % 2]}, angle0 = {10 + 3 * k} deg, lock = Rigid[5]);
   b{k} : Beam(length = {10 + k} m, mass = {20 - k} kg, side = 0.1 m);"""
+        + (f"\n  m{k} : Mount(axes = {mount});" if mount else "")
         for k in range(count)
     ]
-    names = " -> ".join(f"j{k} -> b{k}" for k in range(count))
+    turned = "m{} -> " if mount else ""
+    names = " -> ".join(f"j{k} -> {turned.format(k)}b{k}" for k in range(count))
     return f"""
-import mechanics.joints;
-import mechanics.body;
+import arms.link;
 import crane.beam;
 model M {{
-  base : FreeBody(mass = 100 kg, inertia = 50*eye(3));
+  base : {base};
   none : Se[6](e = zeros(6));{"".join(parts)}
   base -> {names} -> none;
 }}"""
@@ -95,6 +101,20 @@ def test_operations_of_rigid_joints_grow_in_proportion(tmp_path: Path) -> None:
     nodes = [len(c.causal.graph.dag) for c in (few, many)]
     assert nodes[1] / nodes[0] < 4, "the DAG grows with the entries of N at most"
     assert nodes[1] < 20 * operations(many.optimised)
+
+
+@pytest.mark.parametrize("base", ["FreeBody(mass = 100 kg, inertia = 50*eye(3))", "Ground"])
+def test_mounts_cost_no_more_than_skew_axes(tmp_path: Path, base: str) -> None:
+    """Also mounts that need the rows in sequence; all were refused."""
+    skew = compiled(tmp_path, joints(8, ("[0.6, 0.8, 0]", "[0, 0.6, -0.8]"), base=base))
+    allowed = operations(skew.optimised)
+    for axes, mount in [
+        (("z", "z"), "euler_matrix([0.3, -0.7, 1.1])"),
+        (("z", "y"), "rot_x(0.3)"),
+        (("z", "y"), "rot_y(1.57079632679)"),
+    ]:
+        found = compiled(tmp_path, joints(8, axes, mount, base))
+        assert operations(found.optimised) < allowed
 
 
 @pytest.mark.parametrize("make", [masses_and_springs, one_shaft, ladder])
