@@ -55,6 +55,10 @@ Choice: TypeAlias = Callable[..., tuple[Node, Node, Node]]
 """(builder, *operands) -> the condition, the result where it holds, the result elsewhere."""
 
 
+Pieces: TypeAlias = Callable[..., tuple[Node, Node]]
+"""(builder, mode, *operands) -> the argument that determines the mode, the result in that mode."""
+
+
 class Parity(Enum):
     """Symmetry of a function of one operand."""
 
@@ -64,7 +68,7 @@ class Parity(Enum):
 
 
 class Jump(IntEnum):
-    """A discontinuous operation on one argument z, numbered as `bgc_operation` in `bgc.h`."""
+    """A piecewise operation on one argument z, numbered as `bgc_operation` in `bgc.h`."""
 
     ABOVE = 0  # z > 0
     NOT_BELOW = 1  # z >= 0
@@ -163,7 +167,12 @@ class Operation:
     curve
         The function on a conic, for fingerprints.
     jump
-        The mode that a discontinuous operation switches at run time.
+        The mode that a piecewise operation switches at run time; None for a smooth operation.
+    pieces
+        (builder, mode, *operands) -> the argument z of `jump`, and the result in a mode. The
+        argument is at the edge of a mode where the operation jumps or has a kink.
+    kink
+        Whether the result is continuous where the mode changes, and only its slope jumps.
     infix
         The operator as text; None for functions.
     latex
@@ -200,6 +209,8 @@ class Operation:
     never_negative: bool = False
     curve: Curve | None = None
     jump: Jump | None = None
+    pieces: Pieces | None = None
+    kink: bool = False
     infix: Infix | None = None
     latex: str = ""
     c: str = ""
@@ -214,6 +225,7 @@ class Operation:
             object.__setattr__(self, "latex", self.latex or rf"\operatorname{{{self.name}}}")
         assert (self.lane_formula != "") == (self.lanes is Lanes.FORMULA), self.c
         assert not (self.partials and self.choice), self.c
+        assert (self.jump is None) == (self.pieces is None), self.c
 
     @property
     def arity(self) -> int:

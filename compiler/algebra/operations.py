@@ -76,6 +76,21 @@ def _no_partials(d: Builder, y: Node, *operands: Node) -> tuple[Node, ...]:
     return ()
 
 
+def _mode_of(d: Builder, mode: Node, x: Node) -> tuple[Node, Node]:
+    """The operand determines the mode, which is the result."""
+    return x, mode
+
+
+def _mode_of_difference(d: Builder, mode: Node, a: Node, b: Node) -> tuple[Node, Node]:
+    """The mode of `b - a` is the result."""
+    return d.sub(b, a), mode
+
+
+def _remainder_in_mode(d: Builder, mode: Node, a: Node, b: Node) -> tuple[Node, Node]:
+    """The mode is the whole part of the quotient."""
+    return d.div(a, b), d.sub(a, d.mul(b, mode))
+
+
 def _within_right_angle(d: Builder, value: Node, angle: Node) -> Node:
     """A value where `abs(angle) < pi/2`, NaN elsewhere."""
     margin = d.sub(d.const(PI / 2), d.call(Op.ABS, angle))
@@ -181,6 +196,9 @@ class Op(IntEnum):
         partials=None,
         choice=lambda d, a, b: (d.call(Op.LE, b, a), a, b),
         symmetric=True,
+        jump=Jump.NOT_BELOW,
+        pieces=lambda d, mode, a, b: (d.sub(a, b), d.select(mode, a, b)),
+        kink=True,
         latex=r"\max",
         c="model_max",
         c_formula="a > b || a != a ? a : b",
@@ -198,6 +216,9 @@ class Op(IntEnum):
         partials=None,
         choice=lambda d, a, b: (d.call(Op.LE, a, b), a, b),
         symmetric=True,
+        jump=Jump.NOT_BELOW,
+        pieces=lambda d, mode, a, b: (d.sub(b, a), d.select(mode, a, b)),
+        kink=True,
         latex=r"\min",
         c="model_min",
         c_formula="a < b || a != a ? a : b",
@@ -215,6 +236,7 @@ class Op(IntEnum):
         partials=_no_partials,
         parity=Parity.ODD,
         jump=Jump.SIGN,
+        pieces=_mode_of,
         latex=r"\operatorname{sgn}",
         c="model_sign",
         c_formula="a > 0.0 ? 1.0 : a < 0.0 ? -1.0 : a",
@@ -227,6 +249,7 @@ class Op(IntEnum):
         partials=_no_partials,
         never_negative=True,
         jump=Jump.ABOVE,
+        pieces=_mode_of_difference,
         infix=Infix("<", 4, strict_left=True, strict_right=True),
         latex="# < #",
         c="model_less",
@@ -241,6 +264,7 @@ class Op(IntEnum):
         partials=_no_partials,
         never_negative=True,
         jump=Jump.NOT_BELOW,
+        pieces=_mode_of_difference,
         infix=Infix("<=", 4, strict_left=True, strict_right=True),
         latex=r"# \leq #",
         c="model_at_most",
@@ -554,6 +578,9 @@ class Op(IntEnum):
         partials=lambda d, y, x: (d.call(Op.SIGN, x),),
         parity=Parity.EVEN,
         never_negative=True,
+        jump=Jump.NOT_BELOW,
+        pieces=lambda d, mode, x: (x, d.select(mode, x, d.neg(x))),
+        kink=True,
         latex=r"\left| # \right|",
         c="fabs",
         lanes=Lanes.HEADER,
@@ -565,6 +592,7 @@ class Op(IntEnum):
         exact=math.floor,
         partials=_no_partials,
         jump=Jump.FLOOR,
+        pieces=_mode_of,
         latex=r"\left\lfloor # \right\rfloor",
     )
     CEIL = Operation(
@@ -574,6 +602,7 @@ class Op(IntEnum):
         exact=math.ceil,
         partials=_no_partials,
         jump=Jump.CEIL,
+        pieces=_mode_of,
         latex=r"\left\lceil # \right\rceil",
     )
     FMOD = Operation(
@@ -585,6 +614,7 @@ class Op(IntEnum):
         evaluate=doubles.remainder,
         partials=lambda d, y, a, b: (d.one, d.neg(d.div(d.sub(a, y), b))),
         jump=Jump.TRUNC,
+        pieces=_remainder_in_mode,
     )
 
     # --- special functions ----------------------------------------------------------------------

@@ -49,7 +49,7 @@ _LOOPS = frozenset(
 _OPTIONAL = {
     "consistent": ("consistent",),
     "devices": ("devices", "drivers/"),
-    "events": ("events",),
+    "events": ("events", "modes"),
     "start": ("start",),
 }
 EVERY_PART = frozenset(_OPTIONAL)

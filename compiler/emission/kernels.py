@@ -219,6 +219,7 @@ class _Body:
         conditions = {  # a choice reads its condition twice
             a[n] for n in self._order if dag.op[n] == _SELECT and not is_number_test(dag, a[n])
         }
+        tests = self._tests_of_modes()
         size: dict[Node, int] = {}  # operations of a node that is part of a larger expression
         chunk, filled = 0, 0
         for node in self._order:
@@ -227,13 +228,30 @@ class _Body:
                 n += size.get(b[node], 0)
                 if c[node] >= 0:
                     n += size.get(c[node], 0)
-            if uses[node] == 1 and n < _INLINE and node not in targets and node not in conditions:
+            if node in tests or (
+                uses[node] == 1 and n < _INLINE and node not in targets and node not in conditions
+            ):
                 size[node] = n
                 continue
             if filled and filled + n > limit:
                 chunk, filled = chunk + 1, 0
             filled += n
             statement[node] = chunk
+
+    def _tests_of_modes(self) -> set[Node]:
+        """The tests of modes for NaN that only choices read, which print them in place."""
+        dag = self._dag
+        tests = {
+            dag.a[n]
+            for n in self._order
+            if dag.op[n] == _SELECT
+            and is_number_test(dag, dag.a[n])
+            and dag.op[dag.a[dag.a[n]]] == _SYMBOL
+        } - self._targets.keys()
+        for n in self._order:
+            others = dag.operands(n)[1:] if dag.op[n] == _SELECT else dag.operands(n)
+            tests.difference_update(others)
+        return tests
 
     def _find_crossings(self) -> None:
         """Find the values that are read in their own chunk, and those read in later ones."""

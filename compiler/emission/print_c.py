@@ -128,9 +128,20 @@ class Printer:
         yes, no = self._within(self._b[node], _COMPARE), self._within(self._c[node], _COMPARE)
         if is_number_test(self._dag, condition):
             mode = self._operand(self._a[condition])[0]
+            pieces = self._pieces(node)
+            if pieces is not None:
+                first, second = (self._within(piece, _COMPARE) for piece in pieces)
+                yes = f"({mode} == 0.0 ? {second} : {first})"
             return f"{mode} == {mode} ? {yes} : {no}", _CHOICE
         truth = self._operand(condition)[0]
         return f"{truth} == 0.0 ? {no} : {truth} == {truth} ? {yes} : {truth}", _CHOICE
+
+    def _pieces(self, node: Node) -> tuple[Node, Node] | None:
+        """The pieces of a kink in mode 1 and 0, in a choice between them and the operation."""
+        mode, held = self._a[self._a[node]], self._b[node]
+        if self._op[held] != _SELECT or self._a[held] != mode or held in self._names:
+            return None
+        return self._b[held], self._c[held]
 
     def _function(self, row: Operation) -> str:
         if row.c_formula:
@@ -157,6 +168,10 @@ class LanePrinter(Printer):
         yes, no = self._operand(self._b[node])[0], self._operand(self._c[node])[0]
         if is_number_test(self._dag, condition):
             mode = self._operand(self._a[condition])[0]
+            pieces = self._pieces(node)
+            if pieces is not None:
+                first, second = (self._operand(piece)[0] for piece in pieces)
+                yes = f"lane_select({mode} == lane_of(0.0), {second}, {first})"
             return f"lane_select({mode} == {mode}, {yes}, {no})", _ATOM
         return f"lane_choose({self._operand(condition)[0]}, {yes}, {no})", _ATOM
 

@@ -1,14 +1,14 @@
-"""Replace discontinuous operations by modes, which the runtime holds constant over a step.
+"""Replace piecewise operations by modes, which the runtime holds constant over a step.
 
 An integration method has its order only where the right-hand side is smooth. The result of every
-comparison, `sign`, `floor`, `ceil` and `fmod` on which the derivatives or energies depend, and
-which states or time can change, therefore becomes an input of the kernels (its mode), and the
-runtime ends a step where the operation would change its result. A mode of NaN means that the
-operation itself is evaluated.
+comparison, `sign`, `floor`, `ceil` and `fmod`, and the piece of every `abs`, `min` and `max`, on
+which the derivatives or energies depend and which states or time can change, therefore becomes an
+input of the kernels (its mode), and the runtime ends a step where the mode would change. A mode of
+NaN means that the operation itself is evaluated.
 
-`abs`, `min` and `max` are continuous and left to error control. So is a `sign` whose factor is zero
-where it changes, as in `sign(x)*sqrt(abs(x))`. `==` is true at isolated instants only and causes no
-event.
+Left to error control are `abs(x)`, and a `sign(x)` without a jump, where a root, power or logarithm
+begins at x = 0, as in `sign(x)*sqrt(abs(x))`: its slope is infinite or undefined there, and no
+piece continues beyond. `==` is true at isolated instants only and causes no event.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from dataclasses import replace
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.operation import Jump
+from bgc.algebra.operations import ROWS
 from bgc.building.built import Place, Places
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Lowered, Switch
@@ -26,10 +27,11 @@ from bgc.ir.program import Program
 from bgc.ir.program_nodes import map_program, program_roots
 
 _JUMPS = {int(op): op.row.jump for op in Op if op.row.jump is not None}
+_ROOTS = frozenset(map(int, (Op.SQRT, Op.CBRT, Op.POW, Op.LOG, Op.LOG10)))
 
 
 def hold_modes(program: Program) -> tuple[Program, tuple[Switch, ...]]:
-    """Replace the discontinuous operations of a program by modes, those of time alone first.
+    """Replace the piecewise operations of a program by modes, those of time alone first.
 
     Initial values and projections are computed between steps and keep their operations. The given
     program is unchanged; the returned one has its own DAG.
@@ -38,15 +40,13 @@ def hold_modes(program: Program) -> tuple[Program, tuple[Switch, ...]]:
         return program, ()
     integrated = [state.derivative for state in program.states]
     integrated += [program.energy.supplied, program.energy.dissipated]
-    found = _discontinuous(program.dag, integrated)
+    found = _piecewise(program.dag, integrated)
     if not found:
         return program, ()
     dag = program.dag.copy()
     jumps = _jumps(dag, integrated, found)
-    order = sorted(
-        (node for node in found if jumps[node] or dag.op[node] != Op.SIGN),
-        key=lambda node: (not found[node], node),
-    )
+    steep = _steep(dag, integrated, [node for node in found if not jumps[node]])
+    order = sorted(found.keys() - steep, key=lambda node: (not found[node], node))
     number = {node: k for k, node in enumerate(order)}
     program, arguments = _with_modes(replace(program, dag=dag), number)
     return program, tuple(
@@ -60,6 +60,21 @@ def hold_modes(program: Program) -> tuple[Program, tuple[Switch, ...]]:
         )
         for node in order
     )
+
+
+def few_states_read(lowered: Lowered) -> tuple[int, ...]:
+    """The states that arguments of switches read, if interpolating only them is worthwhile.
+
+    Empty where these are more than half of the states, or where one of them is set by a projection
+    or an algebraic equation, which need all states.
+    """
+    program = lowered.program
+    nodes = program.dag.reachable(switch.argument for switch in lowered.switches)
+    symbols = map(program.dag.symbol_of, nodes)
+    read = sorted({s.index for s in symbols if s is not None and s.kind is Kind.STATE})
+    states = [program.states[index] for index in read]
+    alone = all(s.projection is None and s.kind != "algebraic" for s in states)
+    return tuple(read) if alone and 2 * len(read) <= len(program.states) else ()
 
 
 def places_of(lowered: Lowered) -> Places:
@@ -83,7 +98,7 @@ def _states_in(program: Program, node: Node) -> tuple[str, ...]:
     return tuple(program.states[index].name for index in sorted(indices))
 
 
-def _discontinuous(dag: Dag, roots: Iterable[Node]) -> dict[Node, bool]:
+def _piecewise(dag: Dag, roots: Iterable[Node]) -> dict[Node, bool]:
     """Find the operations that may change during a step.
 
     Maps each to True if its argument depends on time but not on states.
@@ -120,24 +135,12 @@ def _with_modes(program: Program, number: Mapping[Node, int]) -> tuple[Program, 
         new[node] = made
         if node in number:
             mode = dag.symbol(Kind.INPUT, program.inputs + number[node])
-            arguments[node], result = _argument_and_result(dag, dag.op[node], operands, mode)
+            pieces = ROWS[dag.op[node]].pieces
+            assert pieces is not None
+            arguments[node], result = pieces(dag, mode, *operands)
             new[node] = dag.select(dag.call(Op.EQ, mode, mode), result, made)
     states = (replace(state, derivative=new[state.derivative]) for state in program.states)
     return replace(map_program(bare, dag, new.__getitem__), states=tuple(states)), arguments
-
-
-def _argument_and_result(
-    dag: Dag, op: int, operands: tuple[Node, ...], mode: Node
-) -> tuple[Node, Node]:
-    """The argument z that determines the mode of an operation, and its result for a mode."""
-    match _JUMPS[op]:
-        case Jump.ABOVE | Jump.NOT_BELOW:
-            return dag.sub(operands[1], operands[0]), mode
-        case Jump.TRUNC:
-            quotient = dag.div(operands[0], operands[1])
-            return quotient, dag.sub(operands[0], dag.mul(operands[1], mode))
-        case Jump.SIGN | Jump.FLOOR | Jump.CEIL:
-            return operands[0], mode
 
 
 # --- jumps --------------------------------------------------------------------------------------
@@ -146,19 +149,41 @@ def _argument_and_result(
 def _jumps(dag: Dag, roots: Iterable[Node], found: Iterable[Node]) -> dict[Node, bool]:
     """Whether the roots may jump where each operation changes; False if provably continuous."""
     roots = list(roots)
-    readers: dict[Node, list[Node]] = {node: [] for node in found}
+    sudden = [node for node in found if not ROWS[dag.op[node]].kink]
+    readers: dict[Node, list[Node]] = {node: [] for node in sudden}
     for node in dag.reachable(roots):
         for operand in set(dag.operands(node)):
             if operand in readers or dag.op[operand] == Op.NOT:
                 readers.setdefault(operand, []).append(node)
     fingerprints = Fingerprints(dag)
-    return {
+    jumps = dict.fromkeys(found, False)
+    jumps |= {
         node: node in roots
         or not any(
             _are_continuous(dag, fingerprints, node, readers, threshold)
             for threshold in _thresholds(dag, node)
         )
-        for node in found
+        for node in sudden
+    }
+    return jumps
+
+
+def _steep(dag: Dag, roots: Iterable[Node], continuous: Iterable[Node]) -> set[Node]:
+    """The `abs` and continuous `sign` at whose zero a root, power or logarithm begins."""
+    kinks = [node for node in continuous if dag.op[node] in (Op.ABS, Op.SIGN)]
+    if not kinks:
+        return set()
+    bases = {dag.a[node] for node in dag.reachable(roots) if dag.op[node] in _ROOTS}
+    below = {base: frozenset(dag.reachable([base])) for base in bases}
+    fingerprints = Fingerprints(dag)
+    return {
+        node
+        for node in kinks
+        if any(
+            dag.a[node] in below[base]
+            and fingerprints.is_zero(*dag.substitute([base], {dag.a[node]: dag.zero}))
+            for base in bases
+        )
     }
 
 

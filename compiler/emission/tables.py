@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from bgc.algebra.dag import Kind, Symbol
+from bgc.emission.switches import few_states_read
 from bgc.ir.defaults import default_values
 from bgc.ir.graph import DeviceUse
 from bgc.ir.lowered import Lowered
@@ -57,6 +58,9 @@ def model_tables(
     table("param", "bgc_param_info ", _parameters(program))
     table("state", "bgc_var_info ", _variables((s.name, s.unit) for s in program.states))
     table("switch_info", "bgc_switch_info ", _switches(lowered))
+    if read := few_states_read(lowered):
+        indices("switch_state", read)
+        fields.append(("n_switch_state", str(len(read))))
     table("output", "bgc_var_info ", _variables((o.name, o.unit) for o in program.observations))
     table("input", "bgc_channel_use ", _inputs(program))
     table("command", "bgc_channel_use ", [_channel(d, use) for d, use in commands])

@@ -85,7 +85,7 @@ class LuPlan:
 
 @dataclass(frozen=True, slots=True)
 class Switch:
-    """A discontinuous operation whose result (its mode) is held constant over a step.
+    """A piecewise operation whose result or piece (its mode) is held constant over a step.
 
     Mode k is INPUT symbol `program.inputs + k`; where it is NaN, the operation is evaluated.
     """

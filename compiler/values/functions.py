@@ -131,7 +131,7 @@ def _of_several(op: Op, dag: Dag, name: str, arguments: Operands, span: Span) ->
 def _builtin_of(op: Op) -> Builtin:
     """The function that an operation is in the language."""
     row = op.row
-    jumps = row.jump is not None
+    jumps = row.jump is not None and not row.kink
     units = _describe_units(row)
     arguments = ", ".join(row.arguments)
     if row.variadic:

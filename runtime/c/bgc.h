@@ -73,7 +73,8 @@ typedef struct {
     const char *options;  /* "key=value" lines, as written in the scene */
 } bgc_device_info;
 
-/* A discontinuous operation on an argument z. Its result is its mode. */
+/* A piecewise operation on an argument z. Its mode is its result, or the piece that applies: of a kink,
+ * BGC_NOT_BELOW. */
 typedef enum {
     BGC_ABOVE = 0,      /* z > 0 */
     BGC_NOT_BELOW = 1,  /* z >= 0 */
@@ -126,8 +127,8 @@ typedef struct bgc_model {
     const int *pivot_row, *pivot_col;
     const int *lu_row, *lu_pivot, *lu_col, *lu_jac, *lu_mass;
 
-    /* Discontinuous operations in derivatives and energies, timed ones first. A kernel takes
-     * u[n_input + k] as the result of operation k; where that is a NaN it evaluates the operation. */
+    /* Piecewise operations in derivatives and energies, timed ones first. A kernel takes
+     * u[n_input + k] as the mode of operation k; where that is a NaN it evaluates the operation. */
     const bgc_switch_info *switch_info;
     int n_switch;
     int n_timed;
@@ -187,6 +188,10 @@ typedef struct bgc_model {
                   double *w);
     void (*started)(const double *h, double t, const double *u, const double *s, double *x,
                     double *w);
+    /* The states that switches() reads, where they are few and neither projected nor algebraic; 0
+     * where it may read any. */
+    const int *switch_state;
+    int n_switch_state;
 } bgc_model;
 
 /* The emitted model. */

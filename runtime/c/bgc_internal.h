@@ -39,7 +39,8 @@
 #include <stdatomic.h>
 
 enum { BGC_MAX_STAGES = 8, BGC_MAX_IMPLICIT = 3, BGC_MAX_DENSE = 3, BGC_LANES = 8 };
-enum { BGC_SAMPLES = 5 };      /* points of a step at which switches are evaluated */
+enum { BGC_SAMPLES = 5 };      /* points of a step at which switches are evaluated, */
+enum { BGC_FIRST_SAMPLES = 3 }; /* and those that show whether any comes near the edge of its mode */
 enum { BGC_MAX_HALVINGS = 6 }; /* of a fixed step that is too long for the algebraic equations */
 
 /* Vectors of states are padded to whole cache lines; entries beyond n stay zero. */
@@ -259,6 +260,7 @@ struct bgc_data {
     double *samples;        /* BGC_SAMPLES vectors of arguments of switches */
     double *probe, *after;  /* arguments of switches */
     double *divisors;       /* BGC_SAMPLES + 1 vectors of divisors */
+    double *ignored;        /* n_switch: not 0 where a change is negligible in the step under way */
     double *sparse_work;    /* 2 n_state: elimination by tables */
     double *dense_lu;       /* n by n: dense factors */
     bgc_complex *dense_complex; /* n by n; NULL before a method with complex stages is chosen */
@@ -376,22 +378,29 @@ bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, const bgc_method
 /* --- start.c */
 bgc_status bgc_solve_start(const bgc_model *m, bgc_data *d);
 
-/* --- events.c */
+/* --- modes.c */
 void bgc_hold_modes(const bgc_model *m, bgc_data *d);
 void bgc_release_modes(const bgc_model *m, bgc_data *d);
 void bgc_find_modes(const bgc_model *m, bgc_data *d);
 void bgc_reset_modes(const bgc_model *m, bgc_data *d);
-extern const double bgc_sample_at[BGC_SAMPLES];
+void bgc_perturb_by_tolerances(const bgc_model *m, const bgc_data *d, const double *x,
+                               double *moved);
 bgc_status bgc_settle(const bgc_model *m, bgc_data *d);
+bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole);
+
+/* --- events.c */
+extern const double bgc_sample_at[BGC_SAMPLES];
+extern const int bgc_first_sample[BGC_FIRST_SAMPLES];
 double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end);
 bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_shorten,
                           double *found);
-bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole);
 
 /* --- dense.c */
 void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, double end);
 void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x);
 void bgc_interpolate_all(const bgc_model *m, bgc_data *d, double t, double *x);
+void bgc_interpolate_some(const bgc_model *m, bgc_data *d, double t, int count, const int *state,
+                          double *x);
 void bgc_dense_slope(const bgc_model *m, const bgc_data *d, double *slope);
 
 /* --- accounts.c */

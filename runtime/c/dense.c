@@ -125,6 +125,23 @@ void bgc_interpolate_all(const bgc_model *m, bgc_data *d, double t, double *x) {
     }
 }
 
+/* The same for some states, neither projected nor algebraic; the others in x stay as they are. */
+void bgc_interpolate_some(const bgc_model *m, bgc_data *d, double t, int count, const int *state,
+                          double *x) {
+    const size_t width = bgc_padded(m->n_state);
+    const double *k1 = d->k, *k2 = k1 + width, *k3 = k2 + width;
+    double s;
+
+    if (d->core.dense == BGC_SLOPES_PENDING) {
+        complete_slopes(m, d);
+    }
+    s = (t - d->core.t_old) / (d->core.t_end - d->core.t_old);
+    for (int j = 0; j < count; j++) {
+        const int i = state[j];
+        x[i] = bgc_interpolated(s, d->y0[i], d->y1[i], k1[i], k2[i], k3[i]);
+    }
+}
+
 /* The rate of the dense output in the middle of the last step. */
 void bgc_dense_slope(const bgc_model *m, const bgc_data *d, double *slope) {
     const double h = d->core.t_end - d->core.t_old;

@@ -1,16 +1,11 @@
-/* events.c: events of discontinuous laws: detection, location, and the new modes.
+/* events.c: events of piecewise laws: detection and location.
  *
- * Within a step every comparison, sign and rounding of the model is held at its mode, so that f is
- * smooth and the method keeps its order. The dense output of the step shows whether an argument has
+ * Within a step every comparison, sign, rounding and kink of the model is held at its mode, so that f
+ * is smooth and the method keeps its order. The dense output of the step shows whether an argument has
  * left the range of its mode, at the end or within. The first time at which one has is located by
- * bracketing, the step is cut there, and the next step starts in the new modes.
- *
- * Invariant: between steps each mode is the result of its operation at the present time and state; a
- * NaN where that is undefined, or where the switch is left to error control.
+ * bracketing, the step is cut there, and the next step starts in the new modes (modes.c).
  */
-#include "bgc_internal.h"
-#include "modes.h"
-#include "tolerance.h"
+#include "switches.h"
 
 #include <float.h>
 #include <math.h>
@@ -20,6 +15,9 @@
  * oscillation does not fit between them. */
 const double bgc_sample_at[BGC_SAMPLES] = {0.17, 0.41, 0.63, 0.86, 1.0};
 
+/* Those that are evaluated first. */
+const int bgc_first_sample[BGC_FIRST_SAMPLES] = {2, 4, BGC_SAMPLES};
+
 /* Weights of the arguments at 0, 0.17, 0.86 and 1 in the values at 0.41 and 0.63 of the cubic through
  * them. */
 static const double cubic_weight[2][4] = {
@@ -27,122 +25,24 @@ static const double cubic_weight[2][4] = {
     {-0.2677564979480164, 0.5506732813607370, 1.2906976744186045, -0.5736144578313251},
 };
 static const double cubic_tolerance = 0.005; /* deviation from the cubic, relative to the range */
-
-static const double noise_factor = 4.0; /* changes below this many state tolerances are noise */
-static const double immediate_return = 1e-3; /* part of a step between an event and the next */
-enum { MOST_RETURNS = 50, MOST_UNRESOLVED = 8, MOST_ROUNDS = 10 };
-
-/* --- modes --------------------------------------------------------------------------------- */
-
-/* The result of an operation; a NaN of an undefined argument: kernels compare then, and an undefined
- * law that is not guarded makes f undefined. */
-static double value_of(int operation, double z) {
-    return isnan(z) ? z : bgc_result(operation, z);
-}
-
-/* Whether switch k is left to error control until the run ends. */
-static int is_given_up(const bgc_data *d, int k) { return isinf(d->returns[k]); }
-
-/* Whether the argument z is outside the range of the mode of switch k. */
-static int has_left(const bgc_model *m, const bgc_data *d, int k, double z) {
-    const double mode = d->mode[k];
-
-    return !isnan(mode) && !isnan(z) && value_of(m->switch_info[k].operation, z) != mode;
-}
-
-static double depth_of(const bgc_model *m, const bgc_data *d, int k, double z) {
-    return bgc_depth(m->switch_info[k].operation, d->mode[k], z);
-}
-
-/* Kernels take the modes for the results of the operations. */
-void bgc_hold_modes(const bgc_model *m, bgc_data *d) {
-    if (m->n_switch > 0) {
-        memcpy(d->u + m->n_input, d->mode, (size_t)m->n_switch * sizeof *d->mode);
-    }
-}
-
-/* Kernels evaluate the operations. */
-void bgc_release_modes(const bgc_model *m, bgc_data *d) {
-    for (int k = 0; k < m->n_switch; k++) {
-        d->u[m->n_input + k] = (double)NAN;
-    }
-}
-
-/* Sets the modes by the arguments at the present; returns 1 where one of them changes. */
-static int update_modes(const bgc_model *m, bgc_data *d) {
-    int changed = 0;
-
-    m->switches(d->h, d->core.t, d->x, d->u, d->argument, d->work);
-    for (int k = 0; k < m->n_switch; k++) {
-        const double mode = value_of(m->switch_info[k].operation, d->argument[k]);
-        d->extent[k] = fmax(d->extent[k], fabs(d->argument[k]));
-        if (!is_given_up(d, k)) {
-            changed |= d->mode[k] != mode && !(isnan(d->mode[k]) && isnan(mode));
-            d->mode[k] = mode;
-        }
-    }
-    return changed;
-}
-
-/* Finds the modes at the present, and leaves them released. Arguments that contain operations differ
- * by rounding between released and held modes. Steps see held ones, so the modes are iterated on
- * them. */
-void bgc_find_modes(const bgc_model *m, bgc_data *d) {
-    if (m->n_switch == 0) {
-        return;
-    }
-    bgc_release_modes(m, d);
-    update_modes(m, d);
-    for (int round = 0; round < MOST_ROUNDS; round++) {
-        bgc_hold_modes(m, d);
-        if (!update_modes(m, d)) {
-            break;
-        }
-    }
-    bgc_release_modes(m, d);
-}
-
-/* At the start of a run: no modes yet, and no switch left to error control. */
-void bgc_reset_modes(const bgc_model *m, bgc_data *d) {
-    for (int k = 0; k < m->n_switch; k++) {
-        d->mode[k] = 0.0;
-        d->extent[k] = d->returns[k] = d->change_of_mode[k] = 0.0;
-    }
-    bgc_release_modes(m, d);
-    d->core.unresolved = 0;
-    d->core.event_at = (double)NAN;
-}
-
-/* moved = x with every state perturbed by about its tolerance. Sizes and signs follow low-discrepancy
- * sequences, so that perturbations do not cancel in differences of states. */
-static void perturb_by_tolerances(const bgc_model *m, const bgc_data *d, const double *x,
-                               double *moved) {
-    const double size_stride = 0.6180339887498949, sign_stride = 0.7548776662466927;
-    const bgc_core *core = &d->core;
-    double size = 0.0, sign = 0.0;
-
-    for (int i = 0; i < m->n_state; i++) {
-        const double tolerance = bgc_step_tolerance(fabs(x[i]), d->scale[i],
-                                                    core->counts.scale_reached, core->rtol,
-                                                    core->atol);
-        const double off = (0.5 + 0.5 * size) * tolerance;
-        moved[i] = x[i] + (sign < 0.5 ? off : -off);
-        size = fmod(size + size_stride, 1.0);
-        sign = fmod(sign + sign_stride, 1.0);
-    }
-}
+static const double negligible = 1e-3; /* effect of a kink on a step, relative to the tolerances */
+enum { MOST_UNRESOLVED = 8 };
 
 /* --- location of the first event of a step --------------------------------------------------- */
 
 /* Arguments are evaluated along the dense output of the step to d->next, or, for switches that depend
- * on time alone, with the present state. */
+ * on time alone, with the present state. Only the states that they read are interpolated. */
 typedef enum { ALONG_STEP, TIME_ALONE } route;
 
 static void evaluate(const bgc_model *m, bgc_data *d, route way, double t, double *z) {
     const double *x = d->x;
 
     if (way == ALONG_STEP && m->n_timed < m->n_switch) {
-        bgc_interpolate(m, d, t, d->point);
+        if (m->n_switch_state > 0) {
+            bgc_interpolate_some(m, d, t, m->n_switch_state, m->switch_state, d->point);
+        } else {
+            bgc_interpolate(m, d, t, d->point);
+        }
         x = d->point;
     }
     m->switches(d->h, t, x, d->u, z, d->work);
@@ -158,7 +58,7 @@ static double locate(const bgc_model *m, bgc_data *d, route way, int k, double l
     const double resolution =
         (way == TIME_ALONE ? 0.25 : 2.0) * DBL_EPSILON * fmax(fabs(low), fabs(high));
     const double width = high - low, bend = 0.2 / width;
-    double at_low = depth_of(m, d, k, z_low), at_high = depth_of(m, d, k, z_high);
+    double at_low = bgc_depth_of(m, d, k, z_low), at_high = bgc_depth_of(m, d, k, z_high);
     double most = ceil(log2(fmax(width / (2.0 * resolution), 1.0))) + 1.0;
 
     for (double j = 0.0; high - low > 2.0 * resolution; j += 1.0) {
@@ -180,12 +80,12 @@ static double locate(const bgc_model *m, bgc_data *d, route way, int k, double l
 
         /* Keep the half with the change of mode. */
         evaluate(m, d, way, t, d->probe);
-        if (has_left(m, d, k, d->probe[k])) {
+        if (bgc_has_left(m, d, k, d->probe[k])) {
             high = t;
-            at_high = depth_of(m, d, k, d->probe[k]);
+            at_high = bgc_depth_of(m, d, k, d->probe[k]);
         } else {
             low = t;
-            at_low = depth_of(m, d, k, d->probe[k]);
+            at_low = bgc_depth_of(m, d, k, d->probe[k]);
         }
     }
     return high;
@@ -199,7 +99,7 @@ static double locate_first(const bgc_model *m, bgc_data *d, route way, double lo
     for (int k = 0; k < m->n_switch; k++) {
         const int timed = m->switch_info[k].timed;
         if ((way == TIME_ALONE && !timed) || (way == ALONG_STEP && timed && high == d->core.t_end) ||
-            !has_left(m, d, k, z_high[k])) {
+            !bgc_has_left(m, d, k, z_high[k])) {
             continue;
         }
         high = locate(m, d, way, k, low, high, z_low[k], z_high[k]);
@@ -211,7 +111,7 @@ static double locate_first(const bgc_model *m, bgc_data *d, route way, double lo
 /* Whether any switch has left its mode. */
 static int any_left(const bgc_model *m, const bgc_data *d, const double *z, int only_timed) {
     for (int k = 0; k < m->n_switch; k++) {
-        if ((m->switch_info[k].timed || !only_timed) && has_left(m, d, k, z[k])) {
+        if ((m->switch_info[k].timed || !only_timed) && bgc_has_left(m, d, k, z[k])) {
             return 1;
         }
     }
@@ -223,6 +123,7 @@ double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
     if (m->n_timed == 0) {
         return end;
     }
+    memset(d->ignored, 0, (size_t)m->n_switch * sizeof *d->ignored);
     evaluate(m, d, TIME_ALONE, end, d->after);
     if (!any_left(m, d, d->after, 1)) {
         return end;
@@ -247,13 +148,13 @@ static double closest_approach(const double t[3], const double inside[3]) {
 /* Whether an argument near the edge of its mode varies too fast for the samples of this step, z[0] at
  * its start and z[1 + i] at the points: a smooth one is close to a cubic. */
 static int is_unresolved(const bgc_model *m, const bgc_data *d, int k, const double *const *z) {
-    double low = z[0][k], high = low, nearest = depth_of(m, d, k, low), off = 0.0;
+    double low = z[0][k], high = low, nearest = bgc_depth_of(m, d, k, low), off = 0.0;
 
     /* Range, and least distance from the edge. */
     for (int i = 1; i <= BGC_SAMPLES; i++) {
         low = fmin(low, z[i][k]);
         high = fmax(high, z[i][k]);
-        nearest = fmin(nearest, depth_of(m, d, k, z[i][k]));
+        nearest = fmin(nearest, bgc_depth_of(m, d, k, z[i][k]));
     }
 
     /* Deviation from the cubic through four of the values. */
@@ -275,9 +176,112 @@ static int is_beyond_tolerances(const bgc_model *m, bgc_data *d, int k, const do
         low = fmin(low, z[i][k]);
         high = fmax(high, z[i][k]);
     }
-    perturb_by_tolerances(m, d, d->next, d->point);
+    bgc_perturb_by_tolerances(m, d, d->next, d->point);
     m->switches(d->h, d->core.t_end, d->point, d->u, d->after, d->work);
-    return !(high - low <= noise_factor * fabs(d->after[k] - z[BGC_SAMPLES][k]));
+    return !(high - low <= bgc_noise_factor * fabs(d->after[k] - z[BGC_SAMPLES][k]));
+}
+
+/* Evaluates the arguments at sample i of the step under way, at time t, in the place of that sample. */
+static const double *evaluate_sample(const bgc_model *m, bgc_data *d, int i, double t) {
+    double *here = d->samples + (size_t)(i - 1) * bgc_padded(m->n_switch);
+
+    if (i == BGC_SAMPLES && d->core.algebraic == 0) {
+        m->switches(d->h, t, d->next, d->u, here, d->work);
+    } else {
+        evaluate(m, d, ALONG_STEP, t, here);
+    }
+    return here;
+}
+
+/* d->ignored: a kink is compared, or its change is negligible; 0 otherwise. */
+static const double entering = 1.0, released = 2.0;
+
+/* Holds the modes, but releases switches whose change is negligible in the step under way. */
+static void hold_watched(const bgc_model *m, bgc_data *d) {
+    bgc_hold_modes(m, d);
+    for (int k = 0; k < m->n_switch; k++) {
+        if (d->ignored[k] == released) {
+            d->u[m->n_input + k] = (double)NAN;
+        }
+    }
+}
+
+/* Whether kinks of states, and nothing else, have left their modes by the arguments z. */
+static int only_kinks_left(const bgc_model *m, const bgc_data *d, const double *z) {
+    int kinks = 0;
+
+    for (int k = 0; k < m->n_switch; k++) {
+        if (bgc_has_left(m, d, k, z[k])) {
+            if (m->switch_info[k].jumps || m->switch_info[k].timed) {
+                return 0;
+            }
+            kinks = 1;
+        }
+    }
+    return kinks;
+}
+
+/* Whether the kinks marked `entering` change f by enough to matter: at time t of the step under way, over
+ * its whole length. */
+static int kinks_matter(const bgc_model *m, bgc_data *d, double t) {
+    const double h = d->core.t_end - d->core.t;
+
+    bgc_interpolate(m, d, t, d->point);
+    m->rhs(d->h, t, d->point, d->u, d->right, d->work);
+    for (int k = 0; k < m->n_switch; k++) {
+        if (d->ignored[k] == entering) {
+            d->u[m->n_input + k] = (double)NAN;
+        }
+    }
+    m->rhs(d->h, t, d->point, d->u, d->magnitude, d->work);
+    hold_watched(m, d);
+    d->core.counts.rhs += 2;
+    for (int j = 0; j < m->n_state; j++) {
+        const double change = d->magnitude[j] - d->right[j];
+        if (change != 0.0 && d->inverse_mass[j] == 0.0) { /* rates are coupled, or there is none */
+            return 1;
+        }
+        d->right[j] = h * d->inverse_mass[j] * change;
+    }
+    return !(bgc_norm(m, d, d->right, d->x, d->next) <= negligible);
+}
+
+/* Where kinks have left their modes at time `at`, with arguments d->after, ignores them in this step if f
+ * on their new pieces differs too little to matter until its end: the rounding of a body at rest is no
+ * reason to end a step. They are released, so that the arguments z of other switches at the samples from
+ * i on, at times t, are right on the new pieces too. */
+static void ignore_negligible(const bgc_model *m, bgc_data *d, double at, int i, const double *t,
+                              const double *const *z) {
+    double deepest = 0.0, farthest = at;
+    int matter;
+
+    if (!only_kinks_left(m, d, d->after)) {
+        return;
+    }
+
+    /* They are compared there, and where one of them is farthest outside. */
+    for (int k = 0; k < m->n_switch; k++) {
+        if (bgc_has_left(m, d, k, d->after[k])) {
+            for (int j = i; j <= BGC_SAMPLES; j++) {
+                const double depth = bgc_depth_of(m, d, k, z[j][k]);
+                farthest = depth < deepest ? t[j] : farthest;
+                deepest = depth < deepest ? depth : deepest;
+            }
+            d->ignored[k] = entering;
+        }
+    }
+    matter = kinks_matter(m, d, at) || (farthest != at && kinks_matter(m, d, farthest));
+    for (int k = 0; k < m->n_switch; k++) {
+        if (d->ignored[k] == entering) {
+            d->ignored[k] = matter ? 0.0 : released;
+        }
+    }
+    if (!matter) {
+        hold_watched(m, d);
+        for (int j = i; j <= BGC_SAMPLES; j++) {
+            evaluate_sample(m, d, j, t[j]);
+        }
+    }
 }
 
 /* Searches between samples i - 2 and i for a switch that leaves its mode and returns. If there is one,
@@ -287,12 +291,15 @@ static int find_between(const bgc_model *m, bgc_data *d, int i, const double *t,
     for (int k = 0; k < m->n_switch; k++) {
         double inside[3], at;
         for (int j = 0; j < 3; j++) {
-            inside[j] = depth_of(m, d, k, z[i - 2 + j][k]);
+            inside[j] = bgc_depth_of(m, d, k, z[i - 2 + j][k]);
         }
         at = closest_approach(t + i - 2, inside);
         if (isfinite(at)) {
             evaluate(m, d, ALONG_STEP, at, d->after);
-            if (has_left(m, d, k, d->after[k])) {
+            if (bgc_has_left(m, d, k, d->after[k])) {
+                ignore_negligible(m, d, at, i, t, z);
+            }
+            if (bgc_has_left(m, d, k, d->after[k])) {
                 const int low = at < t[i - 1] ? i - 2 : i - 1;
                 *found = locate_first(m, d, ALONG_STEP, t[low], at, z[low], d->after);
                 return 1;
@@ -325,6 +332,30 @@ static bgc_status check_defined(const bgc_model *m, bgc_data *d, double t, const
     return BGC_NOT_FINITE;
 }
 
+/* fmin and fmax of numbers, without a call. */
+static inline double smaller(double a, double b) { return a < b ? a : b; }
+static inline double larger(double a, double b) { return a > b ? a : b; }
+
+/* Whether every argument stays clear of the edge of its mode, by the first samples of a step: farther
+ * away than it varies. */
+static int are_all_clear(const bgc_model *m, const bgc_data *d, const double *const *z) {
+    const double *z1 = z[bgc_first_sample[0]], *z2 = z[bgc_first_sample[1]];
+    const double *z3 = z[bgc_first_sample[2]];
+
+    for (int k = 0; k < m->n_switch; k++) {
+        const int operation = m->switch_info[k].operation;
+        const double mode = d->mode[k], all = z[0][k] + z1[k] + z2[k] + z3[k];
+        const double low = smaller(smaller(z[0][k], z1[k]), smaller(z2[k], z3[k]));
+        const double high = larger(larger(z[0][k], z1[k]), larger(z2[k], z3[k]));
+        const double nearest = smaller(bgc_depth(operation, mode, low),
+                                       bgc_depth(operation, mode, high));
+        if (!(nearest > bgc_clear_of_edge * (high - low)) || isnan(all) || isnan(mode)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
 /* After a step to d->next at `end`, with its dense output stored: sets *found to the time of its first
  * event and d->next to the state there; to `end` where there is none. BGC_STEP_TOO_SMALL asks for a
  * shorter step, if `may_shorten`. */
@@ -334,14 +365,22 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
     const double *z[BGC_SAMPLES + 1] = {d->argument};
     double t[BGC_SAMPLES + 1] = {start};
 
-    /* Arguments at the samples. */
+    /* Arguments at the samples: at a few first. */
     *found = end;
     d->core.event = 0;
+    memset(d->ignored, 0, (size_t)m->n_switch * sizeof *d->ignored);
     for (int i = 1; i <= BGC_SAMPLES; i++) {
-        double *here = d->samples + (size_t)(i - 1) * bgc_padded(m->n_switch);
         t[i] = i == BGC_SAMPLES ? end : start + bgc_sample_at[i - 1] * (end - start);
-        evaluate(m, d, ALONG_STEP, t[i], here);
-        z[i] = here;
+    }
+    for (int j = 0; j < BGC_FIRST_SAMPLES; j++) {
+        const int i = bgc_first_sample[j];
+        z[i] = evaluate_sample(m, d, i, t[i]);
+    }
+    if (are_all_clear(m, d, z)) {
+        return BGC_OK;
+    }
+    for (int i = 1; i < BGC_SAMPLES; i++) {
+        z[i] = z[i] != NULL ? z[i] : evaluate_sample(m, d, i, t[i]);
     }
 
     /* An argument that the samples do not resolve. */
@@ -357,6 +396,10 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
         d->core.event = i > 1 && find_between(m, d, i, t, z, found);
         if (!d->core.event && any_left(m, d, z[i], 0)) {
             memcpy(d->after, z[i], (size_t)m->n_switch * sizeof *d->after);
+            ignore_negligible(m, d, t[i], i, t, z);
+        }
+        if (!d->core.event && any_left(m, d, z[i], 0)) {
+            memcpy(d->after, z[i], (size_t)m->n_switch * sizeof *d->after);
             *found = locate_first(m, d, ALONG_STEP, t[i - 1], t[i], z[i - 1], d->after);
             d->core.event = 1;
         }
@@ -365,123 +408,4 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
         bgc_interpolate(m, d, *found, d->next);
     }
     return check_defined(m, d, *found, d->core.event ? d->after : z[BGC_SAMPLES]);
-}
-
-/* --- after an event ------------------------------------------------------------------------- */
-
-/* Whether f jumps with the mode of switch k, from `before`, by more than the tolerances of the states
- * change it. */
-static int jumps_here(const bgc_model *m, bgc_data *d, int k, double before) {
-    double *mode = d->u + m->n_input + k;
-    int jumps = 0;
-
-    bgc_hold_modes(m, d);
-    m->rhs(d->h, d->core.t, d->x, d->u, d->right, d->work);
-    perturb_by_tolerances(m, d, d->x, d->point);
-    m->rhs(d->h, d->core.t, d->point, d->u, d->magnitude, d->work);
-    *mode = before;
-    m->rhs(d->h, d->core.t, d->x, d->u, d->point, d->work);
-    d->core.counts.rhs += 3;
-    bgc_release_modes(m, d);
-    for (int i = 0; i < m->n_state && !jumps; i++) {
-        const double off = fabs(d->magnitude[i] - d->right[i]);
-        const double rounding = 16.0 * DBL_EPSILON * fabs(d->right[i]);
-        jumps = !(fabs(d->point[i] - d->right[i]) <= noise_factor * off + rounding);
-    }
-    return jumps;
-}
-
-/* Counts the consecutive immediate returns of each switch. Where one returns without end, its law
- * drives the state to the edge from both sides: BGC_CHATTERING if f jumps there; if f is continuous,
- * the switch is left to error control. */
-static bgc_status count_returns(const bgc_model *m, bgc_data *d, const double *before,
-                                int in_a_row) {
-    bgc_status status = BGC_OK;
-
-    for (int k = 0; k < m->n_switch; k++) {
-        const double change = d->mode[k] - before[k];
-        if (is_given_up(d, k)) {
-            continue;
-        }
-        d->returns[k] = in_a_row ? d->returns[k] : 0.0;
-        if (change == 0.0 || isnan(change)) {
-            continue;
-        }
-        d->returns[k] += change * d->change_of_mode[k] < 0.0;
-        d->change_of_mode[k] = change;
-        if (d->returns[k] < MOST_RETURNS) {
-            continue;
-        }
-        if (m->switch_info[k].jumps && jumps_here(m, d, k, before[k])) {
-            d->core.failed_switch = k;
-            status = BGC_CHATTERING;
-        } else {
-            d->mode[k] = (double)NAN;
-            d->returns[k] = (double)INFINITY;
-        }
-    }
-    return status;
-}
-
-/* Iterates modes and algebraic equations until they agree: a jump of the states without a rate may
- * change other modes. Modes are held in the equations, which are smooth then. Where that does not
- * converge, the equations are solved with released modes. Leaves the modes released. */
-bgc_status bgc_settle(const bgc_model *m, bgc_data *d) {
-    const size_t size = (size_t)m->n_switch * sizeof *d->mode;
-    bgc_status status;
-
-    if (m->n_switch == 0) {
-        return bgc_make_consistent(m, d);
-    }
-    bgc_find_modes(m, d);
-    for (int round = 0; round < MOST_ROUNDS && d->core.algebraic > 0; round++) {
-        bgc_hold_modes(m, d);
-        memcpy(d->after, d->mode, size);
-        status = bgc_make_consistent(m, d);
-        bgc_find_modes(m, d);
-        if (status == BGC_OK && memcmp(d->after, d->mode, size) == 0) {
-            return BGC_OK;
-        }
-    }
-    status = bgc_make_consistent(m, d);
-    bgc_find_modes(m, d);
-    return status;
-}
-
-/* Sets the modes of switches whose arguments are no longer undefined. */
-static void find_missing_modes(const bgc_model *m, bgc_data *d) {
-    for (int k = 0; k < m->n_switch; k++) {
-        if (isnan(d->mode[k]) && !is_given_up(d, k)) {
-            d->mode[k] = value_of(m->switch_info[k].operation, d->argument[k]);
-        }
-    }
-}
-
-/* After an accepted step. Where it ended at an event: the new modes, and the states that jump with
- * them. `whole` is the length of the attempted step. */
-bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole) {
-    bgc_core *core = &d->core;
-    const int in_a_row =
-        core->event_at == core->t_old && core->t - core->t_old <= immediate_return * whole;
-    bgc_status status;
-
-    core->unresolved = 0;
-    if (!core->event) {
-        m->switches(d->h, core->t, d->x, d->u, d->argument, d->work);
-        find_missing_modes(m, d);
-        return BGC_OK;
-    }
-
-    /* New modes and consistent states; f and the factors of W are those of the old modes. */
-    core->event = 0;
-    core->event_at = core->t;
-    core->counts.events++;
-    core->f_valid = core->jac_valid = core->held = 0;
-    memcpy(d->probe, d->mode, (size_t)m->n_switch * sizeof *d->mode);
-    status = bgc_settle(m, d);
-    if (status == BGC_OK) {
-        status = count_returns(m, d, d->probe, in_a_row);
-    }
-    bgc_hold_modes(m, d);
-    return status;
 }

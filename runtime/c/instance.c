@@ -80,6 +80,7 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->divisors = place(&l, (BGC_SAMPLES + 1) * bgc_padded(m->n_divisor));
     d->probe = place(&l, switches);
     d->after = place(&l, switches);
+    d->ignored = place(&l, switches);
     d->first = place(&l, n);
     d->start = place(&l, n);
     d->largest = place(&l, n);

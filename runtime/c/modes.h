@@ -1,4 +1,4 @@
-/* modes.h: results of discontinuous operations and the ranges of their modes, of one instance and of a
+/* modes.h: results of piecewise operations and the ranges of their modes, of one instance and of a
  * batch. */
 #ifndef BGC_MODES_H
 #define BGC_MODES_H
@@ -25,6 +25,9 @@ static inline number bgc_result(int operation, number z) {
         return number_select(z > zero, number_floor(z), number_ceil(z));
     }
 }
+
+/* An argument is clear of the edge of its mode if its distance is this many times its variation. */
+static const double bgc_clear_of_edge = 2.0;
 
 /* The distance of an argument from the edge of the range of its mode: negative outside. */
 static inline number bgc_depth(int operation, number mode, number z) {

@@ -41,9 +41,9 @@ def make() -> Maker:
     return Maker()
 
 
-@pytest.mark.parametrize("op", [Op.ABS, Op.MIN, Op.MAX, Op.EQ, Op.TANH])
-def test_continuous_operations_raise_no_events(make: Maker, op: Op) -> None:
-    operands = (make.x,) if op in {Op.ABS, Op.TANH} else (make.x, make.t)
+@pytest.mark.parametrize("op", [Op.EQ, Op.TANH])
+def test_smooth_operations_raise_no_events(make: Maker, op: Op) -> None:
+    operands = (make.x,) if op == Op.TANH else (make.x, make.t)
     program = make.program(make.dag.call(op, *operands))
     held, switches = hold_modes(program)
     assert switches == ()
@@ -76,6 +76,22 @@ def test_discontinuous_operations_do(make: Maker, op: Op, operation: Jump) -> No
     assert switch.states == ("x0",)
 
 
+@pytest.mark.parametrize(("op", "value"), [(Op.ABS, 3), (Op.MIN, -3), (Op.MAX, 2)])
+def test_kinks_do_and_do_not_jump(make: Maker, op: Op, value: float) -> None:
+    dag = make.dag
+    node = dag.call(op, make.x) if op == Op.ABS else dag.call(op, make.x, make.p)
+    held, (switch,) = hold_modes(make.program(node))
+    assert switch.operation is Jump.NOT_BELOW
+    assert not switch.jumps and not switch.timed
+    states_ = at([-3.0], p=[2.0], u=[0.0, math.nan])
+    (derivative,) = (state.derivative for state in held.states)
+    assert evaluate_nodes(held.dag, [derivative], states_) == [value]
+    # In the other mode, the other piece goes on.
+    (argument,) = evaluate_nodes(held.dag, [switch.argument], states_)
+    other = at([-3.0], p=[2.0], u=[0.0, float(not argument >= 0)])
+    assert evaluate_nodes(held.dag, [derivative], other) == [2 if op == Op.MIN else -3]
+
+
 def test_switches_of_time_come_first_and_inputs_do_not_make_them_less_timed(make: Maker) -> None:
     dag = make.dag
     of_state = dag.call(Op.LT, make.x, make.p)
@@ -103,11 +119,18 @@ def test_a_law_that_is_continuous_at_its_switch_is_known_to_be(make: Maker) -> N
     assert [s.jumps for s in make.switches(dag.add(slack, damped))] == [True]
 
 
-def test_a_sign_of_what_multiplies_it_to_zero_raises_no_event(make: Maker) -> None:
+def test_a_sign_and_a_size_at_the_start_of_a_root_raise_no_event(make: Maker) -> None:
     dag, x = make.dag, make.x
-    root = dag.call(Op.SQRT, dag.call(Op.ABS, x))
-    assert make.switches(dag.mul(dag.call(Op.SIGN, x), root)) == ()
-    assert len(make.switches(dag.mul(dag.call(Op.SIGN, x), dag.add(root, dag.one)))) == 1
+    size, sign = dag.call(Op.ABS, x), dag.call(Op.SIGN, x)
+    root = dag.call(Op.SQRT, dag.mul(make.p, size))
+    assert make.switches(dag.mul(sign, root)) == ()
+    assert make.switches(dag.pow(size, dag.const(1.75))) == ()
+    (jump,) = make.switches(dag.mul(sign, dag.add(root, dag.one)))
+    assert jump.operation is Jump.SIGN and jump.jumps
+    # Where the root begins elsewhere, and where there is none, they do.
+    later = dag.call(Op.SQRT, dag.add(size, dag.one))
+    assert [s.jumps for s in make.switches(later)] == [False]
+    assert [s.jumps for s in make.switches(dag.mul(sign, x))] == [False]
 
 
 def test_places_in_the_source_stay_with_an_operation(make: Maker) -> None:

@@ -60,44 +60,76 @@ void bgc_batch_sample(bgc_batch *b) {
 
 /* --- steps in which a law may switch ------------------------------------------------------- */
 
-/* The arguments of all switches at the start, the sample points and the end of the last step. */
-static void evaluate_arguments(bgc_batch *b) {
-    const double length = b->t - b->t_old;
+/* The arguments of all switches at sample i of the last step, 0 at its start. */
+static void evaluate_sample(bgc_batch *b, int i) {
+    const bgc_model *m = b->m;
+    const double part = i == 0 ? 0.0 : bgc_sample_at[i - 1];
+    const double t = i == BGC_SAMPLES ? b->t : b->t_old + part * (b->t - b->t_old);
+    const lane *x = i == 0 ? b->y0 : i == BGC_SAMPLES ? b->x : b->point;
 
-    for (int i = 0; i <= BGC_SAMPLES; i++) {
-        const double t = i == 0 ? b->t_old : b->t_old + bgc_sample_at[i - 1] * length;
-        const lane *x = i == 0 ? b->y0 : i == BGC_SAMPLES ? b->x : b->point;
-        if (x == b->point) {
-            bgc_batch_interpolate(b, t);
-        }
-        b->kernel->switches(b->h, lane_of(i == BGC_SAMPLES ? b->t : t), x, b->u,
-                            b->argument + (size_t)(i * b->m->n_switch), b->work);
+    if (x == b->point && m->n_switch_state > 0) {
+        bgc_batch_interpolate_some(b, t, m->n_switch_state, m->switch_state);
+    } else if (x == b->point) {
+        bgc_batch_interpolate(b, t);
     }
+    b->kernel->switches(b->h, lane_of(t), x, b->u, b->argument + (size_t)(i * m->n_switch), b->work);
 }
 
-/* Adds to `single` the lanes in which a law may switch in the last step: an argument has left its mode
- * or has none, or it is nearer to the edge of its mode than it has moved. */
-void bgc_batch_watch_switches(bgc_batch *b) {
-    const bgc_model *m = b->m;
+/* Whether sample i is one of the first. */
+static int is_first(int i) {
+    int found = i == 0;
 
-    if (m->n_switch == 0) {
-        return;
+    for (int j = 0; j < BGC_FIRST_SAMPLES; j++) {
+        found |= i == bgc_first_sample[j];
     }
-    evaluate_arguments(b);
+    return found;
+}
+
+/* The lanes in which a law may switch in the last step, by all samples or the first ones: an argument
+ * has left its mode or has none, or it is nearer to the edge of its mode than `distance` times its
+ * variation. */
+static unsigned find_near(const bgc_batch *b, int all, double distance) {
+    const bgc_model *m = b->m;
+    unsigned found = 0;
+
     for (int k = 0; k < m->n_switch; k++) {
         const int operation = m->switch_info[k].operation;
         const lane mode = b->u[m->n_input + k];
         lane low = b->argument[k], high = low, nearest = bgc_depth(operation, mode, low);
         lane_mask left = mode != mode;
         for (int i = 1; i <= BGC_SAMPLES; i++) {
-            const lane z = b->argument[i * m->n_switch + k];
-            low = lane_min(low, z);
-            high = lane_max(high, z);
-            nearest = lane_min(nearest, bgc_depth(operation, mode, z));
-            left |= (z != z) | (bgc_result(operation, z) != mode);
+            if (all || is_first(i)) {
+                const lane z = b->argument[i * m->n_switch + k];
+                low = lane_min(low, z);
+                high = lane_max(high, z);
+                nearest = lane_min(nearest, bgc_depth(operation, mode, z));
+                left |= (z != z) | (bgc_result(operation, z) != mode);
+            }
         }
-        b->single |= bgc_lanes_where(b, left | (nearest < high - low));
+        found |= bgc_lanes_where(b, left | (nearest < distance * (high - low)));
     }
+    return found;
+}
+
+/* Adds to `single` the lanes in which a law may switch in the last step. */
+void bgc_batch_watch_switches(bgc_batch *b) {
+    if (b->m->n_switch == 0) {
+        return;
+    }
+    for (int i = 0; i <= BGC_SAMPLES; i++) {
+        if (is_first(i)) {
+            evaluate_sample(b, i);
+        }
+    }
+    if (find_near(b, 0, bgc_clear_of_edge) == 0) {
+        return;
+    }
+    for (int i = 1; i < BGC_SAMPLES; i++) {
+        if (!is_first(i)) {
+            evaluate_sample(b, i);
+        }
+    }
+    b->single |= find_near(b, 1, 1.0);
 }
 
 /* --- single steps -------------------------------------------------------------------------- */

@@ -110,6 +110,7 @@ void bgc_batch_solve(bgc_batch *b, lane *v);
 
 /* --- lane_rows.c */
 void bgc_batch_interpolate(bgc_batch *b, double t);
+void bgc_batch_interpolate_some(bgc_batch *b, double t, int count, const int *state);
 lane bgc_batch_dense_error(bgc_batch *b);
 void bgc_batch_balance(bgc_batch *b, bgc_lane_balance *balance);
 void bgc_batch_row(bgc_batch *b);

@@ -55,6 +55,21 @@ void bgc_batch_interpolate(bgc_batch *b, double t) {
     }
 }
 
+/* The same for some states, which are not projected; the others in b->point stay as they are. */
+void bgc_batch_interpolate_some(bgc_batch *b, double t, int count, const int *state) {
+    const int n = b->m->n_state;
+    const lane *k1 = b->k, *k2 = k1 + n, *k3 = k2 + n;
+    const double s = (t - b->t_old) / (b->t - b->t_old);
+
+    if (!b->dense) {
+        store_dense(b);
+    }
+    for (int j = 0; j < count; j++) {
+        const int i = state[j];
+        b->point[i] = bgc_interpolated(s, b->y0[i], b->x[i], k1[i], k2[i], k3[i]);
+    }
+}
+
 /* The error of the dense output in the middle of the last step, over the tolerances: dense_error of
  * step.c. */
 lane bgc_batch_dense_error(bgc_batch *b) {

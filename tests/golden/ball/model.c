@@ -186,6 +186,10 @@ static const bgc_switch_info model_switch_info[] = {
     {BGC_ABOVE, 0, 0},
 };
 
+static const int model_switch_state[] = {
+    1,
+};
+
 static const bgc_var_info model_output[] = {
     /* 0 */ {"height", "m"},
 };
@@ -243,6 +247,8 @@ static const bgc_model model_info = {
     .param = NULL,
     .state = model_state,
     .switch_info = model_switch_info,
+    .switch_state = model_switch_state,
+    .n_switch_state = 1,
     .output = model_output,
     .input = NULL,
     .command = NULL,

@@ -79,10 +79,8 @@ static void model_prepare(const double *p, double *h, double *w)
     h[15] = v9 == 0.0 ? 1.0 : v9 == v9 ? v4 : v9;
     const double v10 = model_less(0.0, v3);
     h[16] = v10 == 0.0 ? 1.0 : v10 == v10 ? sqrt(p[0] * v2) : v10;
-    h[20] = fabs(p[5]);
-    h[21] = fabs(p[1]);
-    h[4] = p[7];
-    h[5] = p[6];
+    h[4] = p[6];
+    h[5] = p[7];
     h[6] = p[1];
     h[9] = p[2];
     h[17] = p[0];
@@ -92,51 +90,63 @@ static void model_prepare(const double *p, double *h, double *w)
 static void model_rhs(
     const double *h, double t, const double *x, const double *u, double *f, double *w)
 {
-    (void)u, (void)w;
+    (void)w;
     const double v1 = h[1] * x[1];
     const double v2 = x[0] * h[2];
     const double v3 = v1 - v2;
     const double v4 = h[0] * (v3 / pow(h[3] + v3 * v3, 0.25));
-    const double v5 = v2 - h[5];
-    f[0] = v4 - 0.001 * (h[4] * (model_min(model_max((t - 0.1) * 10.0, 0.0), 1.0) -
-            model_min(model_max(10.0 * (t - 0.6), 0.0), 1.0))) * (v5 / pow(h[3] + v5 * v5, 0.25));
-    const double v6 = h[7] * x[2];
-    f[3] = v6;
-    f[1] = -(v4 + h[6] * v6);
-    f[2] = h[6] * v1 - (h[8] + h[9] * v6);
+    const double v5 = v2 - h[4];
+    const double v6 = (t - 0.1) * 10.0;
+    const double v7 = u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : v6) : model_max(v6, 0.0);
+    const double v8 = 10.0 * (t - 0.6);
+    const double v9 = u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : v8) : model_max(v8, 0.0);
+    f[0] = v4 - v5 / pow(h[3] + v5 * v5, 0.25) * (0.001 * (h[5] * ((u[1] == u[1] ? (u[1] == 0.0 ?
+            1.0 : v7) : model_min(v7, 1.0)) - (u[3] == u[3] ? (u[3] == 0.0 ? 1.0 : v9) :
+            model_min(v9, 1.0)))));
+    const double v10 = h[7] * x[2];
+    f[3] = v10;
+    f[1] = -(v4 + h[6] * v10);
+    f[2] = h[6] * v1 - (h[8] + h[9] * v10);
 }
 
 /* The entries of df/dx in the order of jac_row and jac_col, and df/dt. */
 static void model_jacobian(
     const double *h, double t, const double *x, const double *u, double *jac, double *dfdt, double *w)
 {
-    (void)u, (void)w;
+    (void)w;
     const double v1 = (t - 0.1) * 10.0;
-    const double v2 = model_max(v1, 0.0);
+    const double v2 = u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : v1) : model_max(v1, 0.0);
     const double v3 = 10.0 * (t - 0.6);
-    const double v4 = model_max(v3, 0.0);
+    const double v4 = u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : v3) : model_max(v3, 0.0);
     const double v5 = x[0] * h[2];
-    const double v6 = v5 - h[5];
+    const double v6 = v5 - h[4];
     const double v7 = h[3] + v6 * v6;
     const double v8 = 1.0 / pow(v7, 0.25);
-    const double v9 = h[1] * x[1] - v5;
-    const double v10 = h[3] + v9 * v9;
-    const double v11 = 1.0 / pow(v10, 0.25);
-    const double v12 = h[0] * (v11 - (v9 + v9) * (0.25 * pow(v10, -0.75) * (v9 * (v11 * v11))));
-    const double v13 = h[2] * v12;
-    jac[2] = v13;
-    jac[0] = -(h[2] * (0.001 * (h[4] * (model_min(v2, 1.0) - model_min(v4, 1.0))) * (v8 - (v6 + v6)
-            * (0.25 * pow(v7, -0.75) * (v6 * (v8 * v8))))) + v13);
-    const double v14 = h[1] * v12;
-    jac[1] = v14;
-    jac[3] = -v14;
-    const double v15 = model_at_most(v2, 1.0);
-    const double v16 = model_at_most(0.0, v1);
-    const double v17 = model_at_most(v4, 1.0);
-    const double v18 = model_at_most(0.0, v3);
-    dfdt[0] = -(h[4] * (0.001 * (v6 * v8)) * ((v15 == 0.0 ? 0.0 : v15 == v15 ? (v16 == 0.0 ? 0.0 :
-            v16 == v16 ? 10.0 : v16) : v15) - (v17 == 0.0 ? 0.0 : v17 == v17 ? (v18 == 0.0 ? 0.0 :
-            v18 == v18 ? 10.0 : v18) : v17)));
+    const double v9 = 0.001 * (h[5] * ((u[1] == u[1] ? (u[1] == 0.0 ? 1.0 : v2) : model_min(v2,
+            1.0)) - (u[3] == u[3] ? (u[3] == 0.0 ? 1.0 : v4) : model_min(v4, 1.0)))) * (v8 - (v6 +
+            v6) * (0.25 * pow(v7, -0.75) * (v6 * (v8 * v8))));
+    const double v10 = h[1] * x[1] - v5;
+    const double v11 = h[3] + v10 * v10;
+    const double v12 = 1.0 / pow(v11, 0.25);
+    const double v13 = h[0] * (v12 - (v10 + v10) * (0.25 * pow(v11, -0.75) * (v10 * (v12 * v12))));
+    const double v14 = h[2] * v13;
+    jac[2] = v14;
+    jac[0] = -(h[2] * v9 + v14);
+    const double v15 = h[1] * v13;
+    jac[1] = v15;
+    jac[3] = -v15;
+    const double v16 = h[5] * (0.001 * (v6 * v8));
+    const double v17 = model_at_most(0.0, v3);
+    const double v18 = u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : 10.0) : (v17 == 0.0 ? 0.0 : v17 == v17 ?
+            10.0 : v17);
+    const double v19 = model_at_most(v4, 1.0);
+    const double v20 = model_at_most(0.0, v1);
+    const double v21 = u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : 10.0) : (v20 == 0.0 ? 0.0 : v20 == v20 ?
+            10.0 : v20);
+    const double v22 = model_at_most(v2, 1.0);
+    dfdt[0] = v16 * (u[3] == u[3] ? (u[3] == 0.0 ? 0.0 : v18) : (v19 == 0.0 ? 0.0 : v19 == v19 ?
+            v18 : v19)) - v16 * (u[1] == u[1] ? (u[1] == 0.0 ? 0.0 : v21) : (v22 == 0.0 ? 0.0 : v22
+            == v22 ? v21 : v22));
     dfdt[1] = 0.0;
     dfdt[2] = 0.0;
     dfdt[3] = 0.0;
@@ -150,29 +160,39 @@ static void model_jacobian(
 static void model_energy(
     const double *h, double t, const double *x, const double *u, double *out, double *w)
 {
-    (void)u, (void)w;
+    (void)w;
     const double v1 = x[0] * h[2];
     const double v2 = h[1] * x[1];
     const double v3 = h[7] * x[2];
     out[0] = 0.5 * (x[0] * v1) + 0.5 * (x[1] * v2) + 0.5 * (x[2] * v3);
-    const double v4 = v1 - h[5];
-    const double v5 = 0.001 * (h[4] * (model_min(model_max((t - 0.1) * 10.0, 0.0), 1.0) -
-            model_min(model_max(10.0 * (t - 0.6), 0.0), 1.0))) * (v4 / pow(h[3] + v4 * v4, 0.25));
-    out[1] = -(h[5] * v5 + h[8] * v3);
-    const double v6 = v2 - v1;
-    out[2] = v4 * v5 + v6 * (h[0] * (v6 / pow(h[3] + v6 * v6, 0.25))) + v3 * (h[9] * v3);
+    const double v4 = v1 - h[4];
+    const double v5 = (t - 0.1) * 10.0;
+    const double v6 = u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : v5) : model_max(v5, 0.0);
+    const double v7 = 10.0 * (t - 0.6);
+    const double v8 = u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : v7) : model_max(v7, 0.0);
+    const double v9 = v4 / pow(h[3] + v4 * v4, 0.25) * (0.001 * (h[5] * ((u[1] == u[1] ? (u[1] ==
+            0.0 ? 1.0 : v6) : model_min(v6, 1.0)) - (u[3] == u[3] ? (u[3] == 0.0 ? 1.0 : v8) :
+            model_min(v8, 1.0)))));
+    out[1] = -(h[8] * v3 + h[4] * v9);
+    const double v10 = v2 - v1;
+    out[2] = v3 * (h[9] * v3) + (v10 * (h[0] * (v10 / pow(h[3] + v10 * v10, 0.25))) + v4 * v9);
 }
 
 /* What the scene observes. */
 static void model_outputs(
     const double *h, double t, const double *x, const double *u, double *y, double *w)
 {
-    (void)u, (void)w;
+    (void)w;
     y[1] = h[7] * x[2];
     y[2] = h[1] * x[1];
-    const double v1 = x[0] * h[2] - h[5];
-    y[3] = -(0.001 * (h[4] * (model_min(model_max((t - 0.1) * 10.0, 0.0), 1.0) -
-            model_min(model_max(10.0 * (t - 0.6), 0.0), 1.0))) * (v1 / pow(h[3] + v1 * v1, 0.25)));
+    const double v1 = x[0] * h[2] - h[4];
+    const double v2 = (t - 0.1) * 10.0;
+    const double v3 = u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : v2) : model_max(v2, 0.0);
+    const double v4 = 10.0 * (t - 0.6);
+    const double v5 = u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : v4) : model_max(v4, 0.0);
+    y[3] = -(v1 / pow(h[3] + v1 * v1, 0.25) * (0.001 * (h[5] * ((u[1] == u[1] ? (u[1] == 0.0 ? 1.0
+            : v3) : model_min(v3, 1.0)) - (u[3] == u[3] ? (u[3] == 0.0 ? 1.0 : v5) : model_min(v5,
+            1.0))))));
     y[0] = x[3];
 }
 
@@ -188,6 +208,19 @@ static void model_asserts(
     const double *h, double t, const double *x, const double *u, double *a, double *w)
 {
     (void)h, (void)t, (void)x, (void)u, (void)a, (void)w;
+}
+
+/* The arguments of discontinuous operations. */
+static void model_switches(
+    const double *h, double t, const double *x, const double *u, double *z, double *w)
+{
+    (void)h, (void)x, (void)w;
+    const double v1 = (t - 0.1) * 10.0;
+    z[0] = v1;
+    z[1] = 1.0 - (u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : v1) : model_max(v1, 0.0));
+    const double v2 = 10.0 * (t - 0.6);
+    z[2] = v2;
+    z[3] = 1.0 - (u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : v2) : model_max(v2, 0.0));
 }
 
 /* The entries of M in the order of mass_row and mass_col. */
@@ -223,8 +256,6 @@ static void model_positive(const double *p, const double *h, double *check, doub
     check[0] = h[18];
     check[1] = h[19];
     check[2] = h[17];
-    check[3] = h[20];
-    check[4] = h[21];
 }
 
 /* Defaults of the parameters that are given by other parameters. */
@@ -305,6 +336,13 @@ static const bgc_var_info model_state[] = {
     /* 3 */ {"height", "m"},
 };
 
+static const bgc_switch_info model_switch_info[] = {
+    {BGC_NOT_BELOW, 1, 0},
+    {BGC_NOT_BELOW, 1, 0},
+    {BGC_NOT_BELOW, 1, 0},
+    {BGC_NOT_BELOW, 1, 0},
+};
+
 static const bgc_var_info model_output[] = {
     /* 0 */ {"height", "m"},
     /* 1 */ {"speed", "m/s"},
@@ -316,8 +354,6 @@ static const char *const model_param_check[] = {
     "the compliance of `hose_oil` must be positive",
     "the compliance of `oil` must be positive",
     "the inertia of `load` must be positive",
-    "`bulk_modulus` must not be zero: the initial value of `hose_oil.q` divides by it",
-    "`area` must not be zero: the initial value of `hose_oil.q` divides by it",
 };
 
 static const int model_jac_row[] = {
@@ -357,7 +393,7 @@ static const bgc_model model_info = {
     .name = "lift",
     .hash = "of its sources",
     .n_param = 10,
-    .n_hoist = 22,
+    .n_hoist = 20,
     .n_state = 4,
     .n_input = 0,
     .n_output = 4,
@@ -367,12 +403,12 @@ static const bgc_model model_info = {
     .n_jac = 8,
     .n_mass = 0,
     .n_lu = 9,
-    .n_check = 5,
-    .n_switch = 0,
-    .n_timed = 0,
+    .n_check = 3,
+    .n_switch = 4,
+    .n_timed = 4,
     .param = model_param,
     .state = model_state,
-    .switch_info = NULL,
+    .switch_info = model_switch_info,
     .output = model_output,
     .input = NULL,
     .command = NULL,
@@ -401,6 +437,7 @@ static const bgc_model model_info = {
     .outputs = model_outputs,
     .commands = model_commands,
     .asserts = model_asserts,
+    .switches = model_switches,
     .mass = model_mass,
     .initial = model_initial,
     .scale = model_scale,

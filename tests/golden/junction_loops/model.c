@@ -35,22 +35,22 @@ static void model_prepare(const double *p, double *h, double *w)
 static void model_rhs(
     const double *h, double t, const double *x, const double *u, double *f, double *w)
 {
-    (void)t, (void)u, (void)w;
+    (void)t, (void)w;
     const double v1 = 0.3 * tanh(x[0] * 0.25) + 0.01 * x[0];
     const double v2 = 30.0 * (v1 - x[2]);
     const double v3 = h[0] - 0.1 * (x[1] + v1);
     f[0] = x[0] + v2 - v3;
     const double v4 = x[1] + x[2];
-    const double v5 = 15.0 * v4 + 40.0 * v4 * fabs(v4);
-    f[1] = v5 + 20.0 * x[1] - v3;
-    f[2] = v5 + 50.0 * x[2] - v2;
+    const double v5 = 15.0 * v4 + 40.0 * v4 * (u[0] == u[0] ? (u[0] == 0.0 ? -v4 : v4) : fabs(v4));
+    f[1] = 20.0 * x[1] + v5 - v3;
+    f[2] = 50.0 * x[2] + v5 - v2;
 }
 
 /* The entries of df/dx in the order of jac_row and jac_col, and df/dt. */
 static void model_jacobian(
     const double *h, double t, const double *x, const double *u, double *jac, double *dfdt, double *w)
 {
-    (void)h, (void)t, (void)u, (void)w;
+    (void)h, (void)t, (void)w;
     const double v1 = tanh(x[0] * 0.25);
     const double v2 = 0.01 + 0.3 * (0.25 * (1.0 - v1 * v1));
     const double v3 = 30.0 * v2;
@@ -58,7 +58,8 @@ static void model_jacobian(
     jac[3] = v4;
     jac[0] = 1.0 + v3 + v4;
     const double v5 = x[1] + x[2];
-    const double v6 = 15.0 + (40.0 * fabs(v5) + 40.0 * v5 * model_sign(v5));
+    const double v6 = 15.0 + (40.0 * (u[0] == u[0] ? (u[0] == 0.0 ? -v5 : v5) : fabs(v5)) + 40.0 *
+            v5 * (u[0] == u[0] ? (u[0] == 0.0 ? -1.0 : 1.0) : model_sign(v5)));
     jac[5] = v6;
     jac[7] = v6;
     jac[4] = 20.0 + v6 - -0.1;
@@ -85,11 +86,11 @@ static void model_energy(
 static void model_outputs(
     const double *h, double t, const double *x, const double *u, double *y, double *w)
 {
-    (void)t, (void)u, (void)w;
+    (void)t, (void)w;
     const double v1 = 0.3 * tanh(x[0] * 0.25) + 0.01 * x[0];
     y[0] = 30.0 * (v1 - x[2]);
     const double v2 = x[1] + x[2];
-    y[1] = 15.0 * v2 + 40.0 * v2 * fabs(v2);
+    y[1] = 15.0 * v2 + 40.0 * v2 * (u[0] == u[0] ? (u[0] == 0.0 ? -v2 : v2) : fabs(v2));
     y[2] = h[0] - 0.1 * (x[1] + v1);
 }
 
@@ -105,6 +106,14 @@ static void model_asserts(
     const double *h, double t, const double *x, const double *u, double *a, double *w)
 {
     (void)h, (void)t, (void)x, (void)u, (void)a, (void)w;
+}
+
+/* The arguments of discontinuous operations. */
+static void model_switches(
+    const double *h, double t, const double *x, const double *u, double *z, double *w)
+{
+    (void)h, (void)t, (void)u, (void)w;
+    z[0] = x[1] + x[2];
 }
 
 /* The entries of M in the order of mass_row and mass_col. */
@@ -203,6 +212,10 @@ static const bgc_var_info model_state[] = {
     /* 2 */ {"detector.f", ""},
 };
 
+static const bgc_switch_info model_switch_info[] = {
+    {BGC_NOT_BELOW, 0, 0},
+};
+
 static const bgc_var_info model_output[] = {
     /* 0 */ {"left.e", ""},
     /* 1 */ {"right.e", ""},
@@ -269,11 +282,11 @@ static const bgc_model model_info = {
     .n_mass = 1,
     .n_lu = 9,
     .n_check = 0,
-    .n_switch = 0,
+    .n_switch = 1,
     .n_timed = 0,
     .param = model_param,
     .state = model_state,
-    .switch_info = NULL,
+    .switch_info = model_switch_info,
     .output = model_output,
     .input = NULL,
     .command = NULL,
@@ -302,6 +315,7 @@ static const bgc_model model_info = {
     .outputs = model_outputs,
     .commands = model_commands,
     .asserts = model_asserts,
+    .switches = model_switches,
     .mass = model_mass,
     .initial = model_initial,
     .scale = model_scale,

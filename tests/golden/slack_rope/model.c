@@ -176,6 +176,10 @@ static const bgc_switch_info model_switch_info[] = {
     {BGC_ABOVE, 0, 1},
 };
 
+static const int model_switch_state[] = {
+    0,
+};
+
 static const bgc_var_info model_output[] = {
     /* 0 */ {"stretch", "m"},
     /* 1 */ {"speed", "m/s"},
@@ -234,6 +238,8 @@ static const bgc_model model_info = {
     .param = NULL,
     .state = model_state,
     .switch_info = model_switch_info,
+    .switch_state = model_switch_state,
+    .n_switch_state = 1,
     .output = model_output,
     .input = NULL,
     .command = NULL,

@@ -1,0 +1,119 @@
+"""Kinks of abs, min and max are located as jumps are, whatever the method."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad, solve_ivp
+
+import bgc
+
+METHODS = [
+    {},
+    {"rtol": 1e-9},
+    {"solver": "rodas4p2"},
+    {"solver": "radau5"},
+    {"solver": "dopri5"},
+    {"solver": "ros34prw", "step": 0.01},
+    {"solver": "rk4", "step": 0.01},
+]
+
+
+def saturated_follower(end: float, limit: float = 1.0) -> float:
+    """x(end) of x' = clamp(10 (sin 5t - x), +-limit), put together from smooth pieces."""
+
+    def error(t: float, y: np.ndarray) -> float:
+        return 10 * (math.sin(5 * t) - y[0])
+
+    t, x, side = 0.0, 0.0, 0
+    while t < end:
+        edges = [
+            lambda t, y, level=level: error(t, y) - level
+            for level in ((-limit, limit) if side == 0 else (side * limit,))
+        ]
+        for edge in edges:
+            edge.terminal = True
+        rate = (lambda t, y: [error(t, y)]) if side == 0 else (lambda t, y, s=side: [s * limit])
+        piece = solve_ivp(
+            rate, (t, end), [x], "DOP853", events=edges, rtol=1e-12, atol=1e-14, max_step=0.05
+        )
+        t, x = piece.t[-1], piece.y[0, -1]
+        if piece.status == 1:
+            side = 0 if side else (-1 if len(piece.t_events[0]) else 1)
+            t, x = t + 1e-13, x  # beyond the edge
+    return float(x)
+
+
+@pytest.fixture(scope="module")
+def follower_end() -> float:
+    return saturated_follower(5.0)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("scene", ["follower", "driven", "pushed"])
+def test_a_saturated_controller(load, follower_end, scene, method):
+    result = load("kinks", scene).simulate(**method)
+    assert result["x"][-1] == pytest.approx(follower_end, abs=5e-6)
+    assert result.counts["events"] in (17, 18)  # a step may end beyond the last row
+
+
+def rain(level: float) -> float:
+    """What falls in 100 s: 18 humps of a sine above the level."""
+    start = math.asin(level)
+    return 18 * (2 * math.cos(start) - level * (math.pi - 2 * start)) / 1.1
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("level", [0.9, 0.999])
+@pytest.mark.parametrize("scene", ["rain", "waves"])
+def test_a_clamp_that_is_left_for_less_than_a_step(load, scene, level, method):
+    result = load("kinks", scene).simulate(**method, parameters={"level": level})
+    drift = 200 * method.get("rtol", 1e-6)  # of the oscillator, over 18 periods
+    assert result["p"][-1] == pytest.approx(rain(level), abs=drift)
+    assert result.counts["events"] == 36
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_form_of_a_kink(load, method):
+    result = load("kinks", "forms").simulate(**method)
+    forms = {
+        "larger": lambda t: max(math.sin(t), math.cos(t)),
+        "size": lambda t: abs(math.sin(t)),
+        "product": lambda t: abs(math.cos(t)),
+        "nearest": lambda t: min(math.sin(t), math.cos(t), 0.5),
+    }
+    kinks = np.arange(1, 7 * 12) * math.pi / 12
+    for name, form in forms.items():
+        edges = [0, *(k for k in kinks if k < 20), 20]
+        exact = sum(quad(form, a, b)[0] for a, b in itertools.pairwise(edges))
+        assert result[name][-1] == pytest.approx(exact, abs=5e-6)
+
+
+@pytest.mark.parametrize(("method", "order"), [("rk4", 4), ("ros34prw", 3), ("rodas23w", 2)])
+def test_fixed_steps_keep_their_order_across_kinks(load, follower_end, method, order):
+    steps = (0.02, 0.01, 0.005, 0.0025, 0.00125)
+    model = load("kinks", "driven")
+    runs = [model.simulate(solver=method, step=step, every=0.2) for step in steps]
+    errors = [abs(run["x"][-1] - follower_end) for run in runs]
+    assert np.log2(errors[0] / errors[-1]) / 4 > order - 0.2
+
+
+@pytest.mark.parametrize("method", [{}, {"solver": "ros34prw", "step": 0.01}])
+def test_the_rounding_of_a_body_at_rest_ends_no_step(load, method):
+    result = load("kinks", "settling").simulate(**method)
+    assert result["x"][-1] == pytest.approx(-0.0981, abs=1e-7)
+    assert 2 <= result.counts["events"] <= 20
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", [{}, {"solver": "dopri5"}, {"solver": "ros34prw", "step": 0.01}])
+def test_instances_of_an_ensemble_cross_kinks_as_alone(load, method):
+    limits = np.linspace(0.7, 1.4, 9)
+    model: bgc.Model = load("kinks", "driven")
+    together = model.simulate_many({"limit": limits}, **method)
+    assert together.together == 9
+    exact = [saturated_follower(5.0, limit) for limit in limits]
+    np.testing.assert_allclose(together["x"][:, -1], exact, atol=1e-5)
