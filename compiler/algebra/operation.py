@@ -110,6 +110,15 @@ class Lanes(Enum):
     HEADER = "header"  # `bgc_lanes.h`, since the C runtime uses it too
 
 
+class Bounds(Enum):
+    """The range of a function over a range of its operands, by `bgc_ranges.h`."""
+
+    RISING = "rising"  # the values at both ends
+    FALLING = "falling"  # the same, exchanged
+    OWN = "own"  # a function of its own there, `bgc_range_` and the name
+    UNKNOWN = "unknown"  # not known: such a term of time is not watched
+
+
 @dataclass(frozen=True, slots=True)
 class Infix:
     """An operator as text: its symbol, and how tightly it binds (1 loosest, 8 tightest).
@@ -173,6 +182,8 @@ class Operation:
         argument is at the edge of a mode where the operation jumps or has a kink.
     kink
         Whether the result is continuous where the mode changes, and only its slope jumps.
+    bounds
+        The range of a function over a range; operators have theirs in `emission/print_ranges.py`.
     infix
         The operator as text; None for functions.
     latex
@@ -211,6 +222,7 @@ class Operation:
     jump: Jump | None = None
     pieces: Pieces | None = None
     kink: bool = False
+    bounds: Bounds = Bounds.UNKNOWN
     infix: Infix | None = None
     latex: str = ""
     c: str = ""

@@ -15,6 +15,7 @@ from bgc.algebra import doubles
 from bgc.algebra.angles import PI, cosine_of, sine_of, tangent_of
 from bgc.algebra.nodes import Node
 from bgc.algebra.operation import (
+    Bounds,
     Builder,
     Conic,
     Curve,
@@ -203,6 +204,7 @@ class Op(IntEnum):
         c="model_max",
         c_formula="a > b || a != a ? a : b",
         lanes=Lanes.HEADER,
+        bounds=Bounds.OWN,
     )
     MIN = Operation(
         name="min",
@@ -223,6 +225,7 @@ class Op(IntEnum):
         c="model_min",
         c_formula="a < b || a != a ? a : b",
         lanes=Lanes.HEADER,
+        bounds=Bounds.OWN,
     )
 
     # --- signs, comparisons, logic: piecewise constant ------------------------------------------
@@ -241,6 +244,7 @@ class Op(IntEnum):
         c="model_sign",
         c_formula="a > 0.0 ? 1.0 : a < 0.0 ? -1.0 : a",
         lanes=Lanes.HEADER,
+        bounds=Bounds.RISING,
     )
     LT = Operation(
         arguments=("a", "b"),
@@ -344,6 +348,7 @@ class Op(IntEnum):
         curve=Curve(Conic.CIRCLE, lambda t: (2 * t, 1 + t * t)),
         latex=r"\sin",
         lanes=Lanes.LIBMVEC,
+        bounds=Bounds.OWN,
     )
     COS = Operation(
         name="cos",
@@ -356,6 +361,7 @@ class Op(IntEnum):
         curve=Curve(Conic.CIRCLE, lambda t: (1 - t * t, 1 + t * t)),
         latex=r"\cos",
         lanes=Lanes.LIBMVEC,
+        bounds=Bounds.OWN,
     )
     TAN = Operation(
         name="tan",
@@ -368,6 +374,7 @@ class Op(IntEnum):
         curve=Curve(Conic.CIRCLE, lambda t: (2 * t, 1 - t * t)),
         latex=r"\tan",
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.OWN,
     )
     ASIN = Operation(
         name="asin",
@@ -379,6 +386,7 @@ class Op(IntEnum):
         parity=Parity.ODD,
         latex=r"\arcsin",
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.RISING,
     )
     ACOS = Operation(
         name="acos",
@@ -388,6 +396,7 @@ class Op(IntEnum):
         partials=lambda d, y, x: (d.neg(_one_over_root(d, d.one, d.mul(x, x))),),
         latex=r"\arccos",
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.FALLING,
     )
     ATAN = Operation(
         name="atan",
@@ -399,6 +408,7 @@ class Op(IntEnum):
         parity=Parity.ODD,
         latex=r"\arctan",
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.RISING,
     )
     ATAN2 = Operation(
         name="atan2",
@@ -408,6 +418,7 @@ class Op(IntEnum):
         evaluate=math.atan2,
         partials=_angle_partials,
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.OWN,
     )
 
     # --- hyperbolic functions, exponentials, logarithms -----------------------------------------
@@ -423,6 +434,7 @@ class Op(IntEnum):
         curve=Curve(Conic.HYPERBOLA, lambda t: (2 * t, 1 - t * t)),
         latex=r"\sinh",
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.RISING,
     )
     COSH = Operation(
         name="cosh",
@@ -435,6 +447,7 @@ class Op(IntEnum):
         curve=Curve(Conic.HYPERBOLA, lambda t: (1 + t * t, 1 - t * t)),
         latex=r"\cosh",
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.OWN,
     )
     TANH = Operation(
         name="tanh",
@@ -447,6 +460,7 @@ class Op(IntEnum):
         curve=Curve(Conic.HYPERBOLA, lambda t: (2 * t, 1 + t * t)),
         latex=r"\tanh",
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.RISING,
     )
     ASINH = Operation(
         name="asinh",
@@ -457,6 +471,7 @@ class Op(IntEnum):
         inverse=lambda d, y: d.call(Op.SINH, y),
         parity=Parity.ODD,
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.RISING,
     )
     ACOSH = Operation(
         name="acosh",
@@ -465,6 +480,7 @@ class Op(IntEnum):
         points={1: 0},
         partials=lambda d, y, x: (_one_over_root(d, d.mul(x, x), d.one),),
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.RISING,
     )
     ATANH = Operation(
         name="atanh",
@@ -475,6 +491,7 @@ class Op(IntEnum):
         inverse=lambda d, y: d.call(Op.TANH, y),
         parity=Parity.ODD,
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.RISING,
     )
     EXP = Operation(
         name="exp",
@@ -487,6 +504,7 @@ class Op(IntEnum):
         curve=Curve(Conic.HYPERBOLA, lambda t: (1 + t, 1 - t)),
         latex=r"\exp",
         lanes=Lanes.LIBMVEC,
+        bounds=Bounds.RISING,
     )
     EXPM1 = Operation(
         name="expm1",
@@ -497,6 +515,7 @@ class Op(IntEnum):
         inverse=lambda d, y: d.call(Op.LOG1P, y),
         curve=Curve(Conic.HYPERBOLA, lambda t: (2 * t, 1 - t)),
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.RISING,
     )
     LOG = Operation(
         name="log",
@@ -507,6 +526,7 @@ class Op(IntEnum):
         inverse=lambda d, y: d.call(Op.EXP, y),
         latex=r"\ln",
         lanes=Lanes.LIBMVEC,
+        bounds=Bounds.RISING,
     )
     LOG10 = Operation(
         name="log10",
@@ -517,6 +537,7 @@ class Op(IntEnum):
         inverse=lambda d, y: d.pow(d.const(10), y),
         latex=r"\log_{10}",
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.RISING,
     )
     LOG1P = Operation(
         name="log1p",
@@ -526,6 +547,7 @@ class Op(IntEnum):
         partials=lambda d, y, x: (d.div(d.one, d.add(d.one, x)),),
         inverse=lambda d, y: d.call(Op.EXPM1, y),
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.RISING,
     )
 
     # --- roots, size, rounding ------------------------------------------------------------------
@@ -542,6 +564,7 @@ class Op(IntEnum):
         inverse=lambda d, y: d.pow(d.call(Op.SQRT, y), d.const(4)),
         never_negative=True,
         latex=r"\sqrt{#}",
+        bounds=Bounds.RISING,
     )
     CBRT = Operation(
         name="cbrt",
@@ -555,6 +578,7 @@ class Op(IntEnum):
         parity=Parity.ODD,
         latex=r"\sqrt[3]{#}",
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.RISING,
     )
     HYPOT = Operation(
         name="hypot",
@@ -567,6 +591,7 @@ class Op(IntEnum):
         symmetric=True,
         never_negative=True,
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.OWN,
     )
     ABS = Operation(
         name="abs",
@@ -584,6 +609,7 @@ class Op(IntEnum):
         latex=r"\left| # \right|",
         c="fabs",
         lanes=Lanes.HEADER,
+        bounds=Bounds.OWN,
     )
     FLOOR = Operation(
         name="floor",
@@ -594,6 +620,7 @@ class Op(IntEnum):
         jump=Jump.FLOOR,
         pieces=_mode_of,
         latex=r"\left\lfloor # \right\rfloor",
+        bounds=Bounds.RISING,
     )
     CEIL = Operation(
         name="ceil",
@@ -604,6 +631,7 @@ class Op(IntEnum):
         jump=Jump.CEIL,
         pieces=_mode_of,
         latex=r"\left\lceil # \right\rceil",
+        bounds=Bounds.RISING,
     )
     FMOD = Operation(
         name="fmod",
@@ -627,6 +655,7 @@ class Op(IntEnum):
         partials=lambda d, y, x: (_error_function_slope(d, x),),
         parity=Parity.ODD,
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.RISING,
     )
     ERFC = Operation(
         name="erfc",
@@ -636,6 +665,7 @@ class Op(IntEnum):
         partials=lambda d, y, x: (d.neg(_error_function_slope(d, x)),),
         never_negative=True,
         lanes=Lanes.LIBMVEC_2_35,
+        bounds=Bounds.FALLING,
     )
 
 

@@ -51,6 +51,7 @@ _OPTIONAL = {
     "devices": ("devices", "drivers/"),
     "events": ("events", "modes"),
     "start": ("start",),
+    "timed": ("timed",),
 }
 EVERY_PART = frozenset(_OPTIONAL)
 _NO_HEADERS: Mapping[str, str] = MappingProxyType({})

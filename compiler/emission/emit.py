@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bgc.building.build import Unit, runtime_sources
@@ -15,8 +15,10 @@ from bgc.emission.kernels import KernelText, print_defaults, print_kernel, proto
 from bgc.emission.lower import dependent_defaults, lower
 from bgc.emission.print_c import DOUBLES, HELPERS, Numbers
 from bgc.emission.print_lu import MatrixText, matrix_prototypes, print_lu
+from bgc.emission.print_ranges import RANGES
 from bgc.emission.tables import Field, model_tables
-from bgc.ir.lowered import Lowered
+from bgc.ir.graph import Node
+from bgc.ir.lowered import Kernel, Lowered
 from bgc.ir.program import Program
 
 # The optimisations that are effective on straight-line code. -ffp-contract=fast permits fused
@@ -75,19 +77,26 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
     texts = _print_kernels(lowered, shared)
     matrix = print_matrix(lowered, separate)
     work = max(matrix.work, *(text.work for text in texts.values()))
+    ranges = [_on_ranges(lowered, kernel, separate) for kernel in _range_kernels(lowered)]
+    work = max(work, *(2 * text.work for text in ranges), 0)  # a range is two doubles
     tables, fields = model_tables(lowered, matrix.tables, source_hash)
     fields.append(("n_work", str(work)))
     fields += [
         (name, f"bgc_model_{name}" if name in shared else f"model_{name}")
         for name in (*texts, *(("factor", "solve") if matrix.text else ()))
     ]
+    for kernel in _range_kernels(lowered):
+        prefix = RANGES.shared if separate else RANGES.prefix
+        fields += [("n_term", str(len(kernel.stores) // 2)), ("ranges", f"{prefix}_ranges")]
     if "project" not in texts:
         fields.append(("project", "NULL"))
     frame = _Frame(
         f"{program.scene.name}: a bond graph of model {program.scene.model}, compiled by bgc.",
-        [*(prototype(k) for k in lowered.kernels if k.name in shared), matrix_prototypes()]
-        if separate
-        else [],
+        [
+            *(prototype(k) for k in lowered.kernels if k.name in shared),
+            *([matrix_prototypes()] if separate else []),
+            *(prototype(kernel, RANGES) for kernel in _range_kernels(lowered) if separate),
+        ],
         _needed_parts(lowered),
     )
     main = [text for name, text in texts.items() if name not in shared]
@@ -100,7 +109,10 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
         if matrix.text:
             about = ["The iteration matrix."]
             units.append(frame.unit("model_matrix", about, [], matrix.text))
+        if ranges:
+            units.append(frame.unit("model_ranges", ["Ranges of terms of time alone."], ranges))
     else:
+        main += ranges
         units = [frame.unit("model", _about(lowered), main, matrix.text, tables, fields)]
     return EmittedModel(
         name=program.scene.name,
@@ -152,6 +164,7 @@ def _needed_parts(lowered: Lowered) -> frozenset[str]:
         "devices": bool(program.devices),
         "events": bool(lowered.switches),
         "start": program.start is not None,
+        "timed": lowered.ranges is not None,
     }
     return frozenset(part for part, used in uses.items() if used)
 
@@ -197,13 +210,29 @@ def amalgamate(emitted: EmittedModel, runtime_dir: Path) -> str:
 def _print_kernels(lowered: Lowered, shared: set[str]) -> dict[str, KernelText]:
     """Print all kernels, by name."""
     program = lowered.program
-    hoisted = {node: k for k, node in enumerate(lowered.hoisted)}
+    hoisted = _hoisted(lowered)
     texts = {
         kernel.name: print_kernel(program.dag, kernel, hoisted, kernel.name in shared)
         for kernel in lowered.kernels
     }
     texts["defaults"] = print_defaults(program.dag, dependent_defaults(program))
     return texts
+
+
+def _hoisted(lowered: Lowered) -> dict[Node, int]:
+    """The index in h of each hoisted node."""
+    return {node: k for k, node in enumerate(lowered.hoisted)}
+
+
+def _range_kernels(lowered: Lowered) -> tuple[Kernel, ...]:
+    """The kernel on ranges, if the model has one."""
+    return () if lowered.ranges is None else (lowered.ranges,)
+
+
+def _on_ranges(lowered: Lowered, kernel: Kernel, shared: bool) -> KernelText:
+    """Print a kernel on ranges, with the header that it needs."""
+    text = print_kernel(lowered.program.dag, kernel, _hoisted(lowered), shared, RANGES)
+    return replace(text, text=f'#include "bgc_ranges.h"\n\n{text.text}')
 
 
 def is_large(program: Program) -> bool:

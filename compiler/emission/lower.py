@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from fractions import Fraction
+from itertools import chain
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.derivatives import gradient
@@ -14,6 +15,7 @@ from bgc.emission.kernels import hoisted_nodes
 from bgc.emission.optimise import number_values
 from bgc.emission.sparse import plan_lu
 from bgc.emission.switches import hold_modes
+from bgc.emission.timed_terms import find_timed_terms
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Jacobian, Kernel, Lowered, Reads, Store, Switch
 from bgc.ir.program import MassEntry, PositiveParameter, Program
@@ -27,12 +29,14 @@ def lower(program: Program) -> Lowered:
 
     The result has its own program on its own DAG, to which all its nodes belong.
     """
-    program, switches, jacobian = _differentiated(*hold_modes(program))
+    program, switches, jacobian, timed = _differentiated(*hold_modes(program))
     program = _with_stored_mass(program, jacobian)
     kernels = _kernels(program, switches, jacobian)
-    for kernel in kernels:
+    ranges = _range_kernel(timed)
+    watching = () if ranges is None else (ranges,)
+    for kernel in (*kernels, *watching):
         _verify(program.dag, kernel)
-    hoisted = hoisted_nodes(program.dag, kernels)
+    hoisted = hoisted_nodes(program.dag, (*kernels, *watching))
     prepare = Kernel(
         "prepare",
         "Everything that depends on parameters alone.",
@@ -48,6 +52,7 @@ def lower(program: Program) -> Lowered:
         plan=plan_lu(program, jacobian),
         hoisted=hoisted,
         kernels=(prepare, *kernels),
+        ranges=ranges,
     )
 
 
@@ -79,10 +84,15 @@ def _verify(dag: Dag, kernel: Kernel) -> None:
 
 def _differentiated(
     program: Program, switches: tuple[Switch, ...]
-) -> tuple[Program, tuple[Switch, ...], Jacobian]:
-    """Differentiate a program, and optimise it with its Jacobian; zero entries are removed."""
+) -> tuple[Program, tuple[Switch, ...], Jacobian, tuple[Node, ...]]:
+    """Differentiate a program, and optimise it with its Jacobian; zero entries are removed.
+
+    Also returns the terms of time alone, each followed by its derivative.
+    """
     program, jacobian = differentiate(program)
+    timed = tuple(chain.from_iterable(find_timed_terms(program, switches)))
     others = (*jacobian.entries, *jacobian.by_time, *(switch.argument for switch in switches))
+    others += timed
     dag, new = number_values(program.dag, (*program_roots(program), *others))
     switches = tuple(replace(switch, argument=new[switch.argument]) for switch in switches)
     kept = [
@@ -96,7 +106,8 @@ def _differentiated(
         entries=tuple(node for _, _, node in kept),
         by_time=tuple(new[node] for node in jacobian.by_time),
     )
-    return map_program(program, dag, new.__getitem__), switches, optimised
+    program = map_program(program, dag, new.__getitem__)
+    return program, switches, optimised, tuple(new[node] for node in timed)
 
 
 def _stores(array: str, nodes: Iterable[Node]) -> tuple[Store, ...]:
@@ -215,6 +226,12 @@ def _event_kernels(program: Program, switches: tuple[Switch, ...]) -> Iterator[K
             "z",
             _stores("z", (divisor.node for divisor in program.divisors)),
         )
+
+
+def _range_kernel(timed: tuple[Node, ...]) -> Kernel | None:
+    """The kernel of the terms of time alone, for interval arithmetic; None if there are none."""
+    purpose = "Ranges of terms of time alone, each with its derivative by time."
+    return _kernel("ranges", purpose, "h t u", "b", _stores("b", timed)) if timed else None
 
 
 def _setup_kernels(program: Program) -> Iterator[Kernel]:

@@ -12,7 +12,7 @@ from bgc.algebra.operations import ROWS
 from bgc.ir.graph import Node
 
 # Precedence of a piece of C text, ascending.
-_CHOICE, _COMPARE, _SUM, _PRODUCT, _UNARY, _ATOM = range(6)
+_CHOICE, _COMPARE, _SUM, _PRODUCT, _UNARY, ATOM = range(6)
 
 
 def function_text(number: str, name: str, arity: int, formula: str) -> str:
@@ -79,7 +79,7 @@ class Printer:
         if name is not None:
             if name[0] != "v":
                 self.used.add(name[0])
-            return name, _ATOM
+            return name, ATOM
         op = self._op[node]
         if op > _SYMBOL:
             return self._write(node)
@@ -88,10 +88,10 @@ class Printer:
         symbol = self._dag.symbols[self._a[node]]
         if symbol.kind is Kind.TIME:
             self.used.add("t")
-            return "t", _ATOM
+            return "t", ATOM
         array = _ARRAY[symbol.kind]
         self.used.add(array)
-        return f"{array}[{symbol.index}]", _ATOM
+        return f"{array}[{symbol.index}]", ATOM
 
     def _within(self, node: Node, least: int) -> str:
         """The operand, in parentheses if its precedence is below `least`."""
@@ -112,16 +112,16 @@ class Printer:
             return f"{self._within(a, _SUM)} - {self._within(b, _PRODUCT)}", _SUM
         if op == _NEG:
             text, binding = self._operand(a)
-            return (f"-{text}" if binding == _ATOM else f"-({text})"), _UNARY
+            return (f"-{text}" if binding == ATOM else f"-({text})"), _UNARY
         if op == _DIV:
             return f"{self._within(a, _PRODUCT)} / {self._within(b, _UNARY)}", _PRODUCT
         if op == _SELECT:
             return self._choice(node)
         second = f", {self._operand(b)[0]}" if b >= 0 else ""
-        return f"{self._function(ROWS[op])}({self._operand(a)[0]}{second})", _ATOM
+        return f"{self._function(ROWS[op])}({self._operand(a)[0]}{second})", ATOM
 
     def _constant(self, text: str) -> tuple[str, int]:
-        return text, _UNARY if text[0] == "-" else _ATOM
+        return text, _UNARY if text[0] == "-" else ATOM
 
     def _choice(self, node: Node) -> tuple[str, int]:
         condition = self._a[node]
@@ -161,7 +161,7 @@ class LanePrinter(Printer):
     """Prints nodes for the vectors of `bgc_lanes.h`; both operands of a choice are computed."""
 
     def _constant(self, text: str) -> tuple[str, int]:
-        return f"lane_of({text})", _ATOM
+        return f"lane_of({text})", ATOM
 
     def _choice(self, node: Node) -> tuple[str, int]:
         condition = self._a[node]
@@ -172,8 +172,8 @@ class LanePrinter(Printer):
             if pieces is not None:
                 first, second = (self._operand(piece)[0] for piece in pieces)
                 yes = f"lane_select({mode} == lane_of(0.0), {second}, {first})"
-            return f"lane_select({mode} == {mode}, {yes}, {no})", _ATOM
-        return f"lane_choose({self._operand(condition)[0]}, {yes}, {no})", _ATOM
+            return f"lane_select({mode} == {mode}, {yes}, {no})", ATOM
+        return f"lane_choose({self._operand(condition)[0]}, {yes}, {no})", ATOM
 
     def _function(self, row: Operation) -> str:
         name = lane_name(row)

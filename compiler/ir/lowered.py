@@ -100,7 +100,10 @@ class Switch:
 
 @dataclass(frozen=True, slots=True)
 class Lowered:
-    """A program with its kernels, Jacobian and LU plan; `hoisted[k]` is the node of h[k]."""
+    """A program with its kernels, Jacobian and LU plan; `hoisted[k]` is the node of h[k].
+
+    `ranges` is evaluated in interval arithmetic: b[2 k] is term k, b[2 k + 1] its derivative.
+    """
 
     program: Program
     switches: tuple[Switch, ...]
@@ -108,3 +111,4 @@ class Lowered:
     plan: LuPlan
     hoisted: tuple[Node, ...]
     kernels: tuple[Kernel, ...]
+    ranges: Kernel | None = None  # of the terms of time alone and their derivatives

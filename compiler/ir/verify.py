@@ -195,7 +195,7 @@ def _verify_lowered(lowered: Lowered) -> None:
         _require(below, "an entry of the factors is on the wrong side of its pivot")
     for node in lowered.hoisted:
         _require(program.dag.level[node] <= Level.PARAM, "a varying node is hoisted")
-    for kernel in lowered.kernels:
+    for kernel in (*lowered.kernels, *(() if lowered.ranges is None else (lowered.ranges,))):
         _verify_kernel(kernel)
 
 

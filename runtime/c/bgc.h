@@ -90,6 +90,10 @@ typedef struct {
     int jumps;      /* 0: f is continuous where the mode changes */
 } bgc_switch_info;
 
+typedef struct {
+    double low, high;
+} bgc_range;
+
 typedef struct bgc_model {
     uint32_t abi;       /* BGC_ABI */
     const char *name;   /* scene's name */
@@ -192,6 +196,11 @@ typedef struct bgc_model {
      * where it may read any. */
     const int *switch_state;
     int n_switch_state;
+
+    /* Ranges of the terms of time alone over a range of times: b[2 k] of term k, b[2 k + 1] of its
+     * derivative by time; an infinite range is not known. NULL if there are none. */
+    int n_term;
+    void (*ranges)(const bgc_range *h, bgc_range t, const bgc_range *u, bgc_range *b, bgc_range *w);
 } bgc_model;
 
 /* The emitted model. */

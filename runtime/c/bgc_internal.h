@@ -8,6 +8,7 @@
  *       bgc_attempt (step.c)           one attempt at a step, from d->x at d->core.t:
  *         bgc_evaluate_f                 d->f (evaluate.c)
  *         bgc_first_step                 its length, at the start (first_step.c, control.h)
+ *         bgc_limit_for_time             cut before a motion of time alone (timed.c)
  *         bgc_stop_for_switch            cut at an event that depends on time alone (events.c)
  *         family->advance                stages, d->next and d->error: rosenbrock.c, explicit.c or
  *                                        collocation.c, with linear.c, sparse.c and complex.c;
@@ -194,6 +195,15 @@ typedef struct {
     double event_at; /* time of the last event */
     int unresolved;  /* consecutive steps that were too long for the argument of a switch */
 
+    /* What depends on time alone: timed.c. Steps of at most clear_step are clear between two times. */
+    double clear_from, clear_to, clear_step;
+    double ahead;       /* steps that one look ahead spans */
+    double reach;       /* part of a step up to which its stages reach */
+    int limited_by;     /* the term that limits the step under way; -1: none */
+    int without_effect; /* consecutive steps that it has limited in vain */
+    int64_t cut_tick;   /* the last fixed step that was cut, */
+    int cuts, cuts_in_a_row;
+
     /* Factorisation of c M - J. */
     double c;
     bgc_pivoting pivoting;
@@ -242,6 +252,10 @@ struct bgc_data {
     double *change_of_mode; /* n_switch: the last change of each mode */
     double *divisor_extent; /* n_divisor: the largest absolute value of each divisor so far */
     double *divisor_slope;  /* n_divisor: the rate of each divisor at the end of the last step */
+    bgc_range *h_range, *u_range; /* h and u as ranges: timed.c */
+    double *variation;      /* n_term: of each term of time alone, the largest that a step resolved */
+    double *patience;       /* n_term: factor of the steps that each allows; INFINITY: not watched */
+    double *f_before;       /* f at the start of a step that a term has limited */
     double *inverse_mass;   /* 1 / m_ii where row i of M has no other entry, else 0 */
     double *algebraic;      /* 1 where row i of M is empty, else 0 */
     double *correction, *corrected_at, *range; /* of fixed steps: corrections.c */
@@ -261,6 +275,9 @@ struct bgc_data {
     double *probe, *after;  /* arguments of switches */
     double *divisors;       /* BGC_SAMPLES + 1 vectors of divisors */
     double *ignored;        /* n_switch: not 0 where a change is negligible in the step under way */
+    bgc_range *term_range;  /* 2 n_term: of each term and its derivative by time */
+    double *around;         /* n_term: variations to compare with, */
+    double *widest;         /* and in the window ahead */
     double *sparse_work;    /* 2 n_state: elimination by tables */
     double *dense_lu;       /* n by n: dense factors */
     bgc_complex *dense_complex; /* n by n; NULL before a method with complex stages is chosen */
@@ -394,6 +411,12 @@ extern const int bgc_first_sample[BGC_FIRST_SAMPLES];
 double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end);
 bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_shorten,
                           double *found);
+
+/* --- timed.c */
+void bgc_reset_terms(const bgc_model *m, bgc_data *d);
+void bgc_forget_ahead(const bgc_model *m, bgc_data *d);
+double bgc_limit_for_time(const bgc_model *m, bgc_data *d, double t, double h);
+void bgc_judge_terms(const bgc_model *m, bgc_data *d, double h);
 
 /* --- dense.c */
 void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, double end);

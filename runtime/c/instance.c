@@ -22,6 +22,10 @@ static double *place(layout *l, size_t count) {
     return at;
 }
 
+static bgc_range *place_ranges(layout *l, int count) {
+    return (bgc_range *)(void *)place(l, 2 * (size_t)count);
+}
+
 /* Allocates all arrays, those that are saved first. Returns their size in doubles. */
 static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     const size_t n = (size_t)m->n_state;
@@ -45,6 +49,11 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->u_seen = place(&l, (size_t)m->n_input);
     d->scale = place(&l, n);
     d->mass = place(&l, (size_t)m->n_mass);
+    d->h_range = m->n_term > 0 ? place_ranges(&l, m->n_hoist) : NULL;
+    d->u_range = m->n_term > 0 ? place_ranges(&l, m->n_input + m->n_switch) : NULL;
+    d->variation = place(&l, (size_t)m->n_term);
+    d->patience = place(&l, (size_t)m->n_term);
+    d->f_before = m->n_term > 0 ? place(&l, n) : NULL;
     d->inverse_mass = place(&l, n);
     d->algebraic = place(&l, n);
     d->jac = place(&l, (size_t)m->n_jac);
@@ -81,6 +90,9 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->probe = place(&l, switches);
     d->after = place(&l, switches);
     d->ignored = place(&l, switches);
+    d->term_range = place_ranges(&l, 2 * m->n_term);
+    d->around = place(&l, (size_t)m->n_term);
+    d->widest = place(&l, (size_t)m->n_term);
     d->first = place(&l, n);
     d->start = place(&l, n);
     d->largest = place(&l, n);
@@ -247,6 +259,7 @@ static void clear_run(bgc_core *core, double t) {
     core->energy_scale = -1.0;
     core->account_rejections = 0;
     core->imbalance = 0.0;
+    core->limited_by = -1;
     core->supplied = core->dissipated = core->supplied_old = core->dissipated_old = 0.0;
 }
 
@@ -279,6 +292,7 @@ static bgc_status start_from_present(const bgc_model *m, bgc_data *d) {
     core->counts.exchanged = fabs(core->stored0);
     bgc_reset_corrections(m, d);
     bgc_reset_divisors(m, d);
+    bgc_reset_terms(m, d);
     core->ready = 1;
     return BGC_OK;
 }

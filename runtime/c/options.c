@@ -107,5 +107,6 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     core->counts.scale_reached = fixed ? 1.0 : 0.0;
     core->since_sample = 0.0;
     bgc_begin_sample(core);
+    bgc_reset_terms(m, d);
     return BGC_OK;
 }

@@ -19,6 +19,7 @@ static bgc_status apply_inputs(const bgc_model *m, bgc_data *d) {
     }
     d->core.f_valid = d->core.jac_valid = 0;
     memcpy(d->u_seen, d->u, size);
+    bgc_forget_ahead(m, d);
     status = bgc_settle(m, d);
     bgc_hold_modes(m, d);
     return status;

@@ -103,7 +103,9 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
     const int halved = core->halvings > 0 && part < grid - 1e-3 * core->step;
     const int judged = core->substeps > 1 && core->halvings == 0;
     const double planned = halved ? part : judged ? bgc_plan_substep(core, grid) : grid;
-    const double stop = bgc_stop_for_switch(m, d, planned);
+    const double clear = bgc_limit_for_time(m, d, core->t, planned - core->t);
+    const double stop =
+        bgc_stop_for_switch(m, d, clear < planned - core->t ? core->t + clear : planned);
     const int whole = !core->step_cut && stop == grid;
     double t_new = stop;
     bgc_status status;
@@ -257,7 +259,7 @@ static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *met
 static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double q = method->error_order + 1;
-    double h, t_new, stop, error;
+    double h, t_new, clear, stop, error;
     bgc_balance balance = {0};
     bgc_status status;
     int bad;
@@ -269,7 +271,9 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         return BGC_NOT_FINITE;
     }
 
-    /* The length of the step: at most to the next stop, or to an event of time alone. */
+    bgc_judge_terms(m, d, core->counts.last_step);
+
+    /* The length of the step: at most to the next stop, or to an event or motion of time alone. */
     if (core->counts.scale_reached < 1.0) {
         core->counts.scale_reached =
             bgc_scale_reached(m->n_state, d->x, d->scale, core->counts.scale_reached);
@@ -285,6 +289,11 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     h = limit_step(core, &t_new);
     if (core->rejected && bgc_is_too_short(core->t, h)) {
         return core->reason;
+    }
+    clear = bgc_limit_for_time(m, d, core->t, h);
+    if (clear < h) {
+        h = clear;
+        t_new = core->t + h;
     }
     stop = bgc_stop_for_switch(m, d, t_new);
     if (stop < t_new) {
@@ -344,6 +353,9 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     }
 
     /* Accept. After an event the step does not grow. */
+    if (core->limited_by >= 0) {
+        memcpy(d->f_before, d->f, (size_t)m->n_state * sizeof *d->f);
+    }
     error = fmax(error, bgc_least_error);
     core->h_next = bgc_next_step(h, core->h_next, error, core->error_old, q,
                                  !core->rejected && !core->event);

@@ -125,6 +125,10 @@ class _Channel(ctypes.Structure):
     _fields_ = [("device", ctypes.c_int), ("channel", ctypes.c_int), ("component", ctypes.c_int)]
 
 
+class _Range(ctypes.Structure):
+    _fields_ = [("low", ctypes.c_double), ("high", ctypes.c_double)]
+
+
 class _Complex(ctypes.Structure):
     _fields_ = [("re", ctypes.c_double), ("im", ctypes.c_double)]
 
@@ -164,9 +168,12 @@ class _Model(ctypes.Structure):
             (name, ctypes.c_void_p)
             for name in (
                 "prepare positive defaults initial scale mass rhs jacobian factor solve "
-                "outputs commands energy project switches asserts"
+                "outputs commands energy project switches asserts switch_state"
             ).split()
         ),
+        ("n_switch_state", ctypes.c_int),
+        ("n_term", ctypes.c_int),
+        ("ranges", ctypes.c_void_p),
     ]
 
 
@@ -226,6 +233,17 @@ class CompiledModel:
         """Inputs, then modes; without any, all comparisons are made."""
         held = self._poisoned(self.model.n_switch) if modes is None else np.array(modes)
         return np.concatenate([u[: self.model.n_input], held])
+
+    def ranges(self, low: float, high: float) -> np.ndarray:
+        """Ranges of the terms of time alone and of their derivatives, (n_term, 2, 2)."""
+        h = np.repeat(self.h, 2)
+        u = np.full(2 * (self.model.n_input + self.model.n_switch) + 1, np.nan)
+        b = self._poisoned(4 * self.model.n_term)
+        arrays = (h, u, b, self.work)
+        types = (ctypes.c_void_p, _Range, *[ctypes.c_void_p] * 3)
+        first, *others = (array.ctypes.data for array in arrays)
+        ctypes.CFUNCTYPE(None, *types)(self.model.ranges)(first, _Range(low, high), *others)
+        return b[: 4 * self.model.n_term].reshape(-1, 2, 2)
 
     def switches(self, t: float, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         return self._evaluate("switches", self.model.n_switch, t, x, u)

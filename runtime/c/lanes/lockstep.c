@@ -84,6 +84,27 @@ static void judge_lanes(bgc_batch *b) {
                                           b->option->sub_atol, lane_of(1.0)) <= lane_of(1.0)));
 }
 
+/* The lanes in which something that depends on time alone moves unseen in a step of length h take it by
+ * themselves. */
+static void release_moving(bgc_batch *b, double h) {
+    for (int l = 0; l < BGC_LANE_WIDTH && b->m->n_term > 0; l++) {
+        if ((b->active >> l & 1u) != 0 &&
+            bgc_limit_for_time(b->m, b->instance[l], b->t, h) < h) {
+            b->single |= 1u << l;
+        }
+    }
+}
+
+/* The length of a step, at most h, that is clear in every lane. */
+static double clear_of_all(const bgc_batch *b, double h) {
+    for (int l = 0; l < BGC_LANE_WIDTH && b->m->n_term > 0; l++) {
+        if ((b->active >> l & 1u) != 0) {
+            h = fmin(h, bgc_limit_for_time(b->m, b->instance[l], b->t, h));
+        }
+    }
+    return h;
+}
+
 /* One fixed step. */
 static void attempt_fixed(bgc_batch *b) {
     const double step = b->option->step;
@@ -96,6 +117,7 @@ static void attempt_fixed(bgc_batch *b) {
     if (b->option->substeps > 1) {
         judge_lanes(b);
     }
+    release_moving(b, step);
     move(b, b->option->origin + (double)(b->ticks + 1) * step);
     bgc_batch_watch_switches(b);
     if (b->option->accounts) {
@@ -188,7 +210,7 @@ static void attempt_adaptive(bgc_batch *b) {
     const double due = b->option->period > 0.0
                            ? b->option->origin + (double)b->sample * b->option->period
                            : INFINITY;
-    double h, t_new, error = bgc_least_error;
+    double h, t_new, clear, error = bgc_least_error;
     bgc_lane_balance balance;
 
     bgc_batch_evaluate_f(b);
@@ -204,6 +226,11 @@ static void attempt_adaptive(bgc_batch *b) {
     }
     h = b->option->max_step > 0.0 ? fmin(b->h_next, b->option->max_step) : b->h_next;
     h = bgc_limit_step(b->t, h, due, &t_new);
+    clear = clear_of_all(b, h);
+    if (clear < h) {
+        h = clear;
+        t_new = b->t + h;
+    }
     if (b->rejected && bgc_is_too_short(b->t, h)) {
         b->active &= ~b->at_fault;
         b->rejected = 0;

@@ -122,6 +122,18 @@ static void model_defaults(double *p, const unsigned char *is_set, double *w)
     (void)w;
 }
 
+#include "bgc_ranges.h"
+
+/* Ranges of terms of time alone, each with its derivative by time. */
+static void ranges_ranges(
+    const bgc_range *h, bgc_range t, const bgc_range *u, bgc_range *b, bgc_range *w)
+{
+    (void)h, (void)u, (void)w;
+    const bgc_range v1 = bgc_range_product(bgc_range_of(100.0), t);
+    b[0] = bgc_range_sin(v1);
+    b[1] = bgc_range_product(bgc_range_of(100.0), bgc_range_cos(v1));
+}
+
 /* Factorises W = c M - J. growth: the sum over the pivots of (c |M_kk| + |J_kk|) / |pivot|,
  * about n_state where no pivot cancels. Nonzero where a pivot is zero or not finite. */
 static double model_factor_1(const double *restrict m, const double *restrict jac, double c, double *restrict lu)
@@ -278,6 +290,8 @@ static const bgc_model model_info = {
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,
+    .n_term = 1,
+    .ranges = ranges_ranges,
     .project = NULL,
 };
 

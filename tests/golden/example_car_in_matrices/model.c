@@ -226,6 +226,24 @@ static void model_defaults(double *p, const unsigned char *is_set, double *w)
     (void)w;
 }
 
+#include "bgc_ranges.h"
+
+/* Ranges of terms of time alone, each with its derivative by time. */
+static void ranges_ranges(
+    const bgc_range *h, bgc_range t, const bgc_range *u, bgc_range *b, bgc_range *w)
+{
+    (void)w;
+    const bgc_range v1 = bgc_range_difference(t, bgc_range_of(0.5));
+    const bgc_range v2 = bgc_range_both(bgc_range_choice(bgc_range_equal(u[0], u[0]), u[0],
+            bgc_range_less(bgc_range_of(0.0), v1)), bgc_range_choice(bgc_range_equal(u[1], u[1]),
+            u[1], bgc_range_less(v1, h[0])));
+    const bgc_range v3 = bgc_range_product(h[2], bgc_range_product(v1,
+            bgc_range_of(6.283185307179586)));
+    b[0] = bgc_range_choice(v2, bgc_range_product(h[1], bgc_range_sin(v3)), bgc_range_of(0.0));
+    b[1] = bgc_range_choice(v2, bgc_range_product(h[1], bgc_range_product(h[15],
+            bgc_range_cos(v3))), bgc_range_of(0.0));
+}
+
 /* Factorises W = c M - J. growth: the sum over the pivots of (c |M_kk| + |J_kk|) / |pivot|,
  * about n_state where no pivot cancels. Nonzero where a pivot is zero or not finite. */
 static double model_factor_1(const double *restrict jac, double c, double *restrict lu)
@@ -418,6 +436,8 @@ static const bgc_model model_info = {
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,
+    .n_term = 1,
+    .ranges = ranges_ranges,
     .project = NULL,
 };
 

@@ -266,6 +266,45 @@ static void model_defaults(double *p, const unsigned char *is_set, double *w)
     (void)w;
 }
 
+#include "bgc_ranges.h"
+
+/* Ranges of terms of time alone, each with its derivative by time. */
+static void ranges_ranges(
+    const bgc_range *h, bgc_range t, const bgc_range *u, bgc_range *b, bgc_range *w)
+{
+    (void)h, (void)w;
+    const bgc_range v1 = bgc_range_product(bgc_range_difference(t, bgc_range_of(0.1)),
+            bgc_range_of(10.0));
+    const bgc_range v2 = bgc_range_choice(bgc_range_equal(u[0], u[0]), bgc_range_choice(u[0], v1,
+            bgc_range_of(0.0)), bgc_range_max(v1, bgc_range_of(0.0)));
+    b[4] = v2;
+    b[0] = bgc_range_choice(bgc_range_equal(u[1], u[1]), bgc_range_choice(u[1], v2,
+            bgc_range_of(1.0)), bgc_range_min(v2, bgc_range_of(1.0)));
+    const bgc_range v3 = bgc_range_at_most(bgc_range_of(0.0), v1);
+    const bgc_range v4 = bgc_range_choice(bgc_range_equal(u[0], u[0]), bgc_range_choice(u[0],
+            bgc_range_of(10.0), bgc_range_of(0.0)), bgc_range_choice(v3, bgc_range_of(10.0),
+            bgc_range_of(0.0)));
+    b[5] = v4;
+    const bgc_range v5 = bgc_range_at_most(v2, bgc_range_of(1.0));
+    b[1] = bgc_range_choice(bgc_range_equal(u[1], u[1]), bgc_range_choice(u[1], v4,
+            bgc_range_of(0.0)), bgc_range_choice(v5, v4, bgc_range_of(0.0)));
+    const bgc_range v6 = bgc_range_product(bgc_range_of(10.0), bgc_range_difference(t,
+            bgc_range_of(0.6)));
+    const bgc_range v7 = bgc_range_choice(bgc_range_equal(u[2], u[2]), bgc_range_choice(u[2], v6,
+            bgc_range_of(0.0)), bgc_range_max(v6, bgc_range_of(0.0)));
+    b[6] = v7;
+    b[2] = bgc_range_choice(bgc_range_equal(u[3], u[3]), bgc_range_choice(u[3], v7,
+            bgc_range_of(1.0)), bgc_range_min(v7, bgc_range_of(1.0)));
+    const bgc_range v8 = bgc_range_at_most(bgc_range_of(0.0), v6);
+    const bgc_range v9 = bgc_range_choice(bgc_range_equal(u[2], u[2]), bgc_range_choice(u[2],
+            bgc_range_of(10.0), bgc_range_of(0.0)), bgc_range_choice(v8, bgc_range_of(10.0),
+            bgc_range_of(0.0)));
+    b[7] = v9;
+    const bgc_range v10 = bgc_range_at_most(v7, bgc_range_of(1.0));
+    b[3] = bgc_range_choice(bgc_range_equal(u[3], u[3]), bgc_range_choice(u[3], v9,
+            bgc_range_of(0.0)), bgc_range_choice(v10, v9, bgc_range_of(0.0)));
+}
+
 /* Factorises W = c M - J. growth: the sum over the pivots of (c |M_kk| + |J_kk|) / |pivot|,
  * about n_state where no pivot cancels. Nonzero where a pivot is zero or not finite. */
 static double model_factor_1(const double *restrict jac, double c, double *restrict lu)
@@ -445,6 +484,8 @@ static const bgc_model model_info = {
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,
+    .n_term = 4,
+    .ranges = ranges_ranges,
     .project = NULL,
 };
 

@@ -123,6 +123,17 @@ static void model_defaults(double *p, const unsigned char *is_set, double *w)
     (void)w;
 }
 
+#include "bgc_ranges.h"
+
+/* Ranges of terms of time alone, each with its derivative by time. */
+static void ranges_ranges(
+    const bgc_range *h, bgc_range t, const bgc_range *u, bgc_range *b, bgc_range *w)
+{
+    (void)h, (void)u, (void)w;
+    b[0] = bgc_range_cos(t);
+    b[1] = bgc_range_opposite(bgc_range_sin(t));
+}
+
 /* Factorises W = c M - J. growth: the sum over the pivots of (c |M_kk| + |J_kk|) / |pivot|,
  * about n_state where no pivot cancels. Nonzero where a pivot is zero or not finite. */
 static double model_factor_1(const double *restrict jac, double c, double *restrict lu)
@@ -260,6 +271,8 @@ static const bgc_model model_info = {
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,
+    .n_term = 1,
+    .ranges = ranges_ranges,
     .project = NULL,
 };
 

@@ -1,0 +1,20 @@
+/* timed.c: replaces timed.c in a model without terms of time alone that need watching. */
+#include "bgc_internal.h"
+
+void bgc_forget_ahead(const bgc_model *m, bgc_data *d) {
+    (void)m, (void)d;
+}
+
+void bgc_reset_terms(const bgc_model *m, bgc_data *d) {
+    (void)m;
+    d->core.limited_by = -1;
+}
+
+double bgc_limit_for_time(const bgc_model *m, bgc_data *d, double t, double h) {
+    (void)m, (void)d, (void)t;
+    return h;
+}
+
+void bgc_judge_terms(const bgc_model *m, bgc_data *d, double h) {
+    (void)m, (void)d, (void)h;
+}
