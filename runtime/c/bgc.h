@@ -267,6 +267,7 @@ typedef struct {
     int jacobian;        /* 1: steps use df/dx; 0: explicit, and M has to be diagonal */
     int lanes;           /* 1: bgc_run_lanes serves it */
     int embedded_order;  /* of the solution by which fixed steps may be subdivided; 0: they may not */
+    int substeps;        /* the default of bgc_options.substeps */
 } bgc_method_info;
 
 /* Properties of method k; BGC_BAD_ARGUMENT past the last. The first method with error control and
@@ -284,7 +285,8 @@ typedef struct {
     int keep;          /* fixed steps that one factorisation serves; 0: 1 */
     int accounts;      /* 1: integrate the energy accounts, under error control */
     int substeps;      /* a fixed step whose error is above rtol (0: 1e-3) and atol (as above, of the
-                        * whole scales) is subdivided, with at most so many further attempts; 0, 1: never */
+                        * whole scales) is subdivided, with at most so many further attempts; 1: never, 0: as the
+                        * method has it */
 } bgc_options;
 
 typedef struct {

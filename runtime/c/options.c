@@ -44,6 +44,7 @@ bgc_status bgc_get_method(int k, bgc_method_info *info) {
         .jacobian = method->family->jacobian,
         .lanes = method->family->lanes,
         .embedded_order = method->embedded_order,
+        .substeps = method->substeps > 0 ? method->substeps : 1,
     };
     return BGC_OK;
 }
@@ -75,9 +76,9 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
 
     /* Options, with the defaults filled in. */
     core->method = method;
-    core->substeps = o->substeps;
-    core->rtol = o->rtol > 0.0 && !(o->substeps > 1) ? o->rtol : 1e-6;
-    core->atol = o->substeps > 1 ? 0.0 : o->atol;
+    core->substeps = o->substeps > 0 ? o->substeps : bgc_methods[method].substeps;
+    core->rtol = o->rtol > 0.0 && !fixed ? o->rtol : 1e-6;
+    core->atol = fixed ? 0.0 : o->atol;
     core->sub_rtol = o->rtol > 0.0 ? o->rtol : 1e-3;
     core->sub_atol = o->atol;
     core->max_step = o->max_step;

@@ -85,11 +85,15 @@ static bgc_status advance_held(const bgc_model *m, bgc_data *d, const bgc_method
 
 /* --- fixed steps ------------------------------------------------------------------------- */
 
+/* Whether a shorter step may succeed where this one did not. */
+static int is_too_long(const bgc_core *core, bgc_status status) {
+    return core->too_coarse || status == BGC_NOT_FINITE || status == BGC_INCONSISTENT ||
+           status == BGC_SINGULAR || status == BGC_NOT_CONVERGED;
+}
+
 /* Whether to try half the length: algebraic equations are strongly nonlinear within the step. */
 static int may_halve(const bgc_core *core, bgc_status status) {
-    return core->algebraic > 0 && core->halvings < BGC_MAX_HALVINGS &&
-           (core->too_coarse || status == BGC_NOT_FINITE || status == BGC_INCONSISTENT ||
-            status == BGC_SINGULAR || status == BGC_NOT_CONVERGED);
+    return core->algebraic > 0 && core->halvings < BGC_MAX_HALVINGS && is_too_long(core, status);
 }
 
 /* From one multiple of the step to the next, or to the next event before it; in sub-steps where there is
@@ -126,7 +130,7 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
         }
         status = complete(m, d, method, &t_new);
     }
-    if (judged && (status != BGC_OK || core->too_coarse) &&
+    if (judged && is_too_long(core, status) &&
         !bgc_accept_substep(m, d, method, status, stop - core->t)) {
         core->held = 0;
         return BGC_OK;

@@ -137,6 +137,9 @@ int bgc_accept_substep(const bgc_model *m, bgc_data *d, const bgc_method *method
         return 1;
     }
     if (!core->last_resort) {
+        if (core->held < core->keep) { /* with kept factors: try the same length with new ones */
+            return try_shorter(core, h);
+        }
         return try_shorter(core, isfinite(error) ? bgc_shorter_step(h, error, q) : 0.25 * h);
     }
 

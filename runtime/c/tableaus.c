@@ -375,6 +375,7 @@ const bgc_method bgc_methods[] = {
         .tableau = &ros34prw,
         .order = 3,
         .embedded_order = 2,
+        .substeps = 8,
         .purpose = "real time: stiff and algebraic equations; keeps its order with a kept Jacobian",
     },
     {

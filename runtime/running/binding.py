@@ -184,7 +184,7 @@ class MethodStruct(ctypes.Structure):
     _fields_: ClassVar[_Fields] = [
         *((name, c_char_p) for name in ("name", "family", "purpose")),
         *((name, c_int) for name in ("order", "error_order", "jacobian", "lanes")),
-        ("embedded_order", c_int),
+        *((name, c_int) for name in ("embedded_order", "substeps")),
     ]
 
 
@@ -282,6 +282,7 @@ class Library:
                 jacobian=bool(raw.jacobian),
                 lanes=bool(raw.lanes),
                 embedded_order=raw.embedded_order,
+                substeps=raw.substeps,
             )
         return found
 

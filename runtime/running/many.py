@@ -325,7 +325,7 @@ def _warnings(work: _Work) -> Iterator[Diagnostic]:
         yield samples_over_budget(
             int(sum(counts["over_budget"] for counts in work.over_budget)),
             work.method.step,
-            work.method.substeps,
+            work.method.substeps or work.model.library.methods[work.method.name].substeps,
             worst["excess_time"],
             worst["largest_excess"],
         )

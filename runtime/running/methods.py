@@ -41,6 +41,8 @@ class MethodInfo:
         Whether several instances can take its steps together.
     embedded_order
         Order of the solution by which fixed steps may be subdivided; 0: they may not.
+    substeps
+        Most parts of a fixed step where the options give none.
     """
 
     name: str
@@ -51,6 +53,7 @@ class MethodInfo:
     jacobian: bool
     lanes: bool
     embedded_order: int
+    substeps: int
 
     @property
     def fixed(self) -> bool:
@@ -98,4 +101,5 @@ def _method(row: dict[str, str], families: dict[str, dict[str, str]]) -> MethodI
         jacobian=family.get("jacobian") == "1",
         lanes=family.get("lanes") == "1",
         embedded_order=int(row.get("embedded_order", 0)),
+        substeps=int(row.get("substeps", 1)),
     )

@@ -125,9 +125,11 @@ def choose_method(
     known = (*library.methods, *backends)
     if name not in known:
         raise BgError([unknown_solver(name, known)])
-    fixed = name in library.methods and library.methods[name].fixed
-    served = library.methods[name].options if name in library.methods else ADAPTIVE_OPTIONS
-    if fixed and wanted.get("substeps", 0.0) <= 1:  # no step is judged by a tolerance
+    info = library.methods.get(name)  # None: a backend, which is adaptive
+    fixed = info is not None and info.fixed
+    served = ADAPTIVE_OPTIONS if info is None else info.options
+    parts = int(wanted.get("substeps", 1 if info is None else info.substeps))
+    if fixed and parts == 1:  # no step is judged by a tolerance
         served = tuple(option for option in served if option not in ("rtol", "atol"))
     intended = set(wanted) if facts.solver == name else set(given)
     for option in wanted:
@@ -147,7 +149,7 @@ def choose_method(
         max_step=wanted.get("max_step", 0.0),
         max_steps=int(wanted.get("max_steps", 0)),
         keep=int(wanted.get("keep", 0)),
-        substeps=int(wanted.get("substeps", 0)),
+        substeps=parts,
         settle=wanted.get("settle", 0.0),
         auto=auto,
     )

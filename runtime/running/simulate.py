@@ -154,7 +154,7 @@ def _warnings(
         yield samples_over_budget(
             int(counts["over_budget"]),
             method.step,
-            method.substeps,
+            method.substeps or model.library.methods[method.name].substeps,
             counts["excess_time"],
             counts["largest_excess"],
         )

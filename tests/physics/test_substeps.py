@@ -42,7 +42,7 @@ def test_two_adaptive_methods_agree(cylinder, reference) -> None:
 
 
 def test_whole_steps_ring_behind_the_relief_valve(cylinder, reference) -> None:
-    whole = cylinder.simulate(solver="ros34prw", step=1e-3)
+    whole = cylinder.simulate(solver="ros34prw", step=1e-3, substeps=1)
     assert distance(whole, reference, "supply_pressure") > 20 * BAR
     assert residual(whole) > 0.01
     assert {warning.code for warning in whole.warnings} == {"BG716", "BG719"}
@@ -59,6 +59,13 @@ def test_subdivided_steps_do_not(cylinder, reference, solver) -> None:
     assert 0 < counts["subdivided"] < 50
     assert counts["steps"] + counts["rejected"] < 15_000 + 10 * counts["subdivided"]
     assert counts["most_attempts"] <= 17
+
+
+def test_the_default_divides_steps(cylinder, reference) -> None:
+    default = cylinder.simulate()
+    assert default.solver == "ros34prw" and default.counts["subdivided"] > 0
+    assert distance(default, reference, "supply_pressure") < 2 * BAR
+    assert residual(default) < 3e-5
 
 
 def test_a_tighter_tolerance_is_more_accurate(cylinder, reference) -> None:

@@ -151,7 +151,8 @@ def test_functions_and_choices_of_every_kind_are_those_of_one_instance(tmp_path)
 
 @pytest.mark.parametrize("keep", [1, 4])
 def test_a_kept_jacobian_is_kept_as_long(tmp_path, keep):
-    source = OSCILLATOR.replace("run 3 s", f"solver ros34prw(keep = {keep}, step = 20 ms); run 3 s")
+    options = f"keep = {keep}, substeps = 1"
+    source = OSCILLATOR.replace("run 3 s", f"solver ros34prw({options}, step = 20 ms); run 3 s")
     (tmp_path / "kept.bg").write_text(source)
     model = bgc.compile(tmp_path / "kept.bg")
     ensemble = model.simulate_many({"k": np.linspace(5, 40, 8)})

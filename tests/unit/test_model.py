@@ -100,9 +100,12 @@ def test_runs_in_several_threads_do_not_disturb_each_other(model):
         ({"solver": "ode45"}, "BG071"),
         ({"solver": "rk4"}, "BG072"),
         ({"solver": "rk4", "step": 0.01, "rtol": 1e-9}, "BG044"),
-        ({"solver": "ros34prw", "step": 0.01, "atol": 1e-9}, "BG044"),
+        ({"solver": "ros34prw", "step": 0.01, "substeps": 1, "atol": 1e-9}, "BG044"),
         ({"step": 0.01, "max_step": 1e-3}, "BG044"),
         ({"max_step": 0.0}, "BG066"),
+        ({"solver": "ros34prw", "step": 0.01, "substeps": 2.5}, "BG066"),
+        ({"solver": "lie", "step": 0.01, "substeps": 2}, "BG044"),
+        ({"substeps": 2}, "BG044"),
         ({"rtol": 0.0}, "BG066"),
         ({"rtol": 1e300}, "BG066"),
         ({"rtol": 1e-30}, "BG066"),
@@ -123,7 +126,7 @@ def test_arguments_at_fault(model, arguments, code):
 
 @pytest.mark.parametrize("option", ["rtol", "keep", "max_step"])
 def test_an_option_in_the_scene_that_its_own_method_does_not_have(library, option):
-    solver = "rodas5p" if option == "keep" else "ros34prw"
+    solver = "rodas5p" if option == "keep" else "ros23"
     facts = RunFacts("s", "M", ("q",), solver=solver, solver_options=((option, 1e-4),), step=0.01,
                      duration=1.0)  # fmt: skip
     model = Model(Built(library, facts))

@@ -42,7 +42,7 @@ def start_equidistant(instance: Any, method: str, step: float) -> None:
     if method in ADAPTIVE:
         instance.start(method, step=step, max_step=step, rtol=1e3)
     else:
-        instance.start(method, step=step)
+        instance.start(method, step=step, substeps=1)
 
 
 def kaps_error(c_model: Any, method: str, step: float, eps: float, end: float = 1.0) -> float:
