@@ -68,13 +68,15 @@ class Place:
 class Places:
     """The places of a model's assertions, switches and divisors, in the order of its tables.
 
-    `start` names the elements whose initial values the runtime solves for.
+    `start` names the elements whose initial values the runtime solves for; `loops` are the
+    algebraic loops that it solves, each with the names of its states and of its elements.
     """
 
     assertions: tuple[Place, ...] = ()
     switches: tuple[Place, ...] = ()
     divisors: tuple[Place, ...] = ()
     start: tuple[str, ...] = ()
+    loops: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -58,6 +58,7 @@ def remember(
         "switches": [_place_to_json(place) for place in built.places.switches],
         "divisors": [_place_to_json(place) for place in built.places.divisors],
         "start": list(built.places.start),
+        "loops": [list(map(list, loop)) for loop in built.places.loops],
     }
     with suppress(OSError):  # a full disk costs the next run its warm start, no more
         write_note(cache.root, _request_key(entry, options), note)
@@ -129,6 +130,7 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
         tuple(_place_from_json(place, texts) for place in note["switches"]),
         tuple(_place_from_json(place, texts) for place in note["divisors"]),
         tuple(note["start"]),
+        _tuples(note["loops"]),
     )
     return Built(library, RunFacts(**facts), warnings, warm=True, places=places)
 

@@ -23,7 +23,7 @@ from bgc.algebra.operations import ROWS
 from bgc.building.built import Place, Places
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Lowered, Switch
-from bgc.ir.program import Program
+from bgc.ir.program import LoopSolution, Program
 from bgc.ir.program_nodes import map_program, program_roots
 
 _JUMPS = {int(op): op.row.jump for op in Op if op.row.jump is not None}
@@ -87,6 +87,11 @@ def places_of(lowered: Lowered) -> Places:
             for divisor in lowered.program.divisors
         ),
         start=lowered.program.start.names if lowered.program.start else (),
+        loops=tuple(
+            (loop.torn, loop.elements)
+            for loop in lowered.program.loops
+            if loop.solution is LoopSolution.NEWTON
+        ),
     )
 
 

@@ -290,6 +290,7 @@ struct bgc_data {
     int *place;             /* of each state: its position in the block, or -1 */
     int *block_pivot;
     double *block_lu, *block_jac;
+    double *block_search;   /* of a search for a start, for at most BGC_MAX_SEARCHED unknowns */
     double *first, *start, *largest, *trial, *homotopy, *change, *next_change;
 
     /* The equations of the start: unknowns, Newton iterates, residuals and factors (start.c). */
@@ -320,6 +321,17 @@ int bgc_factorise_dense(int n, double *a, int *pivot, double *weight);
 int bgc_rounded_pivot(int n, const double *lu);
 void bgc_solve_dense(int n, const double *lu, const int *pivot, double *b);
 void bgc_multiply_mass(const bgc_model *m, const bgc_data *d, const double *v, double *out);
+
+/* --- least_squares.c */
+typedef struct { /* n equations in n unknowns; the functions return whether all is finite */
+    int n;
+    int (*residual)(void *of, const double *y, double *r);
+    int (*matrix)(void *of, const double *y, double *a); /* the Jacobian, row by row */
+    void *of;
+    double *work; /* 6 n + 3 n^2 doubles */
+} bgc_dense_system;
+int bgc_least_squares(const bgc_dense_system *s, double *y, const double *scale);
+#define BGC_MAX_SEARCHED 200
 
 /* --- sparse.c */
 int bgc_sparse_factor(const bgc_model *m, const double *mass, const double *jac, double c,

@@ -15,7 +15,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MAX_ITERATIONS = 100, MAX_HOMOTOPY = 60 };
+enum { MAX_ITERATIONS = 100, MAX_HOMOTOPY = 60, MAX_SEARCH = 64 };
 static const double least_damping = 1e-6;
 static const double converged = 1e-9;        /* last correction, relative to the states */
 static const double nearly_converged = 1e-3; /* the same over the tolerance, where it stagnates */
@@ -102,25 +102,33 @@ static int residual_at(const bgc_model *m, bgc_data *d, double t, const double *
     return bgc_first_bad(d->n_block, residual) < 0;
 }
 
-/* Factorises the matrix of the block: rows of M where they are not empty, else of -J. */
-static bgc_status factorise_block(const bgc_model *m, bgc_data *d, const double *jac) {
+/* The matrix of the block: rows of M where they are not empty, else of -J, times `sign`. */
+static void assemble_block(const bgc_model *m, const bgc_data *d, const double *jac, double sign,
+                           double *a) {
     const size_t n = (size_t)d->n_block;
-    double *a = d->block_lu;
-    int bad;
 
     memset(a, 0, n * n * sizeof *a);
     for (int k = 0; k < m->n_mass; k++) {
         const int i = d->place[m->mass_row[k]], j = d->place[m->mass_col[k]];
         if (i >= 0 && j >= 0) {
-            a[(size_t)i * n + (size_t)j] += d->mass[k];
+            a[(size_t)i * n + (size_t)j] += sign * d->mass[k];
         }
     }
     for (int k = 0; k < m->n_jac; k++) {
         const int i = d->place[m->jac_row[k]], j = d->place[m->jac_col[k]];
         if (i >= 0 && j >= 0 && d->algebraic[m->jac_row[k]] != 0.0) {
-            a[(size_t)i * n + (size_t)j] -= jac[k];
+            a[(size_t)i * n + (size_t)j] -= sign * jac[k];
         }
     }
+}
+
+/* Factorises the matrix of the block. */
+static bgc_status factorise_block(const bgc_model *m, bgc_data *d, const double *jac) {
+    const size_t n = (size_t)d->n_block;
+    double *a = d->block_lu;
+    int bad;
+
+    assemble_block(m, d, jac, 1.0, a);
     if (bgc_first_bad((int)(n * n), a) >= 0) {
         return BGC_NOT_FINITE;
     }
@@ -285,8 +293,112 @@ static void perturb(const bgc_data *d, double *x) {
     }
 }
 
-/* Attempts by Newton's method alone, and with the homotopy; every second one is perturbed. */
-enum { NEWTON_ATTEMPTS = 2, ALL_ATTEMPTS = 4 };
+/* --- search from other starts --------------------------------------------------------------- */
+
+/* The block at time t, as a system in its own unknowns. */
+typedef struct {
+    const bgc_model *m;
+    bgc_data *d;
+    double t;
+} block_at;
+
+/* The states x = d->start with the block's unknowns replaced, in d->homotopy. */
+static const double *with_unknowns(bgc_data *d, const double *y) {
+    for (int k = 0; k < d->n_block; k++) {
+        d->homotopy[d->block[k]] = y[k];
+    }
+    return d->homotopy;
+}
+
+static int block_residual(void *of, const double *y, double *residual) {
+    const block_at *at = of;
+
+    return residual_at(at->m, at->d, at->t, with_unknowns(at->d, y), 0.0, residual);
+}
+
+static int block_matrix(void *of, const double *y, double *a) {
+    const block_at *at = of;
+    bgc_data *d = at->d;
+
+    at->m->jacobian(d->h, at->t, with_unknowns(d, y), d->u, d->block_jac, d->residual, d->work);
+    d->core.counts.jacobians++;
+    assemble_block(at->m, d, d->block_jac, -1.0, a);
+    return bgc_first_bad(d->n_block * d->n_block, a) < 0;
+}
+
+/* A number in [-1, 1], from a congruential generator (Knuth, MMIX). */
+static double next_number(uint64_t *seed) {
+    *seed = *seed * 6364136223846793005u + 1442695040888963407u;
+    return (double)(*seed >> 11) / 4503599627370496.0 - 1.0;
+}
+
+/* Newton's method from other starts, and where it fails from the nearest approach by least squares.
+ * A law may be flat, or overflow, where the unknowns have their values: the first start is near
+ * zero, the others have random signs and sizes from 1e-4 to 100 times the scales. */
+static bgc_status search(const bgc_model *m, bgc_data *d, double t, double *x) {
+    const int n = d->n_block;
+    const size_t size = (size_t)m->n_state * sizeof *x;
+    double *y = d->block_search, *scale = y + n;
+    block_at at = {m, d, t};
+    const bgc_dense_system block = {n, block_residual, block_matrix, &at, scale + n};
+    uint64_t seed = 1;
+
+    if (n > BGC_MAX_SEARCHED) {
+        return BGC_INCONSISTENT;
+    }
+    for (int attempt = 0; attempt < MAX_SEARCH; attempt++) {
+        for (int k = 0; k < n; k++) {
+            const double sign = next_number(&seed), part = next_number(&seed);
+            scale[k] = d->scale[d->block[k]];
+            y[k] = attempt == 0 ? (k % 2 == 0 ? perturbation : -0.7 * perturbation)
+                                : copysign(pow(10.0, 3.0 * part - 1.0), sign);
+            y[k] *= scale[k];
+        }
+        for (int method = 0; method < 2; method++) {
+            memcpy(x, d->start, size);
+            memcpy(d->homotopy, d->start, size);
+            if (method == 1 && !bgc_least_squares(&block, y, scale)) {
+                break;
+            }
+            for (int k = 0; k < n; k++) {
+                x[d->block[k]] = y[k];
+            }
+            if (newton(m, d, t, 0.0, x) == BGC_OK) {
+                return BGC_OK;
+            }
+        }
+    }
+    return BGC_INCONSISTENT;
+}
+
+/* Attempts by Newton's method alone, with the homotopy, and from other starts; every second one of
+ * the first is perturbed. */
+enum { NEWTON_ATTEMPTS = 2, NEAR_ATTEMPTS = 4, ALL_ATTEMPTS = 5 };
+
+/* The state of the block whose equation is farthest from satisfied at x, relative to the terms that
+ * its derivatives give. */
+static int worst_row(const bgc_model *m, bgc_data *d, double t, const double *x) {
+    const int n = d->n_block;
+    double largest = -1.0;
+    int worst = -1;
+
+    (void)residual_at(m, d, t, x, 0.0, d->change);
+    m->jacobian(d->h, t, x, d->u, d->block_jac, d->residual, d->work);
+    assemble_block(m, d, d->block_jac, -1.0, d->block_lu);
+    for (int i = 0; i < n; i++) {
+        double terms = 0.0, size;
+        for (int j = 0; j < n; j++) {
+            const int state = d->block[j];
+            terms += fabs(d->block_lu[i * n + j]) * fmax(fabs(x[state]), d->scale[state]);
+        }
+        size = fabs(d->change[i]) / (terms > 0.0 ? terms : 1.0);
+        if (!isfinite(size) || size > largest) {
+            worst = d->block[i];
+            largest = isfinite(size) ? size : (double)INFINITY;
+        }
+    }
+    return worst;
+}
 
 /* Solves the algebraic equations at t for the block's states in x, from the values it has.
  * BGC_SINGULAR where they do not determine the states, BGC_INCONSISTENT where no solution is found:
@@ -304,7 +416,9 @@ static bgc_status satisfy(const bgc_model *m, bgc_data *d, double t, double *x, 
         if (attempt % 2 == 1) {
             perturb(d, x);
         }
-        status = attempt < NEWTON_ATTEMPTS ? newton(m, d, t, 0.0, x) : follow_homotopy(m, d, t, x);
+        status = attempt < NEWTON_ATTEMPTS  ? newton(m, d, t, 0.0, x)
+                 : attempt < NEAR_ATTEMPTS ? follow_homotopy(m, d, t, x)
+                                           : search(m, d, t, x);
         if (status == BGC_OK) {
             d->core.failed_state = -1;
             return BGC_OK;
@@ -312,7 +426,11 @@ static bgc_status satisfy(const bgc_model *m, bgc_data *d, double t, double *x, 
         first = attempt == 0 ? status : first;
         memcpy(x, d->start, size);
     }
-    return first == BGC_SINGULAR ? BGC_SINGULAR : BGC_INCONSISTENT;
+    if (first != BGC_SINGULAR) {
+        d->core.failed_state = worst_row(m, d, t, x);
+        return BGC_INCONSISTENT;
+    }
+    return BGC_SINGULAR;
 }
 
 /* Within a run, where the present values are near a solution. */

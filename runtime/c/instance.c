@@ -125,6 +125,7 @@ size_t bgc_saved_count(const bgc_model *m) {
 
 bgc_data *bgc_new(const bgc_model *m) {
     const size_t n = (size_t)m->n_state;
+    const size_t searched = m->n_mass == 0 ? 0 : n < BGC_MAX_SEARCHED ? n : BGC_MAX_SEARCHED;
     bgc_data *d;
     size_t size;
 
@@ -144,12 +145,13 @@ bgc_data *bgc_new(const bgc_model *m) {
     d->device = calloc((size_t)m->n_device + 1, sizeof *d->device);
     d->dense_lu = calloc(n * n + 1, sizeof *d->dense_lu);
     d->block_lu = calloc(n * n + 1, sizeof *d->block_lu);
+    d->block_search = calloc((8 + 3 * searched) * searched + 1, sizeof *d->block_search);
     d->pivot = calloc(n + 1, sizeof *d->pivot);
     d->block = calloc(3 * n + 1, sizeof *d->block);
     d->start_pivot = calloc((size_t)m->n_start + 1, sizeof *d->start_pivot);
     if (d->memory == NULL || d->is_set == NULL || d->device == NULL || d->dense_lu == NULL ||
         d->block_lu == NULL || d->pivot == NULL || d->block == NULL ||
-        d->start_pivot == NULL) {
+        d->start_pivot == NULL || d->block_search == NULL) {
         bgc_free(m, d);
         return NULL;
     }
@@ -184,6 +186,7 @@ void bgc_free(const bgc_model *m, bgc_data *d) {
     free(d->dense_complex);
     free(d->complex_pivot);
     free(d->block_lu);
+    free(d->block_search);
     free(d->pivot);
     free(d->block);
     free(d->start_pivot);

@@ -63,7 +63,9 @@ def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Di
         case Status.NOT_EXPLICIT:
             return run.not_explicit()
         case Status.INCONSISTENT:
-            return run.inconsistent(time, _state_at_fault(instance))
+            state = _state_at_fault(instance)
+            through = next((through for torn, through in places.loops if state in torn), ())
+            return run.inconsistent(time, state, through)
         case Status.NOT_CONVERGED:
             return run.not_converged(time)
         case Status.CHATTERING:

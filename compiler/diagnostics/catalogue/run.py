@@ -250,10 +250,11 @@ def not_explicit() -> Diagnostic:
     )
 
 
-def inconsistent(time: float, state: str | None) -> Diagnostic:
+def inconsistent(time: float, state: str | None, through: Sequence[str] = ()) -> Diagnostic:
     """BG711: no consistent values
 
-    What: the algebraic equations have no solution near the given values.
+    What: no solution of the algebraic equations was found: near the given values, along the way
+    from them to the equations (a homotopy), or, at the start and after a switch, from others.
 
     Why: the starting values are far off, the equations contradict each other, or the solution
     ceased to exist during the run. Or the laws of a loop nearly leave it open: if ideal diodes all
@@ -264,9 +265,11 @@ def inconsistent(time: float, state: str | None) -> Diagnostic:
     Way out: give the unknown a better starting value, or correct its equation. Give a law that
     becomes flat a small slope: `f = Is*(exp(e/Vt) - 1) + leak*e`.
     """
+    loop = f", in the algebraic loop through {listed(through)}" if through else ""
     return error(
         "BG711",
-        f"at t = {time:.9g} s no values near the given ones satisfy the equations{_state(state)}",
+        f"at t = {time:.9g} s no values near the given ones satisfy the equations"
+        f"{_state(state)}{loop}",
         help="give `unknown NAME = VALUE;` a better starting value, or correct its equation; give "
         "a law that becomes flat, such as a blocking diode, a small slope",
     )
@@ -366,7 +369,7 @@ def step_too_long(time: float, state: str, part: float, step: float) -> Diagnost
 def samples_over_budget(
     samples: int, step: float, substeps: int, time: float, excess: float
 ) -> Diagnostic:
-    """BG730: fixed steps with an error above the tolerance
+    """BG732: fixed steps with an error above the tolerance
 
     What: some fixed steps were divided into as many parts as `substeps` allows, and the error
     estimate of a part was still above `rtol`. The run went on with that error.
@@ -383,7 +386,7 @@ def samples_over_budget(
     """
     steps = "1 step" if samples == 1 else f"{samples:,} steps"
     return warning(
-        "BG730",
+        "BG732",
         f"{steps} of {step:g} s exceeded the tolerance although divided into {substeps} parts: the "
         f"error was {excess:.2g} times the tolerance at t = {time:.9g} s",
         help="allow more `substeps`, shorten `step`, or use a method with error control "
