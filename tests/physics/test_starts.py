@@ -214,3 +214,60 @@ def test_random_starts_that_have_a_solution_are_found(
     scene = f"scene s of M {{ observe {', '.join(truth)}; run 1; }}"
     found = start_of(tmp_path, f"model M {{ {' '.join(lines)} }} {scene}")
     assert found == pytest.approx(truth, rel=1e-10, abs=1e-10)
+
+
+def random_storage(seed: int) -> tuple[str, dict[str, float]]:
+    """A random graph of nonlinear storage, gyrators among it, and the values that it is given."""
+    rng = random.Random(seed)
+    given: dict[str, float] = {}
+    kinds = [rng.choice(("J0", "J1")) for _ in range(rng.randint(2, 5))]
+    lines = []
+
+    def some(share: float, name: str, variable: str) -> str:
+        if rng.random() >= share:
+            return ""
+        given[f"{name}.{variable}"] = round(rng.uniform(-1, 1), 2)
+        return f"({variable}0 = {given[f'{name}.{variable}']})"
+
+    for i, kind in enumerate(kinds):
+        lines.append(f"n{i} : {kind}{some(0.1, f'n{i}', 'e' if kind == 'J0' else 'f')};")
+        way = rng.choice(("", "", f"TF({rng.uniform(0.3, 3)!r})", f"GY({rng.uniform(0.3, 3)!r})"))
+        if i and way:
+            lines.append(f"t{i} : {way}; n{i} -> t{i} -> n{rng.randrange(i)};")
+        elif i:
+            lines.append(f"n{i} -> n{rng.randrange(i)};")
+        for j in range(rng.randint(1, 3)):
+            name, element = f"x{i}_{j}", rng.choice("IICCIR")
+            state, left = {"I": ("p", "f"), "C": ("q", "e"), "R": ("f", "e")}[element]
+            k, m = rng.uniform(0.2, 3), rng.uniform(0.2, 3)
+            law = rng.choice(LAWS)[0].format(k=repr(k), m=repr(m), x=state)
+            start = "" if element == "R" else some(0.35, name, rng.choice((state, left)))
+            lines.append(f"{name} : {element}{start} {{ {left} = {law}; }} n{i} -> {name};")
+    text = f"model M {{ {' '.join(lines)} z : J1; c : C(1); r : R(1); z -> c, r; }}\n"
+    return f"{text}scene s of M {{ observe {', '.join(['c.q', *given])}; run 1; }}", given
+
+
+@pytest.mark.parametrize("first", range(0, 48, 8))
+def test_given_values_hold_or_are_refused(first: int, tmp_path: Path) -> None:
+    held = 0
+    for seed in range(first, first + 8):
+        text, given = random_storage(seed)
+        (tmp_path / "model.bg").write_text(text)
+        try:
+            found = bgc.compile(tmp_path / "model.bg", preview=True).observe()
+        except BgError as error:
+            refusals = {"BG516", "BG517", "BG515", "BG513", "BG501"}
+            assert {d.code for d in error.diagnostics} <= refusals, f"seed {seed}"
+            continue
+        held += bool(given)
+        kept = {name: found[name] for name in given}
+        assert kept == pytest.approx(given, rel=1e-12, abs=1e-12), f"seed {seed}"
+    assert held
+
+
+def test_a_flow_that_follows_from_rates_cannot_be_given(tmp_path: Path) -> None:
+    text = """model M { n : J1(f0 = 1); a : C(1); b : C { e = q + q^3; } s : Se(e = 3);
+      s -> n -> a, b; }
+    scene s of M { observe a.q; run 1 s; }"""
+    code, message = refused(tmp_path, text)
+    assert (code, "does not follow from charges" in message) == ("BG515", True)

@@ -93,15 +93,25 @@ def initial_twice(span: Span, name: str, first: str, second: str) -> Diagnostic:
     )
 
 
-def initial_unusable(span: Span, name: str, variable: str) -> Diagnostic:
+def initial_unusable(
+    span: Span, name: str, variable: str, *, of_junction: bool = False
+) -> Diagnostic:
     """BG515: an initial value that cannot be converted
 
     What: no state was found that gives the initial effort or flow.
-    Why: the element's law does not reach the value, or it is no function of the charge or momentum
-    alone, such as the effort of an IC whose energy holds the momentum.
+    Why: the element's law does not reach the value, or the variable follows from rates of change
+    instead of charges and momenta: the effort of an IC whose energy holds the momentum, or the
+    flow of a J1 that only C determine.
     Example: `C(e0 = 3) { e = 2*tanh(q); }`
     Way out: give `q0` of a C or `p0` of an I, or a value that the law reaches.
     """
+    if of_junction:
+        return error(
+            "BG515",
+            f"`{variable}` of `{name}` does not follow from charges and momenta",
+            span,
+            help="omit it; it follows from how fast they change",
+        )
     instead = {"e0": "give `q0` instead", "f0": "give `p0` instead"}
     return error(
         "BG515",

@@ -11,6 +11,8 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Kind
+from bgc.diagnostics.catalogue import storage as storage_messages
+from bgc.diagnostics.diagnostic import BgError
 from bgc.equations.loops.resolve import Resolver
 from bgc.equations.storage.conditions import Condition, unusable
 from bgc.equations.storage.initial import given_values
@@ -116,7 +118,10 @@ def _given(
     final, value = resolver.resolve_all([node, initial.value])
     found = Given(final, Condition({}, value, name, initial))
     if not variables.speeds.keys().isdisjoint(variables.dag.reachable([final])):
-        raise unusable(found.condition)  # the speed of a free motion follows from rates
+        variable = f"{initial.variable}0"  # the speed of a free motion follows from rates
+        raise BgError(
+            [storage_messages.initial_unusable(initial.span, name, variable, of_junction=True)]
+        )
     return found
 
 
