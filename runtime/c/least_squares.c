@@ -14,7 +14,7 @@ static const double first_weight = 1e-3;   /* of the identity, against scaled ro
 static const double least_weight = 1e-16;
 static const double largest_weight = 1e20; /* where no shorter step helps */
 static const double least_gain = 1e-6;     /* relative decrease of the residual in a step */
-static const double near_enough = 1e-12;   /* scaled residual at which Newton's method takes over */
+static const double begins_newton = 1e-12;   /* scaled residual at which Newton's method takes over */
 
 /* Least-squares solution of the 2n by n system in `a` (rows [A; w I]), with right-hand side b (2n),
  * by Householder reflections; the solution is left in b. Returns whether it is finite. */
@@ -93,7 +93,7 @@ int bgc_least_squares(const bgc_dense_system *s, double *y, const double *scale)
             row_scale[i] = sum > 0.0 && isfinite(sum) ? 1.0 / sum : 1.0;
         }
         length = scaled_norm(n, residual, row_scale);
-        if (length <= near_enough) {
+        if (length <= begins_newton) {
             return 1;
         }
 
