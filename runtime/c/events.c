@@ -5,6 +5,7 @@
  * left the range of its mode, at the end or within. The first time at which one has is located by
  * bracketing, the step is cut there, and the next step starts in the new modes (modes.c).
  */
+#include "control.h"
 #include "switches.h"
 
 #include <float.h>
@@ -26,6 +27,7 @@ static const double cubic_weight[2][4] = {
 };
 static const double cubic_tolerance = 0.005; /* deviation from the cubic, relative to the range */
 static const double negligible = 1e-3; /* effect of a kink on a step, relative to the tolerances */
+static const double least_part = 0.01; /* of a step, that has to be more than the rounding of times */
 enum { MOST_UNRESOLVED = 8 };
 
 /* --- location of the first event of a step --------------------------------------------------- */
@@ -383,8 +385,11 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
         z[i] = z[i] != NULL ? z[i] : evaluate_sample(m, d, i, t[i]);
     }
 
-    /* An argument that the samples do not resolve. */
-    for (int k = 0; k < m->n_switch && may_shorten && d->core.unresolved < MOST_UNRESOLVED; k++) {
+    /* An argument that the samples do not resolve; those of a step of a few bits of the time are
+     * rounded to its ends. */
+    may_shorten = may_shorten && d->core.unresolved < MOST_UNRESOLVED &&
+                  !bgc_is_too_short(start, least_part * (end - start));
+    for (int k = 0; k < m->n_switch && may_shorten; k++) {
         if (is_unresolved(m, d, k, z) && is_beyond_tolerances(m, d, k, z)) {
             d->core.unresolved++;
             return BGC_STEP_TOO_SMALL;

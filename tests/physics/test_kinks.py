@@ -117,3 +117,25 @@ def test_instances_of_an_ensemble_cross_kinks_as_alone(load, method):
     assert together.together == 9
     exact = [saturated_follower(5.0, limit) for limit in limits]
     np.testing.assert_allclose(together["x"][:, -1], exact, atol=1e-5)
+
+
+@pytest.mark.parametrize("method", METHODS, ids=str)
+@pytest.mark.parametrize(
+    ("law", "end"),
+    [
+        ("if s > 0 then s else 0", 1 + math.exp(-2)),
+        ("if s > 0 then 1 else 0", 1 - math.exp(-2)),
+        ("max(s, 0) - max(-s, 0)", 1 + math.exp(-2)),
+    ],
+)
+def test_a_switch_of_time_behind_another_that_begins_at_the_same_instant(
+    tmp_path, method, law, end
+):
+    """The second is one bit of the time later: the samples of that step are rounded to its ends."""
+    path = tmp_path / "m.bg"
+    path.write_text(
+        f"model M {{ state x = 0; let s = max(time - 1, 0); der(x) = ({law}) - x; }}\n"
+        "scene s of M { observe x; run 3 s; }\n"
+    )
+    result = bgc.compile(path).simulate(**method)
+    assert result["x"][-1] == pytest.approx(end, rel=1e-4)
