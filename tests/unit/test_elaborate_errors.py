@@ -119,6 +119,8 @@ WRONG: dict[str, list[str]] = {
               "model M { s : Supply; a : A; s -> a; }"],
     "BG414": [chain("t : Se(e = 5 V); u : Se(e = 2 N); n : J1; z : R(1); y : R(1);"
                     "t, u -> n -> z; s -> y;")],
+    "BG456": ['model M { const k = 2; state x = 1; der(x) = 1; assert k > 3, "small"; }',
+              'model M { state x = 1; der(x) = 1; assert cos(0.3) > 1, "never"; }'],
     "BG241": ["model M { r = R(3); }"],
     "BG447": [f"model M {{ state x = 1; der(x) = 1; param k = 4; s : Se[2](e = 1); r : R[{n}](1);"
               f"g : MGY {{ {law} }} s -> g -> r; }}"

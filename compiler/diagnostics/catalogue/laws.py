@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.diagnostics.catalogue import error, with_article
-from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.diagnostic import Diagnostic, Label
 from bgc.diagnostics.source import Span
 
 
@@ -420,4 +420,26 @@ def law_of_junction(span: Span, name: str, kind: str) -> Diagnostic:
         f"`{name}` is {with_article(kind)} and takes no law",
         span,
         help="put the law on an element that is bonded to it",
+    )
+
+
+def false_assert(span: Span, message: str, place: Span) -> Diagnostic:
+    """BG456: an `assert` that the constants of a part break
+
+    What: the condition of an `assert` depends on constants only, and it is false.
+
+    Why: the model holds only where its asserts do. What depends on parameters or states is checked
+    when the model runs (BG705); what is constant is checked when it is compiled.
+
+    Example: `joint : Revolute(axis = [0, -2, 0]);` where the model has
+    `assert is_unit(axis), "the axis has to be a unit vector";`
+
+    Way out: give other constants to the part.
+    """
+    return error(
+        "BG456",
+        message,
+        span,
+        labels=[Label(place, "asserted here")],
+        help="give other constants to the part",
     )

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bgc.algebra.dag import Kind
+from bgc.algebra.dag import Kind, Level
+from bgc.algebra.evaluate import evaluate_nodes
 from bgc.diagnostics.catalogue import graph, laws, names, values
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError
@@ -122,15 +123,33 @@ def read_statements(world: World, wiring: Wiring) -> Statements:
                 equations.extend(_read_equation(world, equation, env))
         for statement, env in instance.asserts:
             with world.report.collecting(note(env)):
-                condition = world.evaluate(statement.condition, env)
-                span = statement.condition.span
-                check_value(condition, (), None, span, "the condition")
-                guards.append(Guard(condition.nodes[0], statement.message, statement.span))
+                guards.extend(_read_assert(world, instance, statement, env))
     states = tuple(_states(world, derivatives, projections))
     unknowns = tuple(_unknowns(world))
     if not world.report.errors:
         _check_counts(world, states, unknowns, equations)
     return Statements(states, unknowns, tuple(equations), tuple(guards))
+
+
+def _read_assert(
+    world: World, instance: Instance, statement: syntax.Assert, env: Environment
+) -> list[Guard]:
+    """The guard of an `assert`; none if constants alone decide that it holds.
+
+    Raises
+    ------
+    BgError
+        Constants alone decide that it does not hold.
+    """
+    value = world.evaluate(statement.condition, env)
+    check_value(value, (), None, statement.condition.span, "the condition")
+    (condition,) = value.nodes
+    if world.dag.level[condition] > Level.CONST:
+        return [Guard(condition, statement.message, statement.span)]
+    (holds,) = evaluate_nodes(world.dag, [condition], {})
+    if not holds:
+        raise BgError([laws.false_assert(instance.span, statement.message, statement.span)])
+    return []
 
 
 def _read_target(
