@@ -176,6 +176,7 @@ def _stages(
     yield "causality", "causal", causal
 
     equations = derive_equations(causal)
+    warnings += equations.warnings
     yield "equations", "equations", equations
 
     sliced = with_divisor_checks(equations if options.whole else slice_program(equations))

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Kind
 from bgc.equations.audit import assert_power_balance
+from bgc.equations.impulses import impulse_warnings
 from bgc.equations.inertias.initial import start_inertias
 from bgc.equations.inertias.merge import merge_inertias
 from bgc.equations.loops.implicit import ImplicitRows, implicit_rows, pair_equations
@@ -101,6 +102,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     program = settle_motions(program, variables, resolver, numbers)
     program = with_linear_start(program, start_rows, variables.start_names)
     program = with_start(program, problem, variables)
+    program = replace(program, warnings=impulse_warnings(variables, resolver.rates_read))
     loops = range(len(states) - len(resolver.algebraic), len(program.states))
     program = with_start_values(program, loops)
     require_representable(graph, program)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from bgc.algebra.dag import Dag
+from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
 from bgc.ir.graph import DeviceUse, Guard, Node, Observation, Parameter, Requirement, SceneFacts
 
@@ -163,3 +164,4 @@ class Program:
     loops: tuple[Loop, ...] = ()  # algebraic loops, in the order in which they are solved
     start: Start | None = None  # initial values that depend on parameters by equations
     ignored_defaults: tuple[str, ...] = ()  # storage whose default start contradicts given values
+    warnings: tuple[Diagnostic, ...] = ()

@@ -116,6 +116,7 @@ class _Settling:
         """`d/dt x_d - (x_d' - z)`, without the speeds that cancel from it."""
         dag, speed = self._dag, self._variables.speeds[symbol]
         stored = self._steady(self._resolver.resolve(speed.stored), speed.stored)
+        self._resolver.rates_read.append((speed.stored, stored))
         direction = self._direction(stored, states, speed.stored)
         rate = self._resolver.resolve(speed.rate)
         (own,) = dag.substitute([rate], self._rest)

@@ -44,6 +44,7 @@ class Resolver:
         self.final: dict[Node, Node] = {}
         self.algebraic: list[AlgebraicState] = []
         self.loops: list[Loop] = []
+        self.rates_read: list[tuple[Node, Node]] = []  # raw symbol, final node whose rate it is
         self._first_algebraic = len(states)
         self._declared = len(variables.causal.graph.states)
 
@@ -145,6 +146,7 @@ class Resolver:
             case Explicit(inner):
                 return self.final[inner]
             case Rate(of):
+                self.rates_read.append((node, self.final[of]))
                 return self._rate(self.final[of])
             case Unknown():
                 raise self._variables.places.unsolvable([node])
@@ -188,6 +190,7 @@ class Resolver:
                 continue
             definition = self._variables.define(node)
             if isinstance(definition, Rate) and definition.of in self.final:
+                self.rates_read.append((node, self.final[definition.of]))
                 found[node] = self._rate_terms(self.final[definition.of])
         return found
 

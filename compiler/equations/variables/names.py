@@ -53,6 +53,10 @@ class Places:
         bond = self._causal.graph.bonds[leaf.index]
         return bond.effort_unit if leaf.kind is Kind.EFFORT else bond.flow_unit
 
+    def element_of(self, symbol: Node) -> int:
+        """The element of a symbol that does not belong to a bond."""
+        return self._elements[symbol]
+
     def span_of(self, symbol: Node) -> Span:
         """The place of a symbol's bond or element in the source."""
         return self._place(symbol)[1]
