@@ -54,6 +54,9 @@ class _Checker:
             match item:
                 case syntax.Value():
                     ends = item.range or ()
+                    if ends and item.kind not in {"param", "const"}:
+                        span = ends[0].span.to(ends[1].span)
+                        self._report.add(names.range_of_variable(span, item.name, item.kind))
                     self.all((*item.dims, *ends, *((item.value,) if item.value else ())), seen)
                 case syntax.Port():
                     self.all(item.dims, seen)

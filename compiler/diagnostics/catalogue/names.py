@@ -455,6 +455,25 @@ def range_excludes(
                  help="give a value within the range of its declaration")  # fmt: skip
 
 
+def range_of_variable(span: Span, name: str, kind: str) -> Diagnostic:
+    """BG242: a range of a value that may vary
+
+    What: a range `in low .. high` stands after a `let`, `signal`, `input`, `output`, `state` or
+    `unknown`.
+    Why: a range is checked when a run begins, so it needs a `param` or a `const`.
+    Example: `state angle = 0 in -1 .. 1;`
+    Way out: write an `assert`, which holds during the run:
+    `assert abs(angle) <= 1, "the angle is out of range";`. Or declare the range at the parameter
+    that gives the value.
+    """
+    return error(
+        "BG242",
+        f"a range needs a `param` or a `const`, and `{name}` is declared as `{kind}`",
+        span,
+        help=f'write `assert low <= {name} and {name} <= high, "..";` in its place',
+    )
+
+
 def empty_range(span: Span, name: str, low: float, high: float) -> Diagnostic:
     """BG240: an empty range
 

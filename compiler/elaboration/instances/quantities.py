@@ -107,6 +107,7 @@ class Quantities:
                 require_level(
                     self.world.dag, value, Level.CONST, declaration.name_span, "a `const`"
                 )
+                self._check_constant(quantity, value)
                 return value
             case "state":
                 return self._symbols(quantity, Kind.STATE)
@@ -277,6 +278,19 @@ class Quantities:
             nodes.append(self.world.dag.symbol(Kind.PARAM, first + k))
         quantity.first = first
         return Value(default.shape, tuple(nodes), default.units)
+
+    def _check_constant(self, quantity: Quantity, value: Value) -> None:
+        """Refuse a constant outside its declared range."""
+        low, high = self._range(quantity, value)
+        if low is None or high is None:
+            return
+        span = quantity.given.span if quantity.given else quantity.declaration.name_span
+        numbers = evaluate_nodes(self.world.dag, value.nodes, {})
+        for k, index in enumerate(indices(value.shape)):
+            if not low <= numbers[k] <= high:
+                name, unit = component_name(quantity.path, index), value.units[k]
+                si = si_symbol(unit) if unit else ""
+                raise BgError([names.range_excludes(span, name, numbers[k], low, high, si)])
 
     def _range(self, quantity: Quantity, default: Value) -> tuple[float | None, float | None]:
         """The bounds of the declared range in SI units; None where no range is declared."""

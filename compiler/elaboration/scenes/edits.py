@@ -130,6 +130,9 @@ def check_edits(world: World, scene: Scene, slots: Sequence[str]) -> None:
                 _check_path(world, scene, expr)
                 what = tables.get(kind, (None, "a parameter or constant"))[1]
                 found, way = _mismatch(world, scene, expr)
+                if kind == "drives" and isinstance(expr, syntax.Index) and found == "an input":
+                    found, whole = "a component of an input", path_of(expr.base)
+                    way = f"drive all components together: `drive {whole} = [..];`"
                 if kind == "uses" and not way and slots:
                     way = f"name a slot of the scene: {listed(slots)}"
                 raise BgError([scenes.edit_without_target(span, path, what, found, way)])
