@@ -236,6 +236,8 @@ const char *bgc_status_text(bgc_status s);
 
 /* The end of the last step, which may lie beyond the last row (see bgc_run). */
 double bgc_time(const bgc_data *d);
+/* The state at t within the last step, by its dense output. */
+bgc_status bgc_state_at(const bgc_model *m, bgc_data *d, double t, double *x);
 double *bgc_state(bgc_data *d);              /* x, n_state; may be written between steps */
 const double *bgc_scale(const bgc_data *d);  /* n_state: absolute tolerances are relative to them */
 double *bgc_input(bgc_data *d);              /* u, n_input; the caller writes those without a device */
@@ -325,6 +327,18 @@ bgc_status bgc_run(const bgc_model *m, bgc_data *d, const double *times, size_t 
                    size_t *done);
 void bgc_stop(bgc_data *d); /* makes bgc_run return soon; from any thread or signal handler */
 const bgc_counts *bgc_get_counts(const bgc_data *d);
+
+/* A state that fell below its absolute tolerance and has grown to a thousand times it since. */
+typedef struct {
+    double tolerance;
+    double low, fell;    /* its least absolute value, and the time of it, s */
+    double grown, value; /* the time at which it had grown, s, and its value then */
+} bgc_faint_state;
+
+/* Nonzero where state k did so in this run, under error control; of several times the one with the
+ * least value. Rounding and local errors decide the run where the state grew by itself, and not where
+ * others drove it. */
+int bgc_get_faint(const bgc_model *m, const bgc_data *d, int k, bgc_faint_state *state);
 
 /* --- devices ------------------------------------------------------------------------------ */
 

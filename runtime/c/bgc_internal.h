@@ -19,6 +19,7 @@
  *         bgc_find_event                 the first change of a mode within the step (events.c)
  *         bgc_check_asserts              (evaluate.c)
  *         bgc_check_divisors             (divisors.c)
+ *         bgc_follow_faint               states below their tolerance (faint.c)
  *         bgc_balance_step               energies of the step and their error (accounts.c)
  *         accept                         d->next becomes the present; bgc_handle_event
  *     write_row                        outputs and accounts, by dense output inside the step
@@ -251,6 +252,8 @@ struct bgc_data {
     double *returns;        /* n_switch: consecutive immediate returns to the mode before; INFINITY:
                              * the switch is left to error control */
     double *change_of_mode; /* n_switch: the last change of each mode */
+    double *faint_phase, *faint_low, *faint_at, *faint_entered, *faint_left; /* see faint.c */
+    bgc_faint_state *faint; /* n_state */
     double *divisor_extent; /* n_divisor: the largest absolute value of each divisor so far */
     double *divisor_slope;  /* n_divisor: the rate of each divisor at the end of the last step */
     bgc_range *h_range, *u_range; /* h and u as ranges: timed.c */
@@ -389,6 +392,10 @@ bgc_status bgc_check_asserts(const bgc_model *m, bgc_data *d, double t, const do
 void bgc_reset_divisors(const bgc_model *m, bgc_data *d);
 bgc_status bgc_check_divisors(const bgc_model *m, bgc_data *d, double end);
 bgc_status bgc_blame_divisor(const bgc_model *m, bgc_data *d, bgc_status status);
+
+/* --- faint.c */
+void bgc_reset_faint(const bgc_model *m, bgc_data *d);
+void bgc_follow_faint(const bgc_model *m, bgc_data *d, double t);
 
 /* --- first_step.c: from d->x with d->f valid; scratch, d->next among it, is overwritten */
 double bgc_first_step(const bgc_model *m, bgc_data *d, int order);

@@ -44,6 +44,12 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->extent = place(&l, switches);
     d->returns = place(&l, switches);
     d->change_of_mode = place(&l, switches);
+    d->faint_phase = place(&l, n);
+    d->faint_low = place(&l, n);
+    d->faint_at = place(&l, n);
+    d->faint_entered = place(&l, n);
+    d->faint_left = place(&l, n);
+    d->faint = (bgc_faint_state *)(void *)place(&l, n * sizeof *d->faint / sizeof(double));
     d->divisor_extent = place(&l, (size_t)m->n_divisor);
     d->divisor_slope = place(&l, (size_t)m->n_divisor);
     d->u_seen = place(&l, (size_t)m->n_input);
@@ -296,6 +302,7 @@ static bgc_status start_from_present(const bgc_model *m, bgc_data *d) {
     bgc_reset_corrections(m, d);
     bgc_reset_divisors(m, d);
     bgc_reset_terms(m, d);
+    bgc_reset_faint(m, d);
     core->ready = 1;
     return BGC_OK;
 }

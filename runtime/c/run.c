@@ -135,6 +135,22 @@ static bgc_status write_row(const bgc_model *m, bgc_data *d, double t, double *r
     return BGC_OK;
 }
 
+bgc_status bgc_state_at(const bgc_model *m, bgc_data *d, double t, double *x) {
+    const bgc_core *core = &d->core;
+    const double slack = bgc_time_slack(core->t, core->t_old);
+
+    if (t >= core->t - slack) {
+        memcpy(x, d->x, (size_t)m->n_state * sizeof *x);
+        return t <= core->t + slack ? BGC_OK : BGC_BAD_ARGUMENT;
+    }
+    if (core->dense == BGC_NO_DENSE || t < core->t_old - slack) {
+        return BGC_BAD_ARGUMENT;
+    }
+    bgc_interpolate(m, d, t, d->point);
+    memcpy(x, d->point, (size_t)m->n_state * sizeof *x);
+    return BGC_OK;
+}
+
 /* All rows; *done counts the finished ones. */
 static bgc_status run(const bgc_model *m, bgc_data *d, const double *times, size_t n, double *rows,
                       size_t *done) {

@@ -360,6 +360,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     if (core->limited_by >= 0) {
         memcpy(d->f_before, d->f, (size_t)m->n_state * sizeof *d->f);
     }
+    bgc_follow_faint(m, d, t_new);
     error = fmax(error, bgc_least_error);
     core->h_next = bgc_next_step(h, core->h_next, error, core->error_old, q,
                                  !core->rejected && !core->event);

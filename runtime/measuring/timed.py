@@ -15,9 +15,12 @@ from bgc.building.built import ENERGY_ACCOUNTS
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance, Status
+from bgc.runtime.running.failures import require
+from bgc.runtime.running.faint import Faint, faint_states
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method, watched
 
+_OF_STATE, _OF_SCALE = 1e-8, 1e-12
 _MOST_PERIODS = 60_000  # that are timed one by one
 
 
@@ -27,7 +30,8 @@ class Run:
 
     `status` is `done`, `stopped` at a limit, `failed`, or `refused` before the start; `message` is
     the reason. `rows` have the model's outputs, then the four energy accounts if requested; rows
-    that were not reached are NaN. `seconds` is the processor time of the computation alone.
+    that were not reached are NaN. `seconds` is the processor time of the computation alone. `faint`
+    are the states that fell below their tolerance and grew again.
     """
 
     status: str
@@ -35,6 +39,7 @@ class Run:
     rows: Array
     seconds: float
     counts: dict[str, float]
+    faint: tuple[Faint, ...] = ()
 
 
 def timed_run(
@@ -46,19 +51,23 @@ def timed_run(
     limit: float,
     busy: float = math.inf,
     watch: Callable[[float], None] = lambda reached: None,
+    moved: float = 0.0,
 ) -> Run:
     """Run a model from its start over all times, within two limits.
 
     `limit` is in seconds of wall time, `busy` in seconds of processor time, which other processes
     do not consume. `watch` is called regularly with the time reached, s. Ctrl-C stops the run
-    and is raised again.
+    and is raised again. With `moved` it starts next to the initial state: see `move_start`.
     """
     width = len(model.measured) + (len(ENERGY_ACCOUNTS) if accounts else 0)
     rows = np.full((len(times), width), np.nan)
     try:
         with model.started(method.with_capped_step(times, model.facts.timed), accounts) as instance:
+            if moved > 0:
+                move_start(instance, moved)
             status, seconds, stopped = _run_in_thread(instance, times, rows, limit, busy, watch)
             counts = instance.counts
+            faint = () if method.fixed else faint_states(instance)
             if stopped and status is Status.INTERRUPTED:
                 message = f"stopped at t = {instance.time:.3g} s: it takes too long"
                 return Run("stopped", message, rows, seconds, counts)
@@ -71,7 +80,17 @@ def timed_run(
         return Run("refused", f"{first.code}: {first.message}", rows, 0.0, {})
     if not np.isfinite(rows).all():
         return Run("failed", "BG712: an observed value is not finite", rows, seconds, counts)
-    return Run("done", "", rows, seconds, counts)
+    return Run("done", "", rows, seconds, counts, faint)
+
+
+def move_start(instance: Instance, reached: float) -> None:
+    """Move each state of an instance at its start by 1e-8 of itself and 1e-12 of its scale.
+
+    Scales count as far as the states of the run have `reached` them. An unstable solution is then
+    left, also one that starts exactly at rest.
+    """
+    instance.state[:] += _OF_STATE * instance.state + _OF_SCALE * reached * instance.scale
+    require(instance, instance.restart())
 
 
 def _run_in_thread(

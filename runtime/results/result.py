@@ -113,6 +113,10 @@ class Result(Mapping[str, Array]):
         """Return the same rows, marked as those of a run that ended early."""
         return replace(self, status=status, message=message)
 
+    def noted(self, notice: Diagnostic) -> Result:
+        """Return the same rows with one more warning."""
+        return replace(self, notices=(*self.notices, notice))
+
     def __getitem__(self, name: str) -> Array:
         if name in self.columns:
             return self.columns[name]

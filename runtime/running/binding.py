@@ -204,6 +204,14 @@ class CountsStruct(ctypes.Structure):
     ]
 
 
+class FaintState(ctypes.Structure):
+    """`bgc_faint_state`."""
+
+    _fields_: ClassVar[_Fields] = [
+        (name, c_double) for name in ("tolerance", "low", "fell", "grown", "value")
+    ]
+
+
 _Doubles = POINTER(c_double)
 _Model = POINTER(ModelStruct)
 # name: result, arguments after `const bgc_model *m` and `bgc_data *d`
@@ -220,6 +228,8 @@ _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_energy": (c_int, (_Doubles,)),
     "bgc_set_options": (c_int, (POINTER(OptionsStruct),)),
     "bgc_run": (c_int, (_Doubles, c_size_t, _Doubles, POINTER(c_size_t))),
+    "bgc_state_at": (c_int, (c_double, _Doubles)),
+    "bgc_get_faint": (c_int, (c_int, POINTER(FaintState))),
     "bgc_open_device": (c_int, (c_int, c_void_p, c_char_p, c_char_p, c_size_t)),
     "bgc_close_devices": (None, ()),
 }
@@ -426,6 +436,17 @@ class Instance:
         """Steps, evaluations and seconds of the run so far."""
         counts = self._ask("bgc_get_counts").contents
         return {name: getattr(counts, name) for name, _ in CountsStruct._fields_}
+
+    def state_at(self, time: float) -> Array:
+        """The state at a time within the last step; NaN at others."""
+        x = np.full(self.library.model.n_state, np.nan)
+        status = Status(self._call("bgc_state_at", time, _doubles(x)))
+        return x if status is Status.OK else np.full_like(x, np.nan)
+
+    def faint(self, index: int) -> FaintState | None:
+        """How a state fell below its tolerance and grew again in this run, if it did."""
+        found = FaintState()
+        return found if self._call("bgc_get_faint", index, byref(found)) else None
 
     def rhs(self) -> tuple[Status, Array]:
         """f of M y' = f at the present time and state."""

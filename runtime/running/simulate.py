@@ -10,13 +10,14 @@ import numpy as np
 from bgc.building.backends import BACKENDS
 from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.catalogue.physics import negative_value
-from bgc.diagnostics.catalogue.run import samples_over_budget, step_too_long
+from bgc.diagnostics.catalogue.run import rounding_decides, samples_over_budget, step_too_long
 from bgc.diagnostics.catalogue.trade import nothing_measured
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.result import Result
 from bgc.runtime.running.binding import Instance, Status
 from bgc.runtime.running.failures import RunInterrupted, SimulationError, explain, require
+from bgc.runtime.running.faint import Undecided, undecided
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.recommended import recommended_method
@@ -57,7 +58,8 @@ def simulate(
     if status is not Status.OK:
         diagnostic = model.explain(instance, status)
         raise SimulationError(diagnostic, result.ended("failed", diagnostic.message))
-    return result
+    rounded = undecided(model, capped, instance, times, rows, parameters)
+    return result if rounded is None else result.noted(_undecided(rounded))
 
 
 def method_of(
@@ -135,6 +137,14 @@ def _named(
         accounts=model.accounts,
         notices=(*notices, *_warnings(model, instance, counts, method)),
     )
+
+
+def _undecided(found: Undecided) -> Diagnostic:
+    """Warn of a state that rounding decides (BG726)."""
+    faint = found.faint
+    cure = None if found.atol is None or found.right is None else (found.atol, found.right)
+    times = faint.fell, faint.grown
+    return rounding_decides(found.name, faint.tolerance, times, found.end, cure)
 
 
 def _warnings(

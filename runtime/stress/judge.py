@@ -12,8 +12,9 @@ from bgc.runtime.measuring.errors import combined, largest_errors, quantities_of
 from bgc.runtime.measuring.timed import Run, timed_run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.result import unbalanced
-from bgc.runtime.running.binding import Status
+from bgc.runtime.running.faint import Probe, is_repeatable
 from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.resolution import observed_scales
 from bgc.runtime.running.run import Method
 from bgc.runtime.stress.ringing import ringing_at_start
 
@@ -22,6 +23,7 @@ _OF_TOLERANCE = 100.0  # times the tolerance of a step: the error that a run may
 _SMALLEST_RANGE = 0.01  # of the size of a quantity
 DEFAULT_RTOL = 1e-6  # of the C runtime
 
+_MOVED = "a start moved by 1e-8 of the states ends elsewhere: the solution is unstable"
 _UNSTABLE = "the reference changes with its step: the solution is unstable"
 _METHODS = ("radau5", "rodas5p", "rodas4p2")
 _RTOLS = (1e-8, 1e-10)
@@ -80,26 +82,34 @@ class References:
 
     runs: dict[tuple[str, float], Run] = field(default_factory=dict)
     agreed: Agreement | None = None
+    moved: Run | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Agreement:
     """Rows on which two methods agree to `accuracy`; None if there are none.
 
-    `steps` is the number of steps of the method whose rows they are.
+    `run` is the one whose rows they are, by `method`.
     """
 
     rows: Array | None
     accuracy: float
-    steps: float = 0.0
+    method: Method | None = None
+    run: Run | None = None
 
 
 def limited_run(
-    model: LoadedModel, method: Method, times: Array, *, accounts: bool, limit: float
+    model: LoadedModel,
+    method: Method,
+    times: Array,
+    *,
+    accounts: bool,
+    limit: float,
+    moved: float = 0.0,
 ) -> Run:
     """Run for at most `limit` s of processor time, which other processes do not consume."""
     most = _OF_WALL_TIME * limit
-    return timed_run(model, method, times, accounts=accounts, limit=most, busy=limit)
+    return timed_run(model, method, times, accounts=accounts, limit=most, busy=limit, moved=moved)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,7 +129,8 @@ class Judge:
     def judge(self, run: Run, method: Method) -> Judgement:
         """Compare a run by a method with others.
 
-        It holds if another method at a hundredth of the default tolerance agrees with it. If not,
+        It holds if another method at a hundredth of the default tolerance agrees with it, also from
+        a start that is moved a little, and if no state of that run is decided by rounding. If not,
         two other methods must agree before the run is called degraded or wrong.
         """
         if run.status == "stopped":
@@ -128,11 +139,13 @@ class Judge:
             return Judgement(Verdict.FAILS, message=run.message)
         residual, warned = self._balance(run)
         rows = run.rows[:, : len(self.model.measured)]
-        other = self._solved(_METHODS[method.name == _METHODS[0]], _RTOLS[0])
+        name = _METHODS[method.name == _METHODS[0]]
+        other, by = self._solved(name, _RTOLS[0]), Method(name, fixed=False, rtol=_RTOLS[0])
         if other.status == "done":
             error = self._error(rows, other.rows)
             if self._is_acceptable(rows, other.rows, error):
-                return self._unless_ringing(error, residual, other.rows, other.counts["steps"])
+                return self._unless_doubtful(error, residual, other, by)
+        warned = warned or self._depends_on_rounding(run, method) > WRONG
         return self._against_two(rows, method, residual, warned)
 
     def _against_two(
@@ -149,13 +162,42 @@ class Judge:
             message = f"two references differ by {known.accuracy:.1e}"
             return Judgement(Verdict.UNJUDGED, error, residual, message)
         if self._is_acceptable(rows, known.rows, error):
-            return self._unless_ringing(error, residual, known.rows, known.steps)
+            assert known.run is not None and known.method is not None
+            return self._unless_doubtful(error, residual, known.run, known.method)
         rtol = 0.0 if method.fixed else method.rtol or DEFAULT_RTOL
         if error <= max(WRONG, min(1.0, _OF_TOLERANCE * rtol)):
             return Judgement(Verdict.DEGRADED, error, residual)
         if not self._is_confirmed(known):
             return Judgement(Verdict.UNJUDGED, error, residual, _UNSTABLE)
         return Judgement(Verdict.WARNED if warned else Verdict.WRONG, error, residual)
+
+    def _unless_doubtful(
+        self, error: float, residual: float | None, reference: Run, by: Method
+    ) -> Judgement:
+        """Let a run hold, unless all methods may share its error.
+
+        They do where rounding decides a state that fell below its tolerance, where the solution
+        leaves that of a start next to it, and where no method resolved a lasting oscillation.
+        """
+        if self._depends_on_rounding(reference, by) > self.tolerance.within:
+            name = self.model.states[reference.faint[0].index].name
+            message = f"rounding decides `{name}`, which fell below its tolerance"
+            return Judgement(Verdict.UNJUDGED, error, residual, message)
+        if self.references.moved is None:
+            self.references.moved = self._run(by, moved=reference.counts["scale_reached"])
+        moved = self.references.moved
+        if moved.status == "done":
+            away = self._error(moved.rows, reference.rows)
+            if not self._is_acceptable(moved.rows, reference.rows, away):
+                return Judgement(Verdict.UNJUDGED, error, residual, _MOVED)
+        return self._unless_ringing(error, residual, reference.rows, reference.counts["steps"])
+
+    def _depends_on_rounding(self, run: Run, method: Method) -> float:
+        """How far shifts of states below their tolerance move a run, relative to the ranges."""
+        if not run.faint or not is_repeatable(self.model):
+            return 0.0
+        probe = Probe(self.model, method, self.times)
+        return probe.change(run.rows, run.faint, run.counts["scale_reached"])
 
     def _unless_ringing(
         self, error: float, residual: float | None, reference: Array, steps: float
@@ -184,18 +226,18 @@ class Judge:
     def _agreement(self) -> Agreement:
         best = Agreement(None, math.inf)
         for rtol in _RTOLS:
-            found: list[Run] = []
+            found: list[tuple[Method, Run]] = []
             for name in _METHODS:
                 run = self._solved(name, rtol)
                 if run.status != "done":
                     continue
-                for other in found:
+                for by, other in found:
                     accuracy = self._error(run.rows, other.rows)
                     if accuracy < best.accuracy:
-                        best = Agreement(other.rows, accuracy, other.counts["steps"])
+                        best = Agreement(other.rows, accuracy, by, other)
                 if best.accuracy <= _AGREED * self.tolerance.within:
                     return best
-                found.append(run)
+                found.append((Method(name, fixed=False, rtol=rtol), run))
         return best
 
     def _solved(self, name: str, rtol: float) -> Run:
@@ -205,8 +247,10 @@ class Judge:
             self.references.runs[key] = self._run(Method(name, fixed=False, rtol=rtol))
         return self.references.runs[key]
 
-    def _run(self, method: Method) -> Run:
-        return limited_run(self.model, method, self.times, accounts=False, limit=self.limit)
+    def _run(self, method: Method, moved: float = 0.0) -> Run:
+        return limited_run(
+            self.model, method, self.times, accounts=False, limit=self.limit, moved=moved
+        )
 
     def _balance(self, run: Run) -> tuple[float | None, bool]:
         """Return the residual over the energy exchanged, or None, and whether the run warns."""
@@ -264,18 +308,6 @@ class Judge:
 
         The state scales are those that step control used: finer where no state comes near its own.
         """
-        instance = self.model.parameters.instance({})
-        found = np.zeros(len(self.model.measured))
-        if instance.reset() is not Status.OK:
-            return found
-        _, start = instance.outputs()
-        for k, size in enumerate(instance.scale.tolist()):
-            present = instance.state[k]
-            instance.state[k] = present + size
-            _, moved = instance.outputs()
-            instance.state[k] = present
-            change = np.abs(moved - start)
-            found += np.where(np.isfinite(change), change, 0.0)
         runs = self.references.runs.values()
         scale = max((run.counts["scale_reached"] for run in runs if run.counts), default=1.0)
-        return _OF_TOLERANCE * DEFAULT_RTOL * scale * found
+        return _OF_TOLERANCE * DEFAULT_RTOL * scale * observed_scales(self.model)

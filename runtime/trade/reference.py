@@ -6,11 +6,14 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from bgc.diagnostics.catalogue.trade import no_reference
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.measuring.errors import Quantity, combined, largest_errors, quantities_of
 from bgc.runtime.measuring.timed import Run
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.faint import Faint, Probe, is_repeatable
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
 
@@ -105,6 +108,29 @@ def find_reference(
     if best is None:
         raise BgError([no_reference(reasons)])
     return replace(best, levels=tuple(levels))
+
+
+def with_doubt(
+    model: LoadedModel,
+    requirements: Mapping[str, float],
+    reference: Reference,
+    times: Array,
+    faint: Sequence[Faint],
+) -> Reference:
+    """Add to the differences what a shift of faint states by their tolerance changes.
+
+    Where rounding decides a state, two methods may agree on a wrong solution. `faint` are the
+    states of the first method's run over `times`, s, that fell below their tolerance.
+    """
+    if not faint or not is_repeatable(model):
+        return reference
+    by = Method(reference.methods[0], fixed=False, rtol=reference.rtol)
+    agreement = reference.agreement
+    for shifted in Probe(model, by, times).shifted(faint):
+        moved = np.nan_to_num(largest_errors(shifted, reference.rows), nan=np.inf)
+        agreement = tuple(max(pair) for pair in zip(agreement, moved.tolist(), strict=True))
+    quantities = quantities_of(model.measured, reference.rows, requirements)
+    return replace(reference, agreement=agreement, accuracy=combined(agreement, quantities))
 
 
 def _compared(

@@ -12,13 +12,14 @@ import numpy as np
 from bgc.runtime.measuring.errors import combined, largest_errors, quantities_of
 from bgc.runtime.measuring.timed import Run, paced_worst, timed_run
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.faint import Faint
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.run import Method
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.judge import Target, front
 from bgc.runtime.trade.measurement import DONE, OUT_OF_BUDGET, REFUSED, Measurement
-from bgc.runtime.trade.reference import Reference, find_reference
+from bgc.runtime.trade.reference import Reference, find_reference, with_doubt
 from bgc.runtime.trade.store import Store
 
 _REFERENCE_SHARE = 0.4  # of the remaining budget, for the reference
@@ -80,14 +81,19 @@ class Session:
             return stored.rescaled(quantities, bool(requirements))
         self.store.clear()  # measurements against another reference
         with ProgressBar(self.duration, self.progress, "reference") as bar:
+            faint: dict[tuple[str, float], tuple[Faint, ...]] = {}
 
             def solve(method: Method, seconds: float) -> Run:
-                return timed_run(
+                run = timed_run(
                     self.model, method, self.times, accounts=False, limit=seconds, watch=bar.show
                 )
+                faint[method.name, method.rtol] = run.faint
+                return run
 
             share = _REFERENCE_SHARE * self.left
             found = find_reference(self.model, requirements, solve, share)
+            doubtful = faint[found.methods[0], found.rtol]
+            found = with_doubt(self.model, requirements, found, self.times, doubtful)
         self.store.keep_reference(found)
         return found
 

@@ -394,6 +394,46 @@ def samples_over_budget(
     )
 
 
+def rounding_decides(
+    state: str,
+    tolerance: float,
+    times: tuple[float, float],
+    end: float,
+    cure: tuple[float, float] | None,
+) -> Diagnostic:
+    """BG726: rounding decides a state
+
+    What: a state fell below its absolute tolerance and grew again by orders of magnitude. The run
+    was repeated with the state moved by its tolerance when it was least, and ended elsewhere.
+
+    Why: error control does not see a state below its tolerance, so a decay over many decades may
+    end at any small value, of either sign. Where the state is then unstable (a bifurcation that is
+    passed slowly, a population that recovers, a column that buckles), it grows from that remainder:
+    its sign, or the time of its growth, is a matter of rounding. Every method and every relative
+    tolerance may give the same wrong answer.
+
+    Example: `der(x) = (s*x - x^3)/0.02` with s from -1 to 1.5 and x = 0.1 at the start: x falls to
+    1e-12, and ends at +1.22 or -1.22.
+
+    Way out: give the absolute tolerance that the message names: it was tried, and the result no
+    longer depends on it. Where none helps, the model leaves the answer to rounding: add the
+    imperfection that decides it in reality.
+    """
+    fell, grown = times
+    if cure is None:
+        help_ = "no absolute tolerance cures it: add the imperfection that decides it in reality"
+    else:
+        atol, right = cure
+        help_ = f"give `atol = {atol:g}` (`--atol {atol:g}`), with which it ends at {right:.4g}"
+    return warning(
+        "BG726",
+        f"rounding decides `{state}`: it was below its tolerance of {tolerance:.2g} at "
+        f"t = {fell:.6g} s, had grown again by t = {grown:.6g} s, and ends at {end:.4g}; a change "
+        "of the size of that tolerance leads elsewhere",
+        help=help_,
+    )
+
+
 def not_converged(time: float) -> Diagnostic:
     """BG714: an implicit step that did not converge
 
