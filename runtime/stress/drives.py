@@ -38,12 +38,20 @@ from bgc.runtime.running.quantity import read_quantity
 STEP, RTOL, TIME = "step", "rtol", "time"
 _UNITS = {STEP: "s", RTOL: "", TIME: "s"}
 
+_RANGE_OF_USE = 10.0  # times the scene's own value, or a part of it
+_COARSE = 3  # every third value of a drive comes first
+_BEYOND_USE = 1e100
 _EXTREMES = (5e-324, 1e-300, 1e300, 1.7976931348623157e308)
 # s; multiples and fractions of the usual periods of devices, which are then sampled equally
 _STEPS = (1e-6, 1e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 1e-1)
 _DECADES = 3.0  # from which on a range is spaced logarithmically
 _EVEN = 9  # values of a narrower range
 _MOST = 16  # values of a wider range
+
+
+def is_extreme(value: float) -> bool:
+    """Whether a value is one at which numbers overflow or underflow, of no use in practice."""
+    return value != 0 and not 1 / _BEYOND_USE < abs(value) < _BEYOND_USE
 
 
 class Role(Enum):
@@ -66,7 +74,8 @@ _ROLES = tuple(Role)
 class Drive:
     """A parameter (or `step`, `rtol`, `time`), its role, and the SI values that it takes.
 
-    `members` are the parameters that are driven together, if `name` stands for several.
+    `members` are the parameters that are driven together, if `name` stands for several. `own` is
+    the value of the scene, None if it is not known.
     """
 
     name: str
@@ -74,6 +83,23 @@ class Drive:
     role: str
     values: tuple[float, ...]
     members: tuple[str, ...] = ()
+    own: float | None = None
+
+    def urgency(self, value: float) -> int:
+        """Rank a value: the scene's own, those around it, every third, others, extremes."""
+        own = self.own
+        if own is not None and value == own:
+            return 0
+        if (
+            own is not None
+            and value * own > 0
+            and abs(value / own) <= _RANGE_OF_USE >= abs(own / value)
+        ):
+            return 1
+        if is_extreme(value):
+            return 4
+        k = self.values.index(value)
+        return 2 if k % _COARSE == 0 or k == len(self.values) - 1 else 3
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -108,7 +134,8 @@ def _parameter_drives(graph: FlatGraph, known: Iterable[Parameter]) -> list[Driv
         role = _role(one, roles)
         if values := _within(_ladder(role, one), one):
             members = tuple(parameter.name for parameter in group) if len(group) > 1 else ()
-            found.append((role, Drive(name, one.unit, role.value, values, members)))
+            drive = Drive(name, one.unit, role.value, values, members, one.value)
+            found.append((role, drive))
     found.sort(key=lambda pair: (-len(pair[1].members), not pair[1].unit))
     seen: Counter[tuple[Role, str]] = Counter()
     ranked: list[tuple[int, int, int, Drive]] = []
@@ -144,6 +171,12 @@ def _groups(
 
 
 def _ladder(role: Role, parameter: Parameter) -> tuple[float, ...]:
+    """The scene's own value, a tenth and ten times of it, and the values of the role."""
+    own = parameter.value
+    return (own, own / _RANGE_OF_USE, own * _RANGE_OF_USE, *_of_role(role, parameter))
+
+
+def _of_role(role: Role, parameter: Parameter) -> tuple[float, ...]:
     size = abs(parameter.value) or 1.0
     match role:
         case Role.ANGLE:

@@ -49,7 +49,6 @@ _RUNS = 6.0  # approximate cost of a point, with its references, in runs of the 
 _PATIENCE = 10.0  # times the scene's own run
 _AT_LEAST = 1.0  # s for any run
 _SHORT_STEPS_SHARE = 0.3  # of the time limit, for a run with short steps
-_COARSE = 3  # every third value of a drive comes first
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,14 +204,13 @@ def _grid(drives: Sequence[Drive]) -> list[Settings]:
 
 
 def _in_order(drives: Sequence[Drive]) -> list[Settings]:
-    """Order points: one drive of each kind first, and every third value of it before the others."""
+    """Order points: one drive of each kind first, its values by their urgency."""
     seen: Counter[tuple[str, str]] = Counter()
-    order: list[tuple[int, bool, Settings]] = []
+    order: list[tuple[int, int, Settings]] = []
     for drive in drives:
         kind = drive.role or drive.name, drive.unit
-        for k, value in enumerate(drive.values):
-            coarse = k % _COARSE == 0 or k == len(drive.values) - 1
-            order.append((seen[kind], not coarse, ((drive.name, value),)))
+        for value in drive.values:
+            order.append((seen[kind], drive.urgency(value), ((drive.name, value),)))
         seen[kind] += 1
     return [settings for *_, settings in sorted(order, key=lambda item: item[:2])]
 
@@ -268,8 +266,22 @@ class _Session:
             assert self.model.origin is not None
             graph = compile_scene(*self.model.origin, until="elaborate").graph
             found = all_drives(graph, known, self.duration)
+        found = tuple(self._with_own(drive, {p.name: p.value for p in known}) for drive in found)
         self._driven = {drive.name: drive for drive in found}
         return found
+
+    def _with_own(self, drive: Drive, values: Mapping[str, float]) -> Drive:
+        """Give a drive the value of the scene; parameters that differ have none."""
+        method = self.method
+        own: dict[str, float | None] = {
+            STEP: method.step if method.fixed else None,
+            RTOL: None if method.fixed else method.rtol or DEFAULT_RTOL,
+            TIME: self.duration,
+        }
+        if drive.name not in own:
+            found = {values.get(name) for name in drive.parameters}
+            own[drive.name] = found.pop() if len(found) == 1 else None
+        return replace(drive, own=own[drive.name])
 
     def seconds(self, settings: Settings) -> float:
         """Estimate the time of a point, s; 0 if it is stored. Adaptive steps may grow with time."""

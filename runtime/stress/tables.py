@@ -12,7 +12,7 @@ from typing import Any
 from bgc.printing.tables import Table
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.running.quantity import spelled_time
-from bgc.runtime.stress.drives import STEP, Drive
+from bgc.runtime.stress.drives import STEP, Drive, is_extreme
 from bgc.runtime.stress.judge import Judgement, Verdict
 from bgc.runtime.stress.stress import Point, StressMap
 
@@ -120,20 +120,24 @@ def summary(found: StressMap) -> str:
 
 def _trusted(found: StressMap) -> str:
     """Say for which values the scene holds, and where numbers are wrong without a warning."""
-    whole, parts, nowhere = [], [], []
+    whole, parts, nowhere, elsewhere = [], [], [], []
     for drive in found.drives:
         points = found.of_drive(drive)
-        stretch = _longest_hold(points)
-        if len(stretch) == len(points):
+        stretch = _stretch_of_use(drive, points)
+        if all(point.judgement.verdict is Verdict.HOLDS for point in points):
             whole.append(drive.name)
         elif stretch:
             parts.append(f"{drive.name} {_span(stretch, drive.unit)}")
+        elif any(point.judgement.verdict is Verdict.HOLDS for point in points):
+            elsewhere.append(drive.name)
         else:
             nowhere.append(drive.name)
     holds = [*parts, *([f"all tried values of {_some(whole)}"] if whole else [])]
     said = f"the scene holds for {', '.join(holds)}" if holds else "the scene holds nowhere"
     if holds and nowhere:
         said += f", and nowhere for {_some(nowhere)}"
+    if elsewhere:
+        said += f"; not at the scene's own value of {_some(elsewhere)}"
     wrong = dict.fromkeys(point.settings[0][0] for point in found.wrong)
     silent = f"for {_some([*wrong])} some are" if wrong else "no number is"
     return f"{said}; {silent} wrong without a warning"
@@ -150,15 +154,21 @@ def _some(names: Sequence[str]) -> str:
     return ", ".join(names[:_NAMED]) + more
 
 
-def _longest_hold(points: Sequence[Point]) -> list[float]:
-    """Find the values of the longest stretch that holds."""
-    longest: list[float] = []
+def _stretch_of_use(drive: Drive, points: Sequence[Point]) -> list[float]:
+    """Find the values of the stretch that holds around the scene's own value.
+
+    Where that is not among the values, the longest stretch counts. Extremes at which numbers
+    overflow are left out.
+    """
+    found: list[float] = []
     ordered = sorted(points, key=lambda point: point.settings[0][1])
+    tried = any(point.settings[0][1] == drive.own for point in points)
     for holds, group in groupby(ordered, key=lambda p: p.judgement.verdict is Verdict.HOLDS):
         values = [point.settings[0][1] for point in group]
-        if holds and len(values) > len(longest):
-            longest = values
-    return longest
+        used = [value for value in values if drive.role == "" or not is_extreme(value)]
+        if holds and ((drive.own in values) if tried else len(used) > len(found)):
+            found = used
+    return found
 
 
 def write_csv(found: StressMap, path: str | Path) -> None:
