@@ -46,12 +46,11 @@ def _flows_left(variables: Variables, rows: Sequence[dict[int, Node]], flows: se
     ready = [number for number, count in enumerate(unknown) if count == 1]
     while ready:
         row = rows[ready.pop()]
-        (k,) = left.intersection(row) or (None,)
-        if k is None or variables.certificate(row[k]) is None:
-            continue
-        left.remove(k)
-        for number in using[k]:
-            unknown[number] -= 1
-            if unknown[number] == 1:
-                ready.append(number)
+        for k in left.intersection(row):  # one, or none where another row came first
+            if variables.certificate(row[k]) is not None:
+                left.remove(k)
+                for number in using[k]:
+                    unknown[number] -= 1
+                    if unknown[number] == 1:
+                        ready.append(number)
     return left
