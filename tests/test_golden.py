@@ -35,7 +35,15 @@ TESTS = Path(__file__).parent
 LIBRARY = TESTS.parent / "library"
 MODELS = TESTS / "models"
 GOLDEN = TESTS / "golden"
-STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror")
+STRICT = (
+    "-std=c11",
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Wpedantic",
+    "-Wdouble-promotion",
+    "-Werror",
+)
 SMALL = ("syntax.txt", "graph.txt", "causality.txt", "equations.txt", "model.c")
 LARGE = ("graph.txt", "causality.txt", "equations.txt", "model.txt")
 

@@ -257,7 +257,7 @@ class Op(IntEnum):
         infix=Infix("<", 4, strict_left=True, strict_right=True),
         latex="# < #",
         c="model_less",
-        c_formula="a < b ? 1.0 : a >= b ? 0.0 : NAN",
+        c_formula="a < b ? 1.0 : a >= b ? 0.0 : (double)NAN",
         lanes=Lanes.FORMULA,
         lane_formula="lane_truth(a < b, a >= b)",
     )
@@ -272,7 +272,7 @@ class Op(IntEnum):
         infix=Infix("<=", 4, strict_left=True, strict_right=True),
         latex=r"# \leq #",
         c="model_at_most",
-        c_formula="a <= b ? 1.0 : a > b ? 0.0 : NAN",
+        c_formula="a <= b ? 1.0 : a > b ? 0.0 : (double)NAN",
         lanes=Lanes.FORMULA,
         lane_formula="lane_truth(a <= b, a > b)",
     )
@@ -286,7 +286,7 @@ class Op(IntEnum):
         infix=Infix("==", 4, strict_left=True, strict_right=True),
         latex="# = #",
         c="model_equal",
-        c_formula="a == b ? 1.0 : a == a && b == b ? 0.0 : NAN",
+        c_formula="a == b ? 1.0 : a == a && b == b ? 0.0 : (double)NAN",
         lanes=Lanes.FORMULA,
         lane_formula="lane_truth(a == b, (a < b) | (a > b))",
     )
@@ -300,7 +300,7 @@ class Op(IntEnum):
         infix=Infix("and", 2),
         latex=r"# \wedge #",
         c="model_both",
-        c_formula="a == 0.0 || b == 0.0 ? 0.0 : a == a && b == b ? 1.0 : NAN",
+        c_formula="a == 0.0 || b == 0.0 ? 0.0 : a == a && b == b ? 1.0 : (double)NAN",
         lanes=Lanes.FORMULA,
         lane_formula="lane_truth(lane_is(a) & lane_is(b), "
         "(a == lane_of(0.0)) | (b == lane_of(0.0)))",

@@ -24,6 +24,7 @@ from bgc.building.toolchain import (
     GCC_PASSES,
     LIGHT_FLAGS,
     LOOP_FLAGS,
+    NO_FILE,
     RUNTIME_FLAGS,
     Started,
     Toolchain,
@@ -167,8 +168,8 @@ def _build(
         made = work / library
         arguments = (*link_flags, "-o", made.name, *map(str, objects), "-lm")
         linking = toolchain.run(arguments, work)
-        if linking.returncode != 0:
-            raise BgError([_failure(toolchain, linking.stdout, cache, work)])
+        if linking.returncode != 0 or not made.is_file():
+            raise BgError([_failure(toolchain, linking.stdout or NO_FILE, cache, work)])
         path = cache.publish("models", library, made)
     cache.prune()
     return path
@@ -237,6 +238,8 @@ def _compile_all(
             )  # a gcc that has not all those passes
         if done.returncode != 0 or stopping.is_set():
             return done.stdout or f"{compiler.name} ended with status {done.returncode}"
+        if not (work / made).is_file():
+            return NO_FILE
         found[k] = cache.publish("objects", f"{keys[k]}.o", work / made)
         return ""
 

@@ -29,6 +29,7 @@ from bgc.diagnostics.catalogue.machine import cache_not_private, cache_not_writa
 from bgc.diagnostics.diagnostic import Diagnostic
 
 _KEEP_SECONDS = 60 * 24 * 3600.0  # what is unused for longer is removed
+_KEEP_BYTES = 2_000_000_000  # beyond it, what was unused for longest is removed
 _KEEP_MAKING_SECONDS = 24 * 3600.0  # a killed run's half-made files
 
 
@@ -70,14 +71,23 @@ class Cache:
         return tempfile.TemporaryDirectory(prefix="making-", dir=self.root)
 
     def prune(self) -> None:
-        """Remove files unused for two months, and unfinished files of killed runs."""
-        oldest = time.time() - _KEEP_SECONDS
+        """Remove files unused for two months or beyond 2 GB, and what killed runs left."""
+        now = time.time()
+        files: list[tuple[float, int, Path]] = []  # last use, bytes
         for kind in ("objects", "models", "notes", "sweeps"):
             for path in (self.root / kind).glob("*"):
                 with suppress(OSError):
-                    if path.suffix != ".sum" and path.stat().st_mtime < oldest:
-                        path.unlink()
-                        _checksum(path).unlink(missing_ok=True)
+                    facts = path.stat()
+                    if path.suffix != ".sum":
+                        files.append((facts.st_mtime, facts.st_size, path))
+        held = sum(size for _, size, _ in files)
+        for used, size, path in sorted(files):
+            if used >= now - _KEEP_SECONDS and held <= _KEEP_BYTES:
+                break
+            held -= size
+            with suppress(OSError):
+                path.unlink()
+                _checksum(path).unlink(missing_ok=True)
         old = (
             ("failed/*", _KEEP_SECONDS),
             ("trades/*", _KEEP_SECONDS),
@@ -86,7 +96,7 @@ class Cache:
         for pattern, seconds in old:
             for path in self.root.glob(pattern):
                 with suppress(OSError):
-                    if path.stat().st_mtime < time.time() - seconds:
+                    if path.stat().st_mtime < now - seconds:
                         shutil.rmtree(path, ignore_errors=True)
 
 

@@ -18,6 +18,7 @@ from bgc.diagnostics.diagnostic import BgError
 
 Started: TypeAlias = "subprocess.Popen[str]"
 
+NO_FILE = "it ended with status 0 and wrote no file"
 CANDIDATES = ("cc", "gcc", "clang")
 # -P: a folder `ziglang` in the current directory, such as that of a stranger's model, is not run.
 ZIGLANG = (sys.executable, "-P", "-m", "ziglang", "cc")
@@ -136,6 +137,8 @@ def try_compiler(toolchain: Toolchain, flags: tuple[str, ...] = RUNTIME_FLAGS) -
         (Path(place) / "probe.c").write_text(_PROBE, encoding="utf-8")
         arguments = (*flags, "-shared", "probe.c", "-o", "probe.so", "-lm")
         done = toolchain.run(arguments, Path(place))
+        if done.returncode == 0 and not (Path(place) / "probe.so").is_file():
+            return NO_FILE
     return done.stdout.strip() or f"status {done.returncode}" if done.returncode else ""
 
 

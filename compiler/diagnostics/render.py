@@ -38,6 +38,24 @@ def render(diagnostics: Iterable[Diagnostic], *, colour: bool) -> str:
     return "\n".join(_one(diagnostic, paint) for diagnostic in diagnostics)
 
 
+def escaped(text: str) -> str:
+    r"""Write characters that a terminal would obey as escapes: controls, marks of direction.
+
+    Bytes of a file's name that are not UTF-8 become `\xff`.
+    """
+    if text.isprintable():
+        return text
+    return "".join(char if char.isprintable() else _escape(ord(char)) for char in text)
+
+
+def _escape(code: int) -> str:
+    if 0xDC80 <= code <= 0xDCFF:  # how Python keeps a byte that is not UTF-8
+        code -= 0xDC00
+    if code < 0x100:
+        return f"\\x{code:02x}"
+    return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+
+
 @dataclass(frozen=True, slots=True)
 class _Paint:
     """Adds colour codes to texts if `colour` is set."""
@@ -51,7 +69,7 @@ class _Paint:
 def _one(diagnostic: Diagnostic, paint: _Paint) -> str:
     colour = _COLOUR_OF[diagnostic.severity]
     head = paint(colour, f"{diagnostic.severity.value}[{diagnostic.code}]")
-    lines = [f"{head}{paint(_BOLD, f': {diagnostic.message}')}"]
+    lines = [f"{head}{paint(_BOLD, f': {escaped(diagnostic.message)}')}"]
     places = _places(diagnostic)
     gutter = max((_gutter_width(place.span) for place in places), default=1)
     for at, (source, group) in enumerate(_by_source(places)):
@@ -59,7 +77,7 @@ def _one(diagnostic: Diagnostic, paint: _Paint) -> str:
         lines += _excerpt(source, group, main, gutter, colour, paint)
     for word, text in (("note", diagnostic.note), ("help", diagnostic.help)):
         if text:
-            first, *more = text.splitlines()
+            first, *more = map(escaped, text.expandtabs(_TAB).split("\n"))
             lines.append(f"{' ' * gutter} {paint(_BLUE, '=')} {paint(_BOLD, word)}: {first}")
             lines += [f"{' ' * (gutter + len(word) + 5)}{line}" for line in more]
     return "\n".join(lines) + "\n"
@@ -122,7 +140,7 @@ def _excerpt(
         for place in sorted(here, key=lambda p: (p.span is not main, p.span.start)):
             mark = "^" if place.span is main else "-"
             start, width = window.columns(place.span)
-            underline = f"{mark * width} {place.text}".rstrip()
+            underline = f"{mark * width} {escaped(place.text)}".rstrip()
             painted = paint(colour if mark == "^" else _BLUE, underline)
             lines.append(f"{margin} {bar} {' ' * start}{painted}")
     return lines

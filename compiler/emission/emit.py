@@ -39,7 +39,8 @@ _HOW_TO_USE = """\
  *     const bgc_model *m = bgc_get_model();
  *     bgc_data *d = bgc_new(m);
  *     bgc_reset(m, d, 0.0);
- *     bgc_run(m, d, times, n, rows, &done);   a row: m->n_output outputs, then four energies
+ *     bgc_run(m, d, times, n, rows, &done);   a row: m->n_output outputs, and four energies behind
+ *                                             them if `bgc_set_options` asked for `accounts`
  *     bgc_free(m, d);
  */
 """

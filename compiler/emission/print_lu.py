@@ -189,7 +189,7 @@ def _unrolled_factor(
         + "".join(parts)
         + f"{_factor_head(shared, numbers)}\n{{\n{_unused(mass, jacobian)}"
         f"    {number} g = {zero};\n{''.join(calls)}    *growth = g;\n"
-        + ("}\n" if numbers is LANES else "    return g < INFINITY ? 0 : 1;\n}\n")
+        + ("}\n" if numbers is LANES else "    return g < (double)INFINITY ? 0 : 1;\n}\n")
     )
 
 

@@ -66,7 +66,7 @@ int bgc_sparse_factor(const bgc_model *m, const double *mass, const double *jac,
         }
     }
     *growth = sum;
-    return sum < INFINITY ? 0 : 1;
+    return sum < (double)INFINITY ? 0 : 1;
 }
 
 /* b := W^-1 b as bgc_model.solve does; scratch is n_state doubles. */

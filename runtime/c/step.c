@@ -178,7 +178,7 @@ static double limit_step(const bgc_core *core, double *t_new) {
     const double h = core->max_step > 0.0 ? fmin(core->h_next, core->max_step) : core->h_next;
     const double due = core->period > 0.0
                            ? core->origin + (double)core->sample * core->period
-                           : INFINITY;
+                           : (double)INFINITY;
 
     return bgc_limit_step(core->t, h, fmin(due, core->stop), t_new);
 }

@@ -15,6 +15,7 @@ from rich.padding import Padding
 from rich.table import Table as RichTable
 from rich.text import Text as RichText
 
+from bgc.diagnostics.render import escaped
 from bgc.printing.tables import Table
 from bgc.reference.entry import Code, Entry, Group, Heading, Text
 
@@ -66,7 +67,7 @@ def print_names(title: str, found: Iterable[tuple[str, str]]) -> None:
 
 
 def _print_entry(console: Console, entry: Entry) -> None:
-    head = RichText(entry.name, style="bold")
+    head = _styled(entry.name, "bold")
     head.append(f"  ({entry.kind})" if entry.kind != "list" else "", style="dim")
     console.print(head)
     if entry.summary and not _opens_with(entry):
@@ -77,7 +78,7 @@ def _print_entry(console: Console, entry: Entry) -> None:
             case Text():
                 _print_prose(console, block.text)
             case Code():
-                _print_indented(console, RichText(block.text, style="green"))
+                _print_indented(console, _styled(block.text, "green"))
             case Heading():
                 console.print(_styled(block.text, "bold"))
             case Table():
@@ -166,11 +167,17 @@ def _write(console: Console) -> None:
 
 
 def _styled(text: str, style: str) -> RichText:
-    return RichText(text, style=style)
+    return RichText(_safe(text), style=style)
+
+
+def _safe(text: str) -> str:
+    """Comments of a stranger's file, without what a terminal would obey."""
+    return "\n".join(escaped(line.expandtabs(4)) for line in text.split("\n"))
 
 
 def _prose(text: str, console: Console) -> RichText:
     """Text with its code in colour; in a pipe in backticks."""
+    text = _safe(text)
     if not console.is_terminal:
         return RichText(text)
     shown = RichText()

@@ -15,6 +15,8 @@ import numpy as np
 from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError
 
+_ENDING = 20  # characters of the longest ending of a file's name
+
 
 @contextmanager
 def written_whole(path: str | Path) -> Iterator[Path]:
@@ -30,9 +32,9 @@ def written_whole(path: str | Path) -> Iterator[Path]:
             yield goal
             return
         goal = goal.resolve()  # through a link, which stays
-        handle, name = tempfile.mkstemp(
-            prefix=f".{goal.stem}-", suffix=goal.suffix, dir=goal.parent
-        )
+        # Matplotlib needs the ending; a name that has 255 bytes leaves none for more.
+        ending = goal.suffix if len(goal.suffix) < _ENDING else ""
+        handle, name = tempfile.mkstemp(prefix=".bgc-", suffix=ending, dir=goal.parent)
         aside = Path(name)
         os.close(handle)
         try:

@@ -23,7 +23,7 @@ from bgc.runtime.running.binding import CountsStruct, Status
 
 RUNTIME = Path(bgc.runtime.__file__).parent / "c"
 MODELS = Path(__file__).parent / "cmodels"
-WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror")
+WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Wdouble-promotion", "-Werror")
 FLAGS = ("-std=c11", "-O2", "-fPIC", "-ffp-contract=off")
 
 Floats = npt.NDArray[np.float64]

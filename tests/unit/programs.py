@@ -16,7 +16,15 @@ from bgc.ir.graph import Guard, Observation, Parameter, SceneFacts
 from bgc.ir.program import Energy, MassEntry, PositiveParameter, Program, ProgramState
 
 RUNTIME = Path(__file__).parents[2] / "runtime" / "c"
-STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Wshadow", "-Werror")
+STRICT = (
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Wpedantic",
+    "-Wdouble-promotion",
+    "-Wshadow",
+    "-Werror",
+)
 SPAN = Span(Source("<test>", ""), 0, 0)
 
 

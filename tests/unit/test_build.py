@@ -232,7 +232,7 @@ def test_a_gcc_without_some_passes_compiles_with_all(cache, toolchain, tmp_path)
 
 
 def test_the_runtime_is_clean_under_strict_warnings(toolchain, tmp_path):
-    warnings = ("-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror")
+    warnings = ("-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Wdouble-promotion", "-Werror")
     folder = runtime_directory()
     sources = sorted((*runtime_sources(folder).values(), *folder.glob("absent/*.c")))
     assert sources

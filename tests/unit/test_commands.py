@@ -121,7 +121,15 @@ def test_a_changed_file_is_compiled_again(rc):
 def test_build_makes_one_c_file_that_any_compiler_takes(rc):
     result = bgc("build", rc, "--target", "c", "-o", "out/deep")
     assert result.stdout.split() == ["out/deep/rc.c"]
-    strict = ("-std=c11", "-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror")
+    strict = (
+        "-std=c11",
+        "-Wall",
+        "-Wextra",
+        "-Wconversion",
+        "-Wpedantic",
+        "-Wdouble-promotion",
+        "-Werror",
+    )
     command = [*find_toolchain().command, *strict, "-fsyntax-only", "out/deep/rc.c"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -18,6 +18,7 @@ from click.testing import CliRunner
 import bgc
 import bgc.grammar
 import bgc.runtime
+from bgc.building.cache import Cache
 from bgc.building.toolchain import find_toolchain
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.render import render
@@ -257,6 +258,30 @@ def test_a_folder_with_a_line_break_adds_no_option(tmp_path):
 
 
 @promise(
+    "Control characters and marks of direction in names, texts and comments of a model are printed "
+    "as escapes."
+)
+@pytest.mark.parametrize("hostile", ["\x9b31m", "\u202egb", "\u2066x", "\u2028x", "\x85x"])
+def test_a_terminal_obeys_nothing_of_a_model(tmp_path, hostile):
+    path = tmp_path / "m.bg"
+    path.write_text(
+        f'import "{hostile}.bg"; /// {hostile} summary\n'
+        f"///\n/// | {hostile} |\nmodel M {{ /// {hostile}\n param a = 1; }}"
+    )
+    outputs = [run_bgc("check", path)[1]]
+    path.write_text(path.read_text().partition(";")[2])
+    outputs += [run_bgc("doc", path)[1], run_bgc("doc", path, "M")[1]]
+    path.write_text(
+        "model M { state x = 1; der(x) = 1; "
+        f'assert x < 1.5, "{hostile}"; }} scene s of M {{ observe x; run 1 s; }}'
+    )
+    outputs.append(run_bgc("run", path)[1])
+    for output in outputs:
+        assert all(line.isprintable() for line in output.split("\n")), repr(output)
+    assert any(ascii(hostile[0])[1:-1] in output for output in outputs)
+
+
+@promise(
     "Texts and models beyond a limit are refused: 16 MB or a million lines of a file (BG005), 100 "
     "ancestors of a model (BG215), 200,000 parts (BG418)."
 )
@@ -374,12 +399,34 @@ def test_what_the_cache_holds(cached):
 
 @promise("A damaged file of the cache counts as absent.")
 @pytest.mark.parametrize("suffix", [".so", ".o", ".json", ".sum"])
-@pytest.mark.parametrize("content", [b"", b"[]", b'{"files": []}', b"\0" * 2000])
+@pytest.mark.parametrize("content", [b"", b"\0" * 2000])
 def test_damaged_files_of_the_cache_are_made_anew(cached, tmp_path, suffix, content):
     for path in cached.rglob(f"*{suffix}"):
         path.unlink()  # this process has the shared object loaded
         path.write_bytes(content)
     assert run_bgc("run", tmp_path / "m.bg", "--quiet") == (0, "")
+
+
+@promise(
+    "After each compilation, files that were unused for two months are removed from the cache, and "
+    "beyond 2 GB those that were unused for longest."
+)
+def test_the_cache_is_bounded(cached, monkeypatch):
+    objects = sorted(cached.glob("objects/*.o"))
+    for age, path in enumerate(objects):
+        os.utime(path, (path.stat().st_atime, path.stat().st_mtime - 3600 * (age + 1)))
+    sizes = {path: path.stat().st_size for path in cached.rglob("*.*") if path.suffix != ".sum"}
+    held = sum(size for path, size in sizes.items() if path.is_file())
+    oldest = objects[-1]
+    monkeypatch.setattr("bgc.building.cache._KEEP_BYTES", held - 1)
+    Cache(cached).prune()
+    assert sorted(cached.glob("objects/*.o")) == objects[:-1]
+    assert not oldest.with_name(f"{oldest.name}.sum").exists()
+    assert list(cached.glob("models/*.so")) and list(cached.glob("notes/*.json"))
+    week = 100 * 24 * 3600
+    os.utime(objects[0], (0, objects[0].stat().st_mtime - week))
+    Cache(cached).prune()
+    assert objects[0] not in set(cached.glob("objects/*.o"))
 
 
 # --- an interrupted command -----------------------------------------------------------------

@@ -90,6 +90,22 @@ def test_a_working_directory_that_was_deleted_is_survived(model, command, status
     assert (found, code in complaint, "Traceback" in complaint) == (status, True, False), complaint
 
 
+def test_a_compiler_that_writes_nothing_is_named(model):
+    status, complaint = shell(f"{BGC} run m.bg", model.parent, CC="/bin/true", BGC_CACHE_DIR="c")
+    assert (status, complaint.partition(":")[0]) == (1, "error[BG052]")
+    assert "wrote no file" in complaint
+    status, _ = shell(f"{BGC} doctor", model.parent, CC="/bin/true")
+    assert status == 1
+
+
+@pytest.mark.parametrize("name", ["x" * 251 + ".csv", "\u00e9" * 125 + ".csv", "p" * 251 + ".png"])
+def test_a_name_of_the_greatest_length_is_written(model, name):
+    option = "--plot" if name.endswith("png") else "--out"
+    status, complaint = shell(f"{BGC} run m.bg --quiet {option} {name}", model.parent)
+    assert (status, complaint) == (0, "")
+    assert (model.parent / name).stat().st_size > 0
+
+
 def test_what_memory_lacks_has_the_same_code():
     assert system_refuses("there is not enough memory", "").code == "BG048"
 

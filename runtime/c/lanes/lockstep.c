@@ -209,7 +209,7 @@ static void attempt_adaptive(bgc_batch *b) {
     const double q = b->method->error_order + 1;
     const double due = b->option->period > 0.0
                            ? b->option->origin + (double)b->sample * b->option->period
-                           : INFINITY;
+                           : (double)INFINITY;
     double h, t_new, clear, error = bgc_least_error;
     bgc_lane_balance balance;
 

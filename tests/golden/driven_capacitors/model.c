@@ -117,7 +117,7 @@ static int model_factor(
     (void)c;
     (void)lu;
     *growth = g;
-    return g < INFINITY ? 0 : 1;
+    return g < (double)INFINITY ? 0 : 1;
 }
 
 /* b := W^-1 b. */

@@ -240,7 +240,7 @@ static int model_factor(
     double g = 0.0;
     g += model_factor_1(m, jac + 16, c, lu + 16);
     *growth = g;
-    return g < INFINITY ? 0 : 1;
+    return g < (double)INFINITY ? 0 : 1;
 }
 
 /* b := W^-1 b. */

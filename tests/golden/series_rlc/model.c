@@ -21,7 +21,7 @@
 
 static inline double model_less(double a, double b)
 {
-    return a < b ? 1.0 : a >= b ? 0.0 : NAN;
+    return a < b ? 1.0 : a >= b ? 0.0 : (double)NAN;
 }
 
 /* Everything that depends on parameters alone. */
@@ -156,7 +156,7 @@ static int model_factor(
     double g = 0.0;
     g += model_factor_1(jac, c, lu);
     *growth = g;
-    return g < INFINITY ? 0 : 1;
+    return g < (double)INFINITY ? 0 : 1;
 }
 
 /* b := W^-1 b. */

@@ -26,7 +26,7 @@ static inline double model_max(double a, double b)
 
 static inline double model_at_most(double a, double b)
 {
-    return a <= b ? 1.0 : a > b ? 0.0 : NAN;
+    return a <= b ? 1.0 : a > b ? 0.0 : (double)NAN;
 }
 
 /* Everything that depends on parameters alone. */
@@ -174,7 +174,7 @@ static int model_factor(
     double g = 0.0;
     g += model_factor_1(c, lu);
     *growth = g;
-    return g < INFINITY ? 0 : 1;
+    return g < (double)INFINITY ? 0 : 1;
 }
 
 /* b := W^-1 b. */

@@ -75,7 +75,7 @@
 
 static inline double model_at_most(double a, double b)
 {
-    return a <= b ? 1.0 : a > b ? 0.0 : NAN;
+    return a <= b ? 1.0 : a > b ? 0.0 : (double)NAN;
 }
 
 /* Everything that depends on parameters alone. */
@@ -988,7 +988,7 @@ static int model_factor(
     g += model_factor_1(jac + 85, c, lu + 49);
     g += model_factor_2(jac + 16, c, lu + 89);
     *growth = g;
-    return g < INFINITY ? 0 : 1;
+    return g < (double)INFINITY ? 0 : 1;
 }
 
 /* b := W^-1 b. */

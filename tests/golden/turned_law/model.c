@@ -127,7 +127,7 @@ static int model_factor(
     double g = 0.0;
     g += model_factor_1(jac, c, lu);
     *growth = g;
-    return g < INFINITY ? 0 : 1;
+    return g < (double)INFINITY ? 0 : 1;
 }
 
 /* b := W^-1 b. */
