@@ -235,10 +235,13 @@ _STATEMENTS = (
     ),
     Word(
         "project",
-        "Sets a state after each completed step.",
+        "Sets a state after each step, or keeps a signal at the value that bonds give it.",
         ("model",),
         "a projection is `project x = value;`",
-        ("For invariants that integration keeps only within its tolerance.",),
+        (
+            "For invariants that integration keeps only within its tolerance.",
+            "Of a signal: the states in it are moved as little as possible; the start is closed.",
+        ),
         "project h = h/norm(h);",
         ("state",),
     ),

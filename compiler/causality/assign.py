@@ -26,12 +26,13 @@ from bgc.ir.causal import (
     BasisKind,
     BondClass,
     CausalGraph,
+    Closure,
     ElementPort,
     Role,
     Row,
     Step,
 )
-from bgc.ir.graph import FlatGraph, Gyrator, Node, Source, Transformer
+from bgc.ir.graph import FlatGraph, Gyrator, Junction, Node, Source, Transformer
 from bgc.ir.program import PositiveParameter
 
 _Flows = list[dict[int, Node]]  # of each class: index in the basis -> entry of N
@@ -49,12 +50,37 @@ def assign_causality(graph: FlatGraph) -> CausalGraph:
     BgError
         Sources contradict each other, or rigid connections form a closed chain.
     """
+    cut = _closing_junctions(graph)
+    try:
+        return _assigned(graph, frozenset())
+    except BgError:
+        if not cut:
+            raise
+    return _assigned(graph, cut)
+
+
+def _closing_junctions(graph: FlatGraph) -> frozenset[int]:
+    """The junctions of the parts that hold a condition: a chain may be cut there.
+
+    Which of the rows around a chain closes it does not matter to the motion; that the chain,
+    cut there, is solved by certified pivots does.
+    """
+    parts = {c.name.rpartition(".")[0] for c in graph.conditions} - {""}
+    return frozenset(
+        index
+        for index, element in enumerate(graph.elements)
+        if isinstance(element, Junction) and element.name.rpartition(".")[0] in parts
+    )
+
+
+def _assigned(graph: FlatGraph, cut: frozenset[int]) -> CausalGraph:
+    """Assign causality with the rows of some junctions closing chains."""
     fingerprints = Fingerprints(graph.dag)
-    structure = junction_structure(graph)
+    structure = junction_structure(graph, cut)
     certifier = Certifier(graph.dag, fingerprints, graph.parameters)
     _refuse_shared_flows(graph, structure)
     elimination = eliminate(graph.dag, fingerprints, certifier, structure)
-    warnings = _judge_remaining(graph, structure, certifier, elimination)
+    warnings, closures = _judge_remaining(graph, structure, certifier, elimination)
     steps, watched = sequence_rows(
         graph.dag,
         fingerprints,
@@ -64,8 +90,15 @@ def assign_causality(graph: FlatGraph) -> CausalGraph:
         elimination.steps,
     )
     independent, flows = _back_substitute(graph.dag, structure, steps)
-    _verify(fingerprints, graph.dag, structure, elimination.rows, flows)
+    rows = (*elimination.rows, *structure.closing)
+    closing = {closure.row for closure in closures}
+    _verify(fingerprints, graph.dag, structure, elimination.rows, flows, closing)
     basis = _basis(graph, structure, independent, flows)
+    closures += [
+        Closure(number, (row.element,))
+        for number, row in enumerate(structure.closing, len(elimination.rows))
+    ]
+    _refuse_without_inertia(graph, structure, rows, closures, basis, flows)
     warnings += _warn(graph, structure, basis)
     return CausalGraph(
         graph=graph,
@@ -74,7 +107,7 @@ def assign_causality(graph: FlatGraph) -> CausalGraph:
         ports=structure.ports,
         classes=structure.classes,
         class_of=structure.class_of,
-        rows=elimination.rows,
+        rows=rows,
         steps=steps,
         redundant=frozenset(
             origin
@@ -82,6 +115,8 @@ def assign_causality(graph: FlatGraph) -> CausalGraph:
             if not left
             for origin in elimination.origins[row]
         ),
+        closures=tuple(closures),
+        cut=cut,
         basis=basis,
         flows=tuple(tuple(entries.items()) for entries in flows),
         strokes=place_strokes(
@@ -93,6 +128,7 @@ def assign_causality(graph: FlatGraph) -> CausalGraph:
             elimination.rows,
             elimination.steps,
             basis,
+            cut,
         ),
         positive=_positive(graph, elimination, watched),
         warnings=tuple(warnings),
@@ -129,12 +165,15 @@ def _verify(
     structure: Structure,
     rows: Sequence[Row],
     flows: _Flows,
+    closing: Collection[int],
 ) -> None:
-    """Check every raw row against N, and drop entries of N that are always zero."""
+    """Check every raw row but the closing ones against N; drop entries of N that are zero."""
     for entries in flows:
         for k in [k for k, node in entries.items() if fingerprints.is_zero(node)]:
             del entries[k]
-    for row in rows:
+    for number, row in enumerate(rows):
+        if number in closing:
+            continue
         residual: dict[int, Node] = {}
         for end in row.ends:
             for k, node in flows[structure.class_of[end.bond]].items():
@@ -245,9 +284,9 @@ def _conflict(
 
 def _judge_remaining(
     graph: FlatGraph, structure: Structure, certifier: Certifier, elimination: Elimination
-) -> list[Diagnostic]:
-    """Warn of redundant rows; refuse rows that could not be solved."""
-    warnings, errors = [], []
+) -> tuple[list[Diagnostic], list[Closure]]:
+    """Warn of redundant rows, refuse contradictory ones, and find those that close a chain."""
+    warnings, errors, closures = [], [], []
     for row, left in elimination.remaining:
         elements = sorted({elimination.rows[r].element for r in elimination.origins[row]})
         span = graph.elements[elimination.rows[row].element].span
@@ -257,29 +296,52 @@ def _judge_remaining(
             continue
         sources = [_flow_source(structure, number) for number, _ in left]
         certain = all(certifier.certify(entry) is not None for _, entry in left)
-        if certain and len(left) <= 2 and None not in sources:
+        if certain and left and len(left) <= 2 and None not in sources:
             dual = structure.dual[elimination.rows[row].ends[0].bond]
             met = _bonds_of(structure, elimination, elimination.origins[row])
             errors.append(_conflict(graph, [s for s in sources if s is not None], met, dual=dual))
             continue
-        vanishes = any(
-            graph.dag.level[entry] <= Level.PARAM and certifier.certify(entry) is None
-            for _, entry in left
-        )
-        moduli = [
-            index for index in elements if isinstance(graph.elements[index], Transformer | Gyrator)
-        ]
-        if vanishes and moduli:
+        moduli = _moduli(graph, elements)
+        parametric = all(graph.dag.level[entry] <= Level.PARAM for _, entry in left)
+        if parametric and moduli:
             element = graph.elements[moduli[0]]
             errors.append(catalogue.zero_modulus(element.span, element.name))
+        else:
+            closures.append(Closure(row, tuple(elements)))
+    if errors:
+        raise BgError(errors)
+    return warnings, closures
+
+
+def _refuse_without_inertia(
+    graph: FlatGraph,
+    structure: Structure,
+    rows: Sequence[Row],
+    closures: Sequence[Closure],
+    basis: Sequence[Basis],
+    flows: _Flows,
+) -> None:
+    """Refuse a closed chain that moves something without inertia, or lies in a dual region."""
+    allowed = {BasisKind.INERTIA, BasisKind.FLOW_SOURCE}
+    errors = []
+    for closure in closures:
+        ends = rows[closure.row].ends
+        columns = {k for end in ends for k in flows[structure.class_of[end.bond]]}
+        dual = any(structure.dual[end.bond] for end in ends)
+        if not dual and all(basis[k].kind in allowed for k in columns):
             continue
-        met = {bond for number, _ in left for bond in structure.classes[number].bonds}
-        others = [index for index in (*elements, *holding(graph, met)) if index not in moduli]
+        moduli = _moduli(graph, closure.elements)
+        met = {bond for k in columns for bond in structure.classes[basis[k].bond_class].bonds}
+        others = [k for k in (*closure.elements, *holding(graph, met)) if k not in moduli]
         chain = connections(graph, moduli), connections(graph, others)
+        span = graph.elements[rows[closure.row].element].span
         errors.append(catalogue.rigid_chain(span, *chain))
     if errors:
         raise BgError(errors)
-    return warnings
+
+
+def _moduli(graph: FlatGraph, elements: Iterable[int]) -> list[int]:
+    return [k for k in elements if isinstance(graph.elements[k], Transformer | Gyrator)]
 
 
 def _bonds_of(structure: Structure, elimination: Elimination, rows: Iterable[int]) -> set[int]:

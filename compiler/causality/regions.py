@@ -7,7 +7,7 @@ transformers and gyrators give the rows that `elimination` solves.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import assert_never
 
@@ -62,18 +62,21 @@ class Structure:
     rows: tuple[Row, ...]
     blocks: tuple[Block, ...]
     bond_loops: tuple[int, ...]  # bonds that close a loop of junctions; across is indeterminate
+    closing: tuple[Row, ...]  # of cut junctions; elimination leaves them out
 
 
-def junction_structure(graph: FlatGraph) -> Structure:
+def junction_structure(graph: FlatGraph, cut: frozenset[int] = frozenset()) -> Structure:
     """Find regions, dualise them, unite bonds into classes, and write the rows.
 
     Guarantees that a gyrator between regions of different colour gives rows like a transformer, and
     that one between regions of equal colour (in an odd loop of gyrators) is a pair of resistive
-    ports.
+    ports. The bonds of a junction in `cut` that share a through variable keep one each, with
+    `closing` rows that set them equal.
     """
     dual = _dualised(graph)
-    class_of, bond_loops = _classes(graph, dual)
+    class_of, bond_loops = _classes(graph, dual, cut)
     rows: list[Row] = []
+    closing: list[Row] = []
     blocks: list[Block] = []
     ports: list[ElementPort] = []
     for index, element in enumerate(graph.elements):
@@ -84,6 +87,8 @@ def junction_structure(graph: FlatGraph) -> Structure:
                     signed = {1: one, -1: graph.dag.const(-1)}
                     ends = tuple(RowEnd(p.bond, p.sign, signed[p.sign]) for p in element.ports)
                     rows.append(Row(index, ends))
+                elif index in cut:
+                    closing.extend(_equal_rows(graph.dag, index, element.ports))
             case Transformer():
                 parts = _transformer_parts(graph.dag, element, dual)
                 excess = sum(len(upper) - len(lower) for upper, lower, _, _ in parts)
@@ -116,6 +121,7 @@ def junction_structure(graph: FlatGraph) -> Structure:
         rows=tuple(rows),
         blocks=tuple(blocks),
         bond_loops=bond_loops,
+        closing=tuple(closing),
     )
 
 
@@ -191,11 +197,13 @@ def sums_through(junction: Junction, dual: Sequence[bool]) -> bool:
     return bool(junction.ports) and (junction.kind == "J0") != dual[junction.ports[0].bond]
 
 
-def _classes(graph: FlatGraph, dual: Sequence[bool]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+def _classes(
+    graph: FlatGraph, dual: Sequence[bool], cut: Collection[int]
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
     sets = DisjointSets(len(graph.bonds))
     closing: list[int] = []
-    for element in graph.elements:
-        if isinstance(element, Junction) and not sums_through(element, dual):
+    for index, element in enumerate(graph.elements):
+        if isinstance(element, Junction) and not sums_through(element, dual) and index not in cut:
             first, *others = (p.bond for p in element.ports)
             closing.extend(bond for bond in others if not sets.unite(first, bond))
     numbers: dict[int, int] = {}
@@ -246,6 +254,17 @@ def _ports_with_momentum(dag: Dag, storage: Storage) -> set[int]:
 
 
 # --- rows -----------------------------------------------------------------------------------
+
+
+def _equal_rows(dag: Dag, index: int, ports: Sequence[Port]) -> Iterator[Row]:
+    """`through(first) - through(other) = 0` for the ports of a junction."""
+    first, *others = ports
+    for other in others:
+        ends = (
+            RowEnd(first.bond, first.sign, dag.one),
+            RowEnd(other.bond, other.sign, dag.const(-1)),
+        )
+        yield Row(index, ends)
 
 
 def _linear_rows(

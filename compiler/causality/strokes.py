@@ -8,7 +8,7 @@ dependent one follows.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from bgc.algebra.matching import match
 from bgc.causality.regions import sums_through
@@ -46,6 +46,7 @@ def place_strokes(
     rows: Sequence[Row],
     steps: Sequence[Step],
     basis: Sequence[Basis],
+    cut: Collection[int],
 ) -> tuple[Stroke, ...]:
     """Place the stroke of every bond. The arguments are the parts of a `CausalGraph`."""
     givers = _givers(ports, classes, class_of, rows, steps, basis)
@@ -53,10 +54,10 @@ def place_strokes(
     giving: dict[int, int] = {}  # bond -> sign of the end that gives the through variable
     for number, members in enumerate(classes):
         bond, sign = givers.get(number, (members.bonds[0], -1))
-        _spread(graph, dual, at, bond, sign, giving)
+        _spread(graph, dual, at, cut, bond, sign, giving)
         for bond in members.bonds:  # in an undetermined loop any stroke is right
             if bond not in giving:
-                _spread(graph, dual, at, bond, -1, giving)
+                _spread(graph, dual, at, cut, bond, -1, giving)
     by_port = {(p.bond, p.sign): p for p in ports}
     return tuple(
         _stroke(graph, dual, at, by_port, bond, giving[bond]) for bond in range(len(graph.bonds))
@@ -117,6 +118,7 @@ def _spread(
     graph: FlatGraph,
     dual: Sequence[bool],
     at: dict[tuple[int, int], int],
+    cut: Collection[int],
     bond: int,
     sign: int,
     giving: dict[int, int],
@@ -126,8 +128,9 @@ def _spread(
     queue = [bond]
     while queue:
         known = queue.pop()
-        element = graph.elements[at[known, -giving[known]]]
-        if isinstance(element, Junction) and not sums_through(element, dual):
+        index = at[known, -giving[known]]
+        element = graph.elements[index]
+        if isinstance(element, Junction) and not sums_through(element, dual) and index not in cut:
             for port in element.ports:
                 if port.bond not in giving:
                     giving[port.bond] = port.sign

@@ -139,6 +139,7 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
         unknowns=statements.unknowns,
         equations=statements.equations,
         guards=statements.guards,
+        conditions=statements.conditions,
         observations=_with_required(observed.observations, requirements),
         requirements=requirements,
         devices=devices,

@@ -161,6 +161,7 @@ def _needed_parts(lowered: Lowered) -> frozenset[str]:
     """The optional parts of the runtime that a model needs."""
     program = lowered.program
     uses = {
+        "closures": program.closures is not None,
         "consistent": program.mass is not None,
         "devices": bool(program.devices),
         "events": bool(lowered.switches),

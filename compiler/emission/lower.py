@@ -18,7 +18,7 @@ from bgc.emission.switches import hold_modes
 from bgc.emission.timed_terms import find_timed_terms
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Jacobian, Kernel, Lowered, Reads, Store, Switch
-from bgc.ir.program import MassEntry, PositiveParameter, Program
+from bgc.ir.program import Closures, MassEntry, PositiveParameter, Program
 from bgc.ir.program_nodes import map_program, program_roots
 
 _RUNNING = "h t x u"
@@ -31,6 +31,7 @@ def lower(program: Program) -> Lowered:
     """
     program, switches, jacobian, timed = _differentiated(*hold_modes(program))
     program = _with_stored_mass(program, jacobian)
+    program = replace(program, closures=_moving(program.dag, program.closures))
     kernels = _kernels(program, switches, jacobian)
     ranges = _range_kernel(timed)
     watching = () if ranges is None else (ranges,)
@@ -54,6 +55,23 @@ def lower(program: Program) -> Lowered:
         kernels=(prepare, *kernels),
         ranges=ranges,
     )
+
+
+def _moving(dag: Dag, closures: Closures | None) -> Closures | None:
+    """Closed chains without those that stand still, on which slicing left nothing to act."""
+    if closures is None:
+        return None
+    kept = [k for k, row in enumerate(closures.by_impulse) if any(x != dag.zero for x in row)]
+    others = [k for k in range(len(closures.flows)) if k >= closures.kept or k not in kept]
+    moving = replace(
+        closures,
+        chain_of=tuple(closures.chain_of[k] for k in kept),
+        flows=tuple(closures.flows[k] for k in (*kept, *others)),
+        kept=len(kept),
+        by_impulse=tuple(closures.by_impulse[k] for k in kept),
+        response=tuple(tuple(row[k] for k in kept) for row in closures.response),
+    )
+    return moving if moving.kept or moving.moved else None
 
 
 def _with_stored_mass(program: Program, jacobian: Jacobian) -> Program:
@@ -210,6 +228,14 @@ def _event_kernels(program: Program, switches: tuple[Switch, ...]) -> Iterator[K
             projections,
             in_place=True,
         )
+    if program.closures is not None:
+        yield _kernel(
+            "closures",
+            "Flows and conditions that close chains, and their derivatives.",
+            _RUNNING,
+            "c",
+            _stores("c", closure_nodes(program.closures)),
+        )
     if switches:
         yield _kernel(
             "switches",
@@ -232,6 +258,14 @@ def _range_kernel(timed: tuple[Node, ...]) -> Kernel | None:
     """The kernel of the terms of time alone, for interval arithmetic; None if there are none."""
     purpose = "Ranges of terms of time alone, each with its derivative by time."
     return _kernel("ranges", purpose, "h t u", "b", _stores("b", timed)) if timed else None
+
+
+def closure_nodes(closures: Closures) -> list[Node]:
+    """The results of the kernel `closures`, in the order of `bgc_closure_info`."""
+    nodes = [*closures.flows, *closures.conditions]
+    for matrix in (closures.by_impulse, closures.response, closures.by_place, closures.by_start):
+        nodes += [node for row in matrix for node in row]
+    return nodes
 
 
 def _setup_kernels(program: Program) -> Iterator[Kernel]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from bgc.algebra.dag import Kind, Symbol
+from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.emission.switches import few_states_read
 from bgc.ir.defaults import default_values
 from bgc.ir.graph import DeviceUse
 from bgc.ir.lowered import Lowered
-from bgc.ir.program import Program
+from bgc.ir.program import Closures, Program
 
 _CHANNELS = {
     "position": "BGC_POSITION",
@@ -73,6 +73,9 @@ def model_tables(
     indices("mass_col", [entry.column for entry in program.mass or ()])
     for name, values in factors.items():
         indices(name, values)
+    if program.closures is not None:
+        tables.append(_closure_info(program.dag, program.closures))
+        fields.append(("closure_info", "&model_closure_info"))
     fields += [
         ("step", number(scene.step or 0.0)),
         ("duration", number(scene.duration or 0.0)),
@@ -106,6 +109,37 @@ def _sizes(lowered: Lowered) -> dict[str, int]:
         "switch": len(lowered.switches),
         "timed": sum(switch.timed for switch in lowered.switches),
     }
+
+
+def _closure_info(dag: Dag, closures: Closures) -> str:
+    """The tables of closed chains, and their `bgc_closure_info`."""
+    symbols = [dag.symbol_of(node) for node in closures.starts]
+    arrays: list[tuple[str, str, list[str]]] = [
+        ("chain_of", "int ", [str(k) for k in closures.chain_of]),
+        ("impulse", "int ", [str(k) for k in closures.impulses]),
+        ("moved", "int ", [str(k) for k in closures.moved]),
+        ("start", "int ", [str(s.index) for s in symbols if s is not None]),
+        ("chain", "char *const ", [quoted(", ".join(c.names)) for c in closures.chains]),
+        ("condition", "char *const ", [quoted(name) for name in closures.names]),
+    ]
+    sizes = (
+        closures.kept,
+        len(closures.flows),
+        closures.held,
+        len(closures.conditions),
+        len(closures.impulses),
+        len(closures.moved),
+        len(closures.starts),
+        len(closures.chains),
+    )
+    lines = [
+        f"static const {type_}model_closure_{name}[] = {{{', '.join(values)}}};\n"
+        for name, type_, values in arrays
+        if values
+    ]
+    names = [f"model_closure_{name}" if values else "NULL" for name, _, values in arrays]
+    body = ", ".join((*map(str, sizes), *names))
+    return "".join(lines) + f"static const bgc_closure_info model_closure_info = {{{body}}};\n"
 
 
 def number(value: float) -> str:

@@ -13,6 +13,7 @@ from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.derivatives import gradient
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.newton import Rows
+from bgc.equations.closures.manifold import closed_flows
 from bgc.equations.loops.start import algebraic_rows
 from bgc.ir.defaults import default_values
 from bgc.ir.program import Program
@@ -76,6 +77,8 @@ def _random_points(program: Program) -> list[dict[Symbol, float]] | None:
     for k in range(len(program.states)):
         values[Symbol(Kind.STATE, k)] = rng.uniform(-1, 1)
     rows = algebraic_rows(program)
+    if program.closures is not None:
+        values = closed_flows(program, values)
     if not rows:
         return [values, values]
     unknowns = [Symbol(Kind.STATE, k) for k in rows]

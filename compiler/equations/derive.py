@@ -12,6 +12,8 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Kind
 from bgc.equations.audit import assert_power_balance
+from bgc.equations.closures.close import close_chains
+from bgc.equations.closures.multipliers import closing_rows
 from bgc.equations.impulses import impulse_warnings
 from bgc.equations.inertias.initial import start_inertias
 from bgc.equations.inertias.merge import merge_inertias
@@ -79,6 +81,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     outputs = _with_outputs(graph, resolver)
     resolver.resolve_all(unknown for _, unknown in variables.equations)  # none is ill-posed
     divisors = [replace(d, node=resolver.resolve(d.node)) for d in variables.raw_divisors]
+    closing = closing_rows(variables, resolver)
     states += _loop_states(variables, resolver.algebraic)
     program = Program(
         dag=dag,
@@ -103,6 +106,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     program = with_linear_start(program, start_rows, variables.start_names)
     program = with_start(program, problem, variables)
     program = replace(program, warnings=impulse_warnings(variables, resolver.rates_read))
+    program = close_chains(program, variables, closing)
     loops = range(len(states) - len(resolver.algebraic), len(program.states))
     program = with_start_values(program, loops)
     require_representable(graph, program)

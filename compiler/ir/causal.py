@@ -103,6 +103,19 @@ class Step:
     factors: tuple[tuple[int, Node], ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Closure:
+    """A row that closes a chain: elimination found no certified pivot in it.
+
+    It constrains independent through variables that inertias and sources determine. Its multiplier
+    is an unknown that keeps it satisfied (`equations/closures`). `elements` are the junctions and
+    transformers of the chain.
+    """
+
+    row: int
+    elements: tuple[int, ...]
+
+
 class BasisKind(Enum):
     """The kind of port that determines an independent through variable."""
 
@@ -153,6 +166,8 @@ class CausalGraph:
     rows: tuple[Row, ...]
     steps: tuple[Step, ...]
     redundant: frozenset[int]  # linearly dependent rows, whose multipliers are indeterminate
+    closures: tuple[Closure, ...]
+    cut: frozenset[int]  # junctions of one through variable whose rows close chains
     basis: tuple[Basis, ...]
     flows: tuple[tuple[tuple[int, Node], ...], ...]  # for each class: (index in basis, entry of N)
     strokes: tuple[Stroke, ...]  # for each bond

@@ -264,6 +264,20 @@ class State:
     derivative: Node | None
     projection: Node | None  # the value to which each completed step projects it
     span: Span
+    free: tuple[Node, ...] = ()  # the parameters that give `initial`, where nothing sets any
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """A component of `project x = value` where x is a signal: `residual = 0` holds by the bonds.
+
+    Integration keeps it only within its tolerance; each completed step projects the states onto
+    it. It also closes the start.
+    """
+
+    name: str
+    residual: Node
+    span: Span
 
 
 @dataclass(frozen=True, slots=True)
@@ -406,6 +420,7 @@ class FlatGraph:
     warnings: tuple[Diagnostic, ...] = ()
     varied: int = 0  # additional INPUT symbols, after those of the devices, set by the caller
     slots: tuple[Slot, ...] = ()
+    conditions: tuple[Condition, ...] = ()
 
 
 def port_ends(graph: FlatGraph) -> Iterator[tuple[int, int, int]]:

@@ -60,6 +60,7 @@ def map_graph(graph: FlatGraph, dag: Dag, new: _New) -> FlatGraph:
         observations=tuple(replace(o, node=new(o.node)) for o in graph.observations),
         requirements=tuple(replace(r, node=new(r.node)) for r in graph.requirements),
         devices=tuple(replace(d, values=tuple(map(new, d.values))) for d in graph.devices),
+        conditions=tuple(replace(c, residual=new(c.residual)) for c in graph.conditions),
     )
 
 
@@ -81,6 +82,7 @@ def _state(state: State, new: _New) -> State:
         initial=new(state.initial),
         derivative=None if state.derivative is None else new(state.derivative),
         projection=None if state.projection is None else new(state.projection),
+        free=tuple(map(new, state.free)),
     )
 
 

@@ -11,7 +11,16 @@ from enum import Enum
 from bgc.algebra.dag import Dag
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
-from bgc.ir.graph import DeviceUse, Guard, Node, Observation, Parameter, Requirement, SceneFacts
+from bgc.ir.graph import (
+    DeviceUse,
+    Guard,
+    Matrix,
+    Node,
+    Observation,
+    Parameter,
+    Requirement,
+    SceneFacts,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +130,40 @@ class Loop:
     span: Span
 
 
+@dataclass(frozen=True, slots=True)
+class ClosedChain:
+    """A closed chain of rigid connections: the parts along it, for messages."""
+
+    names: tuple[str, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Closures:
+    """What keeps closed chains closed: rows of flows w and conditions on positions g, both zero.
+
+    The first `kept` flows are independent and have a multiplier each, which the derivatives of
+    the states contain already; the other rows follow from them. The same for the first `held`
+    conditions. Projection moves the states `impulses` along `response` until w is zero, and the
+    states `moved` until g is zero.
+    """
+
+    chains: tuple[ClosedChain, ...]
+    chain_of: tuple[int, ...]  # kept row -> its chain
+    flows: tuple[Node, ...]
+    kept: int
+    conditions: tuple[Node, ...]
+    names: tuple[str, ...]  # of the conditions
+    held: int
+    impulses: tuple[int, ...]  # states (momenta) that the multipliers act on
+    moved: tuple[int, ...]  # states in the conditions
+    starts: tuple[Node, ...]  # parameters that may close the start
+    by_impulse: Matrix  # dw/dx of the kept rows, by the states `impulses`
+    response: Matrix  # a row for each of `impulses`: its rate by each multiplier
+    by_place: Matrix  # dg/dx of the held conditions, by the states `moved`
+    by_start: Matrix  # a row for each of `moved`: the derivatives of its start by `starts`
+
+
 class Reason(Enum):
     """The reason why slicing removed a state."""
 
@@ -164,4 +207,5 @@ class Program:
     loops: tuple[Loop, ...] = ()  # algebraic loops, in the order in which they are solved
     start: Start | None = None  # initial values that depend on parameters by equations
     ignored_defaults: tuple[str, ...] = ()  # storage whose default start contradicts given values
+    closures: Closures | None = None
     warnings: tuple[Diagnostic, ...] = ()

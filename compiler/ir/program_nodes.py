@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Level
-from bgc.ir.graph import Node
-from bgc.ir.program import Program
+from bgc.ir.graph import Matrix, Node
+from bgc.ir.program import Closures, Program
 
 
 def program_roots(program: Program) -> list[Node]:
@@ -78,4 +78,21 @@ def map_program(program: Program, dag: Dag, new: Callable[[Node], Node]) -> Prog
             residuals=tuple(map(new, start.residuals)),
             values=tuple((number, new(node)) for number, node in start.values),
         ),
+        closures=None if program.closures is None else _closures(program.closures, new),
+    )
+
+
+def _closures(closures: Closures, new: Callable[[Node], Node]) -> Closures:
+    def matrix(rows: Matrix) -> Matrix:
+        return tuple(tuple(map(new, row)) for row in rows)
+
+    return replace(
+        closures,
+        flows=tuple(map(new, closures.flows)),
+        conditions=tuple(map(new, closures.conditions)),
+        starts=tuple(map(new, closures.starts)),
+        by_impulse=matrix(closures.by_impulse),
+        response=matrix(closures.response),
+        by_place=matrix(closures.by_place),
+        by_start=matrix(closures.by_start),
     )

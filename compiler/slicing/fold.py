@@ -31,20 +31,22 @@ def fold_parameters(graph: FlatGraph) -> Folding:
     These are the zeros and ones that the scene or the command line sets, and the zeros that parts
     have by default or as arguments: effects that are switched off. A parameter of the scene's own
     model is folded only if it is set. `keep` excludes parameters, and a model without a scene has
-    none folded. Parameters that depend on folded ones alone are folded with them.
+    none folded. Parameters that depend on folded ones alone are folded with them. A default start
+    that may have to close a chain is not fixed.
     """
     if not graph.scene.name:
         return Folding(graph, ())
     dag = Dag()
     new: dict[Node, Node] = {}
     given: dict[Node, Node] = {}  # a parameter's symbol -> its value, or its new symbol
+    starts = {node for state in graph.states for node in state.free if graph.conditions}
     left: list[Parameter] = []
     folded: list[tuple[str, float]] = []
     for parameter in graph.parameters:  # each after those it depends on
         symbol = graph.dag.symbol(Kind.PARAM, parameter.index)
         _rebuild(graph.dag, dag, [parameter.value], given, new)
         value = dag.value(new[parameter.value])
-        if _is_fixed(parameter, value, graph.kept):
+        if symbol not in starts and _is_fixed(parameter, value, graph.kept):
             assert value is not None
             given[symbol] = new[parameter.value]
             folded.append((parameter.name, float(value)))

@@ -62,6 +62,7 @@ class _Search:
         self._columns: dict[int, list[int]] = {}
         for entry in program.mass or ():
             self._columns.setdefault(entry.row, []).append(entry.column)
+        self._changes = changes_by_projection(program)
         self._reads = _states_read(program)
         self._staying = _bits(self.values)
         self._readers: list[list[int]] = [[] for _ in program.states]
@@ -69,6 +70,8 @@ class _Search:
             bits = self._reads[state.derivative] | _bits(self._columns.get(index, ()))
             if state.projection is not None:
                 bits |= self._reads[state.projection]
+            for node in self._changes.get(index, ()):
+                bits |= self._reads[node]
             for read in _places(bits):
                 self._readers[read].append(index)
 
@@ -86,9 +89,13 @@ class _Search:
         states = [(index, self._program.states[index]) for index in suspects]
         roots = [state.derivative for _, state in states]
         roots += [state.projection for _, state in states if state.projection is not None]
+        roots += [node for index, _ in states for node in self._changes.get(index, ())]
         new = self._folded(roots)
 
         def stays(index: int, derivative: Node, projection: Node | None) -> bool:
+            changes = self._changes.get(index, ())
+            if not all(self._fingerprints.is_zero(new.get(node, node)) for node in changes):
+                return False
             if not self._fingerprints.is_zero(new.get(derivative, derivative)):
                 return False
             if any(column not in self.values for column in self._columns.get(index, ())):
@@ -125,6 +132,16 @@ class _Search:
         return sorted(seen)
 
 
+def changes_by_projection(program: Program) -> dict[int, tuple[Node, ...]]:
+    """The nodes by which the projection of closed chains changes a state; zero: it does not."""
+    closures = program.closures
+    if closures is None:
+        return {}
+    columns = zip(*closures.by_place, strict=True) if closures.by_place else ()
+    changes = dict(zip(closures.moved, columns, strict=False))
+    return changes | dict(zip(closures.impulses, closures.response, strict=True))
+
+
 def put_in(program: Program, roots: Sequence[Node], values: Mapping[int, Node]) -> dict[Node, Node]:
     """Substitute the values into the roots, in the program's own DAG.
 
@@ -146,6 +163,7 @@ def _states_read(program: Program) -> dict[Node, int]:
     dag = program.dag
     roots = [state.derivative for state in program.states]
     roots += [state.projection for state in program.states if state.projection is not None]
+    roots += [node for nodes in changes_by_projection(program).values() for node in nodes]
     reads: dict[Node, int] = {}
     for node in dag.reachable(roots):
         bits = 0

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Kind
 from bgc.ir.graph import Guard, Node
-from bgc.ir.program import Dropped, Energy, MassEntry, Program, Reason, Start
+from bgc.ir.program import Closures, Dropped, Energy, MassEntry, Program, Reason, Start
 from bgc.ir.program_nodes import map_program, program_roots, without_unused_divisors
 from bgc.slicing.invariants import invariant_states, put_in
 from bgc.slicing.names import is_kept
@@ -49,6 +49,8 @@ def _roots(program: Program) -> list[Node]:
     roots += [r.node for r in program.requirements]
     roots += [value for device in program.devices for value in device.values]
     roots += [guard.condition for guard in program.guards]
+    if program.closures is not None:  # a chain is closed as a whole
+        roots += [*program.closures.flows, *program.closures.conditions]
     if program.scene.accounts:
         roots += [program.energy.stored, program.energy.supplied, program.energy.dissipated]
     roots += [
@@ -114,6 +116,7 @@ def _without(
         program,
         states=tuple(program.states[old] for old in left),
         mass=_mass(program.mass, number),
+        closures=_closures(program.closures, number),
         dropped=(*program.dropped, *dropped),
         start=_start(program.start, number),
     )
@@ -141,6 +144,22 @@ def _mass(
         MassEntry(number[entry.row], number[entry.column], entry.value)
         for entry in mass
         if entry.row in number and entry.column in number
+    )
+
+
+def _closures(closures: Closures | None, number: Mapping[int, int]) -> Closures | None:
+    if closures is None:
+        return None
+    impulses = [i for i, k in enumerate(closures.impulses) if k in number]
+    moved = [i for i, k in enumerate(closures.moved) if k in number]
+    return replace(
+        closures,
+        impulses=tuple(number[closures.impulses[i]] for i in impulses),
+        moved=tuple(number[closures.moved[i]] for i in moved),
+        by_impulse=tuple(tuple(row[i] for i in impulses) for row in closures.by_impulse),
+        response=tuple(closures.response[i] for i in impulses),
+        by_place=tuple(tuple(row[i] for i in moved) for row in closures.by_place),
+        by_start=tuple(closures.by_start[i] for i in moved),
     )
 
 

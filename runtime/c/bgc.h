@@ -33,7 +33,9 @@ typedef enum {
     BGC_INCONSISTENT,    /* no values near the present ones satisfy the algebraic equations */
     BGC_NOT_CONVERGED,   /* the Newton iteration of an implicit step does not converge */
     BGC_CHATTERING,      /* a law switches back and forth without end: bgc_failed_switch names it */
-    BGC_VANISHING        /* a divisor of the equations vanishes: bgc_failed_divisor names it */
+    BGC_VANISHING,       /* a divisor of the equations vanishes: bgc_failed_divisor names it */
+    BGC_SINGULAR_CHAIN,  /* a closed chain is at a singular position: bgc_failed_chain names it */
+    BGC_OPEN_CHAIN       /* the start does not close a chain: bgc_failed_chain names the condition */
 } bgc_status;
 
 typedef struct {
@@ -93,6 +95,19 @@ typedef struct {
 typedef struct {
     double low, high;
 } bgc_range;
+
+/* Closed chains of rigid connections. Rows w(x) that close them, and conditions g(x) on positions, are
+ * kept at zero: the first n_row and n_condition are independent, the others follow from these. Rows of
+ * one chain are consecutive. */
+typedef struct {
+    int n_row, n_all_rows, n_condition, n_all_conditions, n_impulse, n_moved, n_start, n_chain;
+    const int *chain_of;          /* of each row: its chain */
+    const int *impulse;           /* n_impulse: states that the multipliers of the rows act on */
+    const int *moved;             /* n_moved: states in the conditions */
+    const int *start;             /* n_start: parameters that may close the start */
+    const char *const *chain;     /* parts of each chain */
+    const char *const *condition; /* names */
+} bgc_closure_info;
 
 typedef struct bgc_model {
     uint32_t abi;       /* BGC_ABI */
@@ -201,6 +216,13 @@ typedef struct bgc_model {
      * derivative by time; an infinite range is not known. NULL if there are none. */
     int n_term;
     void (*ranges)(const bgc_range *h, bgc_range t, const bgc_range *u, bgc_range *b, bgc_range *w);
+
+    /* Closed chains; NULL if there are none. Sets all w, all g, dw/dx (n_row by n_impulse), the rates
+     * of these states by the multipliers (n_impulse by n_row), dg/dx (n_condition by n_moved), and
+     * the derivatives of the start of `moved` by the parameters `start` (n_moved by n_start). */
+    const bgc_closure_info *closure_info;
+    void (*closures)(const double *h, double t, const double *x, const double *u, double *c,
+                     double *w);
 } bgc_model;
 
 /* The emitted model. */
@@ -232,6 +254,10 @@ int bgc_failed_state(const bgc_data *d);     /* or -1 */
 int bgc_failed_switch(const bgc_data *d);
 int bgc_failed_divisor(const bgc_data *d);
 double bgc_failed_time(const bgc_data *d);   /* s: when that divisor vanishes */
+int bgc_failed_chain(const bgc_data *d);
+/* The parts of closed chain k, and the name of condition k; NULL past the last. */
+const char *bgc_chain_name(const bgc_model *m, int k);
+const char *bgc_condition_name(const bgc_model *m, int k);
 const char *bgc_status_text(bgc_status s);
 
 /* The end of the last step, which may lie beyond the last row (see bgc_run). */

@@ -14,6 +14,7 @@
  *                                        collocation.c, with linear.c, sparse.c and complex.c;
  *                                        the sums of stages are in stages.c
  *         bgc_norm                       error over the tolerances (vectors.c, tolerance.h)
+ *         bgc_close_chains               closed chains at the end (closures.c)
  *         bgc_keep_consistent            algebraic equations at the end (consistent.c)
  *         bgc_store_dense                dense output (dense.c, interpolation.h)
  *         bgc_find_event                 the first change of a mode within the step (events.c)
@@ -169,6 +170,7 @@ typedef struct {
 
     int ready; /* a reset succeeded */
     int failed_parameter, failed_assertion, failed_state, failed_switch, failed_divisor;
+    int failed_chain;
     double failed_time; /* of failed_divisor */
 
     /* Fixed steps end at origin + ticks step, samples are at origin + k period. */
@@ -205,6 +207,11 @@ typedef struct {
     int without_effect; /* consecutive steps that it has limited in vain */
     int64_t cut_tick;   /* the last fixed step that was cut, */
     int cuts, cuts_in_a_row;
+
+    /* Closed chains: the least pivot of the rows at the present, and at the end of the step. */
+    double chain_pivot, next_chain_pivot;
+    int watches_chains;  /* d->closed_before is that of the present */
+    int passes_singular; /* the step under way passes a singular position */
 
     /* Factorisation of c M - J. */
     double c;
@@ -266,6 +273,8 @@ struct bgc_data {
     double *jac, *dfdt, *lu, *f;
     double *y0, *y1, *k;    /* dense output; k is BGC_MAX_DENSE vectors */
     bgc_complex *complex_lu;
+    double *closed_before;  /* dw/dx and responses of closed chains at the present */
+    double *response_size;  /* of each row of these: the largest diagonal of S so far */
 
     /* Scratch. */
     double *stages;         /* BGC_MAX_STAGES vectors: the U_i, or Z_i */
@@ -300,6 +309,8 @@ struct bgc_data {
     double *start_at, *start_from, *start_trial, *start_change, *start_next, *start_first;
     double *start_magnitude, *start_jac, *start_lu;
     int *start_pivot;
+    double *closing;        /* closures.c */
+    int *closing_pivot;
 
     bgc_device *device;
     atomic_int stop;
@@ -414,6 +425,15 @@ bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, const bgc_method
 
 /* --- start.c */
 bgc_status bgc_solve_start(const bgc_model *m, bgc_data *d);
+
+/* --- closures.c */
+size_t bgc_closing_size(const bgc_model *m);
+bgc_status bgc_close_chains(const bgc_model *m, bgc_data *d, double t, double *x);
+bgc_status bgc_close_start(const bgc_model *m, bgc_data *d);
+bgc_status bgc_watch_chains(const bgc_model *m, bgc_data *d, double t, const double *x);
+int bgc_chains_were_left(const bgc_model *m, const bgc_data *d, const double *x);
+void bgc_enter_chains(const bgc_model *m, bgc_data *d);
+bgc_status bgc_status_near_chains(const bgc_model *m, const bgc_data *d, bgc_status status);
 
 /* --- modes.c */
 void bgc_hold_modes(const bgc_model *m, bgc_data *d);

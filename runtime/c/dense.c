@@ -114,6 +114,12 @@ void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
     if (m->project != NULL) {
         m->project(d->h, t, x, d->work);
     }
+    if (m->closure_info != NULL) { /* where that fails, x is as accurate as the step */
+        memcpy(d->magnitude, x, (size_t)m->n_state * sizeof *x);
+        if (bgc_close_chains(m, d, t, x) != BGC_OK) {
+            memcpy(x, d->magnitude, (size_t)m->n_state * sizeof *x);
+        }
+    }
 }
 
 /* The same with the states without a rate interpolated: a step that jumps to other roots of the

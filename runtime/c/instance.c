@@ -26,6 +26,13 @@ static bgc_range *place_ranges(layout *l, int count) {
     return (bgc_range *)(void *)place(l, 2 * (size_t)count);
 }
 
+/* Entries of dw/dx and of the responses of closed chains. */
+static size_t closing_rows(const bgc_model *m) {
+    const bgc_closure_info *c = m->closure_info;
+
+    return c == NULL ? 0 : 2 * (size_t)c->n_row * (size_t)c->n_impulse;
+}
+
 /* Allocates all arrays, those that are saved first. Returns their size in doubles. */
 static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     const size_t n = (size_t)m->n_state;
@@ -73,6 +80,8 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->y1 = place(&l, n);
     d->k = place(&l, BGC_MAX_DENSE * bgc_padded(m->n_state));
     d->complex_lu = (bgc_complex *)(void *)place(&l, 2 * (size_t)m->n_lu);
+    d->closed_before = place(&l, closing_rows(m));
+    d->response_size = place(&l, m->closure_info == NULL ? 0 : (size_t)m->closure_info->n_row);
     d->n_saved = l.used;
 
     d->stages = place(&l, BGC_MAX_STAGES * bgc_padded(m->n_state));
@@ -118,6 +127,7 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->start_magnitude = place(&l, unknowns);
     d->start_jac = place(&l, unknowns * unknowns);
     d->start_lu = place(&l, unknowns * unknowns);
+    d->closing = place(&l, bgc_closing_size(m));
     return l.used;
 }
 
@@ -153,11 +163,12 @@ bgc_data *bgc_new(const bgc_model *m) {
     d->block_lu = calloc(n * n + 1, sizeof *d->block_lu);
     d->block_search = calloc((8 + 3 * searched) * searched + 1, sizeof *d->block_search);
     d->pivot = calloc(n + 1, sizeof *d->pivot);
+    d->closing_pivot = calloc(bgc_closing_size(m) + 1, sizeof *d->closing_pivot);
     d->block = calloc(3 * n + 1, sizeof *d->block);
     d->start_pivot = calloc((size_t)m->n_start + 1, sizeof *d->start_pivot);
     if (d->memory == NULL || d->is_set == NULL || d->device == NULL || d->dense_lu == NULL ||
         d->block_lu == NULL || d->pivot == NULL || d->block == NULL ||
-        d->start_pivot == NULL || d->block_search == NULL) {
+        d->start_pivot == NULL || d->block_search == NULL || d->closing_pivot == NULL) {
         bgc_free(m, d);
         return NULL;
     }
@@ -170,7 +181,7 @@ bgc_data *bgc_new(const bgc_model *m) {
     atomic_init(&d->stop, 0);
 
     d->core.failed_parameter = d->core.failed_assertion = d->core.failed_state = -1;
-    d->core.failed_switch = d->core.failed_divisor = -1;
+    d->core.failed_switch = d->core.failed_divisor = d->core.failed_chain = -1;
     bgc_default_inputs(m, d->u);
     bgc_reset_modes(m, d);
     bgc_set_param(m, d, -1, 0.0);
@@ -194,6 +205,7 @@ void bgc_free(const bgc_model *m, bgc_data *d) {
     free(d->block_lu);
     free(d->block_search);
     free(d->pivot);
+    free(d->closing_pivot);
     free(d->block);
     free(d->start_pivot);
     free(d);
@@ -254,6 +266,9 @@ static void clear_run(bgc_core *core, double t) {
     core->counts = (bgc_counts){0};
     core->failed_parameter = core->failed_assertion = -1;
     core->failed_state = core->failed_switch = core->failed_divisor = -1;
+    core->failed_chain = -1;
+    core->watches_chains = core->passes_singular = 0;
+    core->chain_pivot = core->next_chain_pivot = 1.0;
     core->t = core->t_old = core->t_end = core->origin = t;
     core->ticks = core->sample = core->step_cut = core->event = 0;
     core->stop = INFINITY;
@@ -284,7 +299,14 @@ static bgc_status start_from_present(const bgc_model *m, bgc_data *d) {
     if (m->project != NULL) {
         m->project(d->h, core->t, d->x, d->work);
     }
-    status = bgc_make_consistent(m, d);
+    status = bgc_close_chains(m, d, core->t, d->x);
+    if (status == BGC_OK) {
+        status = bgc_watch_chains(m, d, core->t, d->x);
+    }
+    if (status == BGC_OK) {
+        bgc_enter_chains(m, d);
+        status = bgc_make_consistent(m, d);
+    }
     if (status != BGC_OK) {
         return status;
     }
@@ -318,6 +340,9 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
 
     /* Parameters and devices. */
     clear_run(core, t);
+    if (m->closure_info != NULL) {
+        memset(d->response_size, 0, (size_t)m->closure_info->n_row * sizeof *d->response_size);
+    }
     bgc_reset_modes(m, d);
     atomic_store(&d->stop, 0);
     status = check_parameters(m, d);
@@ -328,9 +353,12 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
         return status;
     }
 
-    /* Initial state, scales, and the structure of M. */
+    /* Initial state, closed, scales, and the structure of M. */
     m->initial(d->h, t, d->u, d->x, d->work);
-    status = bgc_solve_start(m, d);
+    status = bgc_close_start(m, d);
+    if (status == BGC_OK) {
+        status = bgc_solve_start(m, d);
+    }
     if (status != BGC_OK) {
         return status;
     }
@@ -362,12 +390,25 @@ int bgc_failed_state(const bgc_data *d) { return d->core.failed_state; }
 int bgc_failed_switch(const bgc_data *d) { return d->core.failed_switch; }
 int bgc_failed_divisor(const bgc_data *d) { return d->core.failed_divisor; }
 double bgc_failed_time(const bgc_data *d) { return d->core.failed_time; }
+int bgc_failed_chain(const bgc_data *d) { return d->core.failed_chain; }
 double bgc_time(const bgc_data *d) { return d->core.t; }
 double *bgc_state(bgc_data *d) { return d->x; }
 const double *bgc_scale(const bgc_data *d) { return d->scale; }
 double *bgc_input(bgc_data *d) { return d->u; }
 const bgc_counts *bgc_get_counts(const bgc_data *d) { return &d->core.counts; }
 void bgc_stop(bgc_data *d) { atomic_store(&d->stop, 1); }
+
+const char *bgc_chain_name(const bgc_model *m, int k) {
+    const bgc_closure_info *c = m->closure_info;
+
+    return c != NULL && k >= 0 && k < c->n_chain ? c->chain[k] : NULL;
+}
+
+const char *bgc_condition_name(const bgc_model *m, int k) {
+    const bgc_closure_info *c = m->closure_info;
+
+    return c != NULL && k >= 0 && k < c->n_all_conditions ? c->condition[k] : NULL;
+}
 
 const char *bgc_status_text(bgc_status s) {
     switch (s) {
@@ -403,6 +444,10 @@ const char *bgc_status_text(bgc_status s) {
         return "a law switches back and forth without end";
     case BGC_VANISHING:
         return "a divisor of the equations vanishes";
+    case BGC_SINGULAR_CHAIN:
+        return "a closed chain of rigid connections is at a singular position";
+    case BGC_OPEN_CHAIN:
+        return "the start does not close a chain of rigid connections";
     }
     return "unknown status";
 }

@@ -27,6 +27,17 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *me
     if (m->project != NULL) {
         m->project(d->h, end, d->next, d->work);
     }
+    if (m->closure_info != NULL) {
+        bgc_status status;
+
+        memcpy(d->magnitude, d->next, (size_t)m->n_state * sizeof *d->next);
+        status = bgc_close_chains(m, d, end, d->next);
+        d->core.too_coarse = status == BGC_OK && d->core.halvings < BGC_MAX_HALVINGS &&
+                             bgc_chains_were_left(m, d, d->next);
+        if (status != BGC_OK || d->core.too_coarse) {
+            return status;
+        }
+    }
     if (method->family->rows != BGC_ROWS_SOLVED) {
         const bgc_status status = bgc_keep_consistent(m, d, method, end);
         if (status != BGC_OK || d->core.too_coarse) {
@@ -37,6 +48,12 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *me
     if (m->n_switch > 0) {
         const bgc_status status = bgc_find_event(m, d, end, bgc_is_adaptive(method), t_new);
         if (status != BGC_OK) {
+            return status;
+        }
+    }
+    if (m->closure_info != NULL) {
+        const bgc_status status = bgc_watch_chains(m, d, *t_new, d->next);
+        if (status != BGC_OK || d->core.too_coarse) {
             return status;
         }
     }
@@ -56,6 +73,7 @@ static bgc_status accept(const bgc_model *m, bgc_data *d, const bgc_balance *bal
     memcpy(d->x, d->next, size);
     core->t = t_new;
     core->jac_valid = 0;
+    bgc_enter_chains(m, d);
     core->f_valid = core->f_ahead && !core->event;
     if (core->f_valid) {
         memcpy(d->f, d->error, size);
@@ -91,9 +109,11 @@ static int is_too_long(const bgc_core *core, bgc_status status) {
            status == BGC_SINGULAR || status == BGC_NOT_CONVERGED;
 }
 
-/* Whether to try half the length: algebraic equations are strongly nonlinear within the step. */
-static int may_halve(const bgc_core *core, bgc_status status) {
-    return core->algebraic > 0 && core->halvings < BGC_MAX_HALVINGS && is_too_long(core, status);
+/* Whether to try half the length: algebraic equations are strongly nonlinear within the step, or it
+ * passes a singular position of a closed chain. */
+static int may_halve(const bgc_model *m, const bgc_core *core, bgc_status status) {
+    return (core->algebraic > 0 || m->closure_info != NULL) && core->halvings < BGC_MAX_HALVINGS &&
+           is_too_long(core, status);
 }
 
 /* From one multiple of the step to the next, or to the next event before it; in sub-steps where there is
@@ -141,10 +161,13 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
     }
 
     /* Halve the step, or fail. */
-    if (may_halve(core, status)) {
+    if (may_halve(m, core, status)) {
         core->held = 0;
         core->halvings++;
         return BGC_OK;
+    }
+    if (status == BGC_OK && core->passes_singular) {
+        status = BGC_SINGULAR_CHAIN;
     }
     if (status != BGC_OK) {
         core->held = 0;
@@ -323,7 +346,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     /* Its end: algebraic equations and events; then the dense output. */
     status = complete(m, d, method, &t_new);
     if (core->too_coarse) {
-        return reject(d, BGC_STEP_TOO_SMALL, 0.5 * h);
+        return reject(d, core->passes_singular ? BGC_SINGULAR_CHAIN : BGC_STEP_TOO_SMALL, 0.5 * h);
     }
     if (status != BGC_OK) {
         return reject(d, status, core->unresolved > 0 ? 0.4 * h : 0.1 * h);
@@ -376,9 +399,11 @@ bgc_status bgc_attempt(const bgc_model *m, bgc_data *d) {
     const bgc_method *method = &bgc_methods[d->core.method];
     bgc_status status;
 
-    d->core.f_ahead = d->core.too_coarse = 0;
+    d->core.f_ahead = d->core.too_coarse = d->core.passes_singular = 0;
     status = bgc_is_adaptive(method) ? attempt_adaptive(m, d, method)
                                      : attempt_fixed(m, d, method);
     bgc_hold_modes(m, d);
-    return status == BGC_OK ? BGC_OK : bgc_blame_divisor(m, d, status);
+    status = bgc_status_near_chains(m, d, status);
+    return status == BGC_OK || status == BGC_SINGULAR_CHAIN ? status
+                                                            : bgc_blame_divisor(m, d, status);
 }

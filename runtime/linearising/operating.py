@@ -24,6 +24,7 @@ from bgc.linearising.linear_form import LinearForm, linear_form
 from bgc.linearising.opening import Opened, open_scene
 from bgc.options import Options
 from bgc.runtime.linear.state_space import Linearisation, without_algebraic
+from bgc.runtime.linearising.chains import ClosedChains
 from bgc.runtime.linearising.equilibrium import find_equilibrium, find_zero
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded import LoadedModel
@@ -62,6 +63,7 @@ class OpenedModel:
         self._form: LinearForm = linear_form(self.opened)
         program = self.opened.program
         self._parameters = default_values(program.dag, program.parameters)
+        self._chains = ClosedChains(program, [v.index for v in self.opened.inputs])
         scale = self._numbers([s.scale for s in program.states], self._parameters)
         self.scale = np.where(scale > 0, scale, 1.0)
 
@@ -84,7 +86,7 @@ class OpenedModel:
         inputs = np.zeros(program.inputs)
         nothing = OperatingPoint(0.0, np.zeros(len(program.states)), inputs)
         state = self._numbers([s.initial for s in program.states], self._values(nothing))
-        point = OperatingPoint(0.0, state, inputs)
+        point = self.projected(OperatingPoint(0.0, state, inputs))
         in_mass = self.mass() != 0
         rows = np.logical_not(np.logical_or.reduce(in_mass, axis=1))
         columns = np.logical_not(np.logical_or.reduce(in_mass, axis=0))
@@ -124,9 +126,15 @@ class OpenedModel:
         n, p, m = len(program.states), len(program.observations), len(opened.inputs)
         by_state = self._matrix(self._form.by_state, (n + p, n), point)
         by_input = self._matrix(self._form.by_input, (n + p, m), point)
+        follow, free = self._chains.coordinates(self._values(point), n, self.scale)
         A, B, C, D, E, left = without_algebraic(
-            by_state[:n], by_input[:n], by_state[n:], by_input[n:], self.mass()
+            by_state[free] @ follow,
+            by_input[free],
+            by_state[n:] @ follow,
+            by_input[n:],
+            self.mass()[free] @ follow,
         )
+        left = free[left]
         states = [program.states[k] for k in left]
         named = (*states, *opened.inputs, *program.observations)
         return Linearisation(
@@ -189,12 +197,13 @@ class OpenedModel:
             for k, s in enumerate(self.opened.program.states)
             if s.projection is not None
         ]
-        if not projections:
-            return point
         state = point.state.copy()
-        state[[k for k, _ in projections]] = self._numbers(
-            [node for _, node in projections], self._values(point)
-        )
+        if projections:
+            state[[k for k, _ in projections]] = self._numbers(
+                [node for _, node in projections], self._values(point)
+            )
+        near = OperatingPoint(point.time, state, point.inputs)
+        state = self._chains.closed(self._values(near), state)
         return OperatingPoint(point.time, state, point.inputs)
 
 

@@ -47,6 +47,8 @@ class Status(IntEnum):
     NOT_CONVERGED = 13
     CHATTERING = 14
     VANISHING = 15
+    SINGULAR_CHAIN = 16
+    OPEN_CHAIN = 17
 
 
 class ParamInfo(ctypes.Structure):
@@ -243,6 +245,9 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_failed_switch": (c_int, (c_void_p,)),
     "bgc_failed_divisor": (c_int, (c_void_p,)),
     "bgc_failed_time": (c_double, (c_void_p,)),
+    "bgc_failed_chain": (c_int, (c_void_p,)),
+    "bgc_chain_name": (c_char_p, (_Model, c_int)),
+    "bgc_condition_name": (c_char_p, (_Model, c_int)),
     "bgc_time": (c_double, (c_void_p,)),
     "bgc_state": (_Doubles, (c_void_p,)),
     "bgc_scale": (_Doubles, (c_void_p,)),
@@ -271,6 +276,12 @@ class Library:
         if self.model.abi != ABI:
             reason = f"it speaks version {self.model.abi} of the interface, this bgc {ABI}"
             raise BgError([cannot_load(str(path), reason)])
+
+    @property
+    def has_chains(self) -> bool:
+        """Whether the model has closed chains of rigid connections, or conditions on positions."""
+        names = (self.functions.bgc_chain_name, self.functions.bgc_condition_name)
+        return any(name(self.pointer, 0) is not None for name in names)
 
     def _declare(self, name: str, result: Any, arguments: tuple[Any, ...]) -> None:
         function = getattr(self.functions, name)
@@ -415,6 +426,18 @@ class Instance:
     def failed_state(self) -> int:
         """Index of the state at fault, -1 if none is known."""
         return int(self._ask("bgc_failed_state"))
+
+    @property
+    def failed_chain(self) -> str:
+        """The parts of the closed chain at which the last call failed; empty if none."""
+        name = self.library.functions.bgc_chain_name
+        return text(name(self.library.pointer, self._ask("bgc_failed_chain")))
+
+    @property
+    def failed_condition(self) -> str:
+        """The name of the condition that the start does not satisfy."""
+        name = self.library.functions.bgc_condition_name
+        return text(name(self.library.pointer, self._ask("bgc_failed_chain")))
 
     @property
     def failed_switch(self) -> int:

@@ -75,6 +75,10 @@ def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Di
             place = _at(places.divisors, instance.failed_divisor)
             what = text(model.divisor[instance.failed_divisor])
             return run.divisor_vanishes(instance.failed_time, what, place.states, place.span)
+        case Status.SINGULAR_CHAIN:
+            return run.singular_chain(time, instance.failed_chain)
+        case Status.OPEN_CHAIN:
+            return run.open_chain(instance.failed_condition)
         case Status.OK | Status.BAD_ARGUMENT:
             raise AssertionError(f"the runtime returned {status.name}")
         case _:

@@ -162,16 +162,25 @@ def test_a_parameter_that_is_zero_is_no_divisor() -> None:
     assert codes(g) == ["BG503"]
 
 
-def test_closed_rigid_chain_is_refused() -> None:
+@pytest.mark.parametrize("moved", ["R", "I"])
+def test_a_rigid_chain_may_close_on_inertias_only(moved: str) -> None:
     g = GraphBuilder()
     angle = g.state("theta", 0)
     g.derivative(angle, g.flow(0))
     g.source("Sf", "drive", g.node(1))
     g.transformer("rod", ((g.dag.call(Op.COS, angle),),))
-    g.storage("I", "mass", 1)
+    if moved == "I":
+        g.storage("I", "mass", 1)
+    else:
+        g.resistor("mass", 1)
     g.bond("mass", "rod")
     g.bond("rod", "drive")
-    assert codes(g) == ["BG502"]
+    if moved == "R":
+        assert codes(g) == ["BG502"]
+        return
+    graph = g.build()
+    (closure,) = assign_causality(graph).closures
+    assert [graph.elements[k].name for k in closure.elements] == ["rod"]
 
 
 @pytest.mark.parametrize("reverse", [False, True])

@@ -123,8 +123,8 @@ def test_a_closed_rigid_chain_is_underlined_all_along(tmp_path):
         tmp_path,
         """model M {
           state angle = 0.3; der(angle) = crank.f;
-          crank : J1; mass : I(1); rod : MTF { f2 = cos(angle)*f1; } drive : Sf(f = 1);
-          crank -> mass; crank -> rod -> drive;
+          crank : J1; brake : R(1); rod : MTF { f2 = cos(angle)*f1; } drive : Sf(f = 1);
+          crank -> brake; crank -> rod -> drive;
         }""",
     )
     assert diagnostic.code == "BG502"

@@ -32,6 +32,8 @@ CODES = {
     Status.NOT_CONVERGED: "BG714",
     Status.CHATTERING: "BG715",
     Status.VANISHING: "BG725",
+    Status.SINGULAR_CHAIN: "BG735",
+    Status.OPEN_CHAIN: "BG736",
 }
 
 
@@ -45,6 +47,8 @@ def instance(failed_state=0):
         failed_switch=0,
         failed_divisor=0,
         failed_time=1.25,
+        failed_chain="crank, rod",
+        failed_condition="weld.gap[1]",
     )
 
 

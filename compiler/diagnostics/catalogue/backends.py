@@ -34,7 +34,7 @@ def solver_does_not_serve(solver: str, reason: str) -> Diagnostic:
     What: the solver integrates only y' = f(t, y), without interruption from start to end.
 
     Why: the model has algebraic equations, coupled rates (a mass matrix), inputs that a device or a
-    program writes during the run, or no states.
+    program writes during the run, closed chains of rigid connections, or no states.
 
     Example: `bgc run two_beam_crane.bg --solver cvode`, whose handle is read from a device.
 

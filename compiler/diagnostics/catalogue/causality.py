@@ -81,11 +81,13 @@ def rigid_chain(
     """BG502: a closed chain of rigid connections
 
     What: junctions and transformers form a closed chain. Its flows could only be found by dividing
-    by a modulus that depends on the state and may become zero.
+    by a modulus that depends on the state and may become zero, and something that it moves has no
+    inertia (or the chain consists of efforts, behind a gyrator).
     Why: where the modulus is zero the chain locks or loses its drive, and equations that divide by
-    it are wrong without a warning.
-    Example: a four-bar linkage with all joints rigid.
-    Way out: make one joint compliant: use a C with an R in parallel.
+    it are wrong without a warning. A chain that moves inertias only is kept closed by reactions.
+    Example: a crank without mass that a driven rod turns.
+    Way out: give all parts of the chain inertia, or make one joint compliant: use a C with an R in
+    parallel.
     """
     through = _names_of(transformers or others)
     labels = [Label(c.span, f"the modulus of `{c.name}` is in the chain") for c in transformers] + [
@@ -99,7 +101,8 @@ def rigid_chain(
         if transformers and others
         else "",
         labels=underlined(labels),
-        help="make one of the connections compliant: use a C with an R in parallel",
+        help="give all parts of it inertia, or make one of the connections compliant: use a C with "
+        "an R in parallel",
     )
 
 

@@ -349,7 +349,7 @@ def not_a_state(span: Span, name: str) -> Diagnostic:
 
     Example: `let x = 0; der(x) = 1;`
 
-    Way out: declare it: `state x = 0;`
+    Way out: declare it: `state x = 0;` (`project` of a whole signal is allowed too).
     """
     return error(
         "BG450",

@@ -39,6 +39,7 @@ class Evaluates(Protocol):
     """
 
     parameters: list[Parameter]
+    ungiven: set[int]
     states: list[Quantity]
     unknowns: list[Quantity]
     definitions: dict[Quantity, list[tuple[syntax.Assign, Environment]]]

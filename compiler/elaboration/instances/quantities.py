@@ -42,6 +42,7 @@ class Quantities:
     def __init__(self, world: World) -> None:
         self.world = world
         self.parameters: list[Parameter] = []
+        self.ungiven: set[int] = set()  # parameters of parts that keep their declared default
         self.states: list[Quantity] = []
         self.unknowns: list[Quantity] = []
         self.state_count = 0
@@ -276,6 +277,8 @@ class Quantities:
                 )
             )
             nodes.append(self.world.dag.symbol(Kind.PARAM, first + k))
+            if quantity.given is None and index not in quantity.parts and not is_own:
+                self.ungiven.add(first + k)
         quantity.first = first
         return Value(default.shape, tuple(nodes), default.units)
 

@@ -21,7 +21,7 @@ from bgc.elaboration.instances.scopes import find_member, path_of
 from bgc.elaboration.instances.tree import Environment, Instance, PortEntry, Quantity
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
-from bgc.ir.graph import Equation, Guard, Node, State, Unknown
+from bgc.ir.graph import Condition, Equation, Guard, Node, State, Unknown
 from bgc.values.units import Dimension, describe_dimension, divide, parse_unit, si_symbol
 from bgc.values.value import Value, describe_shape
 
@@ -34,6 +34,7 @@ class Statements:
     unknowns: tuple[Unknown, ...]
     equations: tuple[Equation, ...]
     guards: tuple[Guard, ...]
+    conditions: tuple[Condition, ...]
 
 
 def collect_assignments(world: World, wiring: Wiring, domains: Domains, carried: Carried) -> None:
@@ -111,13 +112,18 @@ def read_statements(world: World, wiring: Wiring) -> Statements:
     projections: dict[int, tuple[Node, Span]] = {}
     equations: list[Equation] = []
     guards: list[Guard] = []
+    conditions: list[Condition] = []
     for instance in wiring.instances:
         for derivative, env in instance.derivatives:
             with world.report.collecting(note(env)):
                 _read_target(world, derivative, env, derivatives, rate=True)
         for projection, env in instance.projections:
             with world.report.collecting(note(env)):
-                _read_target(world, projection, env, projections, rate=False)
+                signal = _projected_signal(projection, env)
+                if signal is not None:
+                    conditions.extend(_read_condition(world, signal, projection, env))
+                else:
+                    _read_target(world, projection, env, projections, rate=False)
         for equation, env in instance.equations:
             with world.report.collecting(note(env)):
                 equations.extend(_read_equation(world, equation, env))
@@ -128,7 +134,34 @@ def read_statements(world: World, wiring: Wiring) -> Statements:
     unknowns = tuple(_unknowns(world))
     if not world.report.errors:
         _check_counts(world, states, unknowns, equations)
-    return Statements(states, unknowns, tuple(equations), tuple(guards))
+    return Statements(states, unknowns, tuple(equations), tuple(guards), tuple(conditions))
+
+
+def _projected_signal(statement: syntax.Project, env: Environment) -> Quantity | None:
+    """The signal that a projection is for; None where its target is anything else."""
+    target = statement.target
+    assert env.instance is not None
+    member = env.instance.members.get(target.name) if isinstance(target, syntax.Name) else None
+    is_signal = isinstance(member, Quantity) and member.kind in {"signal", "let", "output"}
+    return member if isinstance(member, Quantity) and is_signal else None
+
+
+def _read_condition(
+    world: World, signal: Quantity, statement: syntax.Project, env: Environment
+) -> list[Condition]:
+    """The components of `project x = value` for a signal x."""
+    held = world.quantities.value(signal, statement.target.span)
+    span = statement.value.span
+    value = fit_shape(
+        world.dag, world.evaluate(statement.value, env), held.shape, span, f"`{signal.path}`"
+    )
+    for declared, unit in zip(held.units, value.units, strict=True):
+        _check_unit(unit, declared, span, f"`{signal.path}`")
+    labels = component_names(signal.path, held.shape)
+    return [
+        Condition(label, world.dag.sub(node, target), statement.target.span)
+        for label, node, target in zip(labels, held.nodes, value.nodes, strict=True)
+    ]
 
 
 def _read_assert(
@@ -249,8 +282,32 @@ def _states(
                 derivative = derivatives.get(index, (None, None))[0]
                 projection = projections.get(index, (None, None))[0]
                 span = quantity.declaration.name_span
-                found.append(State(index, name, unit, start, derivative, projection, span))
+                free = _free_parameters(world, start)
+                found.append(State(index, name, unit, start, derivative, projection, span, free))
     return found
+
+
+def _free_parameters(world: World, start: Node) -> tuple[Node, ...]:
+    """The parameters that a start depends on, if all of them keep their parts' own defaults.
+
+    A parameter that is given by others stands for these.
+    """
+    found: dict[Node, None] = {}
+    waiting = [start]
+    while waiting:
+        names = [
+            (node, symbol)
+            for node in world.dag.reachable([waiting.pop()])
+            if (symbol := world.dag.symbol_of(node)) is not None and symbol.kind is Kind.PARAM
+        ]
+        if not names:
+            return ()
+        for node, symbol in names:
+            if symbol.index in world.quantities.ungiven:
+                found[node] = None
+            else:
+                waiting.append(world.quantities.parameters[symbol.index].value)
+    return tuple(found)
 
 
 def _unknowns(world: World) -> list[Unknown]:

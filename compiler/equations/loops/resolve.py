@@ -47,6 +47,7 @@ class Resolver:
         self.rates_read: list[tuple[Node, Node]] = []  # raw symbol, final node whose rate it is
         self._first_algebraic = len(states)
         self._declared = len(variables.causal.graph.states)
+        self._later = variables.settled_later
 
     def resolve(self, node: Node) -> Node:
         """The final node of a raw one."""
@@ -83,7 +84,7 @@ class Resolver:
         if symbol is None:
             yield from self._dag.operands(node)
             return
-        if self._is_free(symbol) or node in self._states or node in self._variables.speeds:
+        if self._is_free(symbol) or node in self._states or node in self._later:
             return
         match self._variables.define(node):
             case Explicit(inner):
@@ -138,7 +139,7 @@ class Resolver:
             operands = dag.operands(node)
             new = tuple(self.final[x] for x in operands)
             return node if new == operands else dag.rebuild(node, new)
-        if self._is_free(symbol) or node in self._variables.speeds:
+        if self._is_free(symbol) or node in self._later:
             return node
         if node in self._states:
             return dag.symbol(Kind.STATE, self._states[node])

@@ -75,7 +75,17 @@ class Balances:
         self._forces: dict[_Share, list[Node]] = {}
         self.turning: Mapping[int, Node] = {}  # class -> force of moduli that turn momenta
         self._multipliers: dict[int, Node] | None = None
+        self._closing: dict[int, list[Node]] = {}  # class -> shares of closing rows
+        self._closing_multipliers: dict[int, Node] = {}  # row -> its multiplier
         self._branches: dict[int, dict[int, int]] = {}  # class -> bond -> junction behind it
+
+    def close(self, row: int, multiplier: Node) -> None:
+        """Let a row that closes a chain act on the classes at its ends."""
+        dag = self._dag
+        self._closing_multipliers[row] = multiplier
+        for end in self._causal.rows[row].ends:
+            share = dag.mul(end.coefficient, multiplier)
+            self._closing.setdefault(self._causal.class_of[end.bond], []).append(share)
 
     def across_of(self, bond: int) -> Node:
         """The across variable of a bond, from the end that determines it."""
@@ -109,6 +119,8 @@ class Balances:
         """At a summing junction, whose bonds share the across variable: that of another one."""
         for row_index, _ in self._index.row_ends.get(end, ()):
             row = self._causal.rows[row_index]
+            if row.element in self._causal.cut:
+                continue
             if isinstance(self._causal.graph.elements[row.element], Junction):
                 for other in row.ends:
                     answer = self.answer_at(other.bond)
@@ -132,7 +144,7 @@ class Balances:
         if self._multipliers is None:
             causal, dag = self._causal, self._dag
             forces = self._step_forces(_Share.REACTIONS)
-            found: dict[int, Node] = {}
+            found: dict[int, Node] = dict(self._closing_multipliers)
             taken: dict[int, list[tuple[int, Node]]] = {}  # row -> later rows it was taken from
             for step in causal.steps:
                 for earlier, factor in step.factors:
@@ -178,6 +190,8 @@ class Balances:
         total = self._dag.zero
         if share is _Share.TURNING and number in self.turning:
             total = self._symbols.turned(self.turning[number], sign)
+        for node in self._closing.get(number, ()):
+            total = self._dag.add(total, self._symbols.turned(node, sign))
         for k in self._causal.classes[number].ports:
             port = self._causal.ports[k]
             reacts = port.role in {Role.INERTIA, Role.FLOW_SOURCE}

@@ -95,12 +95,18 @@ class Variables:
         self.start_names: list[str] = []  # elements with a value given in these rows
         self.start_rows: list[Node] = []  # linear equations in START symbols, as many as these
         self.speeds: dict[Node, Speed] = {}
+        self.multipliers: list[Node] = []  # of the closing rows, in the order of the closures
         self.resting: set[Node] = set()  # states whose rates are those at motions of speed zero
         self._rests: dict[Node, Node | None] = {}  # unknown -> its part beside free motions
         self.index = CausalIndex(causal)
         self.symbols = Symbols(causal)
         self.places = Places(causal)
         self.balances = Balances(causal, self.index, self.symbols, self.places, self._answers)
+        for closure in causal.closures:
+            multiplier = self.new_state(Kind.DISPLACEMENT)
+            self.multipliers.append(multiplier)
+            self.places.note(multiplier, causal.rows[closure.row].element)
+            self.balances.close(closure.row, multiplier)
         self._answer_of_elements()
 
     def _answer_of_elements(self) -> None:
@@ -197,6 +203,11 @@ class Variables:
         symbol = self.new_state(Kind.DISPLACEMENT)
         self.speeds[symbol] = Speed(stored, rate)
         return symbol
+
+    @property
+    def settled_later(self) -> Collection[Node]:
+        """The symbols that stay in resolved nodes until all rates are known."""
+        return self.speeds.keys() | set(self.multipliers)
 
     def set_share(self, symbol: Node, share: Node, *, alone: bool) -> None:
         """Define the contribution of free motions to an unknown flow or across variable.

@@ -1,0 +1,131 @@
+"""Diagnostics of closed chains."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bgc.diagnostics.catalogue import error, listed, underlined, warning
+from bgc.diagnostics.catalogue.causality import Connection
+from bgc.diagnostics.diagnostic import Diagnostic, Label
+from bgc.diagnostics.source import Span
+
+_LISTED = 12  # states that a message lists
+
+
+def changing_rank(
+    span: Span, transformers: Sequence[Connection], others: Sequence[Connection]
+) -> Diagnostic:
+    """BG525: a closed chain whose constraints change in number
+
+    What: the rows that close a chain of rigid connections are not independent, and no fixed choice
+    of them is independent at the start and at random closed configurations.
+    Why: a redundant row can be dropped only if it follows from the same others everywhere. Where
+    no `project x = value` of a signal says when the chain is closed, that cannot be examined.
+    Example: a planar linkage on mounts in general directions, closed by bonds alone.
+    Way out: close the chain with `Weld`, which says when it is closed, or make one joint compliant.
+    """
+    names = list(dict.fromkeys(c.name for c in (*transformers, *others)))
+    labels = [Label(c.span, f"`{c.name}` is in the chain") for c in (*transformers, *others)]
+    return error(
+        "BG525",
+        f"the constraints of the closed chain through {listed(names)} are not independent",
+        span,
+        labels=underlined(labels),
+        help="close the chain with `Weld`, or make one of its joints compliant",
+    )
+
+
+def open_start(
+    span: Span, name: str, misfit: float, ways: Sequence[tuple[str, float]]
+) -> Diagnostic:
+    """BG526: a chain that is not closed at the start
+
+    What: the initial values of the states leave a gap in a closed chain, and those that are not
+    given cannot close it.
+    Why: the connection is rigid, so a gap at the start would remain.
+    Example: a four-bar linkage with all four angles given, one of them wrong.
+    Way out: leave as many initial values ungiven as the chain has constraints (an `angle0` that
+    nothing sets), or give the values that the message lists. Given values may be off by 1e-3 (m,
+    rad): they count as rounded, and are moved.
+    """
+    shown = [f"`{state}` = {value:.6g}" for state, value in ways[:_LISTED]]
+    more = f" and {len(ways) - _LISTED} more" if len(ways) > _LISTED else ""
+    return error(
+        "BG526",
+        f"the chain is not closed at the start: `{name}` is off by {misfit:.3g}",
+        span,
+        note=f"the nearest closed start has {', '.join(shown)}{more}" if ways else "",
+        help="leave some of the initial values ungiven, or give values that close the chain",
+    )
+
+
+def singular_start(span: Span, names: Sequence[str]) -> Diagnostic:
+    """BG527: a start at a singular position
+
+    What: at the start the constraints of a closed chain depend on each other, and elsewhere they
+    do not.
+    Why: there the chain can move in more than one way (the change point of a parallelogram), or
+    the efforts in it have no bound (a dead centre): its motion is undetermined.
+    Example: a parallelogram linkage that starts with all its bars in one line.
+    Way out: start at another position, or make one joint compliant.
+    """
+    return error(
+        "BG527",
+        f"the closed chain through {listed(names)} starts at a singular position",
+        span,
+        help="start at another position, or make one of its joints compliant",
+    )
+
+
+def not_kept(span: Span, name: str) -> Diagnostic:
+    """BG528: a projected signal that the bonds do not keep
+
+    What: `project x = value` of a signal says that the bonds keep x at this value. The rate of x is
+    not zero, or x depends on a momentum, an input or an unknown of an algebraic loop.
+    Why: projecting the states would change the model: a constraint has to act by an effort.
+    Example: `signal gap = height; project gap = 0;` without a rigid connection that holds it.
+    Way out: add the rigid connection (an `Sf` of value zero), or remove the statement.
+    """
+    return error(
+        "BG528",
+        f"the bonds do not keep `{name}` at this value",
+        span,
+        help="hold it by a rigid connection, or remove the projection",
+    )
+
+
+def redundant_rows(span: Span, names: Sequence[str], count: int) -> Diagnostic:
+    """BG529: a closed chain that is held more than once
+
+    What: some constraints of a closed chain follow from the others wherever the chain is closed.
+    Why: the motion is determined, and the share of each constraint in the efforts within the chain
+    is not. Those of the redundant ones are taken as zero.
+    Example: a planar four-bar linkage of revolute joints in space, three of whose six constraints
+    are redundant.
+    Way out: nothing, unless an effort within the chain matters: then replace revolute joints by
+    spherical ones, or make a joint compliant.
+    """
+    return warning(
+        "BG529",
+        f"the closed chain through {listed(names)} has {count} redundant constraint"
+        f"{'s' if count > 1 else ''}: efforts within it are undetermined",
+        span,
+        help="use joints that hold less, or a compliant one, if such an effort matters",
+    )
+
+
+def input_moves_chain(names: Sequence[str]) -> Diagnostic:
+    """BG534: a linearisation by an input that a closed chain depends on
+
+    What: a linearisation by a source or parameter that a closed chain of rigid connections depends
+    on: the rate in one of its constraints, or a length.
+    Why: the chain follows such an input at once, and its states are not functions of others alone.
+    Example: `bgc bode` by the length of a coupler.
+    Way out: take an effort or a flow outside the chain as input, or make one joint compliant.
+    """
+    return error(
+        "BG534",
+        f"the closed chain through {listed(names)} depends on an input of the linearisation",
+        None,
+        help="take another input, or make one joint of the chain compliant",
+    )

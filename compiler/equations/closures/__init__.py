@@ -1,0 +1,1 @@
+"""Closed chains: multipliers of the rows that close them, and the manifold that they hold."""

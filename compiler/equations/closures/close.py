@@ -1,0 +1,325 @@
+"""Close the chains of a program: independent rows, their multipliers, and what projection needs.
+
+The rows are examined as numbers, at the closed start and at random closed configurations: those
+that follow from others are dropped, with a warning that the internal efforts are undetermined. A
+chain that cannot be closed, or whose rank is not the same everywhere near the start, is refused.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from bgc.algebra.dag import Dag, Kind, Symbol
+from bgc.algebra.derivatives import directional_derivative, gradient
+from bgc.algebra.evaluate import Evaluator
+from bgc.causality.paths import connections
+from bgc.diagnostics.catalogue import closures as catalogue
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.equations.closures.dense import independent_in, least_change
+from bgc.equations.closures.manifold import (
+    CLOSED,
+    Conditions,
+    Point,
+    Start,
+    closed,
+    closed_points,
+    closed_start,
+    condition_ranks,
+    gap_of,
+    start_of,
+)
+from bgc.equations.closures.multipliers import (
+    ClosingRows,
+    Responses,
+    connected_rows,
+    responses_of,
+    settled,
+)
+from bgc.equations.variables.variables import Variables
+from bgc.ir.defaults import default_values
+from bgc.ir.graph import Node
+from bgc.ir.program import ClosedChain, Closures, Program
+
+_DEPENDENT = 1e-11  # pivot of S over its diagonal: squares of sines
+_ROUNDED = 1e-3  # m or rad: given values of this accuracy are moved until the chain is closed
+_KEPT = 1e-6  # rate of a condition, relative to its terms
+
+
+def close_chains(program: Program, variables: Variables, rows: ClosingRows) -> Program:
+    """Solve for the multipliers, and note what keeps the chains closed.
+
+    Raises
+    ------
+    BgError
+        BG526: the start does not close. BG527: it is at a singular position. BG528: a projected
+        signal is not kept by the bonds. BG502: the rows that close a chain change their rank.
+    """
+    if not (rows.flows or rows.conditions):
+        return program
+    return _Closing(program, variables, rows).closed()
+
+
+@dataclass(frozen=True, slots=True)
+class _Chosen:
+    """The rows and conditions from which the others follow."""
+
+    flows: list[int]
+    conditions: list[int]
+
+
+class _Closing:
+    def __init__(self, program: Program, variables: Variables, rows: ClosingRows) -> None:
+        self._program = program
+        self._variables = variables
+        self._dag: Dag = program.dag
+        self._graph = variables.causal.graph
+        self._rows = rows
+        self._responses: Responses = responses_of(program, variables, rows.flows)
+        self._conditions = self._conditions_on_states()
+        self._start = self._start_parameters()
+
+    def closed(self) -> Program:
+        """The program with its multipliers solved for, and its `closures`."""
+        program = self._program
+        values = default_values(self._dag, program.parameters)
+        start, found = self._closed_start(values)
+        points = [start, *closed_points(self._dag, self._conditions, start)]
+        chosen = self._choose(points)
+        self._require_kept(points, chosen)
+        made = settled(program, self._variables, self._rows.flows, self._responses, chosen.flows)
+        dropped = sorted(set(range(len(self._rows.flows))) - set(chosen.flows))
+        warnings = (*program.warnings, *self._warn(dropped))
+        made = replace(made, closures=self._closures(chosen), warnings=warnings)
+        return self._with_start(made, values, found)
+
+    # --- conditions and the start ---------------------------------------------------------------
+
+    def _conditions_on_states(self) -> Conditions:
+        """The conditions with the states that they hold, and their derivatives by these."""
+        dag, nodes = self._dag, self._rows.conditions
+        held = {
+            leaf.index
+            for leaf in map(dag.symbol_of, dag.reachable(nodes))
+            if leaf is not None and leaf.kind is Kind.STATE
+        }
+        impulses = set(self._responses.impulses)
+        for condition, node in zip(self._graph.conditions, nodes, strict=True):
+            for leaf in map(dag.symbol_of, dag.reachable([node])):
+                if leaf is None or leaf.kind in {Kind.PARAM, Kind.TIME}:
+                    continue
+                state = self._program.states[leaf.index] if leaf.kind is Kind.STATE else None
+                if state is None or state.kind == "algebraic" or leaf.index in impulses:
+                    raise BgError([catalogue.not_kept(condition.span, condition.name)])
+        moved = sorted(held)
+        symbols = [dag.symbol(Kind.STATE, k) for k in moved]
+        return Conditions(nodes, moved, [gradient(dag, node, symbols) for node in nodes])
+
+    def _start_parameters(self) -> Start:
+        """The parameters that give the start of states in conditions, and that nothing sets."""
+        dag, states = self._dag, self._program.states
+        free = {state.name: state.free for state in self._graph.states}
+        nodes = dict.fromkeys(
+            node for k in self._conditions.moved for node in free.get(states[k].name, ())
+        )
+        starts = self._in_terms_of(set(nodes), [states[k].initial for k in self._conditions.moved])
+        slopes = [gradient(dag, start, nodes) for start in starts]
+        symbols = [dag.symbol_of(node) for node in nodes]
+        return Start([symbol for symbol in symbols if symbol is not None], starts, slopes)
+
+    def _in_terms_of(self, free: set[Node], starts: Sequence[Node]) -> list[Node]:
+        """Starts with the parameters that others give replaced by these, as far as free ones."""
+        dag = self._dag
+        values = {dag.symbol(Kind.PARAM, p.index): p.value for p in self._program.parameters}
+        found = list(starts)
+        for _ in values:
+            held = (set(dag.reachable(found)) & values.keys()) - free
+            if not held:
+                break
+            found = dag.substitute(found, {node: values[node] for node in held})
+        return found
+
+    def _closed_start(self, values: dict[Symbol, float]) -> tuple[Point, dict[Symbol, float]]:
+        """The start, moved until it is closed, and the values of parameters that close it."""
+        dag, conditions, program = self._dag, self._conditions, self._program
+        declared = start_of(program, values)
+        residuals, _ = conditions.at(dag, declared)
+        if gap_of(residuals) <= CLOSED:
+            return declared, values
+        found = closed_start(program, conditions, self._start, values)
+        if found is not None:
+            moved = self._with_start(program, values, found)
+            values = default_values(dag, moved.parameters)
+            return start_of(program, values), found
+        near = closed(dag, conditions, declared)
+        symbols = [Symbol(Kind.STATE, k) for k in conditions.moved]
+        if near is not None:
+            moves = [abs(near[s] - declared[s]) for s in symbols]
+            if gap_of(moves) <= _ROUNDED:
+                return near, values
+        worst = max(range(len(residuals)), key=lambda k: abs(residuals[k]))
+        condition = self._graph.conditions[worst]
+        states = self._program.states
+        ways = [] if near is None else [(states[s.index].name, near[s]) for s in symbols]
+        raise BgError(
+            [catalogue.open_start(condition.span, condition.name, residuals[worst], ways)]
+        )
+
+    def _with_start(
+        self, program: Program, declared: dict[Symbol, float], found: dict[Symbol, float]
+    ) -> Program:
+        """The program with defaults that close its start, where nothing gives them."""
+        parameters = list(program.parameters)
+        for symbol in self._start.parameters:
+            if found[symbol] != declared[symbol]:
+                value = self._dag.const(found[symbol])
+                parameters[symbol.index] = replace(parameters[symbol.index], value=value)
+        return replace(program, parameters=tuple(parameters))
+
+    # --- independent rows -------------------------------------------------------------------------
+
+    def _choose(self, points: Sequence[Point]) -> _Chosen:
+        """Rows from which all others follow, at the start and at the random points."""
+        every = range(len(self._rows.flows))
+        ranks, conditions = condition_ranks(self._dag, self._conditions, points)
+        tables = [table for point in points if _finite(table := self._response_at(point))]
+        whole = [max(table[k][k] for table in tables) for k in every]
+        orders = [independent_in(table, whole, None, _DEPENDENT) for table in tables]
+        rank = max(map(len, orders), default=0)
+        if self._rows.conditions and (ranks[0] < max(ranks) or len(orders[0]) < rank):
+            chain = self._chain(sorted(set(orders[-1]) - set(orders[0])) or every)
+            raise BgError([catalogue.singular_start(chain.span, chain.names)])
+        redundant = rank < len(self._acted_on()) or (orders and len(orders[0]) < rank)
+        if conditions is None or (redundant and not self._rows.conditions):
+            raise self._refused(every)
+        for order in orders:
+            kept = sorted(order)
+            if len(order) == rank and all(
+                len(independent_in(table, whole, kept, _DEPENDENT)) in (rank, len(other))
+                for table, other in zip(tables, orders, strict=True)
+            ):
+                return _Chosen(kept, conditions)
+        raise self._refused(every)
+
+    def _acted_on(self) -> list[int]:
+        """The rows that momenta take part in; all others have to be satisfied by themselves."""
+        is_zero = self._variables.causal.fingerprints.is_zero
+        found = []
+        for k, (flow, row) in enumerate(
+            zip(self._rows.flows, self._responses.by_impulse, strict=True)
+        ):
+            if not all(map(is_zero, row)):
+                found.append(k)
+            elif not is_zero(flow):
+                raise self._refused([k])
+        return found
+
+    def _response_at(self, point: Point) -> list[list[float]]:
+        """`S = G M^-1 G'` of all rows at a point."""
+        numbers = Evaluator(self._dag, point.__getitem__)
+        left = [numbers.values(row) for row in self._responses.by_impulse]
+        right = [numbers.values(row) for row in self._responses.response]
+        size = range(len(left))
+        return [
+            [-sum(a * action[j] for a, action in zip(left[i], right, strict=True)) for j in size]
+            for i in size
+        ]
+
+    def _require_kept(self, points: Sequence[Point], chosen: _Chosen) -> None:
+        """Refuse a condition whose rate is not zero where the rows are satisfied."""
+        dag, program = self._dag, self._program
+        if not self._rows.conditions:
+            return
+        none = dict.fromkeys(self._variables.multipliers, dag.zero)
+        rates = dag.substitute([state.derivative for state in program.states], none)
+        direction = {dag.symbol(Kind.STATE, k): rate for k, rate in enumerate(rates)}
+        direction[dag.symbol(Kind.TIME)] = dag.one
+        nodes = [directional_derivative(dag, node, direction) for node in self._rows.conditions]
+        for point in points:
+            moving = self._moving(point, chosen.flows)
+            found = Evaluator(dag, moving.__getitem__).values(nodes)
+            speeds = Evaluator(dag, moving.__getitem__).values(
+                [rates[k] for k in self._conditions.moved]
+            )
+            for condition, rate in zip(self._graph.conditions, found, strict=True):
+                if not abs(rate) <= _KEPT * math.hypot(*speeds) + 1e-300:
+                    raise BgError([catalogue.not_kept(condition.span, condition.name)])
+
+    def _moving(self, point: Point, kept: Sequence[int]) -> Point:
+        """The point with momenta at random that satisfy the rows."""
+        moving = dict(point)
+        for number, k in enumerate(self._responses.impulses):
+            moving[Symbol(Kind.STATE, k)] += math.sin(1.0 + number)
+        numbers = Evaluator(self._dag, moving.__getitem__)
+        flows = numbers.values(self._rows.flows[k] for k in kept)
+        table = self._response_at(point)
+        part = [[table[i][j] for j in kept] for i in kept]
+        weights = least_change(part, flows, 1e-14)
+        for k, row in zip(self._responses.impulses, self._responses.response, strict=True):
+            actions = numbers.values(row[j] for j in kept)
+            moving[Symbol(Kind.STATE, k)] += sum(
+                a * x for a, x in zip(actions, weights, strict=True)
+            )
+        return moving
+
+    # --- results ----------------------------------------------------------------------------------
+
+    def _closures(self, chosen: _Chosen) -> Closures:
+        groups = connected_rows(self._dag, self._variables, self._responses, chosen.flows)
+        kept = [row for group in groups for row in group]
+        dropped = sorted(set(range(len(self._rows.flows))) - set(kept))
+        others = sorted(set(range(len(self._rows.conditions))) - set(chosen.conditions))
+        return Closures(
+            chains=tuple(self._chain(group) for group in groups),
+            chain_of=tuple(k for k, group in enumerate(groups) for _ in group),
+            flows=tuple(self._rows.flows[k] for k in (*kept, *dropped)),
+            kept=len(kept),
+            conditions=tuple(self._rows.conditions[k] for k in (*chosen.conditions, *others)),
+            names=tuple(self._graph.conditions[k].name for k in (*chosen.conditions, *others)),
+            held=len(chosen.conditions),
+            impulses=self._responses.impulses,
+            moved=tuple(self._conditions.moved),
+            starts=tuple(self._dag.symbol(s.kind, s.index) for s in self._start.parameters),
+            by_impulse=tuple(self._responses.by_impulse[k] for k in kept),
+            response=tuple(tuple(row[k] for k in kept) for row in self._responses.response),
+            by_place=tuple(tuple(self._conditions.slopes[k]) for k in chosen.conditions),
+            by_start=tuple(map(tuple, self._start.slopes)),
+        )
+
+    def _chain(self, rows: Sequence[int]) -> ClosedChain:
+        """The parts along the chain of some rows."""
+        closures = self._variables.causal.closures
+        elements = [self._graph.elements[k] for row in rows for k in closures[row].elements]
+        names = _parts([element.name for element in elements])
+        return ClosedChain(names, elements[0].span)
+
+    def _refused(self, rows: Sequence[int]) -> BgError:
+        """The refusal of a chain whose rank cannot be relied on."""
+        closures = self._variables.causal.closures
+        chain = sorted({k for row in rows for k in closures[row].elements})
+        moduli = [k for k in chain if self._graph.elements[k].kind in {"TF", "MTF"}]
+        others = [k for k in chain if k not in moduli]
+        span = self._graph.elements[chain[0]].span if chain else self._graph.conditions[0].span
+        found = connections(self._graph, moduli), connections(self._graph, others)
+        return BgError([catalogue.changing_rank(span, *found)])
+
+    def _warn(self, dropped: Sequence[int]) -> list[Diagnostic]:
+        """Say which chains are held more than once."""
+        if not dropped:
+            return []
+        chain = self._chain(dropped)
+        return [catalogue.redundant_rows(chain.span, chain.names, len(dropped))]
+
+
+def _finite(table: Sequence[Sequence[float]]) -> bool:
+    return all(math.isfinite(x) for row in table for x in row)
+
+
+def _parts(names: Sequence[str]) -> tuple[str, ...]:
+    """The parts that some elements belong to: their paths as far as they first differ, and on."""
+    paths = [name.split(".") for name in dict.fromkeys(names)]
+    depth = 0
+    while all(len(path) > depth + 1 and path[depth] == paths[0][depth] for path in paths):
+        depth += 1
+    return tuple(dict.fromkeys(".".join(path[: depth + 1]) for path in paths))

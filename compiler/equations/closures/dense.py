@@ -1,0 +1,110 @@
+"""Ranks and least changes of small dense matrices of numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+Rows = Sequence[Sequence[float]]
+
+_EMPTY = 1e-12  # a row of this length or less is zero
+
+
+def independent_rows(matrix: Rows, tolerance: float, first: Sequence[int] = ()) -> list[int]:
+    """The rows of a maximal independent set, the best one first.
+
+    A row is dependent where the part of it that is orthogonal to the others is at most
+    `tolerance` of its length. Rows in `first` are taken before others.
+    """
+    left = {k: list(row) for k, row in enumerate(matrix) if math.hypot(*row) > _EMPTY}
+    sizes = {k: math.hypot(*row) for k, row in left.items()}
+    found: list[int] = []
+    while left:
+        some = [k for k in first if k in left] or list(left)
+        best = max(some, key=lambda k: math.hypot(*left[k]) / sizes[k])
+        row = left.pop(best)
+        length = math.hypot(*row)
+        if length <= tolerance * sizes[best]:
+            if best in first:
+                continue
+            break
+        found.append(best)
+        for other in left.values():
+            _orthogonalise(other, row, length)
+    return found
+
+
+def _orthogonalise(row: list[float], other: Sequence[float], length: float) -> None:
+    """Remove from a row its part along another one, twice, since the first time leaves rounding."""
+    for _ in range(2):
+        share = sum(a * b for a, b in zip(row, other, strict=True)) / length**2
+        row[:] = [a - share * b for a, b in zip(row, other, strict=True)]
+
+
+def least_change(matrix: Rows, right: Sequence[float], tolerance: float) -> list[float]:
+    """The shortest x with `matrix x = right` in a maximal independent set of the rows."""
+    width = len(matrix[0]) if matrix else 0
+    change = [0.0] * width
+    basis: list[tuple[list[float], float]] = []  # orthogonal rows, each with its squared length
+    for k in independent_rows(matrix, tolerance):
+        row = list(matrix[k])
+        for other, square in basis:
+            _orthogonalise(row, other, math.sqrt(square))
+        square = sum(a * a for a in row)
+        missing = right[k] - sum(a * b for a, b in zip(matrix[k], change, strict=True))
+        change = [x + missing / square * a for x, a in zip(change, row, strict=True)]
+        basis.append((row, square))
+    return change
+
+
+def damped_change(matrix: Rows, right: Sequence[float], damping: float) -> list[float]:
+    """`A' (A A' + damping I)^-1 b`, by Cholesky's factors; zeros where these do not exist."""
+    size = range(len(matrix))
+    factors: list[list[float]] = []
+    for i in size:
+        line: list[float] = []
+        for j in range(i):
+            product = sum(a * b for a, b in zip(matrix[i], matrix[j], strict=True))
+            known = sum(a * b for a, b in zip(line, factors[j], strict=False))
+            line.append((product - known) / factors[j][j])
+        square = damping + sum(a * a for a in matrix[i]) - sum(a * a for a in line)
+        if not square > 0:
+            return [0.0] * len(matrix[0])
+        factors.append([*line, math.sqrt(square)])
+    weights = list(right)
+    for i in size:
+        known = sum(a * b for a, b in zip(factors[i], weights[:i], strict=False))
+        weights[i] = (weights[i] - known) / factors[i][i]
+    for i in reversed(size):
+        known = sum(factors[k][i] * weights[k] for k in range(i + 1, len(matrix)))
+        weights[i] = (weights[i] - known) / factors[i][i]
+    columns = zip(*matrix, strict=True)
+    return [sum(a * w for a, w in zip(column, weights, strict=True)) for column in columns]
+
+
+def independent_in(
+    matrix: Rows, whole: Sequence[float], order: Sequence[int] | None, tolerance: float
+) -> list[int]:
+    """The rows of a positive semidefinite matrix that Cholesky's pivots choose, largest first.
+
+    Pivots count relative to `whole`. `order` fixes the rows to try, in order; None leaves the
+    choice to the pivots.
+    """
+    size = len(matrix)
+    work = [list(row) for row in matrix]
+    found: list[int] = []
+    waiting = list(range(size)) if order is None else list(order)
+    while waiting:
+        parts = {k: work[k][k] / whole[k] if whole[k] > 0 else 0.0 for k in waiting}
+        best = waiting[0] if order is not None else max(waiting, key=lambda k: parts[k])
+        waiting.remove(best)
+        if not parts[best] > tolerance:
+            if order is None:
+                break
+            continue
+        found.append(best)
+        pivot = list(work[best])
+        for k in waiting:
+            factor = work[k][best] / pivot[best]
+            work[k] = [a - factor * b for a, b in zip(work[k], pivot, strict=True)]
+    return found

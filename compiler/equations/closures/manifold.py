@@ -1,0 +1,204 @@
+"""The configurations in which chains are closed, as numbers: the start, and others at random.
+
+The rank of the rows that close a chain is no property of the expressions: rows of a planar
+mechanism in space, for example, depend on each other only where the chain is closed. It is
+therefore found at the start and at random closed configurations, with the parameters' defaults.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from bgc.algebra.dag import Dag, Kind, Symbol
+from bgc.algebra.evaluate import Evaluator
+from bgc.equations.closures.dense import damped_change, independent_rows, least_change
+from bgc.ir.graph import Node
+from bgc.ir.program import Program
+
+CLOSED = 1e-10  # m or rad: what may be left of a condition
+RANK = 1e-7  # rows closer than this to a combination of others depend on them
+_ITERATIONS = 100
+_DAMPING = 1e-2  # of the normal equations at first, relative to their diagonal
+_LEAST_DAMPING = 1e-4  # after a step that did not help
+_POINTS = 6
+_TRIES = 8  # starts from which the free states are moved until a chain is closed
+_SPREAD = 1.5  # of the random configurations around the start
+
+Point = dict[Symbol, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """Conditions on the states `moved`, with their derivatives by these."""
+
+    nodes: Sequence[Node]
+    moved: Sequence[int]
+    slopes: Sequence[Sequence[Node]]
+
+    def at(self, dag: Dag, point: Mapping[Symbol, float]) -> tuple[list[float], list[list[float]]]:
+        """The conditions and their derivatives at a point."""
+        numbers = Evaluator(dag, point.__getitem__)
+        return numbers.values(self.nodes), [numbers.values(row) for row in self.slopes]
+
+
+def start_of(program: Program, values: Mapping[Symbol, float]) -> Point:
+    """The states at the start for some parameters, at time 0 with all inputs at zero."""
+    point: Point = dict(values)
+    point[Symbol(Kind.TIME, 0)] = 0.0
+    point |= {Symbol(Kind.INPUT, k): 0.0 for k in range(program.inputs)}
+    numbers = Evaluator(program.dag, point.__getitem__)
+    initials = numbers.values(state.initial for state in program.states)
+    return point | {Symbol(Kind.STATE, k): x for k, x in enumerate(initials)}
+
+
+def gap_of(residuals: Sequence[float]) -> float:
+    """The largest residual."""
+    return max(map(abs, residuals), default=0.0)
+
+
+def closed(dag: Dag, conditions: Conditions, point: Point) -> Point | None:
+    """A point near a given one that satisfies the conditions; None where none is found."""
+    symbols = [Symbol(Kind.STATE, k) for k in conditions.moved]
+
+    def at(x: Sequence[float]) -> tuple[list[float], list[list[float]]]:
+        return conditions.at(dag, point | dict(zip(symbols, x, strict=True)))
+
+    found = solve_damped(at, [point[symbol] for symbol in symbols])
+    return None if found is None else point | dict(zip(symbols, found, strict=True))
+
+
+def solve_damped(
+    at: Callable[[Sequence[float]], tuple[list[float], list[list[float]]]], x: list[float]
+) -> list[float] | None:
+    """Solve equations by damped steps of least length; `at` gives residuals and derivatives."""
+    residuals, slopes = at(x)
+    damping = _DAMPING
+    for _ in range(_ITERATIONS):
+        size = math.hypot(*residuals)
+        if not math.isfinite(size):
+            return None
+        if gap_of(residuals) <= 0.1 * CLOSED:
+            return x
+        scale = sum(a * a for row in slopes for a in row) / max(len(slopes), 1)
+        change = damped_change(slopes, [-a for a in residuals], damping * scale)
+        trial = [a + b for a, b in zip(x, change, strict=True)]
+        found, table = at(trial)
+        if math.hypot(*found) < size:
+            x, residuals, slopes = trial, found, table
+            damping *= 0.1
+        else:
+            damping = max(4 * damping, _LEAST_DAMPING)
+            if damping > 1e6:
+                return None
+    return None
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """Parameters that may close the start; the moved states by them, and their derivatives."""
+
+    parameters: Sequence[Symbol]
+    nodes: Sequence[Node]
+    slopes: Sequence[Sequence[Node]]
+
+
+def closed_start(
+    program: Program, conditions: Conditions, start: Start, values: Mapping[Symbol, float]
+) -> dict[Symbol, float] | None:
+    """Values of the parameters that close the start, near given ones; None where there are none.
+
+    Where the given ones lead nowhere, others at random, farther and farther away, are tried.
+    """
+    rng = random.Random("starts")
+    for k in range(_TRIES if start.parameters else 0):
+        near = dict(values)
+        for symbol in start.parameters if k else ():
+            near[symbol] += 0.1 * 1.5**k * rng.uniform(-1, 1)
+        found = _close_start(program, conditions, start, near)
+        if found is not None:
+            return found
+    return None
+
+
+def _close_start(
+    program: Program, conditions: Conditions, start: Start, values: dict[Symbol, float]
+) -> dict[Symbol, float] | None:
+    """Damped Gauss-Newton steps of the parameters (Levenberg, Marquardt)."""
+
+    fixed = start_of(program, values)
+
+    def at(x: Sequence[float]) -> tuple[list[float], list[list[float]]]:
+        point = fixed | dict(zip(start.parameters, x, strict=True))
+        numbers = Evaluator(program.dag, point.__getitem__)
+        moved = (Symbol(Kind.STATE, k) for k in conditions.moved)
+        there = point | dict(zip(moved, numbers.values(start.nodes), strict=True))
+        residuals, slopes = conditions.at(program.dag, there)
+        columns = list(zip(*(numbers.values(row) for row in start.slopes), strict=True))
+        table = [
+            [sum(a * b for a, b in zip(row, column, strict=True)) for column in columns]
+            for row in slopes
+        ]
+        return residuals, table
+
+    found = solve_damped(at, [values[symbol] for symbol in start.parameters])
+    if found is None:
+        return None
+    return values | dict(zip(start.parameters, found, strict=True))
+
+
+def closed_flows(program: Program, point: Point) -> Point:
+    """The point with its momenta moved along the multipliers until the closing rows hold."""
+    closures = program.closures
+    assert closures is not None
+    point = dict(point)
+    numbers = Evaluator(program.dag, point.__getitem__)
+    left = [numbers.values(row) for row in closures.by_impulse]
+    right = [numbers.values(row) for row in closures.response]
+    size = range(closures.kept)
+    matrix = [
+        [-sum(a * action[j] for a, action in zip(row, right, strict=True)) for j in size]
+        for row in left
+    ]
+    weights = least_change(matrix, numbers.values(closures.flows[: closures.kept]), 1e-14)
+    for k, actions in zip(closures.impulses, right, strict=True):
+        point[Symbol(Kind.STATE, k)] += sum(a * x for a, x in zip(actions, weights, strict=True))
+    return point
+
+
+def closed_points(dag: Dag, conditions: Conditions, start: Point) -> Iterator[Point]:
+    """Random configurations; closed ones where there are conditions."""
+    rng = random.Random("closed chains")
+    states = [symbol for symbol in start if symbol.kind is Kind.STATE]
+    found = 0
+    for _ in range(10 * _POINTS):
+        point = dict(start)
+        for symbol in states:
+            point[symbol] += _SPREAD * rng.uniform(-1, 1)
+        near = closed(dag, conditions, point) if conditions.nodes else point
+        if near is not None:
+            found += 1
+            yield near
+        if found == _POINTS:
+            return
+
+
+def condition_ranks(
+    dag: Dag, conditions: Conditions, points: Sequence[Point]
+) -> tuple[list[int], list[int] | None]:
+    """The rank of the conditions at each point, and conditions from which all others follow.
+
+    These are independent at every point of the highest rank; None if no choice is.
+    """
+    tables = [conditions.at(dag, point)[1] for point in points]
+    chosen = [independent_rows(table, RANK) for table in tables]
+    ranks = [len(rows) for rows in chosen]
+    full = [k for k, rank in enumerate(ranks) if rank == max(ranks)]
+    for k in full:
+        rows = sorted(chosen[k])
+        parts = ([tables[other][row] for row in rows] for other in full)
+        if all(len(independent_rows(part, RANK)) == len(rows) for part in parts):
+            return ranks, rows
+    return ranks, None

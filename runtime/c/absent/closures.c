@@ -1,0 +1,34 @@
+/* closures.c: replaces closures.c in a model without closed chains of rigid connections. */
+#include "bgc_internal.h"
+
+size_t bgc_closing_size(const bgc_model *m) {
+    (void)m;
+    return 0;
+}
+
+bgc_status bgc_close_chains(const bgc_model *m, bgc_data *d, double t, double *x) {
+    (void)m, (void)d, (void)t, (void)x;
+    return BGC_OK;
+}
+
+bgc_status bgc_close_start(const bgc_model *m, bgc_data *d) {
+    (void)m, (void)d;
+    return BGC_OK;
+}
+
+bgc_status bgc_watch_chains(const bgc_model *m, bgc_data *d, double t, const double *x) {
+    (void)m, (void)d, (void)t, (void)x;
+    return BGC_OK;
+}
+
+int bgc_chains_were_left(const bgc_model *m, const bgc_data *d, const double *x) {
+    (void)m, (void)d, (void)x;
+    return 0;
+}
+
+void bgc_enter_chains(const bgc_model *m, bgc_data *d) { (void)m, (void)d; }
+
+bgc_status bgc_status_near_chains(const bgc_model *m, const bgc_data *d, bgc_status status) {
+    (void)m, (void)d;
+    return status;
+}

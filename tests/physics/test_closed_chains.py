@@ -1,0 +1,229 @@
+"""Closed chains of rigid joints, against bars with pins in maximal coordinates."""
+
+import numpy as np
+import pytest
+from bars import GRAVITY, Bars, across, bar_from, direction, four_bar
+
+import bgc
+from bgc.runtime.running.failures import SimulationError
+
+
+def turned(result, *names):
+    return np.cumsum(np.column_stack([result[name] for name in names]), axis=1)
+
+
+def closed(result, name="gap"):
+    return np.abs(result[name]).max()
+
+
+def test_a_four_bar_moves_as_bars_with_pins(load):
+    result = load("closed_chains", "four_bar").simulate()
+    angles = turned(result, "a", "b", "c")
+    np.testing.assert_allclose(angles, four_bar(result.time, angles[0]), atol=2e-7)
+    assert np.ptp(angles[:, 0]) > 10, "it has to turn over"
+    assert closed(result) < 1e-12
+    assert np.abs(result["energy.residual"]).max() < 1e-6
+
+
+@pytest.mark.parametrize("solver", ["dopri5", "rodas4p2", "radau5"])
+def test_every_adaptive_method_gives_the_same_motion(load, solver):
+    model = load("closed_chains", "four_bar")
+    exact = model.simulate()
+    result = model.simulate(solver=solver, rtol=1e-9)
+    np.testing.assert_allclose(result["a"], exact["a"], atol=1e-6)
+    assert closed(result) < 1e-12
+
+
+@pytest.mark.parametrize("solver", ["ros34prw", "rodas23w", "rk4", "heun", "midpoint", "gauss4"])
+def test_fixed_steps_keep_the_chain_closed(load, solver):
+    model = load("closed_chains", "four_bar")
+    exact = model.simulate()
+    coarse, fine = (model.simulate(solver=solver, step=step) for step in (2e-3, 1e-3))
+    errors = [np.abs(r["a"] - exact["a"]).max() for r in (coarse, fine)]
+    assert errors[1] < 5e-3 and errors[1] < errors[0] / 3
+    assert max(closed(coarse), closed(fine)) < 1e-12
+
+
+def test_a_tilted_linkage_needs_its_redundant_rows_dropped(load):
+    """In a plane in no special direction no row is identically zero, yet three are redundant."""
+    model = load("closed_chains", "tilted")
+    result = model.simulate()
+    tilt, axis = 0.7, np.array([1, -4, 2]) / np.sqrt(21)
+    assert closed(result) < 1e-12
+    assert np.abs(result["energy.residual"]).max() < 1e-6
+
+    # In the plane of the linkage gravity is what remains of it there.
+    cos, sin = np.cos(tilt), np.sin(tilt)
+    skew = np.cross(np.eye(3), axis)
+    turn = cos * np.eye(3) + (1 - cos) * np.outer(axis, axis) + sin * skew
+    pull = turn.T @ np.array([0, 0, -GRAVITY])
+    bars = Bars((3, 1, 0.1), (8, 2.5, 0.1), (5, 1.7, 0.1))
+    angles = turned(result, "a", "b", "c")
+    start, at = [], np.zeros(2)
+    for length, angle in zip((1, 2.5, 1.7), angles[0], strict=True):
+        start += bar_from(at, length, angle)
+        at = at + length * direction(angle)
+    bars.pin(bars.at(0, -0.5))
+    bars.pin(bars.at(0, 0.5), bars.at(1, -1.25))
+    bars.pin(bars.at(1, 1.25), bars.at(2, -0.85))
+    bars.pin(bars.at(2, 0.85))
+    bars.torques[2] = 60
+    extra = np.zeros(9)
+    extra[0::3] = bars.mass * pull[0]
+    extra[1::3] = bars.mass * (pull[2] + GRAVITY)
+    exact = bars.motion(np.array(start), result.time, lambda q: extra)[:, 2::3]
+    np.testing.assert_allclose(angles, exact, atol=2e-7)
+
+
+def test_a_parallelogram_stays_one(load):
+    result = load("closed_chains", "parallelogram").simulate()
+    bars = Bars((3, 1, 0.1), (8, 2, 0.1), (5, 1, 0.1))
+    angle = np.pi / 3
+    top, right = direction(angle), np.array([2.0, 0.0])
+    start = bar_from(np.zeros(2), 1, angle) + bar_from(top, 2, 0.0)
+    start += bar_from(top + right, 1, angle + np.pi)
+    bars.pin(bars.at(0, -0.5))
+    bars.pin(bars.at(0, 0.5), bars.at(1, -1))
+    bars.pin(bars.at(1, 1), bars.at(2, -0.5))
+    bars.pin(bars.at(2, 0.5))
+    exact = bars.motion(np.array(start), result.time)[:, 2]
+    np.testing.assert_allclose(result["a"], exact, atol=1e-7)
+    np.testing.assert_allclose(result["b"], -result["a"], atol=1e-12)
+    assert closed(result) < 1e-12
+
+
+def test_a_slider_crank_moves_as_bars_with_pins_and_a_guide(load):
+    result = load("closed_chains", "slider_crank").simulate()
+    bars = Bars((3, 0.5, 0.1), (4, 1.5, 0.05), (6, 0.2, 0.1))
+    angles = turned(result, "a", "b")
+    at, start = np.zeros(2), []
+    for length, angle in ((0.5, angles[0, 0]), (1.5, angles[0, 1]), (0.2, 0.0)):
+        start += bar_from(at, length, angle)
+        at = at + length * direction(angle)
+    assert abs(at[1]) < 1e-9
+    bars.pin(bars.at(0, -0.25))
+    bars.pin(bars.at(0, 0.25), bars.at(1, -0.75))
+    bars.pin(bars.at(1, 0.75), bars.at(2, -0.1))
+    bars.fix(np.eye(9)[7])
+    bars.fix(np.eye(9)[8])
+    bars.torques[2] = 20
+    exact = bars.motion(np.array(start), result.time)
+    np.testing.assert_allclose(angles, exact[:, [2, 5]], atol=5e-7)
+    np.testing.assert_allclose(result["x"], exact[:, 6] + 0.1, atol=5e-7)
+    assert closed(result) < 1e-12
+    assert np.abs(result["energy.residual"]).max() < 1e-6
+
+
+def test_a_derrick_moves_as_a_boom_with_a_cylinder(load):
+    result = load("closed_chains", "derrick").simulate()
+    bars = Bars((800, 6, 0.3), (60, 1.5, 0.1), (90, 1.2, 0.15))
+    boom, eye, stroke = result["a"][0], result["b"][0], result["x"][0]
+    rod = boom + eye
+    head = 2 * direction(boom) + 1.5 * direction(rod)
+    start = bar_from(np.zeros(2), 6, boom) + bar_from(2 * direction(boom), 1.5, rod)
+    start += bar_from(head + stroke * direction(rod), 1.2, rod)
+    bars.pin(bars.at(0, -3))
+    bars.pin(bars.at(0, -1), bars.at(1, -0.75))
+    bars.fix(np.eye(9)[5] - np.eye(9)[8])
+    bars.slide(bars.at(2, -0.6), bars.at(1, 0.75), 1)
+    bars.pin(bars.at(2, 0.6))
+
+    def push(q):
+        force = np.zeros(9)
+        along = 12e3 * direction(q[5])
+        for point, sign in ((bars.at(2, -0.6), 1), (bars.at(1, 0.75), -1)):
+            force += sign * point[1](q).T @ along
+        return force
+
+    exact = bars.motion(np.array(start), result.time, push)
+    np.testing.assert_allclose(result["a"], exact[:, 2], atol=1e-6)
+    np.testing.assert_allclose(result["a"] + result["b"], exact[:, 5], atol=1e-6)
+    assert np.ptp(result["a"]) > 0.5
+    assert closed(result) < 1e-12
+
+
+def test_a_skate_follows_its_cycloid(load):
+    """A constraint on rates alone: no position is held."""
+    result = load("closed_chains", "skate").simulate()
+    t, turn, pull = result.time, 0.7, 2 / 3
+    np.testing.assert_allclose(result["x"], pull / (2 * turn**2) * np.sin(turn * t) ** 2, atol=1e-8)
+    exact = pull / (2 * turn**2) * (turn * t - np.sin(turn * t) * np.cos(turn * t))
+    np.testing.assert_allclose(result["y"], exact, atol=1e-8)
+    # The edge turns the momentum, and takes the pull across the blade.
+    grip = 3 * (pull / turn * np.sin(turn * t)) * turn + 2 * np.sin(turn * t)
+    np.testing.assert_allclose(np.abs(result["grip"]), np.abs(grip), atol=1e-6)
+    assert np.abs(result["energy.residual"]).max() < 1e-8
+
+
+@pytest.mark.parametrize("solver", ["rodas5p", "dopri5"])
+def test_a_thousand_seconds_open_no_gap(load, solver):
+    result = load("closed_chains", "four_bar").simulate(
+        duration=1000, every=0.37, rtol=1e-6, solver=solver, parameters={"drive": 0}
+    )
+    angles, rates = turned(result, "a", "b", "c"), turned(result, "u", "v", "w")
+    moved = [
+        length * w * across(angle)
+        for length, *pair in ((1, angles[:, 0], rates[:, 0]), (2.5, angles[:, 1], rates[:, 1]),
+                              (1.7, angles[:, 2], rates[:, 2]))
+        for angle, w in [pair]
+    ]  # fmt: skip
+    assert np.ptp(result["a"]) > 0.5 and np.abs(rates).max() > 1
+    assert closed(result) < 1e-9
+    assert np.abs(sum(moved)).max() < 1e-9
+
+
+def simulated_until_singular(model, **options):
+    with pytest.raises(SimulationError) as caught:
+        model.simulate(**options)
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "BG735"
+    return diagnostic, caught.value.result
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"rtol": 1e-3}, {"solver": "rk4", "step": 1e-3}, {"solver": "ros34prw", "step": 0.01}],
+)
+def test_a_parallelogram_ends_where_its_bars_lie_in_one_line(load, options):
+    model = load("closed_chains", "through_the_line")
+    diagnostic, result = simulated_until_singular(model, **options)
+    assert all(f"`{name}`" in diagnostic.message for name in ("pin1", "crank", "pin4"))
+    assert "t = 0.55" in diagnostic.message
+    assert 0 < result["a"][-1] < 0.3
+
+
+def test_a_slider_crank_of_equal_bars_ends_at_its_dead_centre(load):
+    diagnostic, result = simulated_until_singular(load("closed_chains", "dead_centre"))
+    assert "`guide`" in diagnostic.message
+    assert result["a"][-1] == pytest.approx(np.pi / 2, abs=0.02)
+
+
+def test_a_given_angle_opens_the_chain(load):
+    with pytest.raises(bgc.BgError) as caught:
+        load("closed_chains", "four_bar").simulate(parameters={"crank_length": 6})
+    assert caught.value.diagnostics[0].code == "BG736"
+
+
+def test_a_length_of_a_run_closes_anew(load):
+    result = load("closed_chains", "four_bar").simulate(parameters={"crank_length": 0.8})
+    assert closed(result) < 1e-12
+    assert result["b"][0] != load("closed_chains", "four_bar").simulate()["b"][0]
+
+
+def test_instances_of_an_ensemble_are_those_of_single_runs(load):
+    model = load("closed_chains", "slider_crank")
+    lengths = [1.3, 1.5, 1.7, 1.9]
+    runs = model.simulate_many({"rod_length": lengths})
+    assert "closed chains" in runs.alone
+    for k, length in enumerate(lengths):
+        alone = model.simulate(parameters={"rod_length": length})
+        np.testing.assert_array_equal(runs.values[k][:, 0], alone["a"])
+
+
+def test_small_swings_have_the_frequency_of_one_pendulum(load):
+    """Crank and rocker swing about their pins, the coupler goes along without turning."""
+    linear = load("closed_chains", "hanging").linearise()
+    bars = sum(m * (1 / 3 + 0.1**2 / 12) for m in (3, 5))
+    frequency = np.sqrt(GRAVITY * (3 / 2 + 5 / 2 + 8) / (bars + 8))
+    assert len(linear.states) == 2
+    np.testing.assert_allclose(sorted(np.linalg.eigvals(linear.A).imag), [-frequency, frequency])
