@@ -200,6 +200,7 @@ def _stages(
         content_of(emitted),
         depends_on_time(sliced),
         passive_coefficients(graph),
+        emitted.operations,
     )
     cache = open_cache()
     built = build_model(emitted, facts, options, warnings, cache)

@@ -35,7 +35,7 @@ class RunFacts:
     accuracies by output; an output may be required without being a column. `content` is a hash
     of the emitted C without comments. `timed` is true where rates or observed powers depend
     explicitly on time. `passive` lists the parameters that a run should not make negative, each
-    with its meaning and its element.
+    with its meaning and its element. `operations` counts those of each C function of the model.
     """
 
     scene: str
@@ -54,6 +54,7 @@ class RunFacts:
     content: str = ""
     timed: bool = True
     passive: tuple[tuple[str, str, str], ...] = ()
+    operations: tuple[tuple[str, int], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +98,7 @@ def run_facts(
     content: str = "",
     timed: bool = True,
     passive: tuple[tuple[str, str, str], ...] = (),
+    operations: tuple[tuple[str, int], ...] = (),
 ) -> RunFacts:
     """Collect the run settings of a scene, with the folded parameters and the requirements."""
     solver = scene.solver
@@ -117,4 +119,5 @@ def run_facts(
         content=content,
         timed=timed,
         passive=passive,
+        operations=operations,
     )

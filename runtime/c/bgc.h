@@ -296,6 +296,7 @@ typedef struct {
     int lanes;           /* 1: bgc_run_lanes serves it */
     int embedded_order;  /* of the solution by which fixed steps may be subdivided; 0: they may not */
     int substeps;        /* the default of bgc_options.substeps */
+    int stages;
 } bgc_method_info;
 
 /* Properties of method k; BGC_BAD_ARGUMENT past the last. The first method with error control and
@@ -336,6 +337,15 @@ typedef struct {
      * tolerance and its time; the most attempts that one of the first took. */
     long subdivided, over_budget, most_attempts;
     double largest_excess, excess_time;
+    /* Of methods that use df/dx: an upper bound on the spectral radius rho of M^-1 df/dx, 1/s, and the
+     * integral of that bound; INFINITY where M is not diagonal. An explicit method needs about a
+     * third as many steps for its stability. 0: not measured. */
+    double fastest, stiffness;
+    double controlled_steps; /* the steps that error control alone would have taken, about */
+    /* Of some steps with error control: how many were examined, in how many the error estimate
+     * consisted of the rounding of f, and the largest rounding over the tolerance. */
+    long rounding_samples, rounding;
+    double largest_rounding;
 } bgc_counts;
 
 /* Restarts the count of steps and samples at the present time, and discards the dense output of the

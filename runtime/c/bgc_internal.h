@@ -225,6 +225,8 @@ typedef struct {
     int complex_watched;
     long complex_factorisations;
 
+    double spectral_bound; /* see stiffness.c */
+
     /* Step control. */
     double h_next, error_old;
     int rejected;      /* the last attempt was rejected, */
@@ -282,6 +284,7 @@ struct bgc_data {
     bgc_complex *complex_right, *complex_b, *complex_residual;
     double *complex_work;   /* 3 n_state: complex elimination */
     double *next, *error;   /* the solution and the error estimate of a step */
+    double *noise;          /* the error estimate of a perturbed attempt */
     double *point, *right, *residual, *magnitude, *b;
     double *output, *command, *check, *work;
     double *samples;        /* BGC_SAMPLES vectors of arguments of switches */
@@ -393,6 +396,14 @@ void bgc_begin_sample(bgc_core *core);
 double bgc_plan_substep(bgc_core *core, double grid);
 int bgc_accept_substep(const bgc_model *m, bgc_data *d, const bgc_method *method, bgc_status status,
                        double h);
+
+/* --- stiffness.c */
+void bgc_watch_stiffness(const bgc_model *m, bgc_data *d, double h);
+
+/* --- rounding.c */
+int bgc_samples_rounding(const bgc_model *m, const bgc_data *d, const bgc_method *method);
+int bgc_try_perturbed(const bgc_model *m, bgc_data *d, const bgc_method *method, double h);
+void bgc_judge_rounding(const bgc_model *m, bgc_data *d, double error);
 
 /* --- evaluate.c */
 void bgc_evaluate_f(const bgc_model *m, bgc_data *d);

@@ -92,6 +92,7 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->complex_work = place(&l, 3 * n);
     d->next = place(&l, n);
     d->error = place(&l, n);
+    d->noise = place(&l, n);
     d->point = place(&l, n);
     d->right = place(&l, n);
     d->residual = place(&l, n);
@@ -277,6 +278,8 @@ static void clear_run(bgc_core *core, double t) {
     core->complex_factorisations = 0;
     core->halvings = 0;
     core->dense = BGC_NO_DENSE;
+    core->spectral_bound = 0.0;
+    bgc_begin_sample(core);
     core->h_next = 0.0;
     core->error_old = 1.0;
     core->stored0 = core->largest_account = 0.0;

@@ -45,6 +45,7 @@ bgc_status bgc_get_method(int k, bgc_method_info *info) {
         .lanes = method->family->lanes,
         .embedded_order = method->embedded_order,
         .substeps = method->substeps > 0 ? method->substeps : 1,
+        .stages = method->tableau != NULL ? method->tableau->stages : method->collocation->stages,
     };
     return BGC_OK;
 }

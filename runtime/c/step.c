@@ -67,6 +67,9 @@ static bgc_status accept(const bgc_model *m, bgc_data *d, const bgc_balance *bal
     bgc_core *core = &d->core;
 
     core->counts.last_step = t_new - core->t;
+    if (bgc_methods[core->method].family->jacobian) {
+        bgc_watch_stiffness(m, d, core->counts.last_step);
+    }
     core->counts.steps++;
 
     /* The state. f at the end of the step is kept where it has been evaluated. */
@@ -289,7 +292,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     double h, t_new, clear, stop, error;
     bgc_balance balance = {0};
     bgc_status status;
-    int bad;
+    int bad, sampled;
 
     bgc_evaluate_f(m, d);
     bad = bgc_first_bad(m->n_state, d->f);
@@ -329,6 +332,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     }
 
     /* The step, and its error estimate. */
+    sampled = bgc_samples_rounding(m, d, method) && bgc_try_perturbed(m, d, method, h);
     status = advance_held(m, d, method, h);
     if (status != BGC_OK) {
         return reject(d, status, 0.25 * h);
@@ -337,6 +341,9 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     if (!isfinite(error)) {
         core->failed_state = bgc_first_bad(m->n_state, d->error);
         return reject(d, BGC_NOT_FINITE, 0.25 * h);
+    }
+    if (sampled) {
+        bgc_judge_rounding(m, d, error);
     }
     if (error > 1.0) {
         core->failed_state = worst_state(m, d);
@@ -384,6 +391,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         memcpy(d->f_before, d->f, (size_t)m->n_state * sizeof *d->f);
     }
     bgc_follow_faint(m, d, t_new);
+    core->counts.controlled_steps += pow(fmin(error, 1.0), 1.0 / q);
     error = fmax(error, bgc_least_error);
     core->h_next = bgc_next_step(h, core->h_next, error, core->error_old, q,
                                  !core->rejected && !core->event);

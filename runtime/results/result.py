@@ -68,6 +68,8 @@ class Result(Mapping[str, Array]):
         Columns of the energy accounts: `{"residual": "energy.residual"}`.
     notices
         Warnings about the method and the parameters of the run.
+    faster
+        An explicit method that would take much less time; empty where none is known.
     warnings
         The notices, and warnings about the rows: a value that is not finite, energies that do
         not balance.
@@ -84,6 +86,7 @@ class Result(Mapping[str, Array]):
     panels: Sequence[Panel] = ()
     accounts: Mapping[str, str] = field(default_factory=dict)
     notices: tuple[Diagnostic, ...] = ()
+    faster: str = ""
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:

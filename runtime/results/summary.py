@@ -31,6 +31,8 @@ def summarise(result: Result) -> str:
         )
     if counts["fallbacks"]:
         lines.append(f"  {counts['fallbacks']:,.0f} factorisations needed full pivoting")
+    if result.faster:
+        lines.append(f"  nothing in it is stiff: `--solver {result.faster}` is likely to be faster")
     if residual := _residual(result):
         lines.append(f"  {residual}")
     return "\n".join(lines)

@@ -186,7 +186,7 @@ class MethodStruct(ctypes.Structure):
     _fields_: ClassVar[_Fields] = [
         *((name, c_char_p) for name in ("name", "family", "purpose")),
         *((name, c_int) for name in ("order", "error_order", "jacobian", "lanes")),
-        *((name, c_int) for name in ("embedded_order", "substeps")),
+        *((name, c_int) for name in ("embedded_order", "substeps", "stages")),
     ]
 
 
@@ -202,7 +202,10 @@ class CountsStruct(ctypes.Structure):
         ("correction_state", c_long),
         ("scale_reached", c_double),
         *((name, c_long) for name in ("subdivided", "over_budget", "most_attempts")),
-        *((name, c_double) for name in ("largest_excess", "excess_time")),
+        *((name, c_double) for name in ("largest_excess", "excess_time", "fastest", "stiffness")),
+        ("controlled_steps", c_double),
+        *((name, c_long) for name in ("rounding_samples", "rounding")),
+        ("largest_rounding", c_double),
     ]
 
 
@@ -304,6 +307,7 @@ class Library:
                 lanes=bool(raw.lanes),
                 embedded_order=raw.embedded_order,
                 substeps=raw.substeps,
+                stages=raw.stages,
             )
         return found
 

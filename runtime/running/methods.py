@@ -16,6 +16,7 @@ from pathlib import Path
 ADAPTIVE_OPTIONS = ("rtol", "atol", "step", "max_step", "max_steps", "settle")
 
 _FAMILY = re.compile(r"^static const bgc_family (\w+) = \{\n(.*?)^\};", re.MULTILINE | re.DOTALL)
+_STAGES = re.compile(r"^static const bgc_\w+ (\w+) = \{\n    \.stages = (\d+),", re.MULTILINE)
 _TABLE = re.compile(r"^const bgc_method bgc_methods\[\] = \{\n(.*?)^\};", re.MULTILINE | re.DOTALL)
 _ROW = re.compile(r"^    \{\n(.*?)^    \},", re.MULTILINE | re.DOTALL)
 _FIELD = re.compile(r'^\s+\.(\w+) = &?"?(.*?)"?,$', re.MULTILINE)
@@ -43,6 +44,8 @@ class MethodInfo:
         Order of the solution by which fixed steps may be subdivided; 0: they may not.
     substeps
         Most parts of a fixed step where the options give none.
+    stages
+        Number of its stages.
     """
 
     name: str
@@ -54,6 +57,7 @@ class MethodInfo:
     lanes: bool
     embedded_order: int
     substeps: int
+    stages: int
 
     @property
     def fixed(self) -> bool:
@@ -87,10 +91,14 @@ def known_methods() -> tuple[MethodInfo, ...]:
     families = {name: dict(_FIELD.findall(body)) for name, body in _FAMILY.findall(text)}
     table = _TABLE.search(text)
     assert table is not None
-    return tuple(_method(dict(_FIELD.findall(row)), families) for row in _ROW.findall(table[1]))
+    stages = {name: int(number) for name, number in _STAGES.findall(text)}
+    rows = (dict(_FIELD.findall(row)) for row in _ROW.findall(table[1]))
+    return tuple(_method(row, families, stages) for row in rows)
 
 
-def _method(row: dict[str, str], families: dict[str, dict[str, str]]) -> MethodInfo:
+def _method(
+    row: dict[str, str], families: dict[str, dict[str, str]], stages: dict[str, int]
+) -> MethodInfo:
     family = families[row["family"]]
     return MethodInfo(
         name=row["name"],
@@ -102,4 +110,5 @@ def _method(row: dict[str, str], families: dict[str, dict[str, str]]) -> MethodI
         lanes=family.get("lanes") == "1",
         embedded_order=int(row.get("embedded_order", 0)),
         substeps=int(row.get("substeps", 1)),
+        stages=stages[row.get("tableau", "") or row["collocation"]],
     )

@@ -99,8 +99,9 @@ def choose_method(
     """Choose the method of a run: the caller's options go before those of the scene.
 
     Without a solver, and for `auto` without a recommendation, the method is the default of the
-    runtime: with fixed steps where a step is given, else with error control. Options that the scene
-    gives for another method do not count. `backends` are external solvers that may be chosen too.
+    runtime: with fixed steps where a step is given, else with error control. The scene's options
+    are those of its own method: another one takes those that it has, but no tolerance or step of a
+    method of the other kind. `backends` are external solvers that may be chosen too.
 
     Raises BgError: BG044 for an option that the method does not have, BG066 for a bad option, BG071
     for an unknown solver, BG072 for a fixed-step method without a step.
@@ -128,14 +129,22 @@ def choose_method(
     info = library.methods.get(name)  # None: a backend, which is adaptive
     fixed = info is not None and info.fixed
     served = ADAPTIVE_OPTIONS if info is None else info.options
-    parts = int(wanted.get("substeps", 1 if info is None else info.substeps))
+    parts = 1 if info is None else info.substeps
+    parts = int(wanted.get("substeps", parts)) if "substeps" in served else parts
     if fixed and parts == 1:  # no step is judged by a tolerance
         served = tuple(option for option in served if option not in ("rtol", "atol"))
     intended = set(wanted) if facts.solver == name else set(given)
     for option in wanted:
         if option not in served and option in intended:
             raise BgError([option_not_served(name, option, fixed, served)])
-    wanted = {option: value for option, value in wanted.items() if option in served}
+    own = library.methods.get(facts.solver or "")  # None: none, `auto` or a backend
+    lost = {"rtol", "atol"} if (own is not None and own.fixed) != fixed else set()
+    lost |= {"step"} if own is not None and own.fixed != fixed else set()
+    wanted = {
+        option: value
+        for option, value in wanted.items()
+        if option in served and (option in given or option not in lost)
+    }
     if fixed and "step" not in wanted:
         if facts.step is None:
             raise BgError([step_needed(name)])

@@ -10,11 +10,17 @@ import numpy as np
 from bgc.building.backends import BACKENDS
 from bgc.diagnostics.catalogue.arguments import no_duration
 from bgc.diagnostics.catalogue.physics import negative_value
-from bgc.diagnostics.catalogue.run import rounding_decides, samples_over_budget, step_too_long
+from bgc.diagnostics.catalogue.run import (
+    limited_by_rounding,
+    rounding_decides,
+    samples_over_budget,
+    step_too_long,
+)
 from bgc.diagnostics.catalogue.trade import nothing_measured
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.result import Result
+from bgc.runtime.running.advice import faster_method
 from bgc.runtime.running.binding import Instance, Status
 from bgc.runtime.running.failures import RunInterrupted, SimulationError, explain, require
 from bgc.runtime.running.faint import Undecided, undecided
@@ -25,6 +31,7 @@ from bgc.runtime.running.rows import row_times
 from bgc.runtime.running.run import Method, choose_method, run_watched
 
 _NONE: Mapping[str, ParameterValue] = MappingProxyType({})
+_ROUNDED = 0.25  # of the steps examined: rounding limits them in a large part of the run
 _NO_OPTIONS: Mapping[str, float | None] = MappingProxyType({})
 
 
@@ -136,6 +143,7 @@ def _named(
         panels=model.facts.panels,
         accounts=model.accounts,
         notices=(*notices, *_warnings(model, instance, counts, method)),
+        faster=faster_method(model, method, counts),
     )
 
 
@@ -150,7 +158,10 @@ def _undecided(found: Undecided) -> Diagnostic:
 def _warnings(
     model: LoadedModel, instance: Instance, counts: Mapping[str, float], method: Method
 ) -> Iterator[Diagnostic]:
-    """Warn of parameters set to negative values (BG460) and of steps too long (BG719, BG730)."""
+    """Warn of parameters set to negative values, of steps too long, and of rounding.
+
+    The codes are BG460; BG719 and BG730; BG731.
+    """
     for name, what, element in model.facts.passive:
         value = model.parameters.turned_negative(instance, name)
         if value is not None:
@@ -160,6 +171,8 @@ def _warnings(
         yield step_too_long(
             counts["correction_time"], state, counts["largest_correction"], method.step
         )
+    if counts["rounding"] >= max(2, _ROUNDED * counts["rounding_samples"]):
+        yield limited_by_rounding(int(counts["rounding"]), int(counts["rounding_samples"]))
     if counts["over_budget"]:
         yield samples_over_budget(
             int(counts["over_budget"]),

@@ -19,7 +19,9 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.state_space import pencil_eigenvalues
 from bgc.runtime.model import Model
 from bgc.runtime.running import binding
+from bgc.runtime.running.binding import Library
 from bgc.runtime.running.failures import RunInterrupted, SimulationError
+from bgc.runtime.running.run import choose_method
 
 OSCILLATOR = Path(__file__).with_name("oscillator.c").read_text()
 COLUMNS = ("v", "q", "energy.residual", "r[1]", "r[2]")
@@ -135,6 +137,24 @@ def test_an_option_in_the_scene_that_its_own_method_does_not_have(library, optio
     assert code_of(error) == "BG044"
     # It was not written for a method that the caller chooses instead.
     assert model.simulate(solver="rk4").solver == "rk4"
+
+
+@pytest.mark.parametrize(
+    ("own", "options", "other", "expected"),
+    [
+        ("rodas5p", {"rtol": 1e-10, "step": 1e-6}, "ros34prw", {"rtol": 0.0, "step": 0.01}),
+        ("rodas5p", {"rtol": 1e-10, "step": 1e-6}, "dopri5", {"rtol": 1e-10, "step": 1e-6}),
+        ("ros34prw", {"rtol": 0.1, "step": 2e-3}, "dopri5", {"rtol": 0.0, "step": 0.0}),
+        ("ros34prw", {"substeps": 4, "step": 2e-3}, "lie", {"substeps": 1, "step": 2e-3}),
+        ("auto", {"rtol": 1e-10, "step": 2e-3}, "ros34prw", {"rtol": 0.0, "step": 2e-3}),
+    ],
+)
+def test_tolerances_and_steps_of_the_scene_are_those_of_its_kind(
+    library, own, options, other, expected
+):
+    facts = RunFacts("s", "M", ("q",), solver=own, solver_options=tuple(options.items()), step=0.01)
+    method = choose_method(Library(library), facts, other)
+    assert {name: getattr(method, name) for name in expected} == expected
 
 
 def test_the_longest_step_can_be_limited(model):

@@ -476,6 +476,32 @@ def rounding_decides(
     )
 
 
+def limited_by_rounding(affected: int, examined: int) -> Diagnostic:
+    """BG731: rounding limits the steps
+
+    What: the error estimate, by which the method chooses its steps, consists of rounding errors of
+    the equations in a large part of the run.
+
+    Why: the equations subtract large terms that almost cancel, as the finite differences of a fine
+    mesh do: their rounding errors grow with 1/dx^2, in a beam with 1/dx^4. These do not fall with
+    the step as the error of the method does, so error control takes many more steps than the motion
+    needs, without a better result.
+
+    Example: a beam of 600 elements at `rtol = 1e-10` takes 93,000 steps, one of 100 elements 1,500.
+
+    Way out: loosen `rtol` by a factor of 10 or 100: the accuracy is the same. Or write the
+    equations in differences that are states themselves (deflections of springs), or use a coarser
+    mesh.
+    """
+    return warning(
+        "BG731",
+        f"rounding errors of the equations limit the steps: in {affected} of {examined} steps "
+        "that were examined they make up the error estimate",
+        help="loosen `rtol` by a factor of 10 or 100, or write the equations without differences "
+        "of large terms; see `bgc doc BG731`",
+    )
+
+
 def not_converged(time: float) -> Diagnostic:
     """BG714: an implicit step that did not converge
 

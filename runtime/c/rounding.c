@@ -1,0 +1,83 @@
+/* rounding.c: detection of runs whose steps are limited by the rounding of f.
+ *
+ * Where f is a small difference of large terms, as in a fine mesh, its rounding errors enter the error
+ * estimate. They do not fall with the step as the error does, and error control takes steps that are
+ * far too short. At some steps the attempt is made twice, once from a state perturbed by a millionth of
+ * the tolerance and some units of the last digit. The true error hardly changes, and the rounding
+ * errors are independent: the difference of both estimates is their size.
+ */
+#include "bgc_internal.h"
+#include "tolerance.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { ROUNDING_INTERVAL = 256 };               /* steps between two samples */
+static const double shift = 1e-6;               /* of the tolerance */
+static const double digits = 8.0 * DBL_EPSILON; /* of the state */
+static const double negligible_rounding = 0.05; /* rounding, over the tolerance */
+static const double dominant_rounding = 0.5;    /* rounding, over the error estimate */
+
+/* Whether the next attempt is a sample. Runs with inputs have to keep their time, and take none. */
+int bgc_samples_rounding(const bgc_model *m, const bgc_data *d, const bgc_method *method) {
+    const bgc_counts *counts = &d->core.counts;
+
+    return counts->steps > 0 && counts->steps % ROUNDING_INTERVAL == 0 && !d->core.rejected &&
+           method->tableau != NULL && m->n_input == 0;
+}
+
+/* x with each state perturbed by a part of its tolerance; sizes and signs follow a low-discrepancy
+ * sequence. */
+static void shift_states(const bgc_model *m, bgc_data *d) {
+    const bgc_core *core = &d->core;
+    double size = 0.25;
+
+    for (int i = 0; i < m->n_state; i++) {
+        const double tolerance = bgc_step_tolerance(fabs(d->x[i]), d->scale[i],
+                                                    core->counts.scale_reached, core->rtol,
+                                                    core->atol);
+        d->x[i] += (2.0 * size - 1.0) * (shift * tolerance + digits * fabs(d->x[i]));
+        size = fmod(size + 0.6180339887498949, 1.0);
+    }
+}
+
+/* Makes the attempt of length h from a perturbed state, and keeps its error estimate in d->noise.
+ * Nothing else of the instance changes but scratch. Returns whether it succeeded. */
+int bgc_try_perturbed(const bgc_model *m, bgc_data *d, const bgc_method *method, double h) {
+    const size_t size = (size_t)m->n_state * sizeof *d->x;
+    const bgc_core before = d->core;
+    bgc_status status;
+
+    /* The Jacobian is that at the unperturbed state. */
+    if (method->family->jacobian) {
+        bgc_evaluate_jacobian(m, d);
+    }
+    memcpy(d->trial, d->x, size);
+    memcpy(d->change, d->f, size);
+    shift_states(m, d);
+    d->core.f_valid = 0;
+    bgc_evaluate_f(m, d);
+    status = method->family->advance(m, d, method, h);
+    memcpy(d->noise, d->error, size);
+    memcpy(d->x, d->trial, size);
+    memcpy(d->f, d->change, size);
+    d->core = before;
+    return status == BGC_OK;
+}
+
+/* After the same attempt from the state itself, with this error over the tolerances. */
+void bgc_judge_rounding(const bgc_model *m, bgc_data *d, double error) {
+    bgc_counts *counts = &d->core.counts;
+    double noise;
+
+    for (int i = 0; i < m->n_state; i++) {
+        d->noise[i] -= d->error[i];
+    }
+    noise = bgc_norm(m, d, d->noise, d->x, d->next);
+    counts->rounding_samples++;
+    if (noise > negligible_rounding && noise > dominant_rounding * error) {
+        counts->rounding++;
+        counts->largest_rounding = fmax(counts->largest_rounding, noise);
+    }
+}
