@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import click
@@ -23,6 +24,7 @@ from bgc.runtime.trade.configurations import KEEPS, RTOLS
 from bgc.runtime.trade.tables import tables
 from bgc.runtime.trade.trade import trade as measure_trade
 
+_LEAST_SHARE = 0.5  # of the budget, which compiling does not take
 _PICTURES = (".png", ".svg", ".pdf")
 
 
@@ -101,6 +103,7 @@ def trade(
     check_target(out, (".csv",))
     check_target(plot, _PICTURES)
     check_target(html, (".html",))
+    started, seconds = time.monotonic(), read_quantity(budget, "--budget", "s")
     chosen = compile_model(
         file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
     )
@@ -114,7 +117,7 @@ def trade(
             keeps=_numbers(keeps, "--keep") or KEEPS,
             variants=variants,
             duration=None if duration is None else read_quantity(duration, "--time", "s"),
-            budget=read_quantity(budget, "--budget", "s"),
+            budget=max(seconds - (time.monotonic() - started), _LEAST_SHARE * seconds),
             fresh=fresh,
             progress=not quiet,
         )

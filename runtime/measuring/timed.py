@@ -22,6 +22,9 @@ from bgc.runtime.running.run import Method, watched
 
 _OF_STATE, _OF_SCALE = 1e-8, 1e-12
 _MOST_PERIODS = 60_000  # that are timed one by one
+_EXCLUDED = 1e-3  # of the periods: they may be slower than the usual time
+_MANY = 100  # periods, of which one may be slower
+_CLOCK_EVERY = 64  # periods
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,26 +136,54 @@ def _spent(clocks: Sequence[int]) -> float:
     return 0.0
 
 
-def paced_worst(
-    model: LoadedModel, method: Method, period: float, duration: float, repeats: int
-) -> float:
-    """Measure the longest time that one period of a run takes, s of the thread's processor time.
+@dataclass(frozen=True, slots=True)
+class Paced:
+    """The times of the equal periods of a run, s of the thread's processor time.
 
-    The run is repeated, and the least time of each period counts: disturbances by the machine are
-    left out. 0 if a run could not be completed.
+    `usual` is the time within which all periods stay but for one in a thousand (of a hundred to a
+    thousand periods, but for one). `slowest` are those times that are no smaller, in descending
+    order, so that `usual` is the last of them.
     """
+
+    usual: float
+    slowest: tuple[float, ...]
+    periods: int
+
+
+def paced_times(
+    model: LoadedModel,
+    method: Method,
+    period: float,
+    duration: float,
+    repeats: int,
+    limit: float = math.inf,
+) -> Paced | None:
+    """Measure how long one period of a run takes.
+
+    The run is repeated, within `limit` s of wall time, and the least time of each period counts:
+    disturbances by the machine are left out. None if no run was completed.
+    """
+    end = time.monotonic() + limit
     count = min(round(duration / period), _MOST_PERIODS)
-    least = np.full(count, np.inf)
+    times = np.arange(1, count + 1, dtype=np.float64) * period
+    least: Array | None = None
     for _ in range(repeats):
-        spent = _paced(model, method, np.arange(1, count + 1, dtype=np.float64) * period)
+        spent = _paced(model, method, times, end)
         if spent is None:
-            return 0.0
-        least = np.minimum(least, spent)
-    return float(np.max(least, initial=0.0))
+            break
+        least = spent if least is None else np.minimum(least, spent)
+    if least is None or not count:
+        return None
+    excluded = max(int(_EXCLUDED * count), int(count >= _MANY))
+    slowest = tuple(np.sort(least)[::-1][: excluded + 1].tolist())
+    return Paced(slowest[-1], slowest, count)
 
 
-def _paced(model: LoadedModel, method: Method, times: Array) -> Array | None:
-    """Time each interval between times, s of processor time, less the time of an empty call."""
+def _paced(model: LoadedModel, method: Method, times: Array, end: float) -> Array | None:
+    """Time each interval between times, s of processor time, less the time of an empty call.
+
+    None if the run fails, or goes on until `end` of the monotonic clock.
+    """
     clock = time.thread_time
     row = np.empty((1, len(model.measured) + (len(ENERGY_ACCOUNTS) if model.accounts else 0)))
     spent = np.empty(len(times))
@@ -167,6 +198,7 @@ def _paced(model: LoadedModel, method: Method, times: Array) -> Array | None:
             start = clock()
             status, _ = instance.run(times[k : k + 1], row)
             spent[k] = clock() - start
-            if status is not Status.OK:
+            late = k % _CLOCK_EVERY == 0 and time.monotonic() > end
+            if status is not Status.OK or late:
                 return None
     return np.maximum(spent - min(idle), 0.0)

@@ -137,7 +137,17 @@ def _of_best(row: Measurement, target: Target) -> str:
     details = [_error(row, target), _cost(row)]
     if target.deadline is not None:
         details.append(f"worst {_worst(row, target)} of {spelled(target.deadline)}")
+        details += _lateness(row, target.deadline, target)
     return f"{text} with {', '.join(details)}."
+
+
+def _lateness(row: Measurement, deadline: float, target: Target) -> list[str]:
+    """Say how many samples or steps were late, if any were: the slowest do not decide."""
+    late = row.late(deadline)
+    if not late:
+        return []
+    what = "samples" if target.sample is not None else "steps"
+    return [f"{late} of {row.periods:,} {what} late (slowest {spelled(row.slowest[0])})"]
 
 
 def _of_variant(row: Measurement, best: Measurement | None, target: Target) -> str:

@@ -35,7 +35,9 @@ class Measurement:
         devices (0 without devices); s of wall time.
     paced
         As `worst_sample`, or `worst_step` for a fixed step, but without disturbances by the
-        machine: see `paced_worst`. 0 if not measured.
+        machine, and without the slowest thousandth: see `Paced`. 0 if not measured.
+    slowest, periods
+        The slowest of them, s, in descending order down to `paced`, and the number of all.
     repeats
         The number of runs of which these times are medians.
     counts
@@ -52,6 +54,8 @@ class Measurement:
     worst_step: float = 0.0
     worst_sample: float = 0.0
     paced: float = 0.0
+    slowest: tuple[float, ...] = ()
+    periods: int = 0
     repeats: int = 0
     counts: Mapping[str, float] = field(default_factory=dict)
 
@@ -68,6 +72,10 @@ class Measurement:
         """
         longest = self.worst_sample or self.worst_step
         return min(self.paced, longest) if self.paced and longest else self.paced or longest
+
+    def late(self, deadline: float) -> int:
+        """The number of periods that took longer than a deadline, s, as far as `slowest` goes."""
+        return sum(seconds > deadline for seconds in self.slowest)
 
     @property
     def certain(self) -> bool:
@@ -95,4 +103,10 @@ def measurement_from_json(value: Any) -> Measurement:
     given = dict(fields.pop("configuration"))
     given["changes"] = tuple(Change(**change) for change in given["changes"])
     errors: Sequence[float] = fields.pop("errors")
-    return Measurement(Configuration(**given), errors=tuple(map(float, errors)), **fields)
+    slowest: Sequence[float] = fields.pop("slowest", ())
+    return Measurement(
+        Configuration(**given),
+        errors=tuple(map(float, errors)),
+        slowest=tuple(map(float, slowest)),
+        **fields,
+    )

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bgc.runtime.measuring.errors import combined, largest_errors, quantities_of
-from bgc.runtime.measuring.timed import Run, paced_worst, timed_run
+from bgc.runtime.measuring.timed import Run, paced_times, timed_run
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.faint import Faint
 from bgc.runtime.running.loaded import LoadedModel
@@ -186,8 +186,12 @@ class Session:
         if row.paced or self.left <= 0:
             return row
         method = row.configuration.method
-        worst = paced_worst(self.model, method, period, self.duration, self.repeats)
-        found = replace(row, paced=worst)
+        paced = paced_times(
+            self.model, method, period, self.duration, self.repeats, limit=self.left
+        )
+        if paced is None:
+            return row
+        found = replace(row, paced=paced.usual, slowest=paced.slowest, periods=paced.periods)
         self.store.keep(self.model.facts.content, found)
         return found
 
@@ -232,7 +236,9 @@ class Session:
             runs += self._again(configuration, self._repeats(first.seconds) - 1)
         width = len(model.measured)
         residual = _residual(first, width) if accounts else None
-        if self.audited is not None:  # accounts cost time, which must not be counted
+        if (
+            self.audited is not None and self.left > first.seconds
+        ):  # accounts cost time, which must not be counted
             audit = timed_run(
                 self.audited, method, times, accounts=True, limit=self.left, busy=_AUDITED * busy
             )
@@ -248,7 +254,7 @@ class Session:
 
     def _repeated(self, row: Measurement) -> Measurement:
         """Replace times by the medians of more runs, unless the budget is spent."""
-        if self.left <= 0:
+        if self.left <= self.repeats * row.cpu * self.duration:
             return row
         runs = self._again(row.configuration, self._repeats(row.cpu * self.duration))
         if len(runs) < self.repeats:
@@ -262,13 +268,18 @@ class Session:
         return max(self.repeats, min(_MOST_REPEATS, int(_SHORT / max(seconds, 1e-9))))
 
     def _again(self, configuration: Configuration, count: int) -> list[Run]:
+        """Run a configuration so many times more, or until the budget is spent."""
         model = self.model
         accounts = bool(model.accounts)
-        runs = [
-            timed_run(model, configuration.method, self.times, accounts=accounts, limit=self.left)
-            for _ in range(count)
-        ]
-        return [run for run in runs if run.status == DONE]
+        runs: list[Run] = []
+        while len(runs) < count and self.left > 0:
+            run = timed_run(
+                model, configuration.method, self.times, accounts=accounts, limit=self.left
+            )
+            if run.status != DONE:
+                break
+            runs.append(run)
+        return runs
 
     def _timed(self, row: Measurement, runs: Sequence[Run]) -> Measurement:
         """Set the times of a measurement to the medians of runs."""

@@ -58,6 +58,8 @@ def _record(trade: TradeResult, row: Measurement) -> dict[str, Any]:
         "worst_step": row.worst_step if done else None,
         "worst_sample": row.worst_sample or None,
         "paced": row.paced or None,
+        "slowest": row.slowest[0] if row.slowest else None,
+        "periods": row.periods or None,
         "energy_residual": row.residual if done else None,
         "repeats": row.repeats,
         **{name: _whole(row.counts.get(name)) for name in _COUNTS},
@@ -172,6 +174,8 @@ def legend(trade: TradeResult) -> tuple[str, ...]:
         lines.append("† takes fewer samples of the devices than the scene has: not recommended")
     if any(row.mean_step > row.worst for row in trade.measurements if row.done):
         lines.append("a step: includes its share of writing rows, which the worst time does not")
+    if any(row.slowest for row in trade.measurements):
+        lines.append("worst: without the slowest thousandth, which the machine may have disturbed")
     if any(_remark(trade, row) == " ?" for row in trade.measurements if row.done):
         lines.append("? longest of one run, possibly disturbed by the machine")
     return tuple(lines)

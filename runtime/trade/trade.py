@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -130,6 +131,7 @@ def trade(
         The model or an argument is at fault; BG091 if the scene observes nothing, BG092 if there
         is no reference.
     """
+    started = time.monotonic()
     loaded = _loaded(model, scene, parameters, uses)
     facts = loaded.facts
     end = facts.duration if duration is None else duration
@@ -143,7 +145,9 @@ def trade(
     if fresh:
         store.clear()
     times = row_times(end, facts.every, None, len(loaded.measured))
-    session = Session(loaded, store, times, repeats, budget, progress, audited(loaded))
+    session = Session(
+        loaded, store, times, repeats, budget, progress, audited(loaded), started=started
+    )
     others = chosen_variants(session, variants) if variants else ()
     reference = session.reference()
     target = session.target(reference)

@@ -19,7 +19,7 @@ from bgc.runtime.running.compiling import load_model
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.trade.configurations import Configuration, Variant
 from bgc.runtime.trade.judge import Target, front
-from bgc.runtime.trade.measurement import REFUSED, Measurement
+from bgc.runtime.trade.measurement import OUT_OF_BUDGET, REFUSED, Measurement
 from bgc.runtime.trade.reference import Reference
 from bgc.runtime.trade.session import Session
 
@@ -125,7 +125,13 @@ def measure_variants(
     more = [configuration for configuration in explicit if configuration.solver not in through]
     found: dict[Variant, tuple[Measurement, ...]] = {}
     sessions: dict[Variant, Session] = {}
+    took = 0.0
     for variant in variants:
+        if session.left <= took:  # compiling takes about as long as the one before
+            skipped = _changed(best[:1], variant)
+            found[variant] = tuple(Measurement(one, "skipped", OUT_OF_BUDGET) for one in skipped)
+            continue
+        before = session.left
         try:
             sessions[variant] = _session_of(session, variant)
         except BgError as problem:
@@ -133,6 +139,7 @@ def measure_variants(
             message = f"{first.code}: {first.message}"
             refused = [replace(one, changes=variant) for one in best[:1]]
             found[variant] = tuple(Measurement(one, REFUSED, message) for one in refused)
+        took = before - session.left
     for variant, varied in sessions.items():
         found[variant] = varied.measure(_changed(best, variant), reference, target)
     for variant, varied in sessions.items():

@@ -18,9 +18,11 @@ from trades import OSCILLATOR, codes, quick, written
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
-from bgc.runtime.measuring.timed import paced_worst, timed_run
+from bgc.runtime.measuring.timed import paced_times, timed_run
 from bgc.runtime.trade import session as session_module
 from bgc.runtime.trade.configurations import Configuration
+from bgc.runtime.trade.measurement import Measurement
+from bgc.runtime.trade.session import Session
 from bgc.runtime.trade.store import open_store
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("measured")]
@@ -79,8 +81,43 @@ def test_the_worst_of_many_equal_periods_is_like_all_others(tmp_path: Path) -> N
     method = Configuration("ros34prw", step=1e-2).method
     times = np.linspace(0.0, 2.0, 201)
     whole = timed_run(model, method, times, accounts=False, limit=60.0).seconds
-    worst = paced_worst(model, method, 1e-2, 2.0, 3)
-    assert 0.2 * whole / 200 < worst < whole / 4
+    paced = paced_times(model, method, 1e-2, 2.0, 3)
+    assert paced is not None
+    assert 0.2 * whole / 200 < paced.usual < whole / 4
+    assert paced.periods == 200
+    assert len(paced.slowest) == 2
+    assert paced.slowest[0] >= paced.slowest[-1] == paced.usual
+
+
+def test_nothing_is_repeated_once_the_budget_is_spent(tmp_path: Path) -> None:
+    model = bgc.compile(written(tmp_path))
+    times = np.linspace(0.0, 2.0, 21)
+    store = open_store(model, 2.0, None)
+    spent = Session(model, store, times, repeats=3, budget=0.0)
+    row = Measurement(Configuration("ros34prw", step=1e-2), "done", cpu=1e-3, repeats=1)
+    assert spent._again(row.configuration, 5) == []
+    assert spent._repeated(row) is row
+    assert spent._paced(row, 1e-2) is row
+
+
+def test_the_command_counts_compiling_in_its_budget(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen = []
+
+    def measured(model: object, **options: Any) -> None:
+        seen.append(options["budget"])
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("bgc.runtime.cli.trade.measure_trade", measured)
+    CliRunner().invoke(application, ["trade", str(written(tmp_path)), "--budget", "30 s"])
+    assert 15.0 <= seen[0] < 30.0
+
+
+def test_pacing_ends_with_its_limit(tmp_path: Path) -> None:
+    model = bgc.compile(written(tmp_path))
+    method = Configuration("ros34prw", step=1e-2).method
+    assert paced_times(model, method, 1e-2, 2.0, 3, limit=0.0) is None
 
 
 def test_a_kept_jacobian_costs_fewer_factorisations(tmp_path: Path) -> None:

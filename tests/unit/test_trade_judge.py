@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -103,6 +105,22 @@ def test_why_nothing_is_in_time_and_the_nearest_on_each_side() -> None:
     assert "the quickest is rodas5p rtol 1e-06: worst 2 ms" in verdict.sentence
     assert "the most accurate is lie 1 ms" in verdict.sentence
     assert "A deadline of 2 ms would be kept" in verdict.sentence
+
+
+def test_one_disturbed_step_does_not_decide_on_a_deadline_and_is_counted() -> None:
+    slowest = (5e-3, 2e-3, 0.4e-3)
+    row = replace(
+        measured(DEAR, error=1e-6, cpu=0.02, worst=7e-3, paced=0.4e-3),
+        slowest=slowest,
+        periods=2500,
+    )
+    verdict = judge((row,), target(deadline=1e-3))
+    assert verdict.recommended == row
+    assert "2 of 2,500 steps late (slowest 5 ms)" in verdict.sentence
+    kept = judge((replace(row, slowest=(0.5e-3, 0.4e-3, 0.4e-3)),), target(deadline=1e-3))
+    assert "late" not in kept.sentence
+    late = judge((replace(row, paced=1.5e-3),), target(deadline=1e-3))
+    assert late.recommended is None
 
 
 def test_neither_accurate_nor_in_time_is_said_of_both() -> None:
