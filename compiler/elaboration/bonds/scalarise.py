@@ -57,11 +57,12 @@ def scalarise(world: World, wiring: Wiring) -> Scalars:
     """Number the scalar bonds, and report half arrows that meet head to head at a port."""
     scalars = Scalars()
     opposite = _opposite_faces(wiring)
+    met: set[Face] = set()
     for bond in wiring.bonds:
         if bond.tail.face in opposite:
             continue
         for k in range(len(bond.tail.at)):
-            passed, end = _follow(world, wiring, opposite, bond, k)
+            passed, end = _follow(world, wiring, opposite, bond, k, met)
             name = f"{bond.tail.face.name} -> {end.name}"
             index = len(scalars.bonds)
             scalars.bonds.append(ScalarBond(name, k + 1, len(bond.tail.at), bond.span))
@@ -88,11 +89,17 @@ def _opposite_faces(wiring: Wiring) -> dict[Face, Face]:
 
 
 def _follow(
-    world: World, wiring: Wiring, opposite: dict[Face, Face], bond: WideBond, k: int
+    world: World,
+    wiring: Wiring,
+    opposite: dict[Face, Face],
+    bond: WideBond,
+    k: int,
+    met: set[Face],
 ) -> tuple[list[tuple[WideBond, int]], Face]:
     """Follow one scalar bond from its tail through ports and Muxes.
 
-    Returns the components of the wide bonds along it, and the face at its head.
+    Returns the components of the wide bonds along it, and the face at its head. `met` collects the
+    faces at which two half arrows meet, which are reported once for both.
     """
     passed = [(bond, k)]
     while True:
@@ -105,6 +112,9 @@ def _follow(
         joint = next(j for j in beyond.joints if place in j.at)
         if joint.is_head:
             owner: Element | PortEntry = wiring.owners[beyond]
+            if head.face in met:
+                return passed, head.face
+            met |= {head.face, beyond}
             world.report.add(
                 graph.arrows_meet(head.bond.span, head.face.name, joint.bond.span),
                 note=note(owner.env),

@@ -324,12 +324,14 @@ def _assign_components(work: Nets) -> None:
             continue
         offset = 0
         taken: list[int] = []
+        outside = False
         for joint in face.joints:
             bond_width = joint.bond.net.root().width
             assert bond_width is not None
             if joint.slice is not None:
                 joint.at = joint.slice
                 if max(joint.at) >= width.size:
+                    outside = True
                     work.world.report.add(
                         width_messages.slice_outside(
                             joint.span, face.name, max(joint.at) + 1, width.size
@@ -342,7 +344,8 @@ def _assign_components(work: Nets) -> None:
                 joint.at = tuple(range(offset, offset + bond_width.size))
                 offset += bond_width.size
             taken.extend(joint.at)
-        if not face.junction and sorted(taken) != list(range(width.size)):
+        complete = face.junction or sorted(taken) == list(range(width.size))
+        if not complete and not outside:
             parts = [len(joint.at) for joint in face.joints]
             work.world.report.add(
                 width_messages.widths_do_not_add_up(face.span, face.name, width.size, parts),
