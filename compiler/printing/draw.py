@@ -1,8 +1,9 @@
 """Draw a bond graph: half arrows, causal strokes, names, and parts as boxes.
 
 Input: a causal graph. Output: the text of Graphviz's `dot` language, or a picture that `dot`
-renders from it. A wide bond is a double line labelled with its width; if its components differ in
-causality, the number of strokes is given at each end.
+renders from it. Dashed arrows are signals that modulate an element. A wide bond is a double line
+labelled with its width; if its components differ in causality, the number of strokes is given at
+each end.
 """
 
 from __future__ import annotations
@@ -10,18 +11,16 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence, Set
+from dataclasses import dataclass, replace
 from html import escape
 
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.diagnostics.catalogue.machine import dot_failed, dot_missing
 from bgc.diagnostics.diagnostic import BgError
 from bgc.ir.causal import CausalGraph
-from bgc.ir.graph import (
-    FlatGraph,
-    port_ends,
-)
+from bgc.ir.graph import FlatGraph, port_ends
+from bgc.printing.modulation import Modulation, modulations
 
 _COMPONENT = re.compile(r"\[\d+\]$")
 SHORT = {"J0": "0", "J1": "1"}
@@ -55,23 +54,82 @@ def lay_out(text: str, kind: str) -> bytes:
     return done.stdout
 
 
-def to_dot(causal: CausalGraph) -> str:
+def to_dot(causal: CausalGraph, view: View | None = None) -> str:
     """Print a causal graph in the language of Graphviz's `dot`; equal graphs give equal text.
 
-    Each element is a node; the components of a wide element share one. The stroke is at the end
-    where the effort is imposed.
+    Each element is a node; the components of a wide element share one, and so do all elements of
+    a part that `view` does not open. The stroke is at the end where the effort is imposed. Elements
+    that a signal modulates are drawn as MTF, MGY, MR, MSe, MSf; thin dashed arrows lead to them
+    from what they read.
     """
-    graph = causal.graph
-    drawn = _merge_components(graph)
-    edges = _edges(graph, drawn)
-    members: dict[int, list[int]] = {}
-    for element, node in enumerate(drawn):
-        members.setdefault(node, []).append(element)
-    names = {node: _name(graph, parts) for node, parts in members.items()}
+    graph, view = causal.graph, view or View()
+    modulated = modulations(graph)
+    nodes: dict[str, _Node] = {}
+    drawn = [
+        view.node_of(nodes, graph, element, first)
+        for element, first in enumerate(_merge_components(graph))
+    ]
+    varying = {drawn[k] for k, modulation in enumerate(modulated) if modulation.varies}
+    signals = _signals(graph, view, modulated, drawn, nodes)
     lines = [HEAD.rstrip()]
-    lines += _clusters(sorted(names.items(), key=lambda item: item[0]), graph)
-    lines += [_edge_line(edge, causal) for edge in edges]
+    lines += _clusters(nodes.values(), varying)
+    lines += [_edge_line(edge, causal) for edge in _edges(graph, drawn)]
+    lines += [
+        f'  n{tail} -> n{head} [style=dashed, penwidth=0.7, color="#7a7a7a", arrowhead=vee, '
+        "arrowsize=0.6, constraint=false];"
+        for tail, head in signals
+    ]
     return "\n".join((*lines, "}", ""))
+
+
+def part_paths(graph: FlatGraph) -> set[str]:
+    """The paths of all parts that hold elements, which a view may collapse."""
+    paths = (element.name.split(".")[:-1] for element in graph.elements)
+    return {".".join(path[: k + 1]) for path in paths for k in range(len(path))}
+
+
+@dataclass(frozen=True, slots=True)
+class _Node:
+    """A node of the drawing: its number, its path, and its label, empty for a signal."""
+
+    number: int
+    path: str
+    label: str
+    is_part: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """The parts that a drawing opens: those up to `depth` levels, without those of `collapsed`.
+
+    A part that is not opened is one node. Without `depth` all are opened.
+    """
+
+    depth: int | None = None
+    collapsed: tuple[str, ...] = ()
+
+    def closed_part(self, name: str) -> str:
+        """The outermost part around an element that is not opened; an empty text if none is."""
+        steps = name.split(".")[:-1]
+        for k in range(1, len(steps) + 1):
+            part = ".".join(steps[:k])
+            if part in self.collapsed or (self.depth is not None and k > self.depth):
+                return part
+        return ""
+
+    def node_of(self, nodes: dict[str, _Node], graph: FlatGraph, element: int, first: int) -> int:
+        """The number of the node of an element, which is made if it is new."""
+        of = graph.elements[first]
+        part = self.closed_part(of.name)
+        key = f"part {part}" if part else f"element {first}"
+        if key not in nodes:
+            nodes[key] = (
+                _Node(first, part, "", is_part=True) if part else _Node(first, of.name, of.kind)
+            )
+        if not part and element != first and nodes[key].path == of.name:
+            path = _COMPONENT.sub("", of.name)  # several components: the name of the wide part
+            nodes[key] = replace(nodes[key], path=path)
+        return nodes[key].number
 
 
 def _merge_components(graph: FlatGraph) -> list[int]:
@@ -95,49 +153,74 @@ def _edges(graph: FlatGraph, drawn: Sequence[int]) -> list[_Edge]:
     groups: dict[tuple[str, int, int], list[int]] = {}
     for bond in graph.bonds:
         tail, head = at[bond.index, -1], at[bond.index, 1]
+        if tail == head:
+            continue  # within a part that is not opened
         wide = bond.wide if bond.width > 1 else str(bond.index)
         groups.setdefault((wide, tail, head), []).append(bond.index)
     return [_Edge(tail, head, tuple(bonds)) for (_, tail, head), bonds in groups.items()]
 
 
-def _name(graph: FlatGraph, parts: Sequence[int]) -> str:
-    name = graph.elements[parts[0]].name
-    return _COMPONENT.sub("", name) if len(parts) > 1 else name
+def _signals(
+    graph: FlatGraph,
+    view: View,
+    modulated: Sequence[Modulation],
+    drawn: Sequence[int],
+    nodes: dict[str, _Node],
+) -> list[tuple[int, int]]:
+    """The dashed arrows; declared states, unknowns and devices that they leave become nodes."""
+    found: dict[tuple[int, int], None] = {}
+    for head, modulation in zip(drawn, modulated, strict=True):
+        for element in modulation.elements:
+            found[drawn[element], head] = None
+        for signal in modulation.signals:
+            name = _COMPONENT.sub("", signal)
+            part = view.closed_part(name)
+            key = f"part {part}" if part else f"signal {name}"
+            if key not in nodes:
+                number = len(graph.elements) + len(nodes)
+                nodes[key] = _Node(number, part or name, "", is_part=bool(part))
+            found[nodes[key].number, head] = None
+    return [(tail, head) for tail, head in found if tail != head]
 
 
-def _clusters(nodes: Iterable[tuple[int, str]], graph: FlatGraph) -> list[str]:
+def _clusters(nodes: Iterable[_Node], varying: Set[int]) -> list[str]:
     """Print the nodes, with a box around those of each part."""
     tree: dict[str, object] = {}
-    for node, name in nodes:
-        *path, last = name.split(".")
+    for node in sorted(nodes, key=lambda node: node.number):
+        *path, last = node.path.split(".")
         place = tree
         for step in path:
             inner = place.setdefault(f"{step}.", {})
             assert isinstance(inner, dict)
             place = inner
         # A name may stand for several elements (the two sides of a merged part).
-        place[f"{last} {node}"] = (node, last)
-    return list(_print_tree(tree, (), graph))
+        place[f"{last} {node.number}"] = (node, last)
+    return list(_print_tree(tree, (), varying))
 
 
-def _print_tree(tree: dict[str, object], path: tuple[str, ...], graph: FlatGraph) -> Iterator[str]:
+def _print_tree(tree: dict[str, object], path: tuple[str, ...], varying: Set[int]) -> Iterator[str]:
     indent = "  " * (len(path) + 1)
     for key, inner in tree.items():
         if isinstance(inner, dict):
             inside = (*path, key.removesuffix("."))
             yield f'{indent}subgraph "cluster_{escape(".".join(inside))}" {{'
             yield f'{indent}  label="{inside[-1]}"; labeljust=l; style=rounded; color="#bbbbbb";'
-            yield from _print_tree(inner, inside, graph)
+            yield from _print_tree(inner, inside, varying)
             yield f"{indent}}}"
         else:
             assert isinstance(inner, tuple)
             node, name = inner
-            kind = graph.elements[node].kind
-            label = (
-                f"<b>{SHORT.get(kind, kind)}</b><br/>"
-                f'<font point-size="9" color="#555555">{escape(name)}</font>'
-            )
-            yield f"{indent}n{node} [label=<{label}>];"
+            yield f"{indent}n{node.number} [{_label(node, name, node.number in varying)}];"
+
+
+def _label(node: _Node, name: str, varies: bool) -> str:
+    grey = f'<font point-size="9" color="#555555">{escape(name)}</font>'
+    if node.is_part:
+        return f'label="{name}", peripheries=1, style=rounded, margin="0.12,0.08"'
+    if not node.label:
+        return f"label=<<i>{grey}</i>>"
+    kind = SHORT.get(node.label, node.label)
+    return f"label=<<b>{'M' if varies else ''}{kind}</b><br/>{grey}>"
 
 
 def _edge_line(edge: _Edge, causal: CausalGraph) -> str:

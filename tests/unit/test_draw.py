@@ -3,12 +3,16 @@ import shutil
 from dataclasses import replace
 
 import pytest
+from click.testing import CliRunner
 from graphs import GraphBuilder, rlc
 
 from bgc.causality.assign import assign_causality
 from bgc.diagnostics.diagnostic import BgError
+from bgc.driver import compile_scene
 from bgc.ir.graph import FlatGraph
-from bgc.printing.draw import lay_out, to_dot
+from bgc.options import Options
+from bgc.printing.draw import View, lay_out, to_dot
+from bgc.runtime.cli.app import application
 
 needs_dot = pytest.mark.skipif(shutil.which("dot") is None, reason="needs Graphviz")
 
@@ -70,6 +74,67 @@ def test_parts_of_parts_stand_in_their_boxes():
     assert 'subgraph "cluster_crane"' in text
     assert 'subgraph "cluster_crane.motor"' in text
     assert ">boom<" in text
+
+
+MODULATED = """
+model Arm { port p; state angle = 0.3; state time_scale = 1; der(angle) = joint.f;
+  joint : J1; lift : MTF { f2 = cos(angle)*f1; } tip : J1; load : I(2);
+  p -> joint -> lift -> tip -> load; der(time_scale) = 0; }
+model M { s : Se(1); j : J1; valve : MR { e = (1 + spool)*f; } state spool = 0;
+  der(spool) = j.f; wave : Se(e = sin(time)); pull : MSe(e = -a.load.p); a : Arm;
+  s -> j -> valve; wave -> j; pull -> j; j -> a.p; plain : R(2); j -> plain; }
+scene s of M { observe j.f; run 1 s; }
+"""
+
+
+def drawing(tmp_path, view: View) -> str:
+    path = tmp_path / "m.bg"
+    path.write_text(MODULATED)
+    return to_dot(compile_scene(path, Options(), until="causality").causal, view)
+
+
+def named(text: str) -> dict[str, tuple[str, str]]:
+    """The number and the kind of each node, by its name."""
+    nodes = re.findall(r"n(\d+) \[label=<(?:<b>(\w+)</b><br/>)?.*?>(\w+)</font>", text)
+    parts = re.findall(r'n(\d+) \[label="(\w+)"', text)
+    return {name: (n, kind) for n, kind, name in nodes} | {name: (n, "") for n, name in parts}
+
+
+def test_modulated_elements_are_marked_and_their_signals_drawn(tmp_path):
+    """D12: MTF, MR and MSe were drawn as TF, R and Se, without signals."""
+    text = drawing(tmp_path, View())
+    nodes = named(text)
+    kinds = {name: kind for name, (_, kind) in nodes.items()}
+    assert (kinds["lift"], kinds["valve"], kinds["pull"]) == ("MTF", "MR", "MSe")
+    assert (kinds["plain"], kinds["wave"], kinds["s"]) == ("R", "Se", "Se")
+    arrows = {(tail, head) for (tail, head), facts in edges(text).items() if "dashed" in facts}
+    expected = [("angle", "lift"), ("spool", "valve"), ("load", "pull")]
+    assert arrows == {(nodes[tail][0], nodes[head][0]) for tail, head in expected}
+
+
+@pytest.mark.parametrize("view", [View(depth=0), View(collapsed=("a",))])
+def test_a_part_that_is_not_opened_is_one_node(tmp_path, view):
+    text = drawing(tmp_path, view)
+    nodes = named(text)
+    assert "lift" not in nodes and "cluster" not in text
+    arm, pull, j = nodes["a"][0], nodes["pull"][0], nodes["j"][0]
+    assert "dashed" not in edges(text)[j, arm]
+    assert "dashed" in edges(text)[arm, pull]  # the load's momentum
+    assert (arm, arm) not in edges(text)
+
+
+def test_parts_can_be_collapsed_and_others_are_refused(tmp_path):
+    path = tmp_path / "m.bg"
+    path.write_text(MODULATED)
+    target = tmp_path / "m.dot"
+    run = CliRunner().invoke(
+        application, ["graph", str(path), "--collapse", "a", "-o", str(target)]
+    )
+    assert run.exit_code == 0 and "lift" not in target.read_text()
+    run = CliRunner().invoke(
+        application, ["graph", str(path), "--collapse", "b", "-o", str(target)]
+    )
+    assert run.exit_code == 1 and "BG045" in run.stderr
 
 
 @needs_dot

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from bgc.diagnostics.catalogue import did_you_mean, error
+from bgc.diagnostics.catalogue import did_you_mean, error, listed
 from bgc.diagnostics.diagnostic import Diagnostic
 
 
@@ -136,11 +136,11 @@ def unknown_column(name: str, known: Iterable[str]) -> Diagnostic:
     Way out: use one of the names suggested, or add `observe NAME;` to the scene.
     """
     known = list(known)
-    listed = ", ".join(f"`{column}`" for column in known[:12])
+    columns = ", ".join(f"`{column}`" for column in known[:12])
     return error(
         "BG065",
         f"the result has no column `{name}`",
-        note=f"observed: {listed}{', ...' if len(known) > 12 else ''}" if known else "",
+        note=f"observed: {columns}{', ...' if len(known) > 12 else ''}" if known else "",
         help=did_you_mean(name, known) or f"add `observe {name};` to the scene",
     )
 
@@ -280,6 +280,24 @@ def option_not_served(solver: str, option: str, fixed: bool, served: Sequence[st
         reason = "it does not apply to this method"
         way_out = f"omit it; `{solver}` takes {', '.join(f'`{name}`' for name in served)}"
     return error("BG044", f"solver `{solver}` has no option `{option}`: {reason}", help=way_out)
+
+
+def unknown_part(name: str, known: Iterable[str]) -> Diagnostic:
+    """BG045: a part that the drawn model does not have
+
+    What: `--collapse` names no part of the model.
+
+    Why: a part is named by its path from the model, such as `crane.shoulder`.
+
+    Example: `bgc graph crane.bg --collapse shoulder`.
+
+    Way out: take a path that the drawing shows as nested boxes.
+    """
+    have = sorted(known)
+    way_out = did_you_mean(name, have) or (
+        f"use one of {listed(have)}" if have else "the model has no parts of parts"
+    )
+    return error("BG045", f"there is no part `{name}` to collapse", help=way_out)
 
 
 def unknown_driver(device: str, driver: str) -> Diagnostic:

@@ -1,0 +1,117 @@
+"""Find the signals that modulate the elements of a graph: a ratio, a law or a source's value."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import assert_never
+
+from bgc.algebra.dag import Kind, Symbol
+from bgc.ir.graph import (
+    Element,
+    FlatGraph,
+    Gyrator,
+    Gyristor,
+    Junction,
+    Node,
+    Resistor,
+    Source,
+    Storage,
+    Transformer,
+    port_ends,
+)
+from bgc.ir.graph_nodes import law_nodes
+
+_OWN = {Kind.EFFORT, Kind.FLOW}
+
+
+@dataclass(frozen=True, slots=True)
+class Modulation:
+    """What modulates one element.
+
+    `elements` are those whose effort, flow or storage its law reads, `signals` the names of
+    declared states and unknowns and of devices. `varies` is True for any of these, and for a
+    transformer, gyrator or resistor that depends on time.
+    """
+
+    elements: tuple[int, ...]
+    signals: tuple[str, ...]
+    varies: bool
+
+
+def modulations(graph: FlatGraph) -> list[Modulation]:
+    """Find the modulation of each element, in order."""
+    storage = {
+        element.first_state + k: index
+        for index, element in enumerate(graph.elements)
+        if isinstance(element, Storage)
+        for k in range(len(element.ports))
+    }
+    at = {(bond, sign): element for bond, sign, element in port_ends(graph)}
+    return [_of(graph, element, storage, at) for element in graph.elements]
+
+
+def _of(
+    graph: FlatGraph, element: Element, storage: dict[int, int], at: dict[tuple[int, int], int]
+) -> Modulation:
+    own = set(_bonds(element))
+    elements: dict[int, None] = {}
+    signals: dict[str, None] = {}
+    timed = False
+    for symbol in _symbols(graph, _modulated(element)):
+        match symbol.kind:
+            case Kind.TIME:
+                timed = not isinstance(element, Source)
+            case Kind.STATE:
+                signals[graph.states[symbol.index].name] = None
+            case Kind.UNKNOWN:
+                signals[graph.unknowns[symbol.index].name] = None
+            case Kind.INPUT:
+                signals[_device(graph, symbol.index)] = None
+            case Kind.EFFORT | Kind.FLOW if symbol.index not in own:
+                elements[_carrier(graph, symbol, at)] = None
+            case Kind.DISPLACEMENT | Kind.MOMENTUM:
+                elements[storage[symbol.index]] = None
+            case _:
+                pass
+    return Modulation(tuple(elements), tuple(signals), bool(elements or signals or timed))
+
+
+def _modulated(element: Element) -> tuple[Node, ...]:
+    """The nodes of an element that a signal may modulate."""
+    match element:
+        case Source():
+            return (element.value,)
+        case Resistor():
+            return law_nodes(element.law)
+        case Transformer() | Gyrator() | Gyristor():
+            return tuple(node for row in element.matrix for node in row)
+        case Storage() | Junction():
+            return ()
+    assert_never(element)
+
+
+def _bonds(element: Element) -> Iterator[int]:
+    """The bonds whose variables are the element's own: those of a resistor's law."""
+    if isinstance(element, Resistor):
+        yield from (port.bond for port in element.ports)
+
+
+def _symbols(graph: FlatGraph, nodes: tuple[Node, ...]) -> Iterator[Symbol]:
+    dag = graph.dag
+    for node in dag.reachable(list(nodes)):
+        symbol = dag.symbol_of(node)
+        if symbol is not None:
+            yield symbol
+
+
+def _device(graph: FlatGraph, index: int) -> str:
+    """The name of the device with an input channel."""
+    return next((use.name for use in reversed(graph.devices) if use.first_input <= index), "device")
+
+
+def _carrier(graph: FlatGraph, symbol: Symbol, at: dict[tuple[int, int], int]) -> int:
+    """The junction that shares an effort or flow, else the element at the tail of its bond."""
+    wanted = "J0" if symbol.kind is Kind.EFFORT else "J1"
+    ends = [at[symbol.index, sign] for sign in (-1, 1)]
+    return next((end for end in ends if graph.elements[end].kind == wanted), ends[0])
