@@ -34,12 +34,21 @@
 #define BGC_INTERNAL_H
 
 #ifndef _POSIX_C_SOURCE
-#define _POSIX_C_SOURCE 200809L /* clock_gettime, newlocale */
+#define _POSIX_C_SOURCE 200809L /* clock_gettime */
 #endif
 
 #include "bgc.h"
 
 #include <stdatomic.h>
+#include <stdlib.h>
+
+/* Returns zeros from the start of a cache line on, or NULL; `*allocated` is for `free`. Windows has
+ * no `aligned_alloc`. */
+static inline void *bgc_aligned_zeros(size_t size, void **allocated) {
+    char *at = *allocated = calloc(1, size + 63);
+
+    return at == NULL ? NULL : at + (64 - (uintptr_t)at % 64) % 64;
+}
 
 enum { BGC_MAX_STAGES = 8, BGC_MAX_IMPLICIT = 3, BGC_MAX_DENSE = 3, BGC_LANES = 8 };
 enum { BGC_SAMPLES = 5 };      /* points of a step at which switches are evaluated, */
@@ -249,6 +258,7 @@ typedef struct {
 struct bgc_data {
     bgc_core core;
     unsigned char *is_set; /* n_param: set by the user */
+    void *allocated; /* holds `memory`, which begins at a cache line */
     double *memory;
 
     /* Saved. */

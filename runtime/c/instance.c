@@ -157,7 +157,7 @@ bgc_data *bgc_new(const bgc_model *m) {
     /* One block for the vectors, and matrices by themselves: the system maps pages of these only where
      * a dense factorisation or algebraic equations use them. */
     size = (place_all(m, d, NULL) + 8) * sizeof(double);
-    d->memory = aligned_alloc(64, (size + 63) & ~(size_t)63);
+    d->memory = bgc_aligned_zeros(size, &d->allocated);
     d->is_set = calloc((size_t)m->n_param + 1, 1);
     d->device = calloc((size_t)m->n_device + 1, sizeof *d->device);
     d->dense_lu = calloc(n * n + 1, sizeof *d->dense_lu);
@@ -175,7 +175,6 @@ bgc_data *bgc_new(const bgc_model *m) {
     }
 
     /* Defaults. */
-    memset(d->memory, 0, size);
     place_all(m, d, d->memory);
     d->place = d->block + n;
     d->block_pivot = d->place + n;
@@ -197,7 +196,7 @@ void bgc_free(const bgc_model *m, bgc_data *d) {
     if (d->device != NULL) {
         bgc_close_devices(m, d);
     }
-    free(d->memory);
+    free(d->allocated);
     free(d->is_set);
     free(d->device);
     free(d->dense_lu);

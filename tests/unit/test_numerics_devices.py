@@ -325,3 +325,39 @@ def test_trace_of_more_than_the_limit_is_refused(library: Any, tmp_path: Path) -
     assert Trace(library, f"file={path}").message == (
         f"{path}: the file is too large: at most 256 MB"
     )
+
+
+_WITH_COMMA = """
+import ctypes, locale, sys
+locale.setlocale(locale.LC_NUMERIC, sys.argv[3])
+library = ctypes.CDLL(sys.argv[1])
+name, open_ = (ctypes.c_void_p * 2).in_dll(library, "bgc_trace_driver")
+open_ = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_size_t)(open_)
+message = ctypes.create_string_buffer(400)
+print(bool(open_(f"file={sys.argv[2]}\\nscale=1.5".encode(), message, 400)), message.value.decode())
+"""
+
+
+def test_numbers_have_a_point_in_every_locale(library: Any, tmp_path: Path) -> None:
+    path = tmp_path / "hand.csv"
+    path.write_text("time,x,y,z\n0,0.5,-1.25e-3,+.5\n0.5,1,0,0\n")
+    listed = subprocess.run(["locale", "-a"], capture_output=True, text=True, check=False).stdout
+    comma = [name for name in listed.split() if name.startswith(("de_", "fr_"))]
+    for name in ("C", *comma[:1]):
+        done = subprocess.run(
+            [sys.executable, "-c", _WITH_COMMA, library._name, path, name],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert done.stdout == "True \n"
+    pose = Trace(library, f"file={path}\nscale=1.5").at(0.0)
+    assert list(pose.position) == [0.75, -1.875e-3, 0.75]
+
+
+@pytest.mark.parametrize("text", ["0x1p3", "1_0", "1.5.2", "1" * 500, "inf", ".", "e5", "--1"])
+def test_what_is_not_a_decimal_number_is_refused(library: Any, tmp_path: Path, text: str) -> None:
+    path = tmp_path / "hand.csv"
+    path.write_text(f"time,x,y,z\n0,{text},0,0\n")
+    trace = Trace(library, f"file={path}")
+    assert trace.message == f"{path}:2: there is no number in the column x"

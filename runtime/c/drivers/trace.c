@@ -32,6 +32,7 @@ typedef struct stat file_status;
 
 #define MOST_BYTES 256000000L /* of a file */
 
+enum { MOST_DIGITS = 400 }; /* characters of a number */
 enum { TIME, POSITION, ORIENTATION = 4, GRIPPER = 8, BUTTON = 9, COLUMNS = 17, REQUIRED = 4 };
 
 static const char *const column_name[COLUMNS] = {
@@ -151,12 +152,26 @@ static int is_blank(const char *line) {
     return line[strspn(line, " \t")] == '\0' || *line == '#';
 }
 
-/* Whether the text is one finite number, which goes to *value. */
+/* Whether the text is one finite decimal number, which goes to *value.
+ *
+ * `strtod` reads the decimal point of the host's locale, so that is put in place of the `.`. */
 static int parse_number(const char *text, double *value) {
-    char *end;
+    const char *own = localeconv()->decimal_point, *dot = strchr(text, '.');
+    const size_t length = strlen(text), point = strlen(own);
+    char copy[MOST_DIGITS + 16], *end;
 
-    *value = strtod(text, &end);
-    return end != text && *end == '\0' && isfinite(*value);
+    if (length == 0 || length > MOST_DIGITS || point > 15 ||
+        strspn(text, "+-.0123456789eE") != length) {
+        return 0;
+    }
+    memcpy(copy, text, length + 1);
+    if (dot != NULL) {
+        const size_t before = (size_t)(dot - text);
+        memcpy(copy + before, own, point);
+        memcpy(copy + before + point, dot + 1, length - before);
+    }
+    *value = strtod(copy, &end);
+    return *end == '\0' && end != copy && isfinite(*value);
 }
 
 /* --- the file ------------------------------------------------------------------------------ */
@@ -283,22 +298,6 @@ static int parse_text(const reporter *r, char *text, trace *t) {
     return t->rows > 0 ? 1 : fail(r, 0, "the file has no rows", "");
 }
 
-/* The same with a decimal point, whatever the locale of the host. */
-static int parse_in_c_locale(const reporter *r, char *text, trace *t) {
-    const locale_t c = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
-    locale_t before;
-    int good;
-
-    if (c == (locale_t)0) {
-        return fail(r, 0, no_memory, "");
-    }
-    before = uselocale(c);
-    good = parse_text(r, text, t);
-    uselocale(before);
-    freelocale(c);
-    return good;
-}
-
 /* --- options ------------------------------------------------------------------------------- */
 
 typedef struct {
@@ -363,7 +362,7 @@ static trace *load(const settings *s, char *message, size_t size) {
 
     if (t != NULL) {
         text = read_file(&r);
-        good = text != NULL && parse_in_c_locale(&r, text, t);
+        good = text != NULL && parse_text(&r, text, t);
     } else {
         fail(&r, 0, no_memory, "");
     }

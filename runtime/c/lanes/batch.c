@@ -198,6 +198,7 @@ bgc_status bgc_run_lanes(const bgc_model *m, bgc_data *const *instance, int coun
     };
     size_t size;
     lane *memory;
+    void *allocated;
     bgc_status status;
 
     *finished = 0;
@@ -205,16 +206,15 @@ bgc_status bgc_run_lanes(const bgc_model *m, bgc_data *const *instance, int coun
         return BGC_OK;
     }
     size = place_all(&b, NULL) * sizeof(lane);
-    memory = aligned_alloc(64, (size + 63) & ~(size_t)63);
+    memory = bgc_aligned_zeros(size, &allocated);
     if (memory == NULL) {
         return BGC_NO_MEMORY;
     }
-    memset(memory, 0, size);
     place_all(&b, memory);
     load_instances(&b, count);
     status = run(&b);
     store_counts(&b, count);
     *finished = b.active;
-    free(memory);
+    free(allocated);
     return status;
 }
