@@ -34,7 +34,7 @@ _HOW_TO_USE = """\
 /* {name}: a bond graph and its solvers in one file of C11, made by bgc.
  *
  * Build a shared object:  cc -std=c11 -O2 -fPIC -shared THIS_FILE.c -o model.so -lm
- * or compile it along with a program of yours that declares what it calls as `bgc.h` below does:
+ * or compile it along with a program of yours that includes the header beside this file:
  *
  *     const bgc_model *m = bgc_get_model();
  *     bgc_data *d = bgc_new(m);

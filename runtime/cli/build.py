@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
@@ -50,6 +51,11 @@ from bgc.runtime.running.compiling import load_or_compile
     default=".",
     help="Folder to write to; with --target c, - for standard output.",
 )
+@click.option(
+    "--prefix",
+    metavar="NAME",
+    help="With --target c: names begin with NAME_ instead of bgc_.",
+)
 @click.option("--timings", is_flag=True, help="Print the time of each stage.")
 def build(
     file: Path,
@@ -61,9 +67,16 @@ def build(
     verify: bool,
     target: str,
     out: str,
+    prefix: str | None,
     timings: bool,
 ) -> None:
-    """Compile a scene of FILE to C or to a shared object, and print its path."""
+    """Compile a scene of FILE to C or to a shared object, and print its path.
+
+    With --target c the header of the C file is written beside it. Two C files link into one
+    program if each has a --prefix of its own.
+    """
+    if prefix is not None and target != "c":
+        raise click.UsageError("--prefix needs --target c")
     if out == "-" and target != "c":
         raise click.UsageError("only --target c can be written to standard output")
     options = Options(
@@ -74,7 +87,11 @@ def build(
         whole=whole,
         uses=read_uses(uses),
     )
-    content, seconds = (_c_file if target == "c" else _shared_object)(file, options)
+    header = b""
+    if target == "c":
+        content, header, seconds = _c_file(file, options, prefix)
+    else:
+        content, seconds = _shared_object(file, options)
     if timings:
         click.echo(_table(seconds), err=True)
     if out == "-":
@@ -85,19 +102,31 @@ def build(
     _make(goal.parent)
     with written_whole(goal) as aside:
         aside.write_bytes(content)
+    if header:
+        with written_whole(goal.with_name(f"{name}.h")) as aside:
+            aside.write_bytes(header)
     click.echo(os.fsencode(goal))
 
 
-def _c_file(file: Path, options: Options) -> tuple[bytes, Mapping[str, float]]:
+def _c_file(
+    file: Path, options: Options, prefix: str | None
+) -> tuple[bytes, bytes, Mapping[str, float]]:
+    """Compile to C: the C file, its header, and the seconds of the stages."""
     # The compiler is slow to load, and a shared object from the cache does without it.
     from bgc.building.build import runtime_directory
     from bgc.driver import compile_scene
     from bgc.emission.emit import amalgamate
+    from bgc.emission.prefix import prefix_problem, with_prefix
 
     stages = compile_scene(file, options, until="emit")
     text = amalgamate(stages.emitted, runtime_directory())
+    header = (runtime_directory() / "bgc.h").read_text("utf-8")
+    if prefix is not None:
+        if allowed := prefix_problem(prefix, text):
+            raise BgError([bad_option("--prefix", prefix, allowed)])
+        text, header = with_prefix(text, prefix), with_prefix(header, prefix)
     print_diagnostics(stages.warnings)
-    return text.encode(), stages.seconds
+    return text.encode(), header.encode(), stages.seconds
 
 
 def _shared_object(file: Path, options: Options) -> tuple[bytes, Mapping[str, float]]:

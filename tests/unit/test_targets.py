@@ -1,17 +1,20 @@
-"""The C that `bgc build --target c` writes compiles for five systems, with the compiler of zig."""
+"""The C of `bgc build --target c`: five systems, and two models in one program."""
 
 from __future__ import annotations
 
+import math
 import subprocess
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 from bgc.building.build import runtime_directory
-from bgc.building.toolchain import ZIGLANG
+from bgc.building.toolchain import ZIGLANG, find_toolchain
 from bgc.driver import compile_scene
 from bgc.emission.emit import amalgamate
 from bgc.options import Options
+from bgc.runtime.cli.app import application
 
 TARGETS = (
     "x86_64-linux-gnu",
@@ -61,3 +64,73 @@ def test_the_c_file_builds_for_other_systems(written, target):
     )
     assert done.returncode == 0, done.stderr
     assert (written / f"{target}.o").stat().st_size > 1000
+
+
+PROGRAM = """
+#include "first.h"
+#include "second.h"
+#include <stdio.h>
+
+#define RUN(prefix)                                                    \\
+    do {                                                               \\
+        const prefix##_model *m = prefix##_get_model();                \\
+        prefix##_data *d = prefix##_new(m);                            \\
+        const double times[2] = {0.0, 1.0};                            \\
+        double rows[2];                                                \\
+        size_t done;                                                   \\
+        if (prefix##_reset(m, d, 0.0) != 0 ||                          \\
+            prefix##_run(m, d, times, 2, rows, &done) != 0) {          \\
+            return 1;                                                  \\
+        }                                                              \\
+        printf("%s %.6f\\n", m->param[0].name, rows[1]);                \\
+        prefix##_free(m, d);                                           \\
+    } while (0)
+
+int main(void) {
+    RUN(left);
+    RUN(right_hand);
+    return 0;
+}
+"""
+
+
+def build(*arguments: object):
+    return CliRunner().invoke(application, ["build", *map(str, arguments)])
+
+
+def test_two_models_link_into_one_program(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name, rate, prefix in (("first", 1, "left"), ("second", 2, "right_hand")):
+        Path(f"{name}.bg").write_text(
+            f"model M {{ param bgc_rate = {rate}; state x = 1; der(x) = -bgc_rate*x; }}"
+            "scene s of M { observe x; run 1 s; }"
+        )
+        done = build(f"{name}.bg", "--target", "c", "--prefix", prefix)
+        assert (done.exit_code, done.stdout) == (0, f"{name}.c\n"), done.output
+    Path("main.c").write_text(PROGRAM)
+    compiler = find_toolchain().command
+    strict = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1")
+    subprocess.run(
+        [*compiler, *strict, "main.c", "first.c", "second.c", "-o", "both", "-lm"], check=True
+    )
+    done = subprocess.run(["./both"], capture_output=True, text=True, check=True)
+    found = [line.split() for line in done.stdout.splitlines()]
+    assert [name for name, _ in found] == ["bgc_rate", "bgc_rate"]
+    assert [float(x) for _, x in found] == pytest.approx([math.exp(-1), math.exp(-2)], rel=1e-3)
+
+
+def test_without_a_prefix_the_header_is_that_of_the_runtime(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("m.bg").write_text(MODEL)
+    assert build("m.bg", "--target", "c", "-o", "out").exit_code == 0
+    assert Path("out/m.h").read_text() == (runtime_directory() / "bgc.h").read_text()
+    assert build("m.bg", "--target", "c", "-o", "-", "--prefix", "x").stdout.count("bgc_") == 0
+
+
+@pytest.mark.parametrize("prefix", ["1a", "a-b", "a__b", "", "_a", "a_", "model", "lane"])
+def test_a_prefix_that_cannot_serve_is_refused(tmp_path, prefix):
+    path = tmp_path / "m.bg"
+    path.write_text(MODEL)
+    done = build(path, "--target", "c", "--prefix", prefix, "-o", tmp_path)
+    assert (done.exit_code, "BG066" in done.stderr) == (1, True), done.output
+    assert build(path, "--prefix", "a").exit_code == 2
