@@ -53,7 +53,8 @@ def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Di
             message = text(model.assertion[instance.failed_assertion])
             return run.assertion_failed(time, message, place.span)
         case Status.DEVICE:
-            return run.device_failed(time)
+            names = [text(model.device[k].name) for k in range(model.n_device)]
+            return run.device_failed(time, names)
         case Status.BAD_PARAMETER:
             return _bad_parameter(instance, places)
         case Status.INTERRUPTED:

@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from bgc.building.backends import BACKENDS, build_backend
+from bgc.building.build import runtime_directory
 from bgc.building.built import RunFacts
 from bgc.building.cache import open_cache
 from bgc.diagnostics.catalogue.arguments import (
@@ -209,7 +210,7 @@ def open_devices(instance: Instance, folder: Path) -> Iterator[None]:
             name, driver_name = text(info.name), text(info.driver)
             driver = instance.find_driver(info.driver)
             if driver is None:
-                raise BgError([unknown_driver(name, driver_name)])
+                raise BgError([unknown_driver(name, driver_name, _drivers(instance))])
             options = _located(text(info.options), folder)
             if options is None:
                 raise BgError([device_not_opened(name, driver_name, _LINE_BREAK)])
@@ -219,6 +220,12 @@ def open_devices(instance: Instance, folder: Path) -> Iterator[None]:
         yield
     finally:
         instance.close_devices()
+
+
+def _drivers(instance: Instance) -> list[str]:
+    """The drivers of this build, each in a file of its name."""
+    names = sorted(path.stem for path in (runtime_directory() / "drivers").glob("*.c"))
+    return [name for name in names if instance.find_driver(name.encode()) is not None]
 
 
 def _quotable(message: str) -> str:

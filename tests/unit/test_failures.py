@@ -4,7 +4,9 @@ from types import SimpleNamespace
 
 import pytest
 
+import bgc
 from bgc.building.built import Place, Places
+from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source, Span
 from bgc.runtime.running.binding import Status
 from bgc.runtime.running.failures import explain
@@ -13,6 +15,8 @@ MODEL = SimpleNamespace(
     state=[SimpleNamespace(name=b"coil.p")],
     assertion=[b"too far"],
     divisor=[b"the common inertia of `crank` and `rod`"],
+    device=[SimpleNamespace(name=b"hand")],
+    n_device=1,
     n_param=0,
     n_check=1,
     param_check=[b"the inertia of `coil` must be positive"],
@@ -99,3 +103,30 @@ def test_initial_values_that_the_parameters_put_out_of_reach():
     diagnostic = explain(failed, Status.BAD_PARAMETER, Places(start=("leak", "core")))
     assert diagnostic.code == "BG732"
     assert "of `leak` and `core` hold" in diagnostic.message
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [([b"hand"], "device `hand` reported"), ([b"hand", b"foot"], "devices `hand` and `foot`")],
+)
+def test_a_fault_names_the_devices_that_may_have_reported_it(names, words):
+    faulty = instance()
+    faulty.library = SimpleNamespace(
+        model=SimpleNamespace(device=[SimpleNamespace(name=n) for n in names], n_device=len(names))
+    )
+    assert words in explain(faulty, Status.DEVICE).message
+
+
+@pytest.mark.parametrize(
+    ("driver", "words"), [("omega", "one of its drivers: `trace`"), ("trcae", "mean `trace`")]
+)
+def test_an_unknown_driver_is_answered_with_those_of_the_build(tmp_path, driver, words):
+    path = tmp_path / "m.bg"
+    path.write_text(
+        "model M { input v = 0; state x = 1; der(x) = v; }\n"
+        f"scene s of M {{ device hand = {driver}(); drive v = hand.position[1]; run 1 s; }}"
+    )
+    with pytest.raises(BgError) as caught:
+        bgc.compile(path).simulate()
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "BG073" and words in diagnostic.help

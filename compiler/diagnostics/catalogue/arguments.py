@@ -300,7 +300,7 @@ def unknown_part(name: str, known: Iterable[str]) -> Diagnostic:
     return error("BG045", f"there is no part `{name}` to collapse", help=way_out)
 
 
-def unknown_driver(device: str, driver: str) -> Diagnostic:
+def unknown_driver(device: str, driver: str, have: Sequence[str]) -> Diagnostic:
     """BG073: a device driver that this build does not have
 
     What: a device of the scene names a driver that the runtime does not have.
@@ -314,7 +314,8 @@ def unknown_driver(device: str, driver: str) -> Diagnostic:
     return error(
         "BG073",
         f"device `{device}` uses the driver `{driver}`, which this build does not have",
-        help='use `trace(file = "motion.csv")` to play a recorded motion',
+        help=did_you_mean(driver, have)
+        or f"use one of its drivers: {listed(have)}; `trace(file = ..)` plays a recorded motion",
     )
 
 

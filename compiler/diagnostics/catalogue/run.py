@@ -146,7 +146,7 @@ def assertion_failed(time: float, message: str, place: Span | None = None) -> Di
     )
 
 
-def device_failed(time: float) -> Diagnostic:
+def device_failed(time: float, devices: Sequence[str]) -> Diagnostic:
     """BG706: a device reported a fault
 
     What: reading from or writing to a device failed; its forces were set to zero.
@@ -160,9 +160,14 @@ def device_failed(time: float) -> Diagnostic:
     """
     return error(
         "BG706",
-        f"a device reported a fault at t = {time:.9g} s; its forces are zero",
+        f"{_device(devices)} reported a fault at t = {time:.9g} s; its forces are zero",
         help="check the device, then run again",
     )
+
+
+def _device(names: Sequence[str]) -> str:
+    """The device at fault where the scene has one only, else all of its devices."""
+    return f"device `{names[0]}`" if len(names) == 1 else f"one of the devices {listed(names)}"
 
 
 def parameters_refused(message: str) -> Diagnostic:
