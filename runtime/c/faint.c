@@ -62,13 +62,35 @@ static void follow(bgc_data *d, int i, double size, double limit, double t) {
     }
 }
 
+/* A loop of fixed length, which compilers vectorise: adds 1 for each state that is above its tolerance
+ * and was not, or the reverse, and more for those that are followed. */
+static inline void count_changes(const double *restrict x, const double *restrict scale,
+                                 const double *restrict phase, double atol, double part,
+                                 double *restrict count) {
+    for (int l = 0; l < BGC_LANES; l++) {
+        const double above = fabs(x[l]) > atol + part * scale[l] ? 1.0 : 0.0;
+        count[l] += fabs(above - phase[l]);
+    }
+}
+
 /* After a step under error control to d->next at t. */
 void bgc_follow_faint(const bgc_model *m, bgc_data *d, double t) {
-    const double reached = d->core.counts.scale_reached, rtol = d->core.rtol, atol = d->core.atol;
+    const double atol = d->core.atol;
+    const double part = atol > 0.0 ? 0.0 : d->core.rtol * d->core.counts.scale_reached;
+    double count[BGC_LANES] = {0.0}, all = 0.0;
 
+    /* In most steps no state changes; padding is zero. */
+    for (size_t i = 0; i < bgc_padded(m->n_state); i += BGC_LANES) {
+        count_changes(d->next + i, d->scale + i, d->faint_phase + i, atol, part, count);
+    }
+    for (int l = 0; l < BGC_LANES; l++) {
+        all += count[l];
+    }
+    if (all == 0.0) {
+        return;
+    }
     for (int i = 0; i < m->n_state; i++) {
-        const double size = fabs(d->next[i]);
-        const double limit = atol > 0.0 ? atol : rtol * reached * d->scale[i];
+        const double size = fabs(d->next[i]), limit = atol + part * d->scale[i];
         if (size >= limit && d->faint_phase[i] <= ABOVE) {
             if (d->faint_phase[i] == NEVER_ABOVE && size >= well_above * limit) {
                 d->faint_phase[i] = ABOVE;
