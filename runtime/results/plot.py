@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import cycle
@@ -11,6 +12,7 @@ from typing import Any, Protocol
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, ScalarFormatter
 
 from bgc.building.built import Panel
 from bgc.diagnostics.catalogue.arguments import bad_panel
@@ -24,6 +26,7 @@ KINDS = (".png", ".svg", ".pdf")
 _WIDTH, _PANEL_HEIGHT, _SQUARE_HEIGHT, _MARGIN = 8.0, 2.4, 4.2, 0.7  # inches
 _MOST_IN_LEGEND = 10
 _UNLIKE_RANGES = 10.0
+_SMALL, _LARGE = 1e-3, 1e5  # numbers of an axis that are written in full
 # Okabe and Ito's colours, which colour-blind readers can tell apart.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 STYLE: dict[Any, Any] = {
@@ -144,7 +147,8 @@ def _draw(result: Columns, panels: Sequence[Panel]) -> Figure:
         _draw_panel(result, panel, axes)
         last = all(p.across != "time" for p in panels[k + 1 :])
         if panel.across != "time" or last:
-            axes.set_xlabel(_label(panel.across, result))
+            factor = "" if panel.across == "time" else _shorten_numbers(axes.xaxis)
+            axes.set_xlabel(_label(panel.across, result, factor))
         else:
             axes.tick_params(labelbottom=False)
     figure.suptitle(
@@ -162,11 +166,16 @@ def _draw_panel(result: Columns, panel: Panel, axes: Any) -> None:
     for column, colour in zip(panel.columns, cycle(COLOURS), strict=False):
         side = other if column in right else axes
         lines += side.plot(across, result[column], label=column, color=colour)
-    axes.set_ylabel(_axis_label(left, result))
+    axes.set_ylabel(_axis_label(left, result, _shorten_numbers(axes.yaxis)))
     if other is not None:
         other.grid(False)
         other.spines["right"].set_visible(True)
-        other.set_ylabel(_axis_label(right, result))
+        other.set_ylabel(_axis_label(right, result, _shorten_numbers(other.yaxis)))
+        for side, columns in ((axes, left), (other, right)):
+            if len(columns) == 1:  # the scale has the colour of its curve
+                colour = next(line.get_color() for line in lines if line.get_label() in columns)
+                side.yaxis.label.set_color(colour)
+                side.tick_params(axis="y", labelcolor=colour)
     if panel.across == "time":
         axes.margins(x=0)
     if len(panel.columns) > 1:
@@ -197,14 +206,31 @@ def _sides(result: Columns, panel: Panel) -> tuple[list[str], list[str]]:
     return list(panel.columns), []
 
 
-def _axis_label(columns: Sequence[str], result: Columns) -> str:
-    return _label(columns[0], result) if len(columns) == 1 else _bracketed(result.units[columns[0]])
+def _shorten_numbers(axis: Any) -> str:
+    """Divide the numbers of an axis by a power of 1000 where they are long; return that factor.
+
+    The factor stands in the label. Matplotlib's own place for it, the upper end of the axis, is
+    that of the legend.
+    """
+    largest = max(map(abs, axis.get_view_interval()))
+    power = 3 * math.floor(math.log10(largest) / 3) if largest > 0 else 0
+    if _SMALL <= largest < _LARGE:
+        axis.set_major_formatter(ScalarFormatter(useOffset=False))
+        return ""
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value / 10.0**power:.12g}"))
+    return f"$10^{{{power}}}$ "
 
 
-def _label(name: str, result: Columns) -> str:
+def _axis_label(columns: Sequence[str], result: Columns, factor: str) -> str:
+    if len(columns) == 1:
+        return _label(columns[0], result, factor)
+    return _bracketed(factor + result.units[columns[0]])
+
+
+def _label(name: str, result: Columns, factor: str) -> str:
     unit = "s" if name == "time" else result.units[name]
-    return f"{name} {_bracketed(unit)}".strip()
+    return f"{name} {_bracketed(factor + unit)}".strip()
 
 
 def _bracketed(unit: str) -> str:
-    return f"[{unit}]" if unit else ""
+    return f"[{unit.strip()}]" if unit else ""

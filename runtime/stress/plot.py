@@ -71,8 +71,14 @@ def _draw(found: StressMap) -> Figure:
         for verdict, colour in _COLOURS.items()
         if seen.get(verdict)
     ]
-    figure.legend(handles=patches, loc="outside lower center", ncols=min(len(patches), 4),
-                  frameon=False)  # fmt: skip
+    figure.legend(
+        handles=patches,
+        loc="outside lower center",
+        ncols=min(len(patches), 4),
+        frameon=False,
+        title="in a cell: the value, and below it the largest error",
+        title_fontsize="small",
+    )
     return figure
 
 

@@ -20,6 +20,8 @@ from bgc.runtime.trade.result import TradeResult
 from bgc.runtime.trade.tables import letter
 
 _MARKERS = "osD^vPX<>ph8"
+# Those of other plots, and five of Tol's, so that no two methods share one.
+_LINE_COLOURS = (*COLOURS, "#882255", "#999933", "#332288", "#44AA99", "#661100", "#888888")
 _SIZE = (9.0, 6.0)  # inches
 _BEYOND = 1e4  # times the limit: larger errors are not drawn
 _LEAST = 1e-17
@@ -44,7 +46,7 @@ def _draw(trade: TradeResult) -> Figure:
     axes.set_xscale("log")
     axes.set_yscale("log")
     styles: dict[str, tuple[str, str]] = {}
-    unused = zip(cycle(COLOURS), cycle(_MARKERS), strict=False)
+    unused = zip(cycle(_LINE_COLOURS), cycle(_MARKERS), strict=False)
     for (solver, keep, changes), rows in _lines(trade).items():
         if solver not in styles:
             styles[solver] = next(unused)
@@ -63,6 +65,7 @@ def _draw(trade: TradeResult) -> Figure:
             label=solver if first else None,
         )
         _name_variant(trade, axes, rows, colour)
+    _explain_lines(axes, list(_lines(trade)))
     _draw_front(trade, axes)
     _draw_limits(trade, axes)
     axes.grid(True, which="minor", alpha=0.12)
@@ -74,6 +77,15 @@ def _draw(trade: TradeResult) -> Figure:
     axes.set_title(f"{trade.scene}: {spelled(trade.duration)} on {trade.machine}", fontsize=9)
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small")
     return figure
+
+
+def _explain_lines(axes: Any, ladders: Sequence[tuple[str, int, Variant]]) -> None:
+    """Add the meaning of open markers, dashes and dots to the legend, where they occur."""
+    open_grey: Any = {"color": "0.4", "marker": "o", "markerfacecolor": "white", "markersize": 4.5}
+    if any(keep > 1 and not changes for _, keep, changes in ladders):
+        axes.plot([], [], linestyle="--", label="Jacobian kept for steps", **open_grey)
+    if any(changes for _, _, changes in ladders):
+        axes.plot([], [], linestyle=":", label="a variant of the model", **open_grey)
 
 
 def _name_variant(trade: TradeResult, axes: Any, rows: Sequence[Measurement], colour: str) -> None:

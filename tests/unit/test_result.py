@@ -169,6 +169,31 @@ def test_panels_against_time_and_against_another_column(result):
     assert (second.get_xlabel(), second.get_ylabel()) == ("tip.z [m]", "force [N]")
 
 
+def test_long_numbers_have_their_factor_in_the_label():
+    """D11: matplotlib's factor stood over the legend."""
+    result = make({"p": "Pa", "x": "m", "d": "m"})
+    result.columns["p"] = np.array([1e7, 2e7, 3e7])
+    result.columns["d"] = np.array([1e-6, 2e-6, 3e-6])
+    figure = result.plot(panels=["p", "x", "d", "d against p"])
+    pressure, plain, small, across = figure.axes
+    assert pressure.get_ylabel() == "p [$10^{6}$ Pa]"
+    assert plain.get_ylabel() == "x [m]"
+    assert small.get_ylabel() == "d [$10^{-6}$ m]"
+    assert across.get_xlabel() == "p [$10^{6}$ Pa]"
+    figure.canvas.draw()
+    ticks = [float(label.get_text()) for label in pressure.get_yticklabels()]
+    assert ticks == pytest.approx(np.array(pressure.get_yticks()) / 1e6)
+    assert all(not axes.yaxis.get_offset_text().get_text() for axes in figure.axes)
+
+
+def test_two_scales_have_the_colours_of_their_curves():
+    result = make({"x": "m", "v": "m/s"})
+    left, right = result.plot(panels=["x, v"]).axes
+    for axes in (left, right):
+        assert axes.yaxis.label.get_color() == axes.lines[0].get_color()
+    assert left.lines[0].get_color() != right.lines[0].get_color()
+
+
 def test_one_component_against_another(result):
     (axes,) = result.plot(panels=["tip.y against tip.x"]).axes
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("tip[1] [m]", "tip[2] [m]")
