@@ -127,3 +127,13 @@ def test_sympy_and_jinja2_are_installed_with_bgc():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     names = {re.split(r"[<>=]", text)[0] for text in project["dependencies"]}
     assert {"sympy", "jinja2"} <= names
+
+
+def test_each_dependency_has_a_lowest_version_that_exists_and_is_tested():
+    # `np.trapezoid` came with NumPy 2; `.ci/run` installs these versions and runs some tests.
+    text = (ROOT / "pyproject.toml").read_text("utf-8")
+    listed = tomllib.loads(text)["project"]["dependencies"]
+    lowest = dict(dependency.split(">=") for dependency in listed)
+    assert int(lowest["numpy"].split(".")[0]) >= 2
+    assert all(version.count(".") for version in lowest.values())
+    assert 'say "lowest versions' in (ROOT / ".ci" / "run").read_text("utf-8")
