@@ -102,7 +102,7 @@ void bgc_follow_faint(const bgc_model *m, bgc_data *d, double t) {
 }
 
 int bgc_get_faint(const bgc_model *m, const bgc_data *d, int k, bgc_faint_state *state) {
-    if (k < 0 || k >= m->n_state || d->faint[k].grown == -INFINITY) {
+    if (k < 0 || k >= m->n_state || d->faint[k].grown == -(double)INFINITY) {
         return 0;
     }
     *state = d->faint[k];

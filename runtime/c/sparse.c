@@ -151,7 +151,7 @@ int bgc_complex_factor(const bgc_model *m, const double *mass, const double *jac
         }
     }
     *growth = sum;
-    return sum < INFINITY ? 0 : 1;
+    return sum < (double)INFINITY ? 0 : 1;
 }
 
 /* b := (c M - J)^-1 b with the factors of bgc_complex_factor; scratch is n_state numbers. */
