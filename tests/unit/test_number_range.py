@@ -63,7 +63,8 @@ def test_every_constant_of_a_compiled_model_is_a_double(body, number):
     try:
         program = stages(text, "emit").equations
     except BgError as err:
-        assert {d.code for d in err.diagnostics} <= {"BG333", "BG540"}
+        # a mass behind a modulus below 1e-162 is zero as a double: BG513
+        assert {d.code for d in err.diagnostics} <= {"BG333", "BG513", "BG540"}
         assert all(d.span is not None for d in err.diagnostics)
         return
     dag = program.dag

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import random
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -83,6 +84,8 @@ class MergedAudit:
         mass = _reduced_mass(self._point, group)
         if not all(math.isfinite(entry) for row in mass for entry in row):
             return None
+        if any(0 < row[i] < sys.float_info.min for i, row in enumerate(mass)):
+            return None  # too few digits to judge
         motion = motion_without_inertia(mass, least)
         if motion is not None:
             raise _moving_without_inertia(self._point, group, motion)
