@@ -31,7 +31,7 @@ static const double rounding_of_start = 1e-3;          /* m, rad: given values m
 static const double regularisation = 1e-13;         /* of the normal equations, to their trace */
 static const double singular_pivot = 1e-10;  /* of S, relative: at a singular position */
 static const double near_singular = 1e-4;    /* a failure at less is due to the position */
-static const double least_part = 0.4;         /* of a row that a step may leave of it */
+static const double least_row_part = 0.4;     /* of a row that a step may leave of it */
 static const double left_part = 0.1;          /* of the change in a step that projection may move */
 static const double negligible_move = 1e-6;   /* by projection, relative to scale */
 
@@ -238,8 +238,8 @@ static double *unknown_of(const bgc_model *m, bgc_data *d, int by_parameters, in
 }
 
 /* Adds part * change to the unknowns of the start. */
-static void move_start(const bgc_model *m, bgc_data *d, int by_parameters, double part,
-                       const double *change) {
+static void move_closed_start(const bgc_model *m, bgc_data *d, int by_parameters, double part,
+                              const double *change) {
     const bgc_closure_info *c = m->closure_info;
     const int width = by_parameters ? c->n_start : c->n_moved;
 
@@ -300,11 +300,11 @@ static int find_start(const bgc_model *m, bgc_data *d, int by_parameters, chain_
         }
 
         /* Take the step if it brings the conditions nearer, else damp more. */
-        move_start(m, d, by_parameters, 1.0, p->change);
+        move_closed_start(m, d, by_parameters, 1.0, p->change);
         if (evaluate_chains(m, d, d->core.t, d->x, p) && misfit_of(p, c->n_condition) < misfit) {
             damping *= 0.1;
         } else {
-            move_start(m, d, by_parameters, -1.0, p->change);
+            move_closed_start(m, d, by_parameters, -1.0, p->change);
             damping = fmax(4.0 * damping, least_of_damping);
             if (!evaluate_chains(m, d, d->core.t, d->x, p)) {
                 return 0;
@@ -423,7 +423,7 @@ static void transpose(int n, double *a) {
 
 /* Whether the rows first to last are much the same before and after the step, with G0 and G1: the
  * symmetric parts of L^-1 G0 M^-1 G1' L^-T (the identity where nothing changes), with S0 = L L' and
- * with S1 = L L', have pivots above `least_part`. */
+ * with S1 = L L', have pivots above `least_row_part`. */
 static int are_resolved(const bgc_closure_info *c, const double *by_impulse_before,
                         const double *response_before, int first, int last, chain_parts *p) {
     const int n = last - first;
@@ -443,7 +443,7 @@ static int are_resolved(const bgc_closure_info *c, const double *by_impulse_befo
                 p->other[i * n + j] = 0.5 * (p->mixed[i * n + j] + p->mixed[j * n + i]);
             }
         }
-        if (cholesky(n, p->other, ones) <= least_part) {
+        if (cholesky(n, p->other, ones) <= least_row_part) {
             return 0;
         }
     }
