@@ -36,3 +36,16 @@ def test_files_call_each_other_without_circles(lanes: bool) -> None:
     calls = calls_of(files)
     assert "evaluate.c" in calls["step.c"] and "tableaus.c" in calls["options.c"]
     assert len(list(TopologicalSorter(calls).static_order())) == len(files)
+
+
+@pytest.mark.parametrize("patterns", [("*.c", "drivers/*.c"), ("lanes/*.c",)])
+def test_no_static_name_is_used_by_two_files(patterns: tuple[str, ...]) -> None:
+    """These files are compiled as one unit, where their static names meet."""
+    declared = re.compile(r"^static [\w \*]*?\b(\w+)(?=\(| =|\[|;)", re.MULTILINE)
+    own: dict[str, str] = {}
+    for pattern in patterns:
+        for path in sorted(runtime_directory().glob(pattern)):
+            for name in set(declared.findall(path.read_text("utf-8"))):
+                other = own.setdefault(name, path.name)
+                assert other == path.name, f"`{name}` is in {other} and {path.name}"
+    assert len(own) > 10
