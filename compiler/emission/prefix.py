@@ -13,11 +13,17 @@ _TOKEN = re.compile(r'"(?:[^"\\\n]|\\.)*"|\bbgc_|\bBGC_')
 def prefix_problem(prefix: str, text: str) -> str:
     """Return why a prefix cannot replace `bgc` in a C text; empty if it can."""
     if not _NAME.fullmatch(prefix):
-        return "letters, digits and single underscores, a letter first"
-    taken = re.compile(rf"\b(?:{prefix}|{prefix.upper()})_")
-    if prefix != _OWN and taken.search(text):
-        return f"another prefix: names of the C file begin with `{prefix}_`"
+        return "a prefix has letters, digits and single underscores, a letter first"
+    names = {prefix: _names(_OWN, text), prefix.upper(): _names(_OWN.upper(), text)}
+    for start, own in names.items():
+        if prefix != _OWN and (taken := own & _names(start, text)):
+            return f"the C file has a name `{start}_{min(taken)}` already"
     return ""
+
+
+def _names(start: str, text: str) -> set[str]:
+    """The rests of the names of a C text that begin with `start_`."""
+    return set(re.findall(rf"\b{start}_(\w+)", text))
 
 
 def with_prefix(text: str, prefix: str) -> str:

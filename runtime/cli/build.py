@@ -8,7 +8,6 @@ from pathlib import Path
 
 import click
 
-from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.machine import cannot_write
 from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
@@ -122,8 +121,8 @@ def _c_file(
     text = amalgamate(stages.emitted, runtime_directory())
     header = (runtime_directory() / "bgc.h").read_text("utf-8")
     if prefix is not None:
-        if allowed := prefix_problem(prefix, text):
-            raise BgError([bad_option("--prefix", prefix, allowed)])
+        if problem := prefix_problem(prefix, text):
+            raise click.UsageError(f"--prefix {prefix}: {problem}")
         text, header = with_prefix(text, prefix), with_prefix(header, prefix)
     print_diagnostics(stages.warnings)
     return text.encode(), header.encode(), stages.seconds

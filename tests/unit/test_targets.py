@@ -13,6 +13,7 @@ from bgc.building.build import runtime_directory
 from bgc.building.toolchain import ZIGLANG, find_toolchain
 from bgc.driver import compile_scene
 from bgc.emission.emit import amalgamate
+from bgc.emission.prefix import prefix_problem
 from bgc.options import Options
 from bgc.runtime.cli.app import application
 
@@ -127,10 +128,18 @@ def test_without_a_prefix_the_header_is_that_of_the_runtime(tmp_path, monkeypatc
     assert build("m.bg", "--target", "c", "-o", "-", "--prefix", "x").stdout.count("bgc_") == 0
 
 
-@pytest.mark.parametrize("prefix", ["1a", "a-b", "a__b", "", "_a", "a_", "model", "lane"])
+@pytest.mark.parametrize("prefix", ["1a", "a-b", "a__b", "", "_a", "a_", "model"])
 def test_a_prefix_that_cannot_serve_is_refused(tmp_path, prefix):
     path = tmp_path / "m.bg"
     path.write_text(MODEL)
     done = build(path, "--target", "c", "--prefix", prefix, "-o", tmp_path)
-    assert (done.exit_code, "BG066" in done.stderr) == (1, True), done.output
+    assert (done.exit_code, "--prefix" in done.stderr) == (2, True), done.output
     assert build(path, "--prefix", "a").exit_code == 2
+
+
+def test_only_a_name_that_two_would_have_stands_against_a_prefix():
+    text = "int bgc_new; int left_hand; int model_new; /* bgc_hand */"
+    assert prefix_problem("right", text) == ""
+    assert prefix_problem("model", text) == "the C file has a name `model_new` already"
+    assert "left_hand" in prefix_problem("left", text)
+    assert prefix_problem("left", text.replace("bgc_hand", "")) == ""
