@@ -79,6 +79,8 @@ static void model_prepare(const double *p, double *h, double *w)
     h[15] = v9 == 0.0 ? 1.0 : v9 == v9 ? v4 : v9;
     const double v10 = model_less(0.0, v3);
     h[16] = v10 == 0.0 ? 1.0 : v10 == v10 ? sqrt(p[0] * v2) : v10;
+    h[20] = fabs(p[5]);
+    h[21] = fabs(p[1]);
     h[4] = p[6];
     h[5] = p[7];
     h[6] = p[1];
@@ -256,6 +258,8 @@ static void model_positive(const double *p, const double *h, double *check, doub
     check[0] = h[18];
     check[1] = h[19];
     check[2] = h[17];
+    check[3] = h[20];
+    check[4] = h[21];
 }
 
 /* Defaults of the parameters that are given by other parameters. */
@@ -393,6 +397,8 @@ static const char *const model_param_check[] = {
     "the compliance of `hose_oil` must be positive",
     "the compliance of `oil` must be positive",
     "the inertia of `load` must be positive",
+    "`bulk_modulus` must not be zero: the initial value of `hose_oil.q` divides by it",
+    "`area` must not be zero: the initial value of `hose_oil.q` divides by it",
 };
 
 static const int model_jac_row[] = {
@@ -432,7 +438,7 @@ static const bgc_model model_info = {
     .name = "lift",
     .hash = "of its sources",
     .n_param = 10,
-    .n_hoist = 20,
+    .n_hoist = 22,
     .n_state = 4,
     .n_input = 0,
     .n_output = 4,
@@ -442,7 +448,7 @@ static const bgc_model model_info = {
     .n_jac = 8,
     .n_mass = 0,
     .n_lu = 9,
-    .n_check = 3,
+    .n_check = 5,
     .n_switch = 4,
     .n_timed = 4,
     .param = model_param,
