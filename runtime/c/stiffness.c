@@ -11,8 +11,8 @@
 #include <math.h>
 
 /* Steps between two bounds: of adaptive ones, and of fixed ones, which are cheaper. */
-enum { ADAPTIVE_INTERVAL = 32, FIXED_INTERVAL = 256, POWER_ITERATIONS = 6 };
-static const double identity = 0.3; /* its multiple in the iterations, over the bound */
+enum { ADAPTIVE_INTERVAL = 32, FIXED_INTERVAL = 256, POWER_ITERATIONS = 10 };
+static const double identity = 0.1; /* its multiple in the iterations, over the bound */
 
 /* An upper bound on the spectral radius of M^-1 J, of the Jacobian at hand; INFINITY where M is not
  * diagonal and regular. */
