@@ -110,6 +110,14 @@ class Lanes(Enum):
     HEADER = "header"  # `bgc_lanes.h`, since the C runtime uses it too
 
 
+class Watch(IntEnum):
+    """A function that a step may jump over a pulse of, numbered as `bgc_watch` in `bgc.h`."""
+
+    EXPONENTIAL = 0  # the pulse is where the argument is largest
+    SATURATING = 1  # where it comes near zero and returns
+    RECIPROCAL = 2  # the same, for a divisor
+
+
 class Bounds(Enum):
     """The range of a function over a range of its operands, by `bgc_ranges.h`."""
 
@@ -184,6 +192,8 @@ class Operation:
         Whether the result is continuous where the mode changes, and only its slope jumps.
     bounds
         The range of a function over a range; operators have theirs in `emission/print_ranges.py`.
+    watch
+        How a step may jump over a pulse of this function of states; None if it hardly can.
     infix
         The operator as text; None for functions.
     latex
@@ -223,6 +233,7 @@ class Operation:
     pieces: Pieces | None = None
     kink: bool = False
     bounds: Bounds = Bounds.UNKNOWN
+    watch: Watch | None = None
     infix: Infix | None = None
     latex: str = ""
     c: str = ""

@@ -24,6 +24,7 @@ from bgc.algebra.operation import (
     Lanes,
     Operation,
     Parity,
+    Watch,
 )
 
 _TWO_OVER_SQRT_PI = Fraction("1.128379167095512573896158903121545171688101258657997")
@@ -161,6 +162,7 @@ class Op(IntEnum):
         arguments=("a", "b"),
         evaluate=doubles.divide,
         partials=_quotient_partials,
+        watch=Watch.RECIPROCAL,
         infix=Infix("/", 6, strict_right=True),
     )
     NEG = Operation(
@@ -409,6 +411,7 @@ class Op(IntEnum):
         latex=r"\arctan",
         lanes=Lanes.LIBMVEC_2_35,
         bounds=Bounds.RISING,
+        watch=Watch.SATURATING,
     )
     ATAN2 = Operation(
         name="atan2",
@@ -461,6 +464,7 @@ class Op(IntEnum):
         latex=r"\tanh",
         lanes=Lanes.LIBMVEC_2_35,
         bounds=Bounds.RISING,
+        watch=Watch.SATURATING,
     )
     ASINH = Operation(
         name="asinh",
@@ -505,6 +509,7 @@ class Op(IntEnum):
         latex=r"\exp",
         lanes=Lanes.LIBMVEC,
         bounds=Bounds.RISING,
+        watch=Watch.EXPONENTIAL,
     )
     EXPM1 = Operation(
         name="expm1",
@@ -516,6 +521,7 @@ class Op(IntEnum):
         curve=Curve(Conic.HYPERBOLA, lambda t: (2 * t, 1 - t)),
         lanes=Lanes.LIBMVEC_2_35,
         bounds=Bounds.RISING,
+        watch=Watch.EXPONENTIAL,
     )
     LOG = Operation(
         name="log",
@@ -656,6 +662,7 @@ class Op(IntEnum):
         parity=Parity.ODD,
         lanes=Lanes.LIBMVEC_2_35,
         bounds=Bounds.RISING,
+        watch=Watch.SATURATING,
     )
     ERFC = Operation(
         name="erfc",
@@ -666,6 +673,7 @@ class Op(IntEnum):
         never_negative=True,
         lanes=Lanes.LIBMVEC_2_35,
         bounds=Bounds.FALLING,
+        watch=Watch.SATURATING,
     )
 
 

@@ -54,6 +54,7 @@ _OPTIONAL = {
     "events": ("events", "modes"),
     "start": ("start",),
     "timed": ("timed",),
+    "watch": ("watch",),
 }
 EVERY_PART = frozenset(_OPTIONAL)
 _NO_HEADERS: Mapping[str, str] = MappingProxyType({})

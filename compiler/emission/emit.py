@@ -167,6 +167,7 @@ def _needed_parts(lowered: Lowered) -> frozenset[str]:
         "events": bool(lowered.switches),
         "start": program.start is not None,
         "timed": lowered.ranges is not None,
+        "watch": bool(lowered.watches),
     }
     return frozenset(part for part, used in uses.items() if used)
 

@@ -19,7 +19,7 @@ from bgc.emission.print_c import LANES, function_text, lane_name
 from bgc.emission.print_lu import matrix_prototypes
 from bgc.ir.lowered import Kernel, Lowered
 
-_KERNELS = ("rhs", "jacobian", "energy", "outputs", "asserts", "project", "switches")
+_KERNELS = ("rhs", "jacobian", "energy", "outputs", "asserts", "project", "switches", "watched")
 
 
 _DEFINED_BY = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import chain
@@ -16,6 +16,7 @@ from bgc.emission.optimise import number_values
 from bgc.emission.sparse import plan_lu
 from bgc.emission.switches import hold_modes
 from bgc.emission.timed_terms import find_timed_terms
+from bgc.emission.watches import WatchedArgument, find_watches
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Jacobian, Kernel, Lowered, Reads, Store, Switch
 from bgc.ir.program import Closures, MassEntry, PositiveParameter, Program
@@ -32,7 +33,8 @@ def lower(program: Program) -> Lowered:
     program, switches, jacobian, timed = _differentiated(*hold_modes(program))
     program = _with_stored_mass(program, jacobian)
     program = replace(program, closures=_moving(program.dag, program.closures))
-    kernels = _kernels(program, switches, jacobian)
+    watches = find_watches(program)
+    kernels = (*_kernels(program, switches, jacobian), *_watch_kernels(watches))
     ranges = _range_kernel(timed)
     watching = () if ranges is None else (ranges,)
     for kernel in (*kernels, *watching):
@@ -53,6 +55,7 @@ def lower(program: Program) -> Lowered:
         plan=plan_lu(program, jacobian),
         hoisted=hoisted,
         kernels=(prepare, *kernels),
+        watches=watches,
         ranges=ranges,
     )
 
@@ -252,6 +255,13 @@ def _event_kernels(program: Program, switches: tuple[Switch, ...]) -> Iterator[K
             "z",
             _stores("z", (divisor.node for divisor in program.divisors)),
         )
+
+
+def _watch_kernels(watches: Sequence[WatchedArgument]) -> Iterator[Kernel]:
+    """The kernel of the watched arguments, if there are any."""
+    if watches:
+        purpose = "The arguments of functions that may hide pulses."
+        yield _kernel("watched", purpose, _RUNNING, "z", _stores("z", (z for _, z in watches)))
 
 
 def _range_kernel(timed: tuple[Node, ...]) -> Kernel | None:

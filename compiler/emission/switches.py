@@ -62,15 +62,13 @@ def hold_modes(program: Program) -> tuple[Program, tuple[Switch, ...]]:
     )
 
 
-def few_states_read(lowered: Lowered) -> tuple[int, ...]:
-    """The states that arguments of switches read, if interpolating only them is worthwhile.
+def few_states_read(program: Program, nodes: Iterable[Node]) -> tuple[int, ...]:
+    """The states that nodes read, if interpolating only them along a step is worthwhile.
 
     Empty where these are more than half of the states, or where one of them is set by a projection
     or an algebraic equation, which need all states.
     """
-    program = lowered.program
-    nodes = program.dag.reachable(switch.argument for switch in lowered.switches)
-    symbols = map(program.dag.symbol_of, nodes)
+    symbols = map(program.dag.symbol_of, program.dag.reachable(nodes))
     read = sorted({s.index for s in symbols if s is not None and s.kind is Kind.STATE})
     states = [program.states[index] for index in read]
     alone = all(s.projection is None and s.kind != "algebraic" for s in states)

@@ -58,9 +58,17 @@ def model_tables(
     table("param", "bgc_param_info ", _parameters(program))
     table("state", "bgc_var_info ", _variables((s.name, s.unit) for s in program.states))
     table("switch_info", "bgc_switch_info ", _switches(lowered))
-    if read := few_states_read(lowered):
-        indices("switch_state", read)
-        fields.append(("n_switch_state", str(len(read))))
+    if lowered.watches:
+        indices("watch", [int(kind) for kind, _ in lowered.watches])
+        fields.append(("n_watch", str(len(lowered.watches))))
+    arguments = {
+        "switch_state": [switch.argument for switch in lowered.switches],
+        "watch_state": [argument for _, argument in lowered.watches],
+    }
+    for field, nodes in arguments.items():
+        if read := few_states_read(program, nodes):
+            indices(field, read)
+            fields.append((f"n_{field}", str(len(read))))
     table("output", "bgc_var_info ", _variables((o.name, o.unit) for o in program.observations))
     table("input", "bgc_channel_use ", _inputs(program))
     table("command", "bgc_channel_use ", [_channel(d, use) for d, use in commands])

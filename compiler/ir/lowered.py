@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from bgc.algebra.operation import Jump
+from bgc.algebra.operation import Jump, Watch
 from bgc.diagnostics.source import Span
 from bgc.ir.graph import Node
 from bgc.ir.program import Program
@@ -111,4 +111,5 @@ class Lowered:
     plan: LuPlan
     hoisted: tuple[Node, ...]
     kernels: tuple[Kernel, ...]
+    watches: tuple[tuple[Watch, Node], ...] = ()  # functions that may hide pulses, and arguments
     ranges: Kernel | None = None  # of the terms of time alone and their derivatives

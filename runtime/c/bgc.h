@@ -92,6 +92,13 @@ typedef struct {
     int jumps;      /* 0: f is continuous where the mode changes */
 } bgc_switch_info;
 
+/* A function that may have a pulse inside a step. */
+typedef enum {
+    BGC_EXPONENTIAL = 0, /* where its argument is largest */
+    BGC_SATURATING = 1,  /* where its argument comes near zero and returns */
+    BGC_RECIPROCAL = 2   /* the same, for a divisor */
+} bgc_watch;
+
 typedef struct {
     double low, high;
 } bgc_range;
@@ -223,6 +230,13 @@ typedef struct bgc_model {
     const bgc_closure_info *closure_info;
     void (*closures)(const double *h, double t, const double *x, const double *u, double *c,
                      double *w);
+    /* The arguments of functions of states that may have a pulse inside a step, and their kinds. */
+    int n_watch;
+    const int *watch; /* of bgc_watch */
+    const int *watch_state; /* as switch_state, of watched() */
+    int n_watch_state;
+    void (*watched)(const double *h, double t, const double *x, const double *u, double *z,
+                    double *w);
 } bgc_model;
 
 /* The emitted model. */

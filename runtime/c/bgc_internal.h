@@ -21,6 +21,7 @@
  *         bgc_check_asserts              (evaluate.c)
  *         bgc_check_divisors             (divisors.c)
  *         bgc_follow_faint               states below their tolerance (faint.c)
+ *         bgc_before_hidden              a pulse of a function of states within the step (watch.c)
  *         bgc_balance_step               energies of the step and their error (accounts.c)
  *         accept                         d->next becomes the present; bgc_handle_event
  *     write_row                        outputs and accounts, by dense output inside the step
@@ -214,6 +215,7 @@ typedef struct {
     double reach;       /* part of a step up to which its stages reach */
     int limited_by;     /* the term that limits the step under way; -1: none */
     int without_effect; /* consecutive steps that it has limited in vain */
+    int hidden;         /* consecutive steps that hid a pulse of a function of states: watch.c */
     int64_t cut_tick;   /* the last fixed step that was cut, */
     int cuts, cuts_in_a_row;
 
@@ -301,6 +303,8 @@ struct bgc_data {
     double *probe, *after;  /* arguments of switches */
     double *divisors;       /* BGC_SAMPLES + 1 vectors of divisors */
     double *ignored;        /* n_switch: not 0 where a change is negligible in the step under way */
+    double *watch_sample;   /* (BGC_SAMPLES + 1) n_watch: watched arguments */
+    double *watch_probe;    /* n_watch */
     bgc_range *term_range;  /* 2 n_term: of each term and its derivative by time */
     double *around;         /* n_term: variations to compare with, */
     double *widest;         /* and in the window ahead */
@@ -467,8 +471,6 @@ bgc_status bgc_settle(const bgc_model *m, bgc_data *d);
 bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole);
 
 /* --- events.c */
-extern const double bgc_sample_at[BGC_SAMPLES];
-extern const int bgc_first_sample[BGC_FIRST_SAMPLES];
 double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end);
 bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_shorten,
                           double *found);
@@ -479,7 +481,13 @@ void bgc_forget_ahead(const bgc_model *m, bgc_data *d);
 double bgc_limit_for_time(const bgc_model *m, bgc_data *d, double t, double h);
 void bgc_judge_terms(const bgc_model *m, bgc_data *d, double h);
 
+/* --- watch.c */
+double bgc_hidden_peak(int kind, const double *z);
+double bgc_before_hidden(const bgc_model *m, bgc_data *d, double end);
+
 /* --- dense.c */
+extern const double bgc_sample_at[BGC_SAMPLES];
+extern const int bgc_first_sample[BGC_FIRST_SAMPLES];
 void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, double end);
 void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x);
 void bgc_interpolate_all(const bgc_model *m, bgc_data *d, double t, double *x);

@@ -102,6 +102,7 @@ typedef struct {
     void (*switches)(const lane *h, lane t, const lane *x, const lane *u, lane *z, lane *w);
     void (*asserts)(const lane *h, lane t, const lane *x, const lane *u, lane *a, lane *w);
     void (*project)(const lane *h, lane t, lane *x, lane *w); /* or NULL */
+    void (*watched)(const lane *h, lane t, const lane *x, const lane *u, lane *z, lane *w);
 } bgc_lane_model;
 
 const bgc_lane_model *bgc_get_lane_model(void);

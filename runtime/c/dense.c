@@ -9,6 +9,13 @@
 #include <math.h>
 #include <string.h>
 
+/* Points of a step at which arguments of switches and of watched functions are
+ * evaluated, its end last; spaced unevenly, so that an oscillation does not fit between them. */
+const double bgc_sample_at[BGC_SAMPLES] = {0.17, 0.41, 0.63, 0.86, 1.0};
+
+/* Those that are evaluated first. */
+const int bgc_first_sample[BGC_FIRST_SAMPLES] = {2, 4, BGC_SAMPLES};
+
 /* Stores the dense output of a step to d->next at `end`, before that becomes the present. Hermite
  * polynomials need f at the end, which is evaluated when they are used. */
 void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, double end) {

@@ -12,13 +12,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Points of a step at which arguments are evaluated, its end last; spaced unevenly, so that an
- * oscillation does not fit between them. */
-const double bgc_sample_at[BGC_SAMPLES] = {0.17, 0.41, 0.63, 0.86, 1.0};
-
-/* Those that are evaluated first. */
-const int bgc_first_sample[BGC_FIRST_SAMPLES] = {2, 4, BGC_SAMPLES};
-
 /* Weights of the arguments at 0, 0.17, 0.86 and 1 in the values at 0.41 and 0.63 of the cubic through
  * them. */
 static const double cubic_weight[2][4] = {

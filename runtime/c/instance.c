@@ -106,6 +106,8 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->probe = place(&l, switches);
     d->after = place(&l, switches);
     d->ignored = place(&l, switches);
+    d->watch_sample = place(&l, (BGC_SAMPLES + 1) * (size_t)m->n_watch);
+    d->watch_probe = place(&l, (size_t)m->n_watch);
     d->term_range = place_ranges(&l, 2 * m->n_term);
     d->around = place(&l, (size_t)m->n_term);
     d->widest = place(&l, (size_t)m->n_term);
@@ -286,6 +288,7 @@ static void clear_run(bgc_core *core, double t) {
     core->account_rejections = 0;
     core->imbalance = 0.0;
     core->limited_by = -1;
+    core->hidden = 0;
     core->supplied = core->dissipated = core->supplied_old = core->dissipated_old = 0.0;
 }
 

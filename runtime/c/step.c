@@ -289,7 +289,7 @@ static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *met
 static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
     const double q = method->error_order + 1;
-    double h, t_new, clear, stop, error;
+    double h, t_new, clear, stop, shorter, error;
     bgc_balance balance = {0};
     bgc_status status;
     int bad, sampled;
@@ -358,6 +358,13 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     if (status != BGC_OK) {
         return reject(d, status, core->unresolved > 0 ? 0.4 * h : 0.1 * h);
     }
+    if (m->n_watch > 0) {
+        shorter = bgc_before_hidden(m, d, t_new);
+        if (shorter < h) {
+            core->hidden++;
+            return reject(d, BGC_STEP_TOO_SMALL, shorter);
+        }
+    }
     error = fmax(error, dense_error(m, d, method));
     if (error > 1.0) {
         return reject(d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
@@ -396,7 +403,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     core->h_next = bgc_next_step(h, core->h_next, error, core->error_old, q,
                                  !core->rejected && !core->event);
     core->error_old = bgc_remembered(error);
-    core->rejected = 0;
+    core->rejected = core->hidden = 0;
     core->failed_state = -1;
     return accept(m, d, &balance, t_new);
 }

@@ -82,7 +82,7 @@ static void evaluate_terms(const bgc_model *m, bgc_data *d, double from, double 
     m->ranges(d->h_range, (bgc_range){from, to}, d->u_range, d->term_range, (bgc_range *)d->work);
 }
 
-static double width_of(const bgc_data *d, int k) {
+static double variation_of(const bgc_data *d, int k) {
     return d->term_range[2 * k].high - d->term_range[2 * k].low;
 }
 
@@ -93,7 +93,7 @@ static allowance find_allowance(const bgc_model *m, const bgc_data *d) {
 
     for (int k = 0; k < m->n_term; k++) {
         const bgc_range rate = d->term_range[2 * k + 1];
-        const double fastest = fmax(-rate.low, rate.high), width = width_of(d, k);
+        const double fastest = fmax(-rate.low, rate.high), width = variation_of(d, k);
         const double around = isfinite(d->around[k]) ? d->around[k] : 0.0;
         const int unknown = !isfinite(width) || !isfinite(fastest);
         double step;
@@ -113,14 +113,14 @@ static allowance find_allowance(const bgc_model *m, const bgc_data *d) {
 /* Remembers the variations over a stretch that a step resolves. */
 static void remember_variations(const bgc_model *m, bgc_data *d) {
     for (int k = 0; k < m->n_term; k++) {
-        const double width = width_of(d, k);
+        const double width = variation_of(d, k);
         d->variation[k] = isfinite(width) ? fmax(d->variation[k], width) : d->variation[k];
     }
 }
 
 static void compare_with_these(const bgc_model *m, bgc_data *d) {
     for (int k = 0; k < m->n_term; k++) {
-        d->around[k] = width_of(d, k);
+        d->around[k] = variation_of(d, k);
     }
 }
 

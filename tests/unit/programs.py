@@ -176,9 +176,13 @@ class _Model(ctypes.Structure):
             (name, ctypes.c_void_p)
             for name in (
                 "prepare positive defaults initial scale mass rhs jacobian factor solve "
-                "outputs commands energy project switches asserts switch_state"
+                "outputs commands energy project switches asserts"
             ).split()
         ),
+        ("n_divisor", ctypes.c_int),
+        *((name, ctypes.c_void_p) for name in ("divisor", "divisors")),
+        ("n_start", ctypes.c_int),
+        *((name, ctypes.c_void_p) for name in "start_guess start started switch_state".split()),
         ("n_switch_state", ctypes.c_int),
         ("n_term", ctypes.c_int),
         ("ranges", ctypes.c_void_p),

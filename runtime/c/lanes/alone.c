@@ -132,6 +132,30 @@ void bgc_batch_watch_switches(bgc_batch *b) {
     b->single |= find_near(b, 1, 1.0);
 }
 
+/* Adds to `single` the lanes in which a function of states may have a pulse that the last step hides. */
+void bgc_batch_watch_pulses(bgc_batch *b) {
+    const bgc_model *m = b->m;
+
+    for (int i = 0; i <= BGC_SAMPLES && m->n_watch > 0; i++) {
+        const double part = i == 0 ? 0.0 : bgc_sample_at[i - 1];
+        const double t = b->t_old + part * (b->t - b->t_old);
+        if (i > 0) {
+            bgc_batch_interpolate(b, t);
+        }
+        b->kernel->watched(b->h, lane_of(t), i == 0 ? b->y0 : b->point, b->u,
+                           b->hiding + (size_t)(i * m->n_watch), b->work);
+    }
+    for (int k = 0; k < m->n_watch; k++) {
+        for (int l = 0; l < BGC_LANE_WIDTH; l++) {
+            double z[BGC_SAMPLES + 1];
+            for (int i = 0; i <= BGC_SAMPLES; i++) {
+                z[i] = lane_get(b->hiding[i * m->n_watch + k], l);
+            }
+            b->single |= isfinite(bgc_hidden_peak(m->watch[k], z)) ? (1u << l) & b->active : 0u;
+        }
+    }
+}
+
 /* --- single steps -------------------------------------------------------------------------- */
 
 /* Sets an instance to the start of the last step. */

@@ -49,6 +49,7 @@ static size_t place_all(bgc_batch *b, lane *from) {
     b->output = place(&at, m->n_output + 4);
     b->check = place(&at, m->n_assert);
     b->argument = place(&at, (BGC_SAMPLES + 1) * m->n_switch);
+    b->hiding = place(&at, (BGC_SAMPLES + 1) * m->n_watch);
     b->spare_row = (double *)place(&at, m->n_output + 4);
     b->work = place(&at, b->kernel->n_work);
     return at.used;

@@ -49,7 +49,7 @@ typedef struct {
 
     lane *h, *x, *u, *mass, *scale, *inverse_mass, *jac, *dfdt, *lu, *f;
     lane *y0, *k, *stages;
-    lane *next, *error, *point, *b, *residual, *magnitude, *output, *check, *argument, *work;
+    lane *next, *error, *point, *b, *residual, *magnitude, *output, *check, *argument, *hiding, *work;
     lane stored0, supplied, dissipated, supplied_old, dissipated_old;
     lane imbalance;          /* residual of the accounts at t */
     lane largest_account, exchanged, energy_scale, scale_reached;
@@ -98,6 +98,7 @@ void bgc_batch_check(bgc_batch *b, double t, const lane *x);
 void bgc_batch_load_inputs(bgc_batch *b, int count);
 void bgc_batch_sample(bgc_batch *b);
 void bgc_batch_watch_switches(bgc_batch *b);
+void bgc_batch_watch_pulses(bgc_batch *b);
 void bgc_batch_step_alone(bgc_batch *b);
 void bgc_batch_rejoin(bgc_batch *b);
 

@@ -267,6 +267,7 @@ static void attempt_adaptive(bgc_batch *b) {
     b->error_old = bgc_remembered(error);
     b->rejected = 0;
     bgc_batch_watch_switches(b);
+    bgc_batch_watch_pulses(b);
     accept(b, &balance);
 }
 

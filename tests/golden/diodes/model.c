@@ -114,6 +114,15 @@ static void model_positive(const double *p, const double *h, double *check, doub
     (void)p, (void)h, (void)check, (void)w;
 }
 
+/* The arguments of functions that may hide pulses. */
+static void model_watched(
+    const double *h, double t, const double *x, const double *u, double *z, double *w)
+{
+    (void)h, (void)t, (void)u, (void)w;
+    z[0] = x[1] * 38.684719535783366;
+    z[1] = x[2] * 20.0;
+}
+
 /* Defaults of the parameters that are given by other parameters. */
 static void model_defaults(double *p, const unsigned char *is_set, double *w)
 {
@@ -183,6 +192,10 @@ static const bgc_var_info model_state[] = {
     /* 0 */ {"store.q", ""},
     /* 1 */ {"sharp.e", ""},
     /* 2 */ {"soft.e", ""},
+};
+
+static const int model_watch[] = {
+    0, 0,
 };
 
 static const bgc_var_info model_output[] = {
@@ -255,6 +268,8 @@ static const bgc_model model_info = {
     .param = NULL,
     .state = model_state,
     .switch_info = NULL,
+    .watch = model_watch,
+    .n_watch = 2,
     .output = model_output,
     .input = NULL,
     .command = NULL,
@@ -287,6 +302,7 @@ static const bgc_model model_info = {
     .initial = model_initial,
     .scale = model_scale,
     .positive = model_positive,
+    .watched = model_watched,
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,

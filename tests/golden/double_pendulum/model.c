@@ -224,6 +224,19 @@ static void model_positive(const double *p, const double *h, double *check, doub
     check[1] = h[1];
 }
 
+/* The arguments of functions that may hide pulses. */
+static void model_watched(
+    const double *h, double t, const double *x, const double *u, double *z, double *w)
+{
+    (void)t, (void)u, (void)w;
+    const double v1 = 0.7 * sin(x[3]);
+    const double v2 = 0.7 * cos(x[3]);
+    const double v3 = v1 * (h[1] * v1) + v2 * (h[1] * v2);
+    z[0] = v3;
+    const double v4 = v1 * (h[1] * sin(x[2])) + v2 * (h[1] * cos(x[2]));
+    z[1] = h[2] - v4 * (v4 / v3);
+}
+
 /* Defaults of the parameters that are given by other parameters. */
 static void model_defaults(double *p, const unsigned char *is_set, double *w)
 {
@@ -302,6 +315,14 @@ static const bgc_var_info model_state[] = {
     /* 3 */ {"b", "rad"},
 };
 
+static const int model_watch[] = {
+    2, 2,
+};
+
+static const int model_watch_state[] = {
+    2, 3,
+};
+
 static const bgc_var_info model_output[] = {
     /* 0 */ {"a", "rad"},
     /* 1 */ {"b", "rad"},
@@ -372,6 +393,10 @@ static const bgc_model model_info = {
     .param = model_param,
     .state = model_state,
     .switch_info = NULL,
+    .watch = model_watch,
+    .n_watch = 2,
+    .watch_state = model_watch_state,
+    .n_watch_state = 2,
     .output = model_output,
     .input = NULL,
     .command = NULL,
@@ -407,6 +432,7 @@ static const bgc_model model_info = {
     .initial = model_initial,
     .scale = model_scale,
     .positive = model_positive,
+    .watched = model_watched,
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,

@@ -262,6 +262,18 @@ static void model_positive(const double *p, const double *h, double *check, doub
     check[4] = h[21];
 }
 
+/* The arguments of functions that may hide pulses. */
+static void model_watched(
+    const double *h, double t, const double *x, const double *u, double *z, double *w)
+{
+    (void)t, (void)u, (void)w;
+    const double v1 = x[0] * h[2];
+    const double v2 = v1 - h[4];
+    z[0] = pow(h[3] + v2 * v2, 0.25);
+    const double v3 = h[1] * x[1] - v1;
+    z[1] = pow(h[3] + v3 * v3, 0.25);
+}
+
 /* Defaults of the parameters that are given by other parameters. */
 static void model_defaults(double *p, const unsigned char *is_set, double *w)
 {
@@ -386,6 +398,14 @@ static const bgc_switch_info model_switch_info[] = {
     {BGC_NOT_BELOW, 1, 0},
 };
 
+static const int model_watch[] = {
+    2, 2,
+};
+
+static const int model_watch_state[] = {
+    0, 1,
+};
+
 static const bgc_var_info model_output[] = {
     /* 0 */ {"height", "m"},
     /* 1 */ {"speed", "m/s"},
@@ -454,6 +474,10 @@ static const bgc_model model_info = {
     .param = model_param,
     .state = model_state,
     .switch_info = model_switch_info,
+    .watch = model_watch,
+    .n_watch = 2,
+    .watch_state = model_watch_state,
+    .n_watch_state = 2,
     .output = model_output,
     .input = NULL,
     .command = NULL,
@@ -487,6 +511,7 @@ static const bgc_model model_info = {
     .initial = model_initial,
     .scale = model_scale,
     .positive = model_positive,
+    .watched = model_watched,
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,

@@ -309,6 +309,14 @@ static void model_positive(const double *p, const double *h, double *check, doub
     check[1] = h[12];
 }
 
+/* The arguments of functions that may hide pulses. */
+static void model_watched(
+    const double *h, double t, const double *x, const double *u, double *z, double *w)
+{
+    (void)h, (void)t, (void)u, (void)w;
+    z[0] = x[5] * x[5] + x[6] * x[6];
+}
+
 /* Defaults of the parameters that are given by other parameters. */
 static void model_defaults(double *p, const unsigned char *is_set, double *w)
 {
@@ -445,6 +453,10 @@ static const bgc_var_info model_state[] = {
     /* 6 */ {"load.swivel.attitude.h[2]", ""},
 };
 
+static const int model_watch[] = {
+    2,
+};
+
 static const bgc_var_info model_output[] = {
     /* 0 */ {"load[1]", "m"},
     /* 1 */ {"load[2]", "m"},
@@ -517,6 +529,8 @@ static const bgc_model model_info = {
     .param = model_param,
     .state = model_state,
     .switch_info = NULL,
+    .watch = model_watch,
+    .n_watch = 1,
     .output = model_output,
     .input = NULL,
     .command = NULL,
@@ -550,6 +564,7 @@ static const bgc_model model_info = {
     .initial = model_initial,
     .scale = model_scale,
     .positive = model_positive,
+    .watched = model_watched,
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,

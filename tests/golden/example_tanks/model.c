@@ -176,6 +176,17 @@ static void model_positive(const double *p, const double *h, double *check, doub
     check[1] = h[13];
 }
 
+/* The arguments of functions that may hide pulses. */
+static void model_watched(
+    const double *h, double t, const double *x, const double *u, double *z, double *w)
+{
+    (void)t, (void)u, (void)w;
+    const double v1 = h[1] * (1.3333333333333333 * pow(x[1], 0.3333333333333333));
+    const double v2 = v1 - h[2] * x[0];
+    z[0] = pow(h[3] + v2 * v2, 0.25);
+    z[1] = pow(h[3] + v1 * v1, 0.25);
+}
+
 /* Defaults of the parameters that are given by other parameters. */
 static void model_defaults(double *p, const unsigned char *is_set, double *w)
 {
@@ -246,6 +257,10 @@ static const bgc_switch_info model_switch_info[] = {
     {BGC_ABOVE, 1, 1},
 };
 
+static const int model_watch[] = {
+    2, 2,
+};
+
 static const bgc_var_info model_output[] = {
     /* 0 */ {"level[1]", "m"},
     /* 1 */ {"level[2]", "m"},
@@ -311,6 +326,8 @@ static const bgc_model model_info = {
     .param = model_param,
     .state = model_state,
     .switch_info = model_switch_info,
+    .watch = model_watch,
+    .n_watch = 2,
     .output = model_output,
     .input = NULL,
     .command = NULL,
@@ -344,6 +361,7 @@ static const bgc_model model_info = {
     .initial = model_initial,
     .scale = model_scale,
     .positive = model_positive,
+    .watched = model_watched,
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,

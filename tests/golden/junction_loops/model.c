@@ -147,6 +147,14 @@ static void model_positive(const double *p, const double *h, double *check, doub
     (void)p, (void)h, (void)check, (void)w;
 }
 
+/* The arguments of functions that may hide pulses. */
+static void model_watched(
+    const double *h, double t, const double *x, const double *u, double *z, double *w)
+{
+    (void)h, (void)t, (void)u, (void)w;
+    z[0] = x[0] * 0.25;
+}
+
 /* Defaults of the parameters that are given by other parameters. */
 static void model_defaults(double *p, const unsigned char *is_set, double *w)
 {
@@ -214,6 +222,10 @@ static const bgc_var_info model_state[] = {
 
 static const bgc_switch_info model_switch_info[] = {
     {BGC_NOT_BELOW, 0, 0},
+};
+
+static const int model_watch[] = {
+    1,
 };
 
 static const bgc_var_info model_output[] = {
@@ -287,6 +299,8 @@ static const bgc_model model_info = {
     .param = model_param,
     .state = model_state,
     .switch_info = model_switch_info,
+    .watch = model_watch,
+    .n_watch = 1,
     .output = model_output,
     .input = NULL,
     .command = NULL,
@@ -320,6 +334,7 @@ static const bgc_model model_info = {
     .initial = model_initial,
     .scale = model_scale,
     .positive = model_positive,
+    .watched = model_watched,
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,

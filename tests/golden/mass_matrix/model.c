@@ -172,6 +172,15 @@ static void model_positive(const double *p, const double *h, double *check, doub
     (void)p, (void)h, (void)check, (void)w;
 }
 
+/* The arguments of functions that may hide pulses. */
+static void model_watched(
+    const double *h, double t, const double *x, const double *u, double *z, double *w)
+{
+    (void)h, (void)t, (void)u, (void)w;
+    z[0] = (x[1] - x[2]) * 38.46153846153846;
+    z[1] = 38.46153846153846 * (x[4] - x[5]);
+}
+
 /* Defaults of the parameters that are given by other parameters. */
 static void model_defaults(double *p, const unsigned char *is_set, double *w)
 {
@@ -281,6 +290,14 @@ static const bgc_var_info model_state[] = {
     /* 7 */ {"y[8]", ""},
 };
 
+static const int model_watch[] = {
+    0, 0,
+};
+
+static const int model_watch_state[] = {
+    1, 2, 4, 5,
+};
+
 static const bgc_var_info model_output[] = {
     /* 0 */ {"y[1]", ""},
     /* 1 */ {"y[2]", ""},
@@ -361,6 +378,10 @@ static const bgc_model model_info = {
     .param = NULL,
     .state = model_state,
     .switch_info = NULL,
+    .watch = model_watch,
+    .n_watch = 2,
+    .watch_state = model_watch_state,
+    .n_watch_state = 4,
     .output = model_output,
     .input = NULL,
     .command = NULL,
@@ -393,6 +414,7 @@ static const bgc_model model_info = {
     .initial = model_initial,
     .scale = model_scale,
     .positive = model_positive,
+    .watched = model_watched,
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,

@@ -129,6 +129,14 @@ static void model_positive(const double *p, const double *h, double *check, doub
     (void)p, (void)h, (void)check, (void)w;
 }
 
+/* The arguments of functions that may hide pulses. */
+static void model_watched(
+    const double *h, double t, const double *x, const double *u, double *z, double *w)
+{
+    (void)h, (void)t, (void)u, (void)w;
+    z[0] = 2.0 + (1.0 + 20.0 * x[0]);
+}
+
 /* Defaults of the parameters that are given by other parameters. */
 static void model_defaults(double *p, const unsigned char *is_set, double *w)
 {
@@ -180,6 +188,14 @@ static void model_solve(const double *lu, double *b, double *w)
 static const bgc_var_info model_state[] = {
     /* 0 */ {"plate.q[1]", "m"},
     /* 1 */ {"motion.p", "N*s"},
+};
+
+static const int model_watch[] = {
+    2,
+};
+
+static const int model_watch_state[] = {
+    0,
 };
 
 static const bgc_var_info model_output[] = {
@@ -245,6 +261,10 @@ static const bgc_model model_info = {
     .param = NULL,
     .state = model_state,
     .switch_info = NULL,
+    .watch = model_watch,
+    .n_watch = 1,
+    .watch_state = model_watch_state,
+    .n_watch_state = 1,
     .output = model_output,
     .input = NULL,
     .command = NULL,
@@ -280,6 +300,7 @@ static const bgc_model model_info = {
     .initial = model_initial,
     .scale = model_scale,
     .positive = model_positive,
+    .watched = model_watched,
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,

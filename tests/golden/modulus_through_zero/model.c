@@ -115,6 +115,15 @@ static void model_positive(const double *p, const double *h, double *check, doub
     (void)p, (void)h, (void)check, (void)w;
 }
 
+/* The arguments of functions that may hide pulses. */
+static void model_watched(
+    const double *h, double t, const double *x, const double *u, double *z, double *w)
+{
+    (void)h, (void)t, (void)u, (void)w;
+    const double v1 = sin(x[1]);
+    z[0] = -0.2 - v1 * (0.5 * v1) - 0.3333333333333333;
+}
+
 /* Defaults of the parameters that are given by other parameters. */
 static void model_defaults(double *p, const unsigned char *is_set, double *w)
 {
@@ -177,6 +186,14 @@ static const bgc_var_info model_state[] = {
     /* 1 */ {"angle", ""},
 };
 
+static const int model_watch[] = {
+    2,
+};
+
+static const int model_watch_state[] = {
+    1,
+};
+
 static const bgc_var_info model_output[] = {
     /* 0 */ {"store.q", ""},
     /* 1 */ {"left.f", ""},
@@ -236,6 +253,10 @@ static const bgc_model model_info = {
     .param = NULL,
     .state = model_state,
     .switch_info = NULL,
+    .watch = model_watch,
+    .n_watch = 1,
+    .watch_state = model_watch_state,
+    .n_watch_state = 1,
     .output = model_output,
     .input = NULL,
     .command = NULL,
@@ -268,6 +289,7 @@ static const bgc_model model_info = {
     .initial = model_initial,
     .scale = model_scale,
     .positive = model_positive,
+    .watched = model_watched,
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,

@@ -820,6 +820,14 @@ static void model_positive(const double *p, const double *h, double *check, doub
     check[5] = h[60];
 }
 
+/* The arguments of functions that may hide pulses. */
+static void model_watched(
+    const double *h, double t, const double *x, const double *u, double *z, double *w)
+{
+    (void)h, (void)t, (void)u, (void)w;
+    z[0] = x[6] * x[6] + x[7] * x[7] + x[8] * x[8] + x[9] * x[9];
+}
+
 /* Defaults of the parameters that are given by other parameters. */
 static void model_defaults(double *p, const unsigned char *is_set, double *w)
 {
@@ -1081,6 +1089,10 @@ static const bgc_var_info model_state[] = {
     /* 12 */ {"pose.r[3]", "m"},
 };
 
+static const int model_watch[] = {
+    2,
+};
+
 static const bgc_var_info model_output[] = {
     /* 0 */ {"linear[1]", ""},
     /* 1 */ {"linear[2]", ""},
@@ -1188,6 +1200,8 @@ static const bgc_model model_info = {
     .param = model_param,
     .state = model_state,
     .switch_info = NULL,
+    .watch = model_watch,
+    .n_watch = 1,
     .output = model_output,
     .input = NULL,
     .command = NULL,
@@ -1221,6 +1235,7 @@ static const bgc_model model_info = {
     .initial = model_initial,
     .scale = model_scale,
     .positive = model_positive,
+    .watched = model_watched,
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,
