@@ -19,7 +19,7 @@ from bgc.algebra.operations import ROWS
 from bgc.ir.graph import Node
 from bgc.ir.program import Program
 
-_PART = 0.02  # operations of all arguments up to which quotients are watched, over those of f
+_PART = 0.01  # operations of all arguments up to which quotients are watched, over those of f
 _SMALL = 200  # operations of f up to which they are watched anyway
 
 WatchedArgument = tuple[Watch, Node]
