@@ -24,6 +24,7 @@ from bgc.ir.graph import Node
 from bgc.ir.program import Program
 from bgc.slicing.names import is_kept
 from bgc.slicing.signs import Signs
+from bgc.slicing.starts import zero_starts
 
 
 def invariant_states(program: Program) -> dict[int, Node]:
@@ -48,6 +49,7 @@ class _Search:
     def __init__(self, program: Program) -> None:
         dag = program.dag
         started = {number for number, _ in program.start.values} if program.start else set()
+        started -= zero_starts(program)
         self.values = {
             index: state.initial
             for index, state in enumerate(program.states)
