@@ -19,12 +19,15 @@ static const double digits = 8.0 * DBL_EPSILON; /* of the state */
 static const double negligible_rounding = 0.05; /* rounding, over the tolerance */
 static const double dominant_rounding = 0.5;    /* rounding, over the error estimate */
 
-/* Whether the next attempt is a sample. Runs with inputs have to keep their time, and take none. */
+/* Whether the next attempt is a sample. Runs with inputs have to keep their time, and take none. Nor do
+ * methods that solve algebraic equations after a step: their factors would be those of the perturbed
+ * state. */
 int bgc_samples_rounding(const bgc_model *m, const bgc_data *d, const bgc_method *method) {
     const bgc_counts *counts = &d->core.counts;
 
     return counts->steps > 0 && counts->steps % ROUNDING_INTERVAL == 0 && !d->core.rejected &&
-           method->tableau != NULL && m->n_input == 0;
+           method->tableau != NULL && m->n_input == 0 &&
+           (d->core.algebraic == 0 || method->family->rows != BGC_ROWS_LEFT);
 }
 
 /* x with each state perturbed by a part of its tolerance; sizes and signs follow a low-discrepancy
