@@ -227,3 +227,9 @@ def test_small_swings_have_the_frequency_of_one_pendulum(load):
     frequency = np.sqrt(GRAVITY * (3 / 2 + 5 / 2 + 8) / (bars + 8))
     assert len(linear.states) == 2
     np.testing.assert_allclose(sorted(np.linalg.eigvals(linear.A).imag), [-frequency, frequency])
+
+
+def test_a_linearisation_by_a_length_of_the_chain_is_refused(load):
+    with pytest.raises(bgc.BgError) as error:
+        load("closed_chains", "slider_crank").linearise(["rod_length"])
+    assert [d.code for d in error.value.diagnostics] == ["BG534"]

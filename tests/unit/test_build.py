@@ -57,9 +57,9 @@ class Counting(Toolchain):
         super().__init__(toolchain.command, toolchain.kind, toolchain.version)
         object.__setattr__(self, "calls", [])
 
-    def run(self, arguments, directory):
+    def run(self, arguments, *rest):
         self.calls.append(arguments)
-        return super().run(arguments, directory)
+        return super().run(arguments, *rest)
 
     def compiled(self) -> list[str]:
         return [a for call in self.calls for a in call if a.endswith(".c")]

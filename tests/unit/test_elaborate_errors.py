@@ -175,7 +175,7 @@ WRONG: dict[str, list[str]] = {
     "BG446": [chain("x : C(1, p0 = 3); s -> x;"), chain("x : R(1, q0 = 3); s -> x;")],
     "BG455": [chain("k : J1 { e = f; } x : R(1); s -> k -> x;")],
     # equations
-    "BG450": ["model M { let x = 1; der(x) = 1; }", "model M { let x = 1; project x = 1; }"],
+    "BG450": ["model M { let x = 1; der(x) = 1; }", "model M { param x = 1; project x = 1; }"],
     "BG451": ["model M { state x = 1; }"],
     "BG452": ["model M { unknown z = 0; }",
               "model M { unknown z = 0; equation z = 1; equation z = 2; }"],
