@@ -51,7 +51,7 @@ def _put(dag: Dag, root: Node, node: Node, result: Node, at: Mapping[Node, Node]
 
 
 def _changes(dag: Dag, node: Node) -> Iterator[tuple[dict[Node, Node], tuple[Node, Node]]]:
-    """Where an operation changes its result, as a substitution, and the results on both sides."""
+    """The place at which an operation jumps, as a substitution, and its results on both sides."""
     one = dag.one
     if dag.op[node] in _ROUNDINGS:
         whole = dag.symbol(Kind.UNKNOWN, len(dag))  # any whole number

@@ -140,7 +140,7 @@ class ClosedChain:
 
 @dataclass(frozen=True, slots=True)
 class Closures:
-    """What keeps closed chains closed: rows of flows w and conditions on positions g, both zero.
+    """Constraints of closed chains: rows of flows w and conditions on positions g, both zero.
 
     The first `kept` flows are independent and have a multiplier each, which the derivatives of
     the states contain already; the other rows follow from them. The same for the first `held`

@@ -27,7 +27,7 @@ _OWN = {Kind.EFFORT, Kind.FLOW}
 
 @dataclass(frozen=True, slots=True)
 class Modulation:
-    """What modulates one element.
+    """The signals and elements that modulate one element.
 
     `elements` are those whose effort, flow or storage its law reads, `signals` the names of
     declared states and unknowns and of devices. `varies` is True for any of these, and for a

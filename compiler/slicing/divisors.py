@@ -128,7 +128,7 @@ class _Search:
         return (n for n in _factors(dag, node) if dag.level[n] == Level.PARAM)
 
     def _divides(self, node: Node) -> bool:
-        """Whether a quotient with a varying divisor is always evaluated for a node."""
+        """Return whether a node always evaluates a quotient whose divisor varies."""
         dag = self._dag
         stack, seen = [node], {node}
         while stack:
@@ -147,7 +147,7 @@ class _Search:
 
 
 def _factors(dag: Dag, node: Node) -> list[Node]:
-    """The nodes, not constant, of which one vanishes where a product does."""
+    """Return the varying factors of a product: it vanishes where one of them does."""
     return list(dict.fromkeys(n for n, power in _powers(dag, node, 1) if power > 0))
 
 

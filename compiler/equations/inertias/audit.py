@@ -110,7 +110,7 @@ class MergedAudit:
             self._assert_powerless()
 
     def _turned_by_themselves(self, ports: Sequence[StoragePort]) -> bool:
-        """Whether moduli read the momenta that they merge, or variables of bonds.
+        """Return whether a modulus reads a momentum that it merges, or a variable of a bond.
 
         The random point, which chooses moduli before momenta, does not hold for such.
         """

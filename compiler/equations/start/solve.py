@@ -223,7 +223,7 @@ class _Search:
         return self._least.solve([c.residual for c in conditions])
 
     def _hold(self, conditions: Sequence[_Condition], at: Sequence[float]) -> bool:
-        """Whether conditions hold at a point, relative to their values."""
+        """Return whether the conditions hold at a point, to a part of their values or of 1."""
         values = self._least.values([n for c in conditions for n in (c.residual, c.value)], at)
         return all(
             abs(residual) <= _AGREES * max(1.0, abs(value))

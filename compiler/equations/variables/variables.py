@@ -247,7 +247,7 @@ class Variables:
         self.watched.append(PositiveParameter(node, message, strictly_positive=False))
 
     def may_vanish(self, node: Node) -> bool:
-        """Whether a divisor varies during a run and is not proven to stay away from zero."""
+        """Return whether a divisor varies during a run and may reach zero."""
         return self.dag.level[node] > Level.PARAM and not self._bounds.is_bounded_away(node)
 
     @property
