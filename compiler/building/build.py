@@ -48,8 +48,8 @@ _LOOPS = frozenset(
 # Optional parts of the runtime and their files or folders; `runtime/c/absent` holds the stubs that
 # replace them in a model that does not need them.
 _OPTIONAL = {
-    "closures": ("closures",),
-    "consistent": ("consistent", "least_squares"),
+    "closures": ("closures", "closed_start", "singular_chains"),
+    "consistent": ("consistent", "consistent_steps", "least_squares"),
     "devices": ("devices", "drivers/"),
     "events": ("events", "modes"),
     "start": ("start",),
