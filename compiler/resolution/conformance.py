@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bgc.diagnostics.catalogue import names
+from bgc.diagnostics.catalogue import slots
 from bgc.diagnostics.report import Report
 from bgc.grammar import syntax
 from bgc.resolution.modules import Declared, ancestors, flatten
@@ -34,7 +34,7 @@ def check_conformance(declared: Declared[syntax.Model], report: Report) -> None:
             missing = _missing(item, members.get(item.name))
             if missing:
                 report.add(
-                    names.interface_misses(
+                    slots.interface_misses(
                         model.name_span, model.name, interface.name, missing, item.name_span
                     )
                 )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from bgc.diagnostics.catalogue import names, values
+from bgc.diagnostics.catalogue import names, ranges, values
 from bgc.diagnostics.report import Report
 from bgc.grammar import syntax
 from bgc.grammar.peers import value_advice
@@ -56,7 +56,7 @@ class _Checker:
                     ends = item.range or ()
                     if ends and item.kind not in {"param", "const"}:
                         span = ends[0].span.to(ends[1].span)
-                        self._report.add(names.range_of_variable(span, item.name, item.kind))
+                        self._report.add(ranges.range_of_variable(span, item.name, item.kind))
                     self.all((*item.dims, *ends, *((item.value,) if item.value else ())), seen)
                 case syntax.Port():
                     self.all(item.dims, seen)

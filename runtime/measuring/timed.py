@@ -14,11 +14,12 @@ import numpy as np
 from bgc.building.built import ENERGY_ACCOUNTS
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.binding import Instance, Status
+from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.failures import require
 from bgc.runtime.running.faint import Faint, faint_states
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method, watched
+from bgc.runtime.running.structures import Status
 
 _OF_STATE, _OF_SCALE = 1e-8, 1e-12
 _MOST_PERIODS = 60_000  # that are timed one by one

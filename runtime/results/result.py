@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, TextIO
 import numpy as np
 
 from bgc.building.built import Panel
+from bgc.diagnostics.catalogue.accuracy import out_of_balance, value_not_finite
 from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.machine import package_missing
-from bgc.diagnostics.catalogue.run import out_of_balance, value_not_finite
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.columns import column_of
 from bgc.runtime.results.arrays import Array

@@ -10,7 +10,8 @@ from bgc.diagnostics.catalogue import run
 from bgc.diagnostics.catalogue.arguments import parameter_out_of_range
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.result import Result
-from bgc.runtime.running.binding import Instance, Status, text
+from bgc.runtime.running.binding import Instance, text
+from bgc.runtime.running.structures import Status
 
 _NOWHERE = Places()
 

@@ -17,11 +17,12 @@ from types import MappingProxyType
 import numpy as np
 
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.binding import Instance, Status
+from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.resolution import observed_scales
 from bgc.runtime.running.run import Method, run_watched
+from bgc.runtime.running.structures import Status
 
 _NONE: Mapping[str, ParameterValue] = MappingProxyType({})
 

@@ -7,7 +7,8 @@ from ctypes import POINTER, byref, c_double, c_int, c_size_t, c_uint, c_void_p
 from pathlib import Path
 
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.binding import Instance, Library, Status
+from bgc.runtime.running.binding import Instance, Library
+from bgc.runtime.running.structures import Status
 
 _Doubles = POINTER(c_double)
 

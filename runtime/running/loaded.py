@@ -11,10 +11,11 @@ from bgc.building.built import ENERGY_ACCOUNTS, Built, RunFacts
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.options import Options
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.binding import Instance, Library, Status, VarInfo, text
+from bgc.runtime.running.binding import Instance, Library, text
 from bgc.runtime.running.failures import explain, require
 from bgc.runtime.running.parameters import Parameters, ParameterValue
 from bgc.runtime.running.run import Method, open_devices, set_method, start
+from bgc.runtime.running.structures import Status, VarInfo
 
 
 @dataclass(frozen=True, slots=True)

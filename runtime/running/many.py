@@ -24,12 +24,13 @@ from typing import TypeAlias, TypeGuard
 import numpy as np
 
 from bgc.building.recall import processors
+from bgc.diagnostics.catalogue.accuracy import samples_over_budget
 from bgc.diagnostics.catalogue.ensembles import no_instances, source_changed, uneven_values
-from bgc.diagnostics.catalogue.run import no_memory, samples_over_budget
+from bgc.diagnostics.catalogue.run import no_memory
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.ensemble import DONE, FAILED, INTERRUPTED, Ensemble, EnsembleInterrupted
-from bgc.runtime.running.binding import Instance, Library, Status, text
+from bgc.runtime.running.binding import Instance, Library, text
 from bgc.runtime.running.compiling import load_or_compile
 from bgc.runtime.running.failures import require
 from bgc.runtime.running.lanes import LaneLibrary
@@ -37,6 +38,7 @@ from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import Parameters, ParameterValue
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.run import Method, open_devices, set_method, start
+from bgc.runtime.running.structures import Status
 from bgc.runtime.running.unfinished import find_unfinished
 
 Sets: TypeAlias = Mapping[str, ParameterValue] | Sequence[Mapping[str, ParameterValue]]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.binding import Status
 from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.structures import Status
 
 
 def observed_scales(model: LoadedModel) -> Array:

@@ -27,10 +27,11 @@ from bgc.diagnostics.catalogue.arguments import (
 from bgc.diagnostics.catalogue.backends import solver_does_not_serve
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.binding import Instance, Library, OptionsStruct, Status, backend_run, text
+from bgc.runtime.running.binding import Instance, Library, backend_run, text
 from bgc.runtime.running.methods import ADAPTIVE_OPTIONS, default_method
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.settle import settle
+from bgc.runtime.running.structures import OptionsStruct, Status
 
 AUTO = "auto"
 

@@ -15,7 +15,8 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.fast_modes import balancing, fast_projector
 from bgc.runtime.linear.state_space import without_algebraic
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.binding import Instance, Status
+from bgc.runtime.running.binding import Instance
+from bgc.runtime.running.structures import Status
 
 _ITERATIONS = 50
 _AT_REST = 1e-10  # of the larger of the state and the first change, both balanced

@@ -8,20 +8,20 @@ from types import MappingProxyType
 import numpy as np
 
 from bgc.building.backends import BACKENDS
-from bgc.diagnostics.catalogue.arguments import no_duration
-from bgc.diagnostics.catalogue.physics import negative_value
-from bgc.diagnostics.catalogue.run import (
+from bgc.diagnostics.catalogue.accuracy import (
     limited_by_rounding,
     rounding_decides,
     samples_over_budget,
     step_too_long,
 )
+from bgc.diagnostics.catalogue.arguments import no_duration
+from bgc.diagnostics.catalogue.physics import negative_value
 from bgc.diagnostics.catalogue.trade import nothing_measured
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.result import Result
 from bgc.runtime.running.advice import faster_method
-from bgc.runtime.running.binding import Instance, Status
+from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.failures import RunInterrupted, SimulationError, explain, require
 from bgc.runtime.running.faint import Undecided, undecided
 from bgc.runtime.running.loaded import LoadedModel
@@ -29,6 +29,7 @@ from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.recommended import recommended_method
 from bgc.runtime.running.rows import row_times
 from bgc.runtime.running.run import Method, choose_method, run_watched
+from bgc.runtime.running.structures import Status
 
 _NONE: Mapping[str, ParameterValue] = MappingProxyType({})
 _ROUNDED = 0.25  # of the steps examined: rounding limits them in a large part of the run

@@ -16,9 +16,10 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.fast_modes import balancing
 from bgc.runtime.linear.state_space import without_algebraic
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.binding import Instance, Status
+from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
+from bgc.runtime.running.structures import Status
 
 _MOST = 400  # states: with more, eigenvalues take too long
 

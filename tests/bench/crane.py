@@ -26,7 +26,8 @@ from bgc.building.toolchain import find_toolchain
 from bgc.driver import Stages, compile_scene
 from bgc.options import Options
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.binding import Instance, Library, OptionsStruct, Status
+from bgc.runtime.running.binding import Instance, Library
+from bgc.runtime.running.structures import OptionsStruct, Status
 
 HERE = Path(__file__).parent
 BODIES = ("vessel", "column", "boom", "jib")

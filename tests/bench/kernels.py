@@ -27,7 +27,8 @@ from crane import COPIES, HERE, copies, crane, instance, parameters, positions, 
 from table import Row
 
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.binding import Instance, Library, OptionsStruct, Status
+from bgc.runtime.running.binding import Instance, Library
+from bgc.runtime.running.structures import OptionsStruct, Status
 
 _KERNELS = ("rhs", "jacobian", "factor", "solve")
 _STEPS = (

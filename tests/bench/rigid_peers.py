@@ -25,7 +25,8 @@ from kernels import median_times, step_time
 from table import Row
 
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.binding import Library, Status
+from bgc.runtime.running.binding import Library
+from bgc.runtime.running.structures import Status
 
 _Doubles = POINTER(c_double)
 _CALLS, _BATCHES = 2000, 15

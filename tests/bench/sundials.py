@@ -21,7 +21,8 @@ from crane import copies, crane, instance, parameters, positions, run, shared_ob
 from table import Row
 
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.binding import Instance, Status
+from bgc.runtime.running.binding import Instance
+from bgc.runtime.running.structures import Status
 
 _FLAGS = (
     "-I/usr/include/suitesparse", "-lsundials_cvode", "-lsundials_nvecserial",

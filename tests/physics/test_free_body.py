@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from bgc.runtime.running.binding import Status
 from bgc.runtime.running.failures import SimulationError
 from bgc.runtime.running.run import Method
+from bgc.runtime.running.structures import Status
 
 
 def spread(columns: np.ndarray) -> float:

@@ -19,7 +19,7 @@ import pytest
 
 import bgc.runtime
 from bgc.building.build import runtime_sources
-from bgc.runtime.running.binding import CountsStruct, Status
+from bgc.runtime.running.structures import CountsStruct, Status
 
 RUNTIME = Path(bgc.runtime.__file__).parent / "c"
 MODELS = Path(__file__).parent / "cmodels"

@@ -13,19 +13,19 @@ import pytest
 
 from bgc.building.build import runtime_directory
 from bgc.building.toolchain import find_toolchain
-from bgc.runtime.running import binding
+from bgc.runtime.running import binding, structures
 
 HEADER = (runtime_directory() / "bgc.h").read_text("utf-8")
 STRUCTURES: dict[str, Any] = {
-    "bgc_param_info": binding.ParamInfo,
-    "bgc_var_info": binding.VarInfo,
-    "bgc_channel_use": binding.ChannelUse,
-    "bgc_device_info": binding.DeviceInfo,
-    "bgc_switch_info": binding.SwitchInfo,
-    "bgc_method_info": binding.MethodStruct,
-    "bgc_options": binding.OptionsStruct,
-    "bgc_counts": binding.CountsStruct,
-    "bgc_model": binding.ModelStruct,
+    "bgc_param_info": structures.ParamInfo,
+    "bgc_var_info": structures.VarInfo,
+    "bgc_channel_use": structures.ChannelUse,
+    "bgc_device_info": structures.DeviceInfo,
+    "bgc_switch_info": structures.SwitchInfo,
+    "bgc_method_info": structures.MethodStruct,
+    "bgc_options": structures.OptionsStruct,
+    "bgc_counts": structures.CountsStruct,
+    "bgc_model": structures.ModelStruct,
 }
 PART = {"bgc_model"}  # its last functions are not mirrored
 SIZES = {c_int: "int", c_size_t: "size_t", c_double: "double", None: "void"}
@@ -63,10 +63,10 @@ def test_statuses_and_version() -> None:
     body = re.search(r"typedef enum \{(.*?)\} bgc_status;", HEADER, re.DOTALL)
     assert body is not None
     names = re.findall(r"\bBGC_(\w+)", re.sub(r"/\*.*?\*/", "", body[1], flags=re.DOTALL))
-    assert [(status.name, status.value) for status in binding.Status] == [
+    assert [(status.name, status.value) for status in structures.Status] == [
         (name, value) for value, name in enumerate(names)
     ]
-    assert f"#define BGC_ABI {binding.ABI}\n" in HEADER
+    assert f"#define BGC_ABI {structures.ABI}\n" in HEADER
 
 
 def kind_of(c_type: str) -> str:

@@ -21,7 +21,8 @@ from bgc.building.build import (
 from bgc.building.cache import Cache
 from bgc.building.toolchain import GCC_PASSES, RUNTIME_FLAGS, ZIGLANG, Toolchain, find_toolchain
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.running.binding import Instance, Library, Status
+from bgc.runtime.running.binding import Instance, Library
+from bgc.runtime.running.structures import Status
 
 pytestmark = pytest.mark.slow
 

@@ -8,8 +8,8 @@ import bgc
 from bgc.building.built import Place, Places
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source, Span
-from bgc.runtime.running.binding import Status
 from bgc.runtime.running.failures import explain
+from bgc.runtime.running.structures import Status
 
 MODEL = SimpleNamespace(
     state=[SimpleNamespace(name=b"coil.p")],

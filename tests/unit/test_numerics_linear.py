@@ -16,7 +16,8 @@ from bgc.building.build import runtime_directory
 from bgc.driver import compile_scene
 from bgc.emission.emit import amalgamate
 from bgc.options import Options
-from bgc.runtime.running.binding import Instance, Library, OptionsStruct, Status
+from bgc.runtime.running.binding import Instance, Library
+from bgc.runtime.running.structures import OptionsStruct, Status
 
 CORPUS = Path(__file__).parents[1] / "models"
 TIMES = np.linspace(0.0, 2.0, 5)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bgc.runtime.running.binding import MethodStruct, Status
 from bgc.runtime.running.methods import known_methods
+from bgc.runtime.running.structures import MethodStruct, Status
 
 METHODS = {method.name: method for method in known_methods()}
 ORDER = {name: method.order for name, method in METHODS.items()}

@@ -18,7 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bgc.building.build import runtime_sources
-from bgc.runtime.running.binding import Status
+from bgc.runtime.running.structures import Status
 
 SETUPS: dict[str, dict[str, Any]] = {
     "adaptive": {"name": "rodas5p", "rtol": 1e-6, "accounts": True},

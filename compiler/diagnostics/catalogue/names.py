@@ -270,7 +270,7 @@ def given_twice(span: Span, name: str, first: Span) -> Diagnostic:
     )
 
 
-# --- arguments and slots ----------------------------------------------------------------
+# --- arguments --------------------------------------------------------------------------
 
 
 def unknown_argument(span: Span, name: str, owner: str, candidates: Iterable[str]) -> Diagnostic:
@@ -333,96 +333,6 @@ def positional_argument(span: Span, owner: str, candidates: Iterable[str]) -> Di
     )
 
 
-def slot_not_filled(span: Span, name: str, interface: str, models: Sequence[str]) -> Diagnostic:
-    """BG233: a slot without a model in it
-
-    What: a part's type is an interface, and no model is chosen for it.
-    Why: an interface only lists the members that a model must have.
-    Example: `lock : Lock[5];`
-    Way out: write a default, `lock : Lock[5] = Rigid[5];`, give an argument, or write `use` in the
-    scene.
-    """
-    fitting = ", ".join(f"`{m}`" for m in models[:8])
-    return error(
-        "BG233",
-        f"the slot `{name}` has no model",
-        span,
-        help=f"write a default, `{name} : {interface} = ..;`, or `use` in the scene"
-        + (f"; these models fit: {fitting}" if fitting else ""),
-    )
-
-
-def does_not_fit(span: Span, model: str, interface: str, models: Sequence[str]) -> Diagnostic:
-    """BG234: a model that does not fit its slot
-
-    What: the model given for a slot is not declared to be the slot's interface.
-    Why: the users of a slot rely on the members that its interface lists.
-    Example: `use crane.elbow.lock = Beam;`
-    Way out: use a model that `is` the interface, or declare that this one is.
-    """
-    fitting = ", ".join(f"`{m}`" for m in models[:8])
-    return error(
-        "BG234",
-        f"`{model}` is not a `{interface}`",
-        span,
-        help=f"use a model that fits: {fitting}"
-        if fitting
-        else f"declare `model {model} is {interface}` if it is one",
-    )
-
-
-def not_a_slot(span: Span, name: str, what: str) -> Diagnostic:
-    """BG235: `use` of something that is not a slot
-
-    What: `use` names a part or value that is not a slot.
-    Why: a slot is a part declared with an interface, or with a default after `=`; only a slot can
-    be filled.
-    Example: `use crane.boom = Beam;` where `boom : Beam(..);`
-    Way out: declare the part as a slot: `boom : Link = Beam(..);`; for a number use `set`.
-    """
-    return error(
-        "BG235",
-        f"`{name}` is {what}, not a slot",
-        span,
-        help="declare it as a slot: `name : Interface = Default;`",
-    )
-
-
-def interface_misses(
-    span: Span, model: str, interface: str, missing: str, place: Span
-) -> Diagnostic:
-    """BG236: a model without a member of its interface
-
-    What: the model `is` an interface, but lacks one of its members.
-    Why: the users of a slot rely on the members that its interface lists.
-    Example: `interface Lock[n] { port p[n]; output d[n]; }` and a model without `d`.
-    Way out: add the member, or remove the `is`.
-    """
-    return error(
-        "BG236",
-        f"`{model}` is declared to be a `{interface}`, but has no {missing}",
-        span,
-        labels=[Label(place, "required here")],
-        help="add it to the model",
-    )
-
-
-def type_expected(span: Span, slot: str) -> Diagnostic:
-    """BG237: something other than a type given to a slot
-
-    What: the argument or `use` of a slot is an expression.
-    Why: only a model can fill a slot.
-    Example: `elbow : Revolute(lock = 3);`
-    Way out: name a model: `lock = Rigid[5]`.
-    """
-    return error(
-        "BG237",
-        f"`{slot}` is a slot and takes a model",
-        span,
-        help=f"name a model, as in `{slot} = Rigid[5]`",
-    )
-
-
 def misplaced_in_loop(span: Span, kind: str) -> Diagnostic:
     """BG238: a declaration that is not allowed in a `for`
 
@@ -437,53 +347,6 @@ def misplaced_in_loop(span: Span, kind: str) -> Diagnostic:
         span,
         help="declare it before the loop with a dimension, as `state x[3] = 0;`",
     )
-
-
-def range_excludes(
-    span: Span, name: str, value: float, low: float, high: float, unit: str
-) -> Diagnostic:
-    """BG239: a parameter outside its own range
-
-    What: the value of a parameter is outside the range after `in`.
-    Why: the author of the model declares for which values it holds.
-    Example: `param mass = 1 t in 0 t .. 100 t;` with `set boom.mass = 200 t;`
-    Way out: give a value within the range.
-    """
-    ends = f"{low:g} .. {high:g} {unit}".rstrip()
-    number = f"{value:g} {unit}".rstrip()
-    return error("BG239", f"`{name}` is {number}, outside {ends}", span,
-                 help="give a value within the range of its declaration")  # fmt: skip
-
-
-def range_of_variable(span: Span, name: str, kind: str) -> Diagnostic:
-    """BG242: a range of a value that may vary
-
-    What: a range `in low .. high` stands after a `let`, `signal`, `input`, `output`, `state` or
-    `unknown`.
-    Why: a range is checked when a run begins, so it needs a `param` or a `const`.
-    Example: `state angle = 0 in -1 .. 1;`
-    Way out: write an `assert`, which holds during the run:
-    `assert abs(angle) <= 1, "the angle is out of range";`. Or declare the range at the parameter
-    that gives the value.
-    """
-    return error(
-        "BG242",
-        f"a range needs a `param` or a `const`, and `{name}` is declared as `{kind}`",
-        span,
-        help=f'write `assert low <= {name} and {name} <= high, "..";` in its place',
-    )
-
-
-def empty_range(span: Span, name: str, low: float, high: float) -> Diagnostic:
-    """BG240: an empty range
-
-    What: the lower end of a parameter's range is above the upper end.
-    Why: no value would be allowed.
-    Example: `param mass = 1 t in 100 t .. 0 t;`
-    Way out: write the lower end first.
-    """
-    return error("BG240", f"the range of `{name}` is empty: {low:g} is above {high:g}", span,
-                 help="write the lower end first")  # fmt: skip
 
 
 def too_many_ancestors(span: Span, most: int) -> Diagnostic:

@@ -9,13 +9,15 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TypeVar
 
-from bgc.diagnostics.catalogue import graph, laws, names
+from bgc.diagnostics.catalogue import graph, laws, names, slots
 from bgc.diagnostics.catalogue import widths as width_messages
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import already_reported
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.faces import Face
+from bgc.elaboration.instances.fills import as_type_use
 from bgc.elaboration.instances.limits import MAX_DEPTH, MAX_PARTS, MAX_TURNS, MAX_WIDTH
+from bgc.elaboration.instances.notes import note, note_of
 from bgc.elaboration.instances.tree import (
     Element,
     Environment,
@@ -441,7 +443,7 @@ class Builder:
         if fill is None:
             fitting = fitting_models(interface.syntax, env.module.models)
             raise BgError(
-                [names.slot_not_filled(part.name_span, part.name, part.type.name, fitting)]
+                [slots.slot_not_filled(part.name_span, part.name, part.type.name, fitting)]
             )
         model = fill_env.module.models.get(fill.name)
         if model is None and fill.name not in ELEMENTS:
@@ -452,14 +454,14 @@ class Builder:
             or all(a.syntax is not interface.syntax for a in ancestors(model))
         ):
             fitting = fitting_models(interface.syntax, fill_env.module.models)
-            raise BgError([names.does_not_fit(fill.name_span, fill.name, part.type.name, fitting)])
+            raise BgError([slots.does_not_fit(fill.name_span, fill.name, part.type.name, fitting)])
         return fill, fill_env, model
 
     def _build_element(self, pending: Pending) -> Element:
         part, env = pending.part, pending.env
         kind = part.type.name
         if part.default is not None:
-            raise BgError([names.not_a_slot(part.name_span, part.name, f"an element `{kind}`")])
+            raise BgError([slots.not_a_slot(part.name_span, part.name, f"an element `{kind}`")])
         dims = tuple(self.world.whole(d, env, "a width", 1, MAX_WIDTH) for d in part.type.dims)
         most = ELEMENTS[kind].widths or MAX_WIDTH
         if len(dims) > most:
@@ -473,36 +475,6 @@ class Builder:
 
     def _report(self, diagnostic: Diagnostic, env: Environment) -> None:
         self.world.report.add(diagnostic, note=note(env))
-
-
-def as_type_use(given: Given, slot: str) -> syntax.TypeUse:
-    """Convert an argument to a type: `Rigid`, `Rigid[5]`, `Rigid()`, `Rigid[5](k = 3)`."""
-    expr = given.value
-    match expr:
-        case syntax.TypeUse():
-            return expr
-        case syntax.Name():
-            return syntax.TypeUse(expr.name, (), (), expr.span, expr.span)
-        case syntax.Index(base=syntax.Name() as base) if not any(
-            isinstance(i, syntax.Range) for i in expr.indices
-        ):
-            dims = tuple(i for i in expr.indices if not isinstance(i, syntax.Range))
-            return syntax.TypeUse(base.name, dims, (), expr.span, base.span)
-        case syntax.Call():
-            arguments = tuple(syntax.Argument(None, a, a.span) for a in expr.arguments)
-            return syntax.TypeUse(expr.function, (), arguments, expr.span, expr.span)
-        case _:
-            raise BgError([names.type_expected(given.span, slot)])
-
-
-def note_of(instance: Instance) -> str:
-    """The note of a diagnostic that names the instance where the error was found."""
-    return f"in `{instance.path}`" if instance.path else ""
-
-
-def note(env: Environment) -> str:
-    """The note that names the instance of an environment."""
-    return note_of(env.instance) if env.instance else ""
 
 
 def _span(member: Quantity | PortEntry | Pending | PartArray) -> Span:

@@ -12,7 +12,7 @@ from functools import partial, reduce
 from bgc.algebra.dag import Kind, Level
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.evaluate import to_double as as_float
-from bgc.diagnostics.catalogue import names, values
+from bgc.diagnostics.catalogue import names, ranges, values
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import already_reported
@@ -24,8 +24,8 @@ from bgc.elaboration.instances.checks import (
     level_of,
     require_level,
 )
-from bgc.elaboration.instances.instantiate import note
 from bgc.elaboration.instances.limits import MAX_WIDTH
+from bgc.elaboration.instances.notes import note
 from bgc.elaboration.instances.scopes import find_member
 from bgc.elaboration.instances.tree import Environment, Given, Quantity, Status
 from bgc.elaboration.instances.world import World
@@ -262,7 +262,7 @@ class Quantities:
                 number = as_float(exact)
                 if low is not None and high is not None and not low <= number <= high:
                     si = si_symbol(dimension) if dimension else ""
-                    raise BgError([names.range_excludes(span, name, number, low, high, si)])
+                    raise BgError([ranges.range_excludes(span, name, number, low, high, si)])
             self.parameters.append(
                 Parameter(
                     first + k,
@@ -293,7 +293,7 @@ class Quantities:
             if not low <= numbers[k] <= high:
                 name, unit = component_name(quantity.path, index), value.units[k]
                 si = si_symbol(unit) if unit else ""
-                raise BgError([names.range_excludes(span, name, numbers[k], low, high, si)])
+                raise BgError([ranges.range_excludes(span, name, numbers[k], low, high, si)])
 
     def _range(self, quantity: Quantity, default: Value) -> tuple[float | None, float | None]:
         """The bounds of the declared range in SI units; None where no range is declared."""
@@ -310,7 +310,7 @@ class Quantities:
         low, high = found
         if not low <= high:
             span = ends[0].span.to(ends[1].span)
-            raise BgError([names.empty_range(span, quantity.declaration.name, low, high)])
+            raise BgError([ranges.empty_range(span, quantity.declaration.name, low, high)])
         return low, high
 
     def _symbols(self, quantity: Quantity, kind: Kind) -> Value:

@@ -9,7 +9,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.bonds.scalarise import Scalars
 from bgc.elaboration.bonds.values import BondValues
 from bgc.elaboration.bonds.wiring import Wiring
-from bgc.elaboration.instances.instantiate import note
+from bgc.elaboration.instances.notes import note
 from bgc.elaboration.instances.quantities import component_name
 from bgc.elaboration.instances.tree import Element
 from bgc.elaboration.instances.world import World

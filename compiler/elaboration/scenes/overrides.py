@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from bgc.diagnostics.source import Source
-from bgc.elaboration.instances.instantiate import as_type_use
+from bgc.elaboration.instances.fills import as_type_use
 from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.tree import Given
 from bgc.elaboration.scenes.observed import is_path
