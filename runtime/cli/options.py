@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -17,6 +17,18 @@ from bgc.runtime.running.quantity import read_quantity
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 MODEL_FILE = click.Path(path_type=Path)
+
+_METHOD_OPTIONS: tuple[tuple[str, str | type, str], ...] = (
+    ("--solver", "NAME", "Integration method (see bgc doc methods)."),
+    ("--rtol", float, "Relative tolerance of an adaptive method."),
+    ("--atol", float, "Absolute tolerance of all states, in SI units."),
+    ("--step", "TIME", 'Step of a fixed-step method: 0.001, or "1 ms".'),
+    ("--max-step", "TIME", 'Longest step of an adaptive method: "5 ms".'),
+    ("--substeps", int, "Most parts of a fixed step whose error is too large."),
+    ("--every", "TIME", 'Interval between rows: "10 ms".'),
+    ("--settle", "FREQUENCY", 'Start modes faster than this at rest: "20 Hz".'),
+    ("--time", "TIME", 'Simulated time: "60 s"; by default that of the scene.'),
+)
 
 
 def model_file(command: _Command) -> _Command:
@@ -60,6 +72,21 @@ def strict_option(command: _Command) -> _Command:
     """Add `--strict`."""
     text = "Treat warnings as errors (exit status 1)."
     return click.option("--strict", is_flag=True, help=text)(command)
+
+
+def method_options(command: _Command) -> _Command:
+    """Add the options of the integration method, its steps and the interval between rows.
+
+    They arrive as `solver`, `rtol`, `atol`, `step`, `max_step`, `substeps`, `settle`, `every` and
+    `duration`; `read_method` converts them.
+    """
+    for option, kind, text in reversed(_METHOD_OPTIONS):
+        metavar = kind if isinstance(kind, str) else None
+        names = ("--time", "duration") if option == "--time" else (option,)
+        command = click.option(*names, type=None if metavar else kind, metavar=metavar, help=text)(
+            command
+        )
+    return command
 
 
 def verify_option(command: _Command) -> _Command:
@@ -135,6 +162,18 @@ def read_times(**texts: str | None) -> dict[str, float | None]:
     return {
         name: None if text is None else read_quantity(text, f"--{name.replace('_', '-')}", "s")
         for name, text in texts.items()
+    }
+
+
+def read_method(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Convert the values of `method_options` to arguments of `Model.simulate`, in SI units."""
+    settle = given["settle"]
+    texts = {name: given[name] for name in ("step", "max_step", "every")}
+    return {
+        "duration": read_times(time=given["duration"])["time"],
+        **read_times(**texts),
+        **{name: given[name] for name in ("solver", "rtol", "atol", "substeps")},
+        "settle": None if settle is None else read_quantity(settle, "--settle", "Hz"),
     }
 
 

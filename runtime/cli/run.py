@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -12,10 +13,11 @@ from bgc.options import Options
 from bgc.runtime.cli.app import AT_FAULT, INTERRUPTED, print_diagnostics
 from bgc.runtime.cli.options import (
     check_target,
+    method_options,
     model_file,
     preview_option,
     read_assignments,
-    read_times,
+    read_method,
     read_uses,
     scene_option,
     set_option,
@@ -29,7 +31,6 @@ from bgc.runtime.results.summary import extremes, summarise
 from bgc.runtime.running.compiling import load_as
 from bgc.runtime.running.failures import RunInterrupted, SimulationError
 from bgc.runtime.running.progress import CompilingLine
-from bgc.runtime.running.quantity import read_quantity
 
 _TABLES = (".csv", ".npz")
 _PICTURES = (".png", ".svg", ".pdf")
@@ -52,26 +53,12 @@ _PICTURES = (".png", ".svg", ".pdf")
     metavar="TEXT",
     help='Panel of the plot: "tip.z, handle.z" or "force against elevation". May be repeated.',
 )
-@click.option("--solver", metavar="NAME", help="Integration method (see bgc doc methods).")
-@click.option("--rtol", type=float, help="Relative tolerance of an adaptive method.")
-@click.option("--atol", type=float, help="Absolute tolerance of all states, in SI units.")
-@click.option("--step", metavar="TIME", help='Step of a fixed-step method: 0.001, or "1 ms".')
-@click.option("--max-step", metavar="TIME", help='Longest step of an adaptive method: "5 ms".')
-@click.option("--substeps", type=int, help="Most parts of a fixed step whose error is too large.")
-@click.option("--every", metavar="TIME", help='Interval between rows: "10 ms".')
-@click.option(
-    "--settle", metavar="FREQUENCY", help='Start modes faster than this at rest: "20 Hz".'
-)
-@click.option(
-    "--time",
-    "duration",
-    metavar="TIME",
-    help='Simulated time: "60 s"; by default that of the scene.',
-)
+@method_options
 @click.option("--quiet", "-q", is_flag=True, help="Print no summary and no progress bar.")
 @click.pass_context
 def run(
     context: click.Context,
+    /,
     file: Path,
     scene: str | None,
     assignments: tuple[str, ...],
@@ -82,16 +69,8 @@ def run(
     out: str | None,
     plot: str | None,
     panels: tuple[str, ...],
-    solver: str | None,
-    rtol: float | None,
-    atol: float | None,
-    step: str | None,
-    max_step: str | None,
-    substeps: int | None,
-    every: str | None,
-    settle: str | None,
-    duration: str | None,
     quiet: bool,
+    **method: Any,
 ) -> None:
     """Simulate a scene of FILE; write and draw what it observes.
 
@@ -101,7 +80,7 @@ def run(
         raise click.UsageError("--panel needs --plot FILE")
     check_target(out, (*_TABLES, "-"))
     check_target(plot, _PICTURES)
-    times = read_times(step=step, max_step=max_step, every=every, time=duration)
+    arguments = read_method(method)
     filled = read_uses(uses)
     options = Options(scene, strict=strict, whole=whole, uses=filled, preview=preview)
     with CompilingLine(file.name, wanted=not quiet) as line:
@@ -109,18 +88,7 @@ def run(
     print_diagnostics(model.warnings)
     status = 0
     try:
-        result = model.simulate(
-            times["time"],
-            every=times["every"],
-            solver=solver,
-            rtol=rtol,
-            atol=atol,
-            step=times["step"],
-            max_step=times["max_step"],
-            substeps=substeps,
-            settle=None if settle is None else read_quantity(settle, "--settle", "Hz"),
-            progress=not quiet,
-        )
+        result = model.simulate(**arguments, progress=not quiet)
     except SimulationError as problem:
         print_diagnostics(problem.diagnostics)
         result, status = problem.result, AT_FAULT

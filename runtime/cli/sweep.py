@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from bgc.runtime.cli.app import AT_FAULT, INTERRUPTED, print_diagnostics
 from bgc.runtime.cli.options import (
     check_target,
+    method_options,
     model_file,
     read_assignments,
-    read_times,
+    read_method,
     read_uses,
     scene_option,
     set_option,
@@ -45,20 +47,12 @@ _SHOWN = 3  # failures
     help="Take N points spread over all ranges instead of all combinations.",
 )
 @click.option("--out", metavar="FILE", required=True, help="File to write: .csv or .npz.")
-@click.option("--solver", metavar="NAME", help="Integration method (see bgc doc methods).")
-@click.option("--rtol", type=float, help="Relative tolerance of an adaptive method.")
-@click.option("--step", metavar="TIME", help='Step of a fixed-step method: 0.001, or "1 ms".')
-@click.option("--every", metavar="TIME", help='Interval between rows: "10 ms".')
-@click.option(
-    "--time",
-    "duration",
-    metavar="TIME",
-    help='Simulated time: "60 s"; by default that of the scene.',
-)
+@method_options
 @click.option("--quiet", "-q", is_flag=True, help="Print no summary and no progress bar.")
 @click.pass_context
 def sweep(
     context: click.Context,
+    /,
     file: Path,
     scene: str | None,
     assignments: tuple[str, ...],
@@ -66,12 +60,8 @@ def sweep(
     varied: tuple[str, ...],
     sample: int | None,
     out: str,
-    solver: str | None,
-    rtol: float | None,
-    step: str | None,
-    every: str | None,
-    duration: str | None,
     quiet: bool,
+    **method: Any,
 ) -> None:
     """Simulate a scene of FILE for many values of its parameters.
 
@@ -80,7 +70,7 @@ def sweep(
     computes the others.
     """
     check_target(out, _TABLES)
-    times = read_times(step=step, every=every, time=duration)
+    arguments = read_method(method)
     model = compile_model(
         file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
     )
@@ -89,16 +79,7 @@ def sweep(
     values = points(ranges, sample)
     status = 0
     try:
-        ensemble = model.simulate_many(
-            values,
-            times["time"],
-            every=times["every"],
-            solver=solver,
-            rtol=rtol,
-            step=times["step"],
-            progress=not quiet,
-            resume=True,
-        )
+        ensemble = model.simulate_many(values, **arguments, progress=not quiet, resume=True)
     except EnsembleInterrupted as problem:
         again = "; the same command computes the others" if problem.kept else ""
         click.echo(f"{problem}{again}", err=True)

@@ -544,6 +544,22 @@ def test_a_sweep_runs_every_combination(oscillator_file, tmp_path):
     assert pairs == [(5, 1), (5, 2), (6, 1), (6, 2), (7, 1), (7, 2)]
 
 
+def test_a_sweep_takes_the_options_of_a_run(oscillator_file, tmp_path):
+    out = tmp_path / "many.npz"
+    method = ("--solver", "rodas5p", "--atol", "0.1", "--max-step", "0.05", "--time", "0.4")
+    ranges = ("--vary", "k=5..7 N/m:3", "-q", "--out", out)
+    assert sweep(oscillator_file, *ranges, *method).exit_code == 0
+    model = bgc.compile(oscillator_file)
+    sets = {"k": np.linspace(5, 7, 3)}
+    expected = model.simulate_many(sets, 0.4, solver="rodas5p", atol=0.1, max_step=0.05)
+    with np.load(out) as archive:
+        assert np.array_equal(archive["values"], expected.values)
+    other = model.simulate_many(sets, 0.4, solver="rodas5p", atol=0.1)
+    assert not np.array_equal(other.values, expected.values)
+    refused = sweep(oscillator_file, *ranges, "--solver", "rodas5p", "--substeps", "4")
+    assert refused.exit_code == 1 and "BG044" in refused.output
+
+
 def test_a_sample_covers_every_range_evenly(oscillator_file, tmp_path):
     out = tmp_path / "many.npz"
     options = ("--sample", "10", "--time", "0.1", "-q", "--out", out)
