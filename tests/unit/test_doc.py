@@ -349,7 +349,7 @@ def test_a_slip_gets_a_suggestion(name, suggested):
 
 
 def test_a_word_lists_what_mentions_it():
-    result = bgc_doc("friction")
+    result = bgc_doc("valve")
     assert result.exit_code == 0 and re.search(r"^  R ", result.stdout, re.MULTILINE)
 
 
