@@ -43,7 +43,19 @@ _DISK_FULL = {
     errno.EDQUOT: "Disk quota exceeded",
 }
 _LOOPS = frozenset(
-    ("accounts", "corrections", "dense", "explicit", "rosenbrock", "sparse", "stages", "vectors")
+    (
+        "accounts",
+        "corrections",
+        "dense",
+        "explicit",
+        "faint",
+        "rosenbrock",
+        "sparse",
+        "stages",
+        "stiffness",
+        "substeps",
+        "vectors",
+    )
 )
 # Optional parts of the runtime and their files or folders; `runtime/c/absent` holds the stubs that
 # replace them in a model that does not need them.
