@@ -15,24 +15,23 @@
 
 /* --- real ------------------------------------------------------------------------------------- */
 
-/* lu := c M - J, and size[k] := the sum of the absolute values of the terms of pivot k. */
+/* lu := c M - J, and size[k] := the sum of the absolute values of the terms of pivot k: of the entry of
+ * c M, and of what the Jacobian changes it by. */
 static void assemble(const bgc_model *m, const double *mass, const double *jac, double c,
                      double *lu, double *size) {
     memset(lu, 0, (size_t)m->n_lu * sizeof *lu);
-    for (int k = 0; k < m->n_state; k++) {
-        const double entry = m->n_mass == 0 ? c : 0.0;
-        lu[m->lu_pivot[k]] = entry;
-        size[k] = fabs(entry);
+    for (int e = 0; e < m->n_mass; e++) {
+        lu[m->lu_mass[e]] += c * mass[e];
     }
-    for (int e = 0; e < m->n_mass + m->n_jac; e++) {
-        const int of_mass = e < m->n_mass;
-        const int place = of_mass ? m->lu_mass[e] : m->lu_jac[e - m->n_mass];
-        const double entry = of_mass ? c * mass[e] : -jac[e - m->n_mass];
-        const int k = m->lu_col[place];
-        lu[place] += entry;
-        if (m->lu_pivot[k] == place) {
-            size[k] += fabs(entry);
-        }
+    for (int k = 0; k < m->n_state; k++) {
+        double *entry = lu + m->lu_pivot[k];
+        size[k] = *entry = m->n_mass == 0 ? c : *entry;
+    }
+    for (int e = 0; e < m->n_jac; e++) {
+        lu[m->lu_jac[e]] -= jac[e];
+    }
+    for (int k = 0; k < m->n_state; k++) {
+        size[k] = fabs(size[k]) + fabs(size[k] - lu[m->lu_pivot[k]]);
     }
 }
 
@@ -91,33 +90,26 @@ void bgc_sparse_solve(const bgc_model *m, const double *lu, double *b, double *s
 
 /* --- complex ---------------------------------------------------------------------------------- */
 
-/* Adds an entry of W at a place of the factors, and its size to that of the pivot there, if any. */
-static void assemble_entry(const bgc_model *m, bgc_complex *lu, double *size, int place,
-                           bgc_complex entry) {
-    const int k = m->lu_col[place];
-
-    lu[place].re += entry.re;
-    lu[place].im += entry.im;
-    if (m->lu_pivot[k] == place) {
-        size[k] += bgc_size_of(entry);
-    }
-}
-
-/* lu := c M - J, and size[k] := the sum of the sizes of the terms of pivot k. */
+/* lu := c M - J, and size[k] := the sum of the sizes of the terms of pivot k, as above. The Jacobian is
+ * real: imaginary parts are those of c M. */
 static void assemble_complex(const bgc_model *m, const double *mass, const double *jac,
                              bgc_complex c, bgc_complex *lu, double *size) {
     memset(lu, 0, (size_t)m->n_lu * sizeof *lu);
-    for (int k = 0; k < m->n_state; k++) {
-        size[k] = 0.0;
-        if (m->n_mass == 0) {
-            assemble_entry(m, lu, size, m->lu_pivot[k], c);
-        }
-    }
     for (int e = 0; e < m->n_mass; e++) {
-        assemble_entry(m, lu, size, m->lu_mass[e], bgc_scaled(mass[e], c));
+        lu[m->lu_mass[e]].re += c.re * mass[e];
+        lu[m->lu_mass[e]].im += c.im * mass[e];
+    }
+    for (int k = 0; k < m->n_state; k++) {
+        bgc_complex *entry = lu + m->lu_pivot[k];
+        *entry = m->n_mass == 0 ? c : *entry;
+        size[k] = entry->re;
     }
     for (int e = 0; e < m->n_jac; e++) {
-        assemble_entry(m, lu, size, m->lu_jac[e], (bgc_complex){-jac[e], 0.0});
+        lu[m->lu_jac[e]].re -= jac[e];
+    }
+    for (int k = 0; k < m->n_state; k++) {
+        const bgc_complex sum = lu[m->lu_pivot[k]];
+        size[k] = bgc_size_of((bgc_complex){size[k], sum.im}) + fabs(size[k] - sum.re);
     }
 }
 
