@@ -188,7 +188,8 @@ struct bgc_data {
     double *returns;        /* n_switch: consecutive immediate returns to the mode before; INFINITY:
                              * the switch is left to error control */
     double *change_of_mode; /* n_switch: the last change of each mode */
-    double *faint_phase, *faint_low, *faint_at, *faint_entered, *faint_left; /* see faint.c */
+    double *faint_phase, *faint_from, *faint_to; /* see faint.c */
+    double *faint_low, *faint_at, *faint_entered, *faint_left;
     bgc_faint_state *faint; /* n_state */
     double *divisor_extent; /* n_divisor: the largest absolute value of each divisor so far */
     double *divisor_slope;  /* n_divisor: the rate of each divisor at the end of the last step */

@@ -18,58 +18,86 @@ static const double linear = 50.0;     /* a state that passes through zero at co
 
 enum { NEVER_ABOVE, ABOVE, BELOW_ONCE, BELOW, GROWING };
 
+/* Sets the phase of state i, and between which multiples of its tolerance nothing happens to it. */
+static void enter(bgc_data *d, int i, int phase, double limit) {
+    double from = 0.0, to = well_above;
+
+    switch (phase) {
+    case ABOVE:
+        from = 1.0;
+        to = INFINITY;
+        break;
+    case BELOW_ONCE:
+        to = -1.0;
+        break;
+    case BELOW:
+        from = d->faint_low[i] / limit;
+        to = 1.0;
+        break;
+    case GROWING:
+        from = 1.0;
+        to = fmax(well_above, fmin(regrown, of_size / d->core.rtol));
+        break;
+    default:
+        break;
+    }
+    d->faint_phase[i] = phase;
+    d->faint_from[i] = from;
+    d->faint_to[i] = to;
+}
+
 /* Forgets all states that fell. */
 void bgc_reset_faint(const bgc_model *m, bgc_data *d) {
-    const size_t size = (size_t)m->n_state * sizeof(double);
-
-    memset(d->faint_phase, 0, size);
-    memset(d->faint_low, 0, size);
+    memset(d->faint_low, 0, (size_t)m->n_state * sizeof(double));
     for (int i = 0; i < m->n_state; i++) {
+        enter(d, i, NEVER_ABOVE, 0.0);
         d->faint[i].grown = -INFINITY;
         d->faint[i].low = INFINITY;
     }
 }
 
-/* Follows state i, which has been above its tolerance, at its size at t. One step below it may be a
- * passage through zero; two are not. */
+/* Follows state i at its size at t. One step below its tolerance may be a passage through zero; two are
+ * not. */
 static void follow(bgc_data *d, int i, double size, double limit, double t) {
-    double *phase = d->faint_phase + i, *low = d->faint_low + i;
+    const int before = (int)d->faint_phase[i];
     bgc_faint_state *found = d->faint + i;
+    int phase = before;
 
-    if (size < limit) {
-        if (*phase == ABOVE) {
-            *low = INFINITY;
+    if (before == NEVER_ABOVE) {
+        phase = size > well_above * limit ? ABOVE : before;
+    } else if (size < limit) {
+        if (before == ABOVE) {
+            d->faint_low[i] = INFINITY;
             d->faint_entered[i] = t;
         }
-        if (size < *low) {
-            *low = size;
+        if (size < d->faint_low[i]) {
+            d->faint_low[i] = size;
             d->faint_at[i] = t;
         }
-        *phase = *phase == ABOVE ? BELOW_ONCE : BELOW;
-    } else if (*phase == BELOW_ONCE) {
-        *phase = ABOVE;
-    } else if (*phase == BELOW) {
-        *phase = GROWING;
+        phase = before == ABOVE ? BELOW_ONCE : BELOW;
+    } else if (before == BELOW_ONCE) {
+        phase = ABOVE;
+    } else if (before == BELOW) {
+        phase = GROWING;
         d->faint_left[i] = t;
     }
-    if (*phase == GROWING &&
-        size >= fmax(well_above, fmin(regrown, of_size / d->core.rtol)) * limit) {
-        const double below = d->faint_left[i] - d->faint_entered[i];
-        *phase = ABOVE;
-        if (t - d->faint_left[i] <= linear * below && *low < found->low) {
-            *found = (bgc_faint_state){limit, *low, d->faint_at[i], t, d->next[i]};
+    enter(d, i, phase, limit);
+    if (phase == GROWING && size > d->faint_to[i] * limit) {
+        const double below = d->faint_left[i] - d->faint_entered[i], low = d->faint_low[i];
+        enter(d, i, ABOVE, limit);
+        if (t - d->faint_left[i] <= linear * below && low < found->low) {
+            *found = (bgc_faint_state){limit, low, d->faint_at[i], t, d->next[i]};
         }
     }
 }
 
-/* A loop of fixed length, which compilers vectorise: adds 1 for each state that is above its tolerance
- * and was not, or the reverse, and more for those that are followed. */
+/* A loop of fixed length, which compilers vectorise: counts the states to which something happens. */
 static inline void count_changes(const double *restrict x, const double *restrict scale,
-                                 const double *restrict phase, double atol, double part,
-                                 double *restrict count) {
+                                 const double *restrict from, const double *restrict to,
+                                 double atol, double part, double *restrict count) {
     for (int l = 0; l < BGC_LANES; l++) {
-        const double above = fabs(x[l]) > atol + part * scale[l] ? 1.0 : 0.0;
-        count[l] += fabs(above - phase[l]);
+        const double size = fabs(x[l]), limit = atol + part * scale[l];
+        count[l] += (size < from[l] * limit) | (size > to[l] * limit) ? 1.0 : 0.0;
     }
 }
 
@@ -79,9 +107,10 @@ void bgc_follow_faint(const bgc_model *m, bgc_data *d, double t) {
     const double part = atol > 0.0 ? 0.0 : d->core.rtol * d->core.counts.scale_reached;
     double count[BGC_LANES] = {0.0}, all = 0.0;
 
-    /* In most steps no state changes; padding is zero. */
+    /* In most steps nothing happens; padding is zero. */
     for (size_t i = 0; i < bgc_padded(m->n_state); i += BGC_LANES) {
-        count_changes(d->next + i, d->scale + i, d->faint_phase + i, atol, part, count);
+        count_changes(d->next + i, d->scale + i, d->faint_from + i, d->faint_to + i, atol, part,
+                      count);
     }
     for (int l = 0; l < BGC_LANES; l++) {
         all += count[l];
@@ -91,11 +120,7 @@ void bgc_follow_faint(const bgc_model *m, bgc_data *d, double t) {
     }
     for (int i = 0; i < m->n_state; i++) {
         const double size = fabs(d->next[i]), limit = atol + part * d->scale[i];
-        if (size >= limit && d->faint_phase[i] <= ABOVE) {
-            if (d->faint_phase[i] == NEVER_ABOVE && size >= well_above * limit) {
-                d->faint_phase[i] = ABOVE;
-            }
-        } else if (d->faint_phase[i] != NEVER_ABOVE) {
+        if (size < d->faint_from[i] * limit || size > d->faint_to[i] * limit) {
             follow(d, i, size, limit, t);
         }
     }

@@ -52,6 +52,8 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->returns = place(&l, switches);
     d->change_of_mode = place(&l, switches);
     d->faint_phase = place(&l, n);
+    d->faint_from = place(&l, n);
+    d->faint_to = place(&l, n);
     d->faint_low = place(&l, n);
     d->faint_at = place(&l, n);
     d->faint_entered = place(&l, n);
