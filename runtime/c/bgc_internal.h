@@ -200,6 +200,7 @@ struct bgc_data {
     double *inverse_mass;   /* 1 / m_ii where row i of M has no other entry, else 0 */
     double *algebraic;      /* 1 where row i of M is empty, else 0 */
     double *correction, *corrected_at, *range; /* of fixed steps: corrections.c */
+    double *dominant;       /* of the last power iteration: stiffness.c */
     double *jac, *dfdt, *lu, *f;
     double *y0, *y1, *k;    /* dense output; k is BGC_MAX_DENSE vectors */
     bgc_complex *complex_lu;
@@ -328,6 +329,7 @@ int bgc_accept_substep(const bgc_model *m, bgc_data *d, const bgc_method *method
                        double h);
 
 /* --- stiffness.c */
+void bgc_reset_stiffness(const bgc_model *m, bgc_data *d);
 void bgc_watch_stiffness(const bgc_model *m, bgc_data *d, double h);
 
 /* --- rounding.c */

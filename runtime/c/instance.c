@@ -78,6 +78,7 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->correction = place(&l, n);
     d->corrected_at = place(&l, n);
     d->range = place(&l, n);
+    d->dominant = place(&l, n);
     d->y0 = place(&l, n);
     d->y1 = place(&l, n);
     d->k = place(&l, BGC_MAX_DENSE * bgc_padded(m->n_state));
@@ -281,7 +282,6 @@ static void clear_run(bgc_core *core, double t) {
     core->complex_factorisations = 0;
     core->halvings = 0;
     core->dense = BGC_NO_DENSE;
-    core->spectral_bound = 0.0;
     bgc_begin_sample(core);
     core->h_next = 0.0;
     core->error_old = 1.0;
@@ -330,6 +330,7 @@ static bgc_status start_from_present(const bgc_model *m, bgc_data *d) {
     core->counts.exchanged = fabs(core->stored0);
     bgc_reset_corrections(m, d);
     bgc_reset_divisors(m, d);
+    bgc_reset_stiffness(m, d);
     bgc_reset_terms(m, d);
     bgc_reset_faint(m, d);
     core->ready = 1;
