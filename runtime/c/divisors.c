@@ -119,9 +119,6 @@ bgc_status bgc_check_divisors(const bgc_model *m, bgc_data *d, double end) {
     const size_t width = bgc_padded(m->n_divisor);
     double time[BGC_SAMPLES];
 
-    if (m->n_divisor == 0) {
-        return BGC_OK;
-    }
     for (int i = 0; i < BGC_SAMPLES; i++) {
         const double part = (double)i / (BGC_SAMPLES - 1);
         time[i] = i == BGC_SAMPLES - 1 ? end : d->core.t_old + part * (end - d->core.t_old);

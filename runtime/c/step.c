@@ -18,12 +18,7 @@ static const double short_of_pole = 1e-3; /* relative: time before a divisor van
 static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *method,
                            double *t_new) {
     const double end = *t_new;
-    const int bad = bgc_first_bad(m->n_state, d->next);
 
-    if (bad >= 0) {
-        d->core.failed_state = bad;
-        return BGC_NOT_FINITE;
-    }
     if (m->project != NULL) {
         m->project(d->h, end, d->next, d->work);
     }
@@ -91,17 +86,29 @@ static bgc_status accept(const bgc_model *m, bgc_data *d, const bgc_balance *bal
     return m->n_switch > 0 ? bgc_handle_event(m, d, core->t_end - core->t_old) : BGC_OK;
 }
 
-/* A step of the method in held modes. A law may be undefined beyond its switch (a root of a negative
- * number): then comparisons are made at every stage instead. */
+/* A step of the method to a finite d->next. */
+static bgc_status advance(const bgc_model *m, bgc_data *d, const bgc_method *method, double h) {
+    const bgc_status status = method->family->advance(m, d, method, h);
+    const int bad = status == BGC_OK ? bgc_first_bad(m->n_state, d->next) : -1;
+
+    if (bad >= 0) {
+        d->core.failed_state = bad;
+        return BGC_NOT_FINITE;
+    }
+    return status;
+}
+
+/* The same in held modes. A law may be undefined beyond its switch (a root of a negative number): then
+ * comparisons are made at every stage instead. */
 static bgc_status advance_held(const bgc_model *m, bgc_data *d, const bgc_method *method,
                                double h) {
-    const bgc_status status = method->family->advance(m, d, method, h);
+    const bgc_status status = advance(m, d, method, h);
 
-    if (m->n_switch == 0 || (status == BGC_OK && bgc_first_bad(m->n_state, d->next) < 0)) {
+    if (m->n_switch == 0 || status == BGC_OK) {
         return status;
     }
     bgc_release_modes(m, d);
-    return method->family->advance(m, d, method, h);
+    return advance(m, d, method, h);
 }
 
 /* --- fixed steps ------------------------------------------------------------------------- */
@@ -159,7 +166,7 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
         return BGC_OK;
     }
 
-    if (status == BGC_OK) {
+    if (status == BGC_OK && m->n_divisor > 0) {
         status = bgc_check_divisors(m, d, t_new);
     }
 
@@ -385,7 +392,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     }
 
     /* Divisors that vanish: the run ends shortly before. */
-    status = bgc_check_divisors(m, d, t_new);
+    status = m->n_divisor > 0 ? bgc_check_divisors(m, d, t_new) : BGC_OK;
     if (status != BGC_OK) {
         const double rest = core->failed_time - core->t;
         return rest > short_of_pole * fmax(fabs(core->t), core->failed_time - core->origin)
@@ -398,7 +405,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         memcpy(d->f_before, d->f, (size_t)m->n_state * sizeof *d->f);
     }
     bgc_follow_faint(m, d, t_new);
-    core->counts.controlled_steps += pow(fmin(error, 1.0), 1.0 / q);
+    core->counts.controlled_steps += (double)powf((float)fmin(error, 1.0), (float)(1.0 / q));
     error = fmax(error, bgc_least_error);
     core->h_next = bgc_next_step(h, core->h_next, error, core->error_old, q,
                                  !core->rejected && !core->event);
