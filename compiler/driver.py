@@ -17,7 +17,7 @@ from bgc.building.preview import previewed
 from bgc.building.recall import remember
 from bgc.building.toolchain import find_toolchain
 from bgc.causality.assign import assign_causality
-from bgc.diagnostics.diagnostic import BgError, Diagnostic, as_error
+from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, as_error
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.scenes.observed import with_accounts
 from bgc.elaboration.scenes.scene import models_alone, stands_alone
@@ -185,7 +185,7 @@ def _stages(
     optimised = optimise(sliced)
     yield "optimise", "optimised", optimised
 
-    if options.strict and warnings:
+    if options.strict and any(w.severity is Severity.WARNING for w in warnings):
         raise BgError([as_error(warning) for warning in warnings])
     lowered = lower(optimised)
     yield "lower", "lowered", lowered

@@ -488,10 +488,14 @@ class Model:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """`scene name of Model(args) { items }`."""
+    """`scene name of Model(args) { items }`, or `scene name is other { items }`.
+
+    The first has a `model`, the second a `base`; the other of the two is None.
+    """
 
     name: str
-    model: TypeUse
+    model: TypeUse | None
+    base: Name | None
     items: tuple[SceneItem, ...]
     doc: str
     span: Span

@@ -8,6 +8,7 @@ from typing import Any
 from lark import Token, Tree
 
 from bgc.diagnostics.catalogue import syntax as wrong
+from bgc.diagnostics.catalogue.inherited_scenes import model_and_base
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
@@ -138,10 +139,15 @@ class _Transform(ExpressionTransform):
 
     def _scene(self, tree: ParseTree) -> syntax.Scene:
         children: list[Any] = tree.children
-        _, name, _, model, items, _ = children
+        _, name, word, first, _, second, items, _ = children
+        model, base = (first, second) if word.type == "OF" else (second, first)
+        if model is not None and base is not None:
+            self.report(model_and_base(self.span(model), str(name), str(base)))
+            base = None
         return syntax.Scene(
             str(name),
-            self._type_use(model),
+            None if model is None else self._type_use(model),
+            None if base is None else syntax.Name(str(base), self.token_span(base)),
             tuple(made for item in _listed(items) for made in self._scene_item(item)),
             self._doc(tree),
             self.span(tree),

@@ -46,7 +46,8 @@ _FILE = (
         'an import is `import "file.bg";` or `import module.name;`',
         (
             "The path of a file counts from the importing file. What the imported file imports is "
-            "visible too; its scenes are not. Imports stand before all declarations.",
+            "visible too; its scenes can be extended, not run. Imports stand before all "
+            "declarations.",
         ),
         'import crane.beam;\nimport "my_joint.bg";',
         ("model", "library"),
@@ -118,13 +119,16 @@ _FILE = (
         "scene",
         "What is simulated: a model, how it is driven, what is observed and for how long.",
         ("file",),
-        "a scene is `scene name of Model { .. }`",
+        "a scene is `scene name of Model { .. }` or `scene name is other { .. }`",
         (
             "A scene is compiled for what it observes; what nothing depends on is left out. The "
             "commands take the first scene of a file unless `--scene` names another.",
+            "`is` takes all statements of another scene, of this file or an imported one, and "
+            "adds or replaces some.",
         ),
-        "scene step of RLC {\n  observe capacitor.e as voltage;\n  run 10 ms;\n}",
-        ("observe", "run", "use", "set", "solver"),
+        "scene step of RLC {\n  observe capacitor.e as voltage;\n  run 10 ms;\n}\n"
+        "scene slow is step {\n  set R = 10 kohm;\n}",
+        ("is", "observe", "run", "use", "set", "solver"),
     ),
 )
 
@@ -449,8 +453,9 @@ _SOFT = tuple(
     for word, summary, begins, form, doc, example, related in (
         (
             "is",
-            "Names the interface that a model fits, or the model that it extends.",
-            (), "", (), "model Osv is Vessel(D = osv_D) { }", ("model", "interface"),
+            "Names the interface that a model fits, or the model or scene that is extended.",
+            (), "", (), "model Osv is Vessel(D = osv_D) { }\nscene heavy is lift { }",
+            ("model", "interface", "scene"),
         ),
         ("of", "Names the model of a scene.", (), "", (), "scene step of RLC { .. }", ("scene",)),
         (

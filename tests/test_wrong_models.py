@@ -1,9 +1,9 @@
 """Each wrong model is refused with the code it names in a comment, on the line it names.
 
 A line of `tests/wrong/*.bg` that is at fault ends in `// error: BG123`, one that is only odd in
-`// warning: BG123`. Nothing else may be reported, no message is without its place and its way
-out, and nothing ends in a traceback. What the user reads stands in `NAME.txt` beside the model;
-`pytest -m golden --bless` rewrites it.
+`// warning: BG123`, one with a note in `// info: BG123`. Nothing else may be reported, no message
+is without its place and its way out, and nothing ends in a traceback. What the user reads stands
+in `NAME.txt` beside the model; `pytest -m golden --bless` rewrites it.
 """
 
 import random
@@ -21,7 +21,7 @@ from bgc.resolution.resolve import load, load_text
 WRONG = sorted((Path(__file__).parent / "wrong").glob("*.bg"))
 GOOD = sorted((Path(__file__).parent / "models").glob("*.bg"))
 LIBRARY = sorted((Path(__file__).parents[1] / "library").rglob("*.bg"))
-EXPECTED = re.compile(r"// (error|warning): (BG\d+)")
+EXPECTED = re.compile(r"// (error|warning|info): (BG\d+)")
 
 
 def diagnostics_of(compile_all, *arguments) -> list[Diagnostic]:

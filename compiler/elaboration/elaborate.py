@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 
 from bgc.algebra.dag import Dag
 from bgc.diagnostics.catalogue import graph as messages
@@ -36,6 +37,7 @@ from bgc.elaboration.scenes.devices import read_devices
 from bgc.elaboration.scenes.edits import check_edits, check_overrides, collect_edits
 from bgc.elaboration.scenes.observed import Observed, read_observed
 from bgc.elaboration.scenes.overrides import with_observations, with_uses
+from bgc.elaboration.scenes.removed import without_removed
 from bgc.elaboration.scenes.run_facts import read_facts, read_kept, read_requirements
 from bgc.elaboration.scenes.scene import Scene, choose_scene
 from bgc.ir.graph import Bond, FlatGraph, Observation, Requirement
@@ -93,6 +95,10 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
     collect_edits(world, scene, overrides)
     report.raise_errors()
     root = _root(world, builder, scene)
+    changed = without_removed(world, scene) if scene.inherited and not report.errors else None
+    if changed is not None:
+        graph = _elaborate(package, changed[0], overrides)
+        return replace(graph, warnings=(*changed[1], *graph.warnings))
     wiring = wire(world, root)
     with _provisional(world, quantities):
         check_edits(world, scene, [slot.path for slot in builder.slots])

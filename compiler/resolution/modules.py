@@ -22,11 +22,39 @@ class Declared(Generic[D]):
     module: Module
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Inherited:
+    """A statement from a scene further up the line of `is`, with slots that scenes below filled.
+
+    The parts that it names may have been removed with what was in one of these `slots`.
+    """
+
+    item: syntax.SceneItem
+    slots: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WholeScene:
+    """A scene with all its statements: those of the scenes that it extends first.
+
+    `model` is the scene's own or an inherited one, `inherited` lists the statements from further
+    up, `bases` counts the scenes that it extends.
+    """
+
+    declaration: syntax.Scene
+    model: syntax.TypeUse
+    items: tuple[syntax.SceneItem, ...]
+    inherited: tuple[Inherited, ...] = ()
+    bases: int = 0
+
+
 @dataclass(slots=True, eq=False)
 class Module:
     """A file and the names visible in it: its own and those of all its imports.
 
     Types (models, interfaces, domains) and values (constants, functions) are two namespaces.
+    `scenes` are those of the file itself, complete with what they take over from other scenes;
+    `seen_scenes` are those that a scene may extend, by name: the file's own, or imported ones.
     """
 
     file: syntax.File
@@ -34,14 +62,16 @@ class Module:
     domains: dict[str, Declared[syntax.Domain]] = field(default_factory=dict)
     constants: dict[str, Declared[syntax.Value]] = field(default_factory=dict)
     functions: dict[str, Declared[syntax.Function]] = field(default_factory=dict)
+    scenes: tuple[WholeScene, ...] = ()
+    seen_scenes: dict[str, list[WholeScene]] = field(default_factory=dict)
 
     def tables(self) -> tuple[dict[str, Declared[syntax.Declaration]], ...]:
         """The tables of names, in the same order for every module."""
         return (self.models, self.domains, self.constants, self.functions)  # type: ignore[return-value]
 
     @property
-    def scenes(self) -> tuple[syntax.Scene, ...]:
-        """The scenes of the file itself; those of imported files are not visible."""
+    def scene_declarations(self) -> tuple[syntax.Scene, ...]:
+        """The scenes of the file itself, as they are written."""
         return tuple(d for d in self.file.declarations if isinstance(d, syntax.Scene))
 
     @property
@@ -74,7 +104,7 @@ class Package:
     @property
     def scene_names(self) -> tuple[str, ...]:
         """The names of the root file's scenes, in order."""
-        return tuple(scene.name for scene in self.root.scenes)
+        return tuple(scene.declaration.name for scene in self.root.scenes)
 
     @property
     def sources(self) -> tuple[Source, ...]:

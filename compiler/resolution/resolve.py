@@ -18,6 +18,7 @@ from bgc.resolution.conformance import check_conformance
 from bgc.resolution.library import library_folder, library_modules, module_path
 from bgc.resolution.modules import Declared, LoadedFile, Module, Package, flatten
 from bgc.resolution.name_check import check_names
+from bgc.resolution.scenes import collect_scenes
 
 MAX_ANCESTORS = 100  # of a model, by `is`
 
@@ -130,6 +131,9 @@ class _Loader:
                 if present.syntax is not declared.syntax:
                     places = [_name_span(present.syntax), _name_span(declared.syntax)]
                     self.report.add(imports.name_imported_twice(span, name, places))
+        for name, scenes in imported.seen_scenes.items():
+            seen = module.seen_scenes.setdefault(name, [])
+            seen += [scene for scene in scenes if scene not in seen]
 
     def _declare(self, module: Module) -> None:
         """Enter the file's own declarations; models and domains share one namespace."""
@@ -160,10 +164,11 @@ class _Loader:
                 case syntax.Function():
                     module.functions[declaration.name] = Declared(declaration, module)
         scenes: dict[str, syntax.Scene] = {}
-        for scene in module.scenes:
+        for scene in module.scene_declarations:
             if scenes.setdefault(scene.name, scene) is not scene:
                 first = scenes[scene.name].name_span
                 self.report.add(names.duplicate_name(scene.name_span, scene.name, first))
+        collect_scenes(module, self.report)
 
 
 def _is_file(path: Path) -> bool:
@@ -189,7 +194,7 @@ def _check_types(module: Module, report: Report) -> None:
         match declaration:
             case syntax.Model():
                 _check_model(declaration, module, report)
-            case syntax.Scene():
+            case syntax.Scene() if declaration.model is not None:
                 _check_root(declaration.model, module, report)
             case _:
                 pass

@@ -163,7 +163,7 @@ def _module(name: str) -> _Module:
         if isinstance(d, syntax.Function | syntax.Value) and d.doc
     )
     scenes = (
-        _Named(f"{d.name} of {parts.flat_text(d.model.span.text)}", " ".join(d.doc.split()))
+        _Named(_scene_heading(d), " ".join(d.doc.split()))
         for d in declared
         if isinstance(d, syntax.Scene)
     )
@@ -177,6 +177,14 @@ def _module(name: str) -> _Module:
         tuple(scenes),
         tuple(_part(d, root, name) for d in shown) if _holds_parts(name) else (),
     )
+
+
+def _scene_heading(scene: syntax.Scene) -> str:
+    """The name of a scene with its model, or with the scene that it extends."""
+    if scene.model is not None:
+        return f"{scene.name} of {parts.flat_text(scene.model.span.text)}"
+    assert scene.base is not None
+    return f"{scene.name} is {scene.base.name}"
 
 
 def _form(declaration: syntax.Function | syntax.Value) -> str:

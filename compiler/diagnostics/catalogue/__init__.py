@@ -40,6 +40,18 @@ def warning(
     return Diagnostic(code, Severity.WARNING, message, span, note, tuple(labels), help)
 
 
+def info(
+    code: str,
+    message: str,
+    span: Span | None = None,
+    note: str = "",
+    labels: Sequence[Label] = (),
+    help: str = "",
+) -> Diagnostic:
+    """Make a diagnostic that reports a fact, and is no warning in strict mode either."""
+    return Diagnostic(code, Severity.INFO, message, span, note, tuple(labels), help)
+
+
 def listed(names: Sequence[str], limit: int = 8) -> str:
     """Join names: `a`, `b` and `c`; a long list is cut after `limit` names."""
     shown = [f"`{name}`" for name in names[:limit]]

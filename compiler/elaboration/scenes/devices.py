@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue import names, scenes
@@ -16,6 +18,7 @@ from bgc.elaboration.scenes.scene import Device, Scene, constant_of
 from bgc.grammar import syntax
 from bgc.ir.graph import DeviceUse
 from bgc.language.scene_tables import DEVICE_COMMANDS, DEVICE_INPUTS
+from bgc.resolution.modules import Package
 from bgc.values.scope import Namespace
 from bgc.values.units import si_symbol
 from bgc.values.value import Shape, Value
@@ -183,11 +186,26 @@ def _device_option(
     if argument.name is None:
         raise BgError([scenes.device_option(argument.span, what)])
     if isinstance(argument.value, syntax.Text):
-        return argument.name, argument.value.value
+        text = argument.value.value
+        own = argument.name == "file"
+        return argument.name, _from_root(world.package, argument, text) if own else text
     if argument.name == "file":
         raise BgError([scenes.device_option(argument.value.span, what)])
     number = constant_of(world, scene, argument.value, f"`{argument.name}`", None)
     return argument.name, repr(number)
+
+
+def _from_root(package: Package, argument: syntax.Argument, path: str) -> str:
+    """A path that counts from the file of an imported scene, counted from the root file."""
+    home = next((f.path for f in package.files if f.source is argument.span.source), None)
+    root = package.files[-1].path
+    if home is None or root is None or home.parent == root.parent:
+        return path
+    folder = home.resolve().parent
+    try:
+        return (Path(os.path.relpath(folder, root.resolve().parent)) / path).as_posix()
+    except ValueError:  # on another drive
+        return str(folder / path)
 
 
 def _count(shape: Shape) -> int:

@@ -15,7 +15,7 @@ from bgc.elaboration.instances.tree import Environment
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.ir.graph import Node
-from bgc.resolution.modules import Declared, Package, flatten
+from bgc.resolution.modules import Declared, Inherited, Package, flatten
 from bgc.values.expressions import evaluate_constant
 from bgc.values.units import Dimension, describe_dimension
 from bgc.values.value import describe_shape
@@ -42,6 +42,7 @@ class Scene:
     """The chosen scene: its model, its statements and their environment.
 
     `implicit` is True for a file without scenes, whose states and outputs are all observed.
+    `inherited` are statements from scenes that it extends.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Scene:
     items: tuple[syntax.SceneItem, ...]
     env: Environment
     implicit: bool
+    inherited: tuple[Inherited, ...] = ()
     devices: dict[str, Device] = field(default_factory=dict)
 
     def statements(self, kind: type[Item]) -> Iterator[Item]:
@@ -92,7 +94,8 @@ def _types_in(declaration: syntax.Declaration) -> Iterator[str]:
                 if isinstance(item, syntax.Part):
                     yield from (use.name for use in (item.type, item.default) if use is not None)
         case syntax.Scene():
-            yield declaration.model.name
+            if declaration.model is not None:
+                yield declaration.model.name
             for statement in declaration.items:
                 if isinstance(statement, syntax.Use):
                     yield statement.type.name
@@ -122,15 +125,16 @@ def choose_scene(package: Package, name: str | None) -> Scene:
     module = package.root
     found = module.scenes
     if name is not None:
-        chosen = [scene for scene in found if scene.name == name]
+        chosen = [scene for scene in found if scene.declaration.name == name]
         if not chosen:
-            raise BgError([scenes.unknown_scene(name, [scene.name for scene in found])])
+            raise BgError([scenes.unknown_scene(name, package.scene_names)])
         found = tuple(chosen)
     env = Environment(None, module, {})
     if found:
         scene = found[0]
         model = module.models[scene.model.name]
-        return Scene(scene.name, model, scene.model, scene.items, env, implicit=False)
+        own = scene.declaration.name
+        return Scene(own, model, scene.model, scene.items, env, False, scene.inherited)
     models = module.own_models
     if not models:
         raise BgError([scenes.nothing_to_run(module.file.source.name)])
