@@ -508,7 +508,7 @@ Declaration: TypeAlias = Value | Function | Domain | Model | Scene
 
 @dataclass(frozen=True, slots=True)
 class File:
-    """One parsed `.bg` file; a `Value` at this level is a `const`."""
+    """One parsed `.bg` file; a `Value` at this level is a `const` or a `param`."""
 
     source: Source
     imports: tuple[Import, ...]

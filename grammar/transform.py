@@ -61,7 +61,7 @@ class _Transform(ExpressionTransform):
 
     def _declaration(self, tree: ParseTree) -> syntax.Declaration:
         match tree.data:
-            case "constant":
+            case "constant" | "world":
                 return self._value(tree)
             case "function":
                 return self._function(tree)

@@ -136,12 +136,14 @@ _VALUES = (
     Word(
         "param",
         "A value that may be changed without compiling again.",
-        ("model",),
+        ("file", "model"),
         "a parameter is `param name : unit = value in lowest .. highest;`",
         (
             "Given by an argument of the part, by `set` in a scene, by `--set` on the command line "
             "or from Python. A value outside its range is refused. A parameter without a default "
             "must be given. A default may depend on other parameters.",
+            "At the top level of a file it is one value for all models, such as `gravity` of the "
+            "library: functions may hold it, and a scene sets it by its name alone.",
         ),
         "param mass : kg = 2 t in 1 kg .. 100 t;\nparam side : m = 0.5 m;",
         ("const", "set", "in"),
@@ -545,7 +547,8 @@ FORMS = {row.word: row.form for row in TABLE.values() if row.form}
 """The form of a statement, as messages show it, by its first word."""
 
 FORMS_IN = {
-    "file": "a file holds imports, then models, scenes, interfaces, domains, functions, constants",
+    "file": "a file holds imports, then models, scenes, interfaces, domains, functions, constants, "
+    "parameters",
     "model": "a part is `name : Type(arguments);`, bonds are `a -> b -> c;`",
     "scene": "a scene holds statements such as `observe value as name;` and `run 10 s;`",
     "domain": "a variable is `effort name : unit;`, or `flow` or `signal`",

@@ -8,9 +8,11 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Dag
 from bgc.diagnostics.catalogue import graph as messages
+from bgc.diagnostics.catalogue.names import hides_parameter_of_file
 from bgc.diagnostics.catalogue.scenes import device_name_taken
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.report import Report
+from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.carried import Carried
 from bgc.elaboration.bonds.domains import Domains
 from bgc.elaboration.bonds.scalarise import Scalars, scalarise
@@ -101,6 +103,7 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
         return replace(graph, warnings=(*changed[1], *graph.warnings))
     wiring = wire(world, root)
     with _provisional(world, quantities):
+        quantities.enter_set()
         check_edits(world, scene, [slot.path for slot in builder.slots])
         check_overrides(world, scene, overrides)
     bonds_are_sound = not report.errors
@@ -130,6 +133,7 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
     requirements = read_requirements(world, scene, observed)
     kept = read_kept(world, scene)
     facts = read_facts(world, scene, observed)
+    _check_world(world, root)
     contents = (elements, statements.states, statements.equations, observed.columns)
     if not report.errors and not any(contents):
         span = scene.model.syntax.name_span
@@ -169,6 +173,19 @@ def _root(world: World, builder: Builder, scene: Scene) -> Instance:
         if name in root.members:
             world.report.add(device_name_taken(device.item.span, name, None))
     return root
+
+
+def _check_world(world: World, root: Instance) -> None:
+    """Report parameters of the scene's model that have the name of one of a file that it uses."""
+    first: dict[str, Span] = {}
+    for parameter in world.quantities.parameters:
+        name = parameter.name.partition("[")[0]
+        if first.setdefault(name, parameter.span) != parameter.span:
+            member = root.members[name]
+            assert isinstance(member, Quantity)
+            own = member.declaration.name_span
+            other = parameter.span if parameter.span != own else first[name]
+            world.report.add(hides_parameter_of_file(own, name, other))
 
 
 def _number_storage(wiring: Wiring, scalars: Scalars) -> None:

@@ -18,7 +18,7 @@ from bgc.resolution.modules import Module
 
 _DECLARATION = re.compile(
     r"^(?P<doc>(?:///[^\n]*\n)*)"
-    r"(?:pseudo )?(?P<kind>model|interface|domain|function|const|scene) (?P<name>\w+)"
+    r"(?:pseudo )?(?P<kind>model|interface|domain|function|const|param|scene) (?P<name>\w+)"
     r"(?:\[[^\]\n]*\])?(?: is (?P<base>\w+))?",
     re.MULTILINE,
 )

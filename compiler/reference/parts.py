@@ -35,7 +35,7 @@ def declaration_entry(
             kind = "function"
         case syntax.Value():
             body = [Code(_statement(declaration))] if _is_short(declaration) else []
-            kind = "constant"
+            kind = "parameter" if declaration.kind == "param" else "constant"
         case syntax.Scene():
             body = [Code(declaration.span.text)]
             kind = "scene"

@@ -388,7 +388,7 @@ def test_wrong_item(body: str, expected: list[tuple[str, str]]) -> None:
         ("scene s of A { observe x as step; }", [("BG112", "step")]),
         ("scene s of A { param k = 3; }", [("BG116", "param")]),
         ("scene s of A { obsrve x; }", [("BG117", "obsrve")]),
-        ("param k = 3;", [("BG116", "param")]),
+        ("let k = 3;", [("BG116", "let")]),
         ("modl A { param k = 1; }", [("BG117", "modl")]),
         ("model A { } import b;", [("BG122", "import b")]),
         ("function f(x, k = 2) = k*x;", [("BG129", "k = 2")]),

@@ -363,3 +363,26 @@ def too_many_ancestors(span: Span, most: int) -> Diagnostic:
         span,
         help="write what they add as parts of one model",
     )
+
+
+def hides_parameter_of_file(span: Span, name: str, other: Span) -> Diagnostic:
+    """BG249: two parameters of one name, of the scene's model and of a file
+
+    What: the scene's model declares a parameter with the name of a parameter of a file that its
+    parts use.
+
+    Why: `set` and `--set` know both by this name, and would reach the model's alone.
+
+    Example: `param gravity = 1.62 m/s^2;` in a model with parts of the library, whose weights hold
+    the library's `gravity`.
+
+    Way out: remove the model's own and set the other in the scene, `set gravity = 1.62 m/s^2;`, or
+    rename the model's own.
+    """
+    return error(
+        "BG249",
+        f"the model's `{name}` has the name of a parameter that its parts use",
+        span,
+        labels=[Label(other, "the parts use this one")],
+        help=f"set the other one in the scene, `set {name} = ..;`, or rename the model's own",
+    )

@@ -54,13 +54,32 @@ class Quantities:
     # --- reading --------------------------------------------------------------------
 
     def constant(self, declared: Declared[syntax.Value], span: Span) -> Value:
-        """The value of a constant of a file."""
+        """The value of a constant or parameter of a file.
+
+        A `set` of its name replaces a parameter, unless the scene's model has a parameter or
+        constant of that name, which took the `set` already.
+        """
         quantity = self._constants.get(declared)
         if quantity is None:
+            name, edits = declared.syntax.name, self.world.edits
             env = Environment(None, declared.module, {})
-            quantity = Quantity(declared.syntax.name, declared.syntax, env, None)
+            quantity = Quantity(name, declared.syntax, env, None)
+            if declared.syntax.kind == "param":
+                if ("sets", name) not in edits.used:
+                    quantity.given = edits.take("sets", name)
+                if ("parts", name) not in edits.used:
+                    quantity.parts = edits.take_parts(name)
             self._constants[declared] = quantity
         return self.value(quantity, span)
+
+    def enter_set(self) -> None:
+        """Evaluate the parameters of files that the scene sets, also where no model reads them."""
+        module = self.world.package.root
+        for name in (*self.world.edits.sets, *self.world.edits.parts):
+            declared = module.constants.get(name)
+            if declared is not None and declared.syntax.kind == "param":
+                with self.world.report.collecting():
+                    self.constant(declared, declared.syntax.name_span)
 
     def value(self, quantity: Quantity, span: Span) -> Value:
         """The value of a quantity, evaluated at the first call; BgError if it has none."""
@@ -250,7 +269,7 @@ class Quantities:
         low, high = self._range(quantity, default)
         unit = parse_unit(declaration.unit) if declaration.unit else None
         first = len(self.parameters)
-        is_own = quantity.env.instance is None or quantity.env.instance.parent is None
+        is_own = self._is_own(quantity.env)
         is_set = ("sets", quantity.path) in self.world.edits.used
         nodes = []
         for k, index in enumerate(indices(default.shape)):
@@ -281,6 +300,12 @@ class Quantities:
                 self.ungiven.add(first + k)
         quantity.first = first
         return Value(default.shape, tuple(nodes), default.units)
+
+    def _is_own(self, env: Environment) -> bool:
+        """Whether a value belongs to the scene's own model or file, not to a part or an import."""
+        if env.instance is None:
+            return env.module is self.world.package.root
+        return env.instance.parent is None
 
     def _check_constant(self, quantity: Quantity, value: Value) -> None:
         """Refuse a constant outside its declared range."""

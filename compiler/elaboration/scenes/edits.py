@@ -20,6 +20,8 @@ from bgc.grammar import syntax
 from bgc.grammar.parse import parse_setting
 from bgc.values.expressions import resolve_path
 
+_CONSTANT_OF_A_FILE = "a constant of a file"
+
 
 def collect_edits(world: World, scene: Scene, overrides: Sequence[tuple[str, str]]) -> None:
     """Enter the scene's edits, then the command line's; number the channels of devices."""
@@ -130,6 +132,7 @@ def check_edits(world: World, scene: Scene, slots: Sequence[str]) -> None:
                 _check_path(world, scene, expr)
                 what = tables.get(kind, (None, "a parameter or constant"))[1]
                 found, way = _mismatch(world, scene, expr)
+                what = "a parameter" if found == _CONSTANT_OF_A_FILE else what
                 if kind == "drives" and isinstance(expr, syntax.Index) and found == "an input":
                     found, whole = "a component of an input", path_of(expr.base)
                     way = f"drive all components together: `drive {whole} = [..];`"
@@ -150,6 +153,7 @@ def check_overrides(world: World, scene: Scene, overrides: Sequence[tuple[str, s
                 _check_path(world, scene, expr)
                 what = "a parameter or constant"
                 found, way = _mismatch(world, scene, expr)
+                what = "a parameter" if found == _CONSTANT_OF_A_FILE else what
                 raise BgError([scenes.edit_without_target(expr.span, path, what, found, way)])
 
 
@@ -157,6 +161,11 @@ def _mismatch(world: World, scene: Scene, expr: syntax.Expr) -> tuple[str, str]:
     """A description of a value that cannot be changed in this way, and the remedy; or empty."""
     quantity = declared_value(world, scene, expr)
     if quantity is None:
+        root = scene.env.instance
+        own = root is not None and isinstance(expr, syntax.Name) and expr.name in root.members
+        if isinstance(expr, syntax.Name) and not own and expr.name in scene.env.module.constants:
+            way = f"declare it with `param {expr.name} = ..;` at the top level of its file"
+            return _CONSTANT_OF_A_FILE, way
         return "", ""
     path = path_of(expr)
     match quantity.kind:
