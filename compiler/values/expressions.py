@@ -6,7 +6,8 @@ collect the errors of all.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Hashable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TypeAlias, assert_never
@@ -30,6 +31,7 @@ from bgc.values.constants import (
     constant_scalar,
     whole_number,
 )
+from bgc.values.jacobians import Jacobian
 from bgc.values.scope import FunctionUse, Namespace, Scope
 from bgc.values.units import (
     DIMENSIONLESS,
@@ -99,6 +101,7 @@ class _FunctionScope:
 
     arguments: Mapping[str, Value]
     outer: Scope
+    variables: Mapping[str, object] = field(default_factory=dict)  # an identity for each argument
     allows_rates: bool = False
 
     def lookup(self, name: str, span: Span) -> Value | Namespace | None:
@@ -115,6 +118,21 @@ class _FunctionScope:
 
     def function_names(self) -> Collection[str]:
         return self.outer.function_names()
+
+    def variable(self, path: syntax.Expr, owner: Value | Namespace | None) -> Hashable | None:
+        if isinstance(path, syntax.Name) and path.name in self.arguments:
+            return self.variables[path.name]
+        return self.outer.variable(path, owner)
+
+    @contextmanager
+    def assuming(self, values: Mapping[Hashable, Value]) -> Iterator[Scope]:
+        own = {
+            name: values.get(self.variables[name], value) for name, value in self.arguments.items()
+        }
+        mine = set(self.variables.values())
+        others = {key: value for key, value in values.items() if key not in mine}
+        with self.outer.assuming(others) as outer:
+            yield _FunctionScope(own, outer, self.variables)
 
 
 @dataclass(frozen=True, slots=True)
@@ -343,6 +361,8 @@ class _Evaluator:
                 return self.rate(expr, depth)
             case "block":
                 return self.block(expr, depth)
+            case "jacobian":
+                return self.jacobian(expr, depth)
             case name if name in functions.BUILTINS:
                 arguments = [self.operand(argument, depth + 1) for argument in expr.arguments]
                 value = functions.call(self.dag, name, arguments, expr.span)
@@ -371,7 +391,8 @@ class _Evaluator:
         key = (id(function), arguments)
         if key not in self.calls:
             names = (formal.name for formal in function.formals)
-            inner = _FunctionScope(dict(zip(names, arguments, strict=True)), use.scope)
+            bound = dict(zip(names, arguments, strict=True))
+            inner = _FunctionScope(bound, use.scope, {name: object() for name in bound})
             active = (*self.active, function.name)
             body = _Evaluator(inner, self.dag, active, self.calls)
             self.calls[key] = body.value(function.body, depth + 1)
@@ -391,6 +412,20 @@ class _Evaluator:
             nodes.append(self.dag.symbol(Kind.RATE, symbol.index))
         units = tuple(unit and divide(unit, _SECOND) for unit in state.value.units)
         return Value(state.shape, tuple(nodes), units)
+
+    def jacobian(self, expr: syntax.Call, depth: int) -> Value:
+        """`jacobian(y, x)`, whose second argument names what to differentiate by."""
+        functions.require_count("jacobian", len(expr.arguments), expr.span)
+        of, by = expr.arguments
+
+        def evaluate_in(part: syntax.Expr, scope: Scope) -> Value:
+            return _Evaluator(scope, self.dag, self.active).value(part, depth + 2)
+
+        def variable(path: syntax.Expr) -> Hashable | None:
+            owner = self.path(path.base, depth + 2) if isinstance(path, syntax.Member) else None
+            return self.scope.variable(path, owner)
+
+        return Jacobian(self.dag, self.scope, evaluate_in, variable).of(of, by)
 
     def block(self, expr: syntax.Call, depth: int) -> Value:
         """`block([[A, B], [C, D]])`, whose argument is a matrix of matrices."""

@@ -294,6 +294,16 @@ BUILTINS: Mapping[str, Builtin] = {
         1,
         None,
     ),
+    "jacobian": Builtin(
+        "y, x",
+        "Partial derivatives of y by the states, signals or inputs x, all others held constant.",
+        "a scalar or vector of m, and a list of n quantities or one scalar -> an m x n matrix, or "
+        "the shape of y",
+        "any -> those of y over those of x",
+        2,
+        2,
+        None,
+    ),
     "der": Builtin(
         "x",
         "Time derivative of a declared state, in an equation.",

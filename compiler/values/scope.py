@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Hashable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -65,6 +66,18 @@ class Scope(Protocol):
 
     def function_names(self) -> Collection[str]:
         """The names of the user's functions, for suggestions."""
+        ...
+
+    def variable(self, path: syntax.Expr, owner: Value | Namespace | None) -> Hashable | None:
+        """The input, signal, output, let or argument that a path without index names.
+
+        `owner` is what the path names before its last dot. None for anything else: a state, whose
+        value is a symbol, a parameter, a bond's variable.
+        """
+        ...
+
+    def assuming(self, values: Mapping[Hashable, Value]) -> AbstractContextManager[Scope]:
+        """The scope in which variables have other values, and with them all that they define."""
         ...
 
     @property

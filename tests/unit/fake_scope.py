@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Hashable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import pytest
@@ -69,6 +70,15 @@ class FakeScope:
 
     def function_names(self) -> Collection[str]:
         return self.functions
+
+    def variable(self, path: syntax.Expr, owner: Value | Namespace | None) -> Hashable | None:
+        known = isinstance(path, syntax.Name) and isinstance(self.values.get(path.name), Value)
+        return path.name if known and path.name.startswith("signal") else None
+
+    @contextmanager
+    def assuming(self, values: Mapping[Hashable, Value]) -> Iterator[FakeScope]:
+        own = {name: values.get(name, value) for name, value in self.values.items()}
+        yield FakeScope(own, self.functions)
 
 
 class World:

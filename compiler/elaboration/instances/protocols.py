@@ -6,6 +6,8 @@ names. Each module depends on the few methods here instead of on the others' cla
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from typing import Protocol
 
 from bgc.diagnostics.source import Span
@@ -49,6 +51,9 @@ class Evaluates(Protocol):
 
     def value(self, quantity: Quantity, span: Span) -> Value:
         """The value of a quantity; BgError if it has none."""
+
+    def assuming(self, values: Mapping[Quantity, Value]) -> AbstractContextManager[None]:
+        """Evaluate with other values of quantities, and of all that they define."""
 
     def start(self, quantity: Quantity) -> Value:
         """The initial value of a state, or the initial guess of an unknown."""

@@ -6,7 +6,9 @@ depends on itself is reported.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from functools import partial, reduce
 
 from bgc.algebra.dag import Kind, Level
@@ -35,6 +37,24 @@ from bgc.resolution.modules import Declared
 from bgc.values.units import Dimension, parse_unit, si_symbol, suggest_conversion, suggest_unit
 from bgc.values.value import Shape, Value, describe_shape
 
+_FIXED = frozenset({"param", "const", "state", "unknown"})
+
+
+@dataclass(slots=True, eq=False)
+class _Assumed:
+    """The evaluation of a quantity under an assumption, as a demand."""
+
+    status: Status = Status.NEW
+
+
+@dataclass(slots=True, eq=False)
+class _Assumption:
+    """Values that are given instead of those defined, and those that follow from them."""
+
+    given: Mapping[Quantity, Value]
+    values: dict[Quantity, Value] = field(default_factory=dict)
+    demands: dict[Quantity, _Assumed] = field(default_factory=dict)
+
 
 class Quantities:
     """Evaluates quantities, and numbers the symbols of parameters, states and unknowns."""
@@ -50,6 +70,8 @@ class Quantities:
         self.definitions: dict[Quantity, list[tuple[syntax.Assign, Environment]]] = {}
         self._constants: dict[Declared[syntax.Value], Quantity] = {}
         self._provisional: dict[Quantity, Value] = {}
+        self._assumptions: dict[tuple[tuple[Quantity, tuple[int, ...]], ...], _Assumption] = {}
+        self._assumed: _Assumption | None = None
 
     # --- reading --------------------------------------------------------------------
 
@@ -83,6 +105,8 @@ class Quantities:
 
     def value(self, quantity: Quantity, span: Span) -> Value:
         """The value of a quantity, evaluated at the first call; BgError if it has none."""
+        if self._assumed is not None and quantity.kind not in _FIXED:
+            return self._under(self._assumed, quantity)
         if quantity.value is not None:
             return quantity.value
         if quantity in self._provisional:
@@ -99,10 +123,49 @@ class Quantities:
     def forget_provisional(self) -> None:
         """Discard values that contain placeholders for variables of bonds."""
         self._provisional.clear()
+        self._assumptions.clear()
+
+    @contextmanager
+    def assuming(self, values: Mapping[Quantity, Value]) -> Iterator[None]:
+        """Evaluate with other values of quantities, and of all that they define.
+
+        An assumption within another one adds to it. Values of parameters, constants, states and
+        unknowns do not depend on it.
+        """
+        outer = self._assumed
+        given = {**(outer.given if outer else {}), **values}
+        key = tuple((quantity, value.nodes) for quantity, value in given.items())
+        with self._assume(self._assumptions.setdefault(key, _Assumption(given)) if key else None):
+            yield
+
+    @contextmanager
+    def _assume(self, assumption: _Assumption | None) -> Iterator[None]:
+        outer, self._assumed = self._assumed, assumption
+        try:
+            yield
+        finally:
+            self._assumed = outer
+
+    def _under(self, assumption: _Assumption, quantity: Quantity) -> Value:
+        """The value of a quantity under an assumption."""
+        known = assumption.given.get(quantity) or assumption.values.get(quantity)
+        if known is not None:
+            return known
+        demand = assumption.demands.setdefault(quantity, _Assumed())
+        if demand.status is Status.OPEN:
+            raise BgError([names.defined_by_itself(quantity.declaration.name_span, [])])
+        return self.world.demands.meet(demand, partial(self._compute_under, assumption, quantity))
+
+    def _compute_under(self, assumption: _Assumption, quantity: Quantity) -> Value:
+        with self._assume(assumption):
+            value = assumption.values[quantity] = self._define(quantity)
+        assumption.demands[quantity].status = Status.DONE
+        return value
 
     def _compute(self, quantity: Quantity) -> Value:
         try:
-            value = self._define(quantity)
+            with self._assume(None):
+                value = self._define(quantity)
         except BgError as err:
             self.world.report.add(*err.diagnostics, note=note(quantity.env))
             raise already_reported() from err

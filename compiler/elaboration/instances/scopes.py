@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import ChainMap
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Hashable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import cast
 
@@ -87,6 +88,26 @@ class Names:
     def function_names(self) -> Collection[str]:
         """The names of the functions visible in the file."""
         return self.env.module.functions
+
+    def variable(self, path: syntax.Expr, owner: Value | Namespace | None) -> Hashable | None:
+        """The quantity that a path names, if it is an input, signal, output or let."""
+        found: object = None
+        match path:
+            case syntax.Name(name=name) if name not in self.extra:
+                found = find_member(self.env, name)
+            case syntax.Member(name=name) if isinstance(owner, InstanceView):
+                found = owner.instance.members.get(name)
+        return found if isinstance(found, Quantity) and found.kind in _VARIABLES else None
+
+    @contextmanager
+    def assuming(self, values: Mapping[Hashable, Value]) -> Iterator[Names]:
+        """The names while quantities have other values, and with them all that they define."""
+        assumed = {key: value for key, value in values.items() if isinstance(key, Quantity)}
+        with self.world.quantities.assuming(assumed):
+            yield self
+
+
+_VARIABLES = frozenset({"input", "let", "output", "signal"})
 
 
 def file_scope(world: Services, module: Module) -> Names:
