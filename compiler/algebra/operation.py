@@ -206,6 +206,10 @@ class Operation:
     c_formula
         The value as a C expression in `a` (and `b`), for a function that `math.h` lacks. A NaN
         operand must not become a plausible number.
+    c_header
+        The header of the runtime that defines `c`, for a function of several statements.
+    smooth
+        Whether it has a formula, with derivatives: not a hash, nor a table.
     lanes
         Where the function on vector registers comes from.
     lane_formula
@@ -238,6 +242,8 @@ class Operation:
     latex: str = ""
     c: str = ""
     c_formula: str = ""
+    c_header: str = ""
+    smooth: bool = True
     lanes: Lanes = Lanes.LOOP
     lane_formula: str = ""
 

@@ -26,6 +26,7 @@ from bgc.algebra.operation import (
     Parity,
     Watch,
 )
+from bgc.algebra.random import random
 
 _TWO_OVER_SQRT_PI = Fraction("1.128379167095512573896158903121545171688101258657997")
 _ONE_OVER_LN_10 = Fraction("0.4342944819032518276511289189166050822943970058036665")
@@ -674,6 +675,21 @@ class Op(IntEnum):
         lanes=Lanes.LIBMVEC_2_35,
         bounds=Bounds.FALLING,
         watch=Watch.SATURATING,
+    )
+
+    # --- random numbers -------------------------------------------------------------------------
+
+    RANDOM = Operation(
+        name="random",
+        doc="Random number in [0, 1), a function of a whole seed and a whole index; no units.",
+        arguments=("seed", "i"),
+        evaluate=random,
+        exact=lambda seed, i: None if math.isnan(x := random(seed, i)) else Fraction(x),
+        partials=_no_partials,
+        never_negative=True,
+        c="bgc_random",
+        c_header="bgc_random.h",
+        smooth=False,
     )
 
 

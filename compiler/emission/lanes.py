@@ -41,7 +41,10 @@ def _function_unit() -> Unit:
         for row in ROWS
         if row.c and row.lanes in _DEFINED_BY
     ]
-    return Unit("lane_functions", '#include "lanes/lane_functions.h"\n\n' + "".join(lines))
+    headers = dict.fromkeys(row.c_header for row in ROWS if row.c_header)
+    includes = ["lanes/lane_functions.h", *headers]
+    text = "".join(f'#include "{name}"\n' for name in includes)
+    return Unit("lane_functions", f"{text}\n{''.join(lines)}")
 
 
 def _declarations() -> dict[str, str]:

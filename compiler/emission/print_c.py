@@ -25,6 +25,7 @@ def function_text(number: str, name: str, arity: int, formula: str) -> str:
 HELPERS: dict[str, str] = {
     row.c: function_text("double", row.c, row.arity, row.c_formula) for row in ROWS if row.c_formula
 }
+HELPERS |= {row.c: f'#include "{row.c_header}"\n' for row in ROWS if row.c_header}
 
 _ARRAY = {Kind.PARAM: "p", Kind.INPUT: "u", Kind.STATE: "x", Kind.START: "s"}
 
@@ -144,7 +145,7 @@ class Printer:
         return self._b[held], self._c[held]
 
     def _function(self, row: Operation) -> str:
-        if row.c_formula:
+        if row.c in HELPERS:
             self.helpers.add(row.c)
         return row.c
 

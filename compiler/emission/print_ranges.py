@@ -5,7 +5,7 @@ from __future__ import annotations
 from bgc.algebra.dag import Op
 from bgc.algebra.operation import Bounds, Operation
 from bgc.algebra.operations import ROWS
-from bgc.emission.print_c import ATOM, Numbers, Printer
+from bgc.emission.print_c import ATOM, HELPERS, Numbers, Printer
 from bgc.ir.graph import Node
 
 _MUL, _SYMBOL = int(Op.MUL), int(Op.SYMBOL)
@@ -53,7 +53,7 @@ class RangePrinter(Printer):
         return f"bgc_range_{name}({', '.join(operands)})", ATOM
 
     def _function(self, row: Operation) -> str:
-        if row.c_formula:
+        if row.c in HELPERS:
             self.helpers.add(row.c)
         return row.c
 

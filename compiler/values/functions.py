@@ -8,16 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import partial
 from typing import TypeAlias
 
-from bgc.algebra.dag import Dag, Op
+from bgc.algebra.dag import Dag, Level, Op
 from bgc.algebra.operation import Operation
+from bgc.diagnostics.catalogue import data as data_messages
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.catalogue import values as catalogue
 from bgc.diagnostics.source import Span
 from bgc.values import vectors
 from bgc.values.arithmetic import Operand, failure, require_plain, require_scalar, unify
+from bgc.values.constants import constant_number
 from bgc.values.units import DIMENSIONLESS, Dimension, power
 from bgc.values.value import Value, describe_shape
 
@@ -128,6 +131,25 @@ def _of_several(op: Op, dag: Dag, name: str, arguments: Operands, span: Span) ->
     return Value(shape, tuple(nodes), tuple(_result_unit(op.row, unit) for unit in units))
 
 
+def _random(dag: Dag, name: str, arguments: Operands, span: Span) -> Value:
+    """A random number at an index; whole numbers that are known here are checked."""
+    for argument, what in zip(arguments, ("the seed", "the index"), strict=True):
+        node = require_scalar(argument, f"{what} of `{name}`")
+        require_plain(argument, f"{what} of `{name}`")
+        number = constant_number(dag, node)
+        if dag.level[node] > Level.PARAM or (number is not None and not _is_whole(number)):
+            found = "" if number is None else f"{float(number):.15g}"
+            raise failure(data_messages.random_of_what_varies(argument.span, what, found))
+    return _of_two(Op.RANDOM, dag, name, arguments, span)
+
+
+def _is_whole(number: Fraction | float) -> bool:
+    return number == int(number) and -_MOST_WHOLE < number < _MOST_WHOLE
+
+
+_MOST_WHOLE = 2**53  # whole numbers below it are exact doubles
+
+
 def _builtin_of(op: Op) -> Builtin:
     """The function that an operation is in the language."""
     row = op.row
@@ -159,6 +181,15 @@ def _describe_units(row: Operation) -> str:
 
 BUILTINS: Mapping[str, Builtin] = {
     **{op.row.name: _builtin_of(op) for op in Op if op.row.name},
+    "random": Builtin(
+        "seed, i",
+        Op.RANDOM.row.doc,
+        "scalars of constants and parameters -> a scalar",
+        "dimensionless -> dimensionless",
+        2,
+        2,
+        _random,
+    ),
     "dot": Builtin(
         "a, b",
         "Scalar product of two vectors.",

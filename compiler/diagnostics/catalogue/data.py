@@ -49,3 +49,29 @@ def jacobian_of_matrix(span: Span, found: str) -> Diagnostic:
         span,
         help="differentiate its rows or columns one by one",
     )
+
+
+# --- random numbers ---------------------------------------------------------------------
+
+
+def random_of_what_varies(span: Span, what: str, found: str) -> Diagnostic:
+    """BG477: a random number of something else than whole constants
+
+    What: the seed or the index of `random` changes during a run, or is not a whole number below
+    2^53.
+
+    Why: a random number is a function of its seed and its index, so that it is the same on every
+    machine and in every run. One that changed with the state would be a noise without an equation.
+
+    Example: `let phase = 2*pi*random(1, time);`
+
+    Way out: number the draws: `for i in 1..20 { let phase = 2*pi*random(seed, i); }`, with
+    `param seed = 1;`.
+    """
+    return error(
+        "BG477",
+        f"{what} of `random` must be a whole number"
+        + (f", not {found}" if found else " that is known before the run"),
+        span,
+        help="use a constant, a parameter or the variable of a `for`",
+    )
