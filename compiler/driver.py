@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any, Literal, TypeAlias, get_args
 
 from bgc.building.build import build_shared_object, lane_runtime_units
-from bgc.building.built import Built, RunFacts, run_facts
+from bgc.building.built import Built, RunFacts, run_facts, shown_names
 from bgc.building.cache import Cache, digest_of, open_cache
 from bgc.building.preview import previewed
 from bgc.building.recall import remember
@@ -201,6 +201,7 @@ def _stages(
         depends_on_time(sliced),
         passive_coefficients(graph),
         emitted.operations,
+        shown_names(equations),
     )
     cache = open_cache()
     built = build_model(emitted, facts, options, warnings, cache)

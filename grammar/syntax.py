@@ -335,10 +335,16 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class Observe:
-    """`observe tip.z as height, boom.f;`: one Observe for each value; alias None without `as`."""
+    """`observe tip.z as height in mm, boom.f;`: one Observe for each value.
+
+    `alias` is None without `as`, `unit` without `in`; `unit_span` is the unit's place, or the
+    statement's.
+    """
 
     value: Expr
     alias: str | None
+    unit: str | None
+    unit_span: Span
     span: Span
 
 

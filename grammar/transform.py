@@ -334,10 +334,20 @@ class _Transform(ExpressionTransform):
 
     def _observed(self, tree: ParseTree) -> syntax.Observe:
         children: list[Any] = tree.children
-        value, _, alias = children
+        if tree.data == "observed_in":
+            value, _, unit, _, alias = children
+        else:
+            value, _, alias, _, unit = children
         if alias is not None:
             self._refuse_scene_word(alias)
-        return syntax.Observe(self.expression(value), _optional_text(alias), self.span(tree))
+        span = self.span(tree)
+        return syntax.Observe(
+            self.expression(value),
+            _optional_text(alias),
+            _optional_text(unit),
+            span if unit is None else self.token_span(unit),
+            span,
+        )
 
     def _refuse_scene_word(self, name: Token) -> None:
         if str(name) in SCENE_WORDS:

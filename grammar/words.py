@@ -367,13 +367,14 @@ _SCENE = (
         "observe",
         "Makes a value a column of the result.",
         ("scene",),
-        "outputs are `observe value as name, other;`",
+        "outputs are `observe value as name in unit, other;`",
         (
             "Only what the scene observes, drives or requires is compiled. A vector becomes a "
-            "column for each component. An expression needs a name, by `as`. Energy accounts are "
+            "column for each component. An expression needs a name, by `as`. A column in a unit "
+            "other than that of SI, by `in`, has the unit in its name. Energy accounts are "
             "`energy.stored`, `energy.supplied`, `energy.dissipated` and `energy.residual`.",
         ),
-        "observe capacitor.e as voltage, loop.f, energy.residual;",
+        "observe capacitor.e as voltage, loop.f in mA, energy.residual;",
         ("as", "energy", "plot", "keep"),
         Reserved.IN_SCENES,
     ),

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
+from bgc.values.shown import ShownRow
 
 if TYPE_CHECKING:  # a warm start does not import the compiler's own modules
-    from bgc.ir.graph import Requirement, SceneFacts
+    from bgc.ir.graph import Observation, Parameter, Requirement, SceneFacts
+    from bgc.ir.program import Program, ProgramState
 
 ENERGY_ACCOUNTS = ("stored", "supplied", "dissipated", "residual")  # as rows of C have them
 
@@ -36,6 +38,8 @@ class RunFacts:
     of the emitted C without comments. `timed` is true where rates or observed powers depend
     explicitly on time. `passive` lists the parameters that a run should not make negative, each
     with its meaning and its element. `operations` counts those of each C function of the model.
+    `shown_outputs`, `shown_states` and `shown_parameters` list those that tables and plots show in
+    a unit other than their SI unit: a name, the unit and its factor.
     """
 
     scene: str
@@ -55,6 +59,9 @@ class RunFacts:
     timed: bool = True
     passive: tuple[tuple[str, str, str], ...] = ()
     operations: tuple[tuple[str, int], ...] = ()
+    shown_outputs: tuple[ShownRow, ...] = ()
+    shown_states: tuple[ShownRow, ...] = ()
+    shown_parameters: tuple[ShownRow, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +98,27 @@ class Built:
     places: Places = Places()
 
 
+@dataclass(frozen=True, slots=True)
+class ShownNames:
+    """The outputs, states and parameters that are not shown in their SI unit."""
+
+    outputs: tuple[ShownRow, ...] = ()
+    states: tuple[ShownRow, ...] = ()
+    parameters: tuple[ShownRow, ...] = ()
+
+
+def shown_names(program: Program) -> ShownNames:
+    """The units as written of a program's outputs, states and parameters."""
+    lists = (program.observations, program.states, program.parameters)
+    return ShownNames(*(tuple(_shown_rows(named)) for named in lists))
+
+
+def _shown_rows(named: Iterable[Observation | ProgramState | Parameter]) -> Iterator[ShownRow]:
+    for each in named:
+        if each.shown is not None:
+            yield each.name, each.shown.unit, each.shown.factor
+
+
 def run_facts(
     scene: SceneFacts,
     folded: tuple[tuple[str, float], ...] = (),
@@ -99,6 +127,7 @@ def run_facts(
     timed: bool = True,
     passive: tuple[tuple[str, str, str], ...] = (),
     operations: tuple[tuple[str, int], ...] = (),
+    shown: ShownNames = ShownNames(),
 ) -> RunFacts:
     """Collect the run settings of a scene, with the folded parameters and the requirements."""
     solver = scene.solver
@@ -120,4 +149,7 @@ def run_facts(
         timed=timed,
         passive=passive,
         operations=operations,
+        shown_outputs=shown.outputs,
+        shown_states=shown.states,
+        shown_parameters=shown.parameters,
     )

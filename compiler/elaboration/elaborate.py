@@ -32,7 +32,6 @@ from bgc.elaboration.laws.statements import (
     evaluate_parameters,
     evaluate_values,
     read_statements,
-    unit_symbol,
 )
 from bgc.elaboration.laws.units import infer_units
 from bgc.elaboration.scenes.devices import read_devices
@@ -44,7 +43,7 @@ from bgc.elaboration.scenes.run_facts import read_facts, read_kept, read_require
 from bgc.elaboration.scenes.scene import Scene, choose_scene
 from bgc.ir.graph import Bond, FlatGraph, Observation, Requirement
 from bgc.resolution.modules import Package
-from bgc.values.units import Dimension, si_symbol
+from bgc.values.units import shown_of, si_text
 
 
 def elaborate(
@@ -204,20 +203,11 @@ def _bonds(scalars: Scalars, units: BondUnits) -> Iterator[Bond]:
             bond.name,
             bond.component,
             bond.width,
-            _symbol(units, "effort", index),
-            _symbol(units, "flow", index),
+            si_text(units.dimension("effort", index)),
+            si_text(units.dimension("flow", index)),
             units.is_power(index),
             bond.span,
         )
-
-
-def _symbol(units: BondUnits, variable: str, bond: int) -> str:
-    return units.symbol(variable, bond) or _si_text(units.dimension(variable, bond))
-
-
-def _si_text(dimension: Dimension | None) -> str:
-    """The SI unit of a dimension; empty when the dimension is unknown."""
-    return si_symbol(dimension) if dimension is not None else ""
 
 
 def _observe_all(world: World, bonds: BondValues, wiring: Wiring, root: Instance) -> Observed:
@@ -229,8 +219,11 @@ def _observe_all(world: World, bonds: BondValues, wiring: Wiring, root: Instance
                 value = bonds.storage(element, name)
                 for k, index in enumerate(indices(value.shape)):
                     label = component_name(f"{element.path}.{name}", index)
-                    unit = _si_text(value.units[k])
-                    found.append(Observation(label, unit, value.nodes[k], element.span))
+                    unit = value.units[k]
+                    shown = shown_of(unit)
+                    found.append(
+                        Observation(label, si_text(unit), value.nodes[k], element.span, shown)
+                    )
     outputs = [m for m in root.members.values() if isinstance(m, Quantity) and m.kind == "output"]
     for quantity in (*world.quantities.states, *outputs):
         if quantity.value is None:
@@ -238,9 +231,8 @@ def _observe_all(world: World, bonds: BondValues, wiring: Wiring, root: Instance
         components = zip(indices(quantity.value.shape), quantity.value.components, strict=True)
         for index, component in components:
             label = component_name(quantity.path, index)
-            unit = unit_symbol(quantity, component.unit)
-            span = quantity.declaration.name_span
-            found.append(Observation(label, unit, component.node, span))
+            unit, span = component.unit, quantity.declaration.name_span
+            found.append(Observation(label, si_text(unit), component.node, span, shown_of(unit)))
     return Observed(tuple(found), (), tuple(o.name for o in found))
 
 
@@ -250,7 +242,7 @@ def _with_required(
     """The observations, followed by required quantities that are not among them."""
     shown = {o.name: o for o in observations}
     for r in requirements:
-        shown.setdefault(r.name, Observation(r.name, r.unit, r.node, r.span))
+        shown.setdefault(r.name, Observation(r.name, r.unit, r.node, r.span, r.shown))
     return tuple(shown.values())
 
 

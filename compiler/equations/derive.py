@@ -188,14 +188,27 @@ def _declared_states(
         projection = None if state.projection is None else resolver.resolve(state.projection)
         initial = resolver.resolve(state.initial)
         states.append(
-            ProgramState(state.name, state.unit, "declared", initial, derivative, projection, one)
+            ProgramState(
+                state.name,
+                state.unit,
+                "declared",
+                initial,
+                derivative,
+                projection,
+                one,
+                shown=state.shown,
+            )
         )
     first += len(graph.states)
     for unknown in graph.unknowns:
         right, entries = rows[first + unknown.index]
         kind = "declared" if entries else "algebraic"
         initial = resolver.resolve(unknown.start)
-        states.append(ProgramState(unknown.name, unknown.unit, kind, initial, right, None, one))
+        states.append(
+            ProgramState(
+                unknown.name, unknown.unit, kind, initial, right, None, one, shown=unknown.shown
+            )
+        )
     return states
 
 

@@ -24,6 +24,7 @@ from bgc.algebra.nodes import Node as Node
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
 from bgc.language.elements import Form as Form
+from bgc.values.shown import Shown
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,7 +240,8 @@ class Parameter:
     `value` is its default, a node in constants and other parameters; it is recomputed when those
     change, unless the parameter itself is set. `low` and `high` are its bounds, None without one.
     `is_own` marks parameters of the scene's own model rather than its parts, `is_set` those that
-    the scene or the command line sets.
+    the scene or the command line sets. `shown` is the unit in which tables show it, None for
+    `unit`.
     """
 
     index: int
@@ -251,11 +253,15 @@ class Parameter:
     span: Span
     is_own: bool = True
     is_set: bool = False
+    shown: Shown | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """A component of a declared state; `derivative` is None where equations determine it."""
+    """A component of a declared state; `derivative` is None where equations determine it.
+
+    `shown` is the unit in which tables show it, None for `unit`.
+    """
 
     index: int
     name: str
@@ -265,6 +271,7 @@ class State:
     projection: Node | None  # the value to which each completed step projects it
     span: Span
     free: tuple[Node, ...] = ()  # the parameters that give `initial`, where nothing sets any
+    shown: Shown | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,13 +289,17 @@ class Condition:
 
 @dataclass(frozen=True, slots=True)
 class Unknown:
-    """A component of a declared unknown; `start` is the initial guess of its solution."""
+    """A component of a declared unknown; `start` is the initial guess of its solution.
+
+    `shown` is the unit in which tables show it, None for `unit`.
+    """
 
     index: int
     name: str
     unit: str
     start: Node
     span: Span
+    shown: Shown | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -310,12 +321,17 @@ class Guard:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """A scalar output in SI units, named as in the header of the result (`tip[1]`)."""
+    """A scalar output, named as in the header of the result (`tip[1]`).
+
+    Its value is in `unit`, an SI unit unless the scene says `observe x in deg`. `shown` is the
+    unit in which tables and plots show it, None for `unit`.
+    """
 
     name: str
     unit: str
     node: Node
     span: Span
+    shown: Shown | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -330,6 +346,7 @@ class Requirement:
     node: Node
     tolerance: float
     span: Span
+    shown: Shown | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,7 @@ from bgc.ir.graph import (
     Requirement,
     SceneFacts,
 )
+from bgc.values.shown import Shown
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +32,7 @@ class ProgramState:
     tolerance is multiplied (the momentum of the smallest certain inertia at 1 m/s, a displacement
     of 1 unit, ...). The row of an `algebraic` state in the mass matrix is zero. `stores` names the
     elements whose momenta or displacements it holds: one, several for a merged state, else none.
+    `shown` is the unit in which tables show it, None for `unit`.
     """
 
     name: str
@@ -41,6 +43,7 @@ class ProgramState:
     projection: Node | None
     scale: Node
     stores: tuple[str, ...] = ()
+    shown: Shown | None = None
 
 
 @dataclass(frozen=True, slots=True)

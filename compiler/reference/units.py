@@ -66,7 +66,8 @@ def _prefixes() -> tuple[Block, ...]:
             "A unit stands one blank behind a number and holds none itself: `8 t`, `2 kg*m/s`, "
             "`10 s^-1`, `9.81 m/s^2`. Products and quotients group from the left: `J/kg*K` is "
             "J*K/kg. After a colon it declares the unit of a value: `param mass : kg = 8 t;`. A "
-            "number without a unit is in SI units and fits any. Results are in SI units."
+            "number without a unit is in SI units and fits any. Files and arrays are in SI units; "
+            "tables and plots show values in the units in which they were written."
         ),
     )
 

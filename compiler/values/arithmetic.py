@@ -17,7 +17,15 @@ from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.catalogue import values as catalogue
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.source import Span
-from bgc.values.units import DIMENSIONLESS, Dimension, describe_dimension, divide, power
+from bgc.values.units import (
+    DIMENSIONLESS,
+    Dimension,
+    describe_dimension,
+    divide,
+    power,
+    preferred,
+    written_text,
+)
 from bgc.values.units import multiply as multiply_dimensions
 from bgc.values.value import Shape, Value, describe_shape
 
@@ -89,7 +97,7 @@ def unify(operands: Sequence[Operand], operator: str) -> tuple[Shape, tuple[Dime
             if unit is not None and units[place] not in (unit, None):
                 known = next(x for x in operands if x.value.units[place] == units[place])
                 raise _different_kinds(known, operand, operator, place)
-            units[place] = units[place] if unit is None else unit
+            units[place] = preferred(units[place], unit)
     return shape, tuple(units)
 
 
@@ -175,7 +183,12 @@ def select(dag: Dag, condition: int, yes: Operand, no: Operand) -> Value:
 
 def product_unit(left: Dimension | None, right: Dimension | None) -> Dimension | None:
     """The unit of a product; unknown if that of a factor is."""
-    return None if left is None or right is None else multiply_dimensions(left, right)
+    if left is None or right is None:
+        return None
+    for factor, other in ((left, right), (right, left)):
+        if factor == DIMENSIONLESS and written_text(factor) in ("", "1"):
+            return other  # with its words
+    return multiply_dimensions(left, right)
 
 
 def multiply(dag: Dag, left: Operand, right: Operand) -> Value:

@@ -35,18 +35,18 @@ from bgc.values.jacobians import Jacobian
 from bgc.values.scope import FunctionUse, Namespace, Scope
 from bgc.values.units import (
     DIMENSIONLESS,
-    divide,
+    Written,
     parse_unit,
     spaced_product,
     suggest_conversion,
     suggest_unit,
+    times_seconds,
 )
 from bgc.values.value import Value, describe_shape
 
 __all__ = ["FunctionUse", "Namespace", "Scope", "evaluate", "evaluate_condition"]
 __all__ += ["evaluate_constant", "evaluate_whole", "resolve_path"]
 
-_SECOND = (0, 0, 1, 0, 0, 0, 0)
 _FAR = 10**9  # larger indices are out of range anyway
 _MAX_CALLS = 64  # depth of nested calls of the user's functions
 _MAX_NESTING = 150  # of operations within operations, through the functions that are called
@@ -216,7 +216,7 @@ class _Evaluator:
             )
         si = expr.value * unit.factor
         check_literal(si, expr.span)
-        return Value.scalar(self.dag.const(si), unit.dimension)
+        return Value.scalar(self.dag.const(si), Written(unit.dimension, expr.unit))
 
     def name(self, expr: syntax.Name) -> Value | Namespace:
         """Look a name up. `time` is in seconds but fits any unit, as in `sin(time)`."""
@@ -410,7 +410,7 @@ class _Evaluator:
             if symbol is None or symbol.kind is not Kind.STATE:
                 raise failure(catalogue.derivative_of_expression(state.span))
             nodes.append(self.dag.symbol(Kind.RATE, symbol.index))
-        units = tuple(unit and divide(unit, _SECOND) for unit in state.value.units)
+        units = tuple(unit and times_seconds(unit, -1) for unit in state.value.units)
         return Value(state.shape, tuple(nodes), units)
 
     def jacobian(self, expr: syntax.Call, depth: int) -> Value:

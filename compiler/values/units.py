@@ -1,7 +1,9 @@
 """Units as written after a number or a colon: exact factors to SI, and dimensions.
 
 pint is not used, since its import takes about 0.24 s, most of the time of a warm run, and since a
-unit has exactly one spelling here. A test compares every unit with pint.
+unit has one spelling here. A test compares every unit with pint.
+
+Two units have a second spelling, which standards allow: `L` and `l`, `knot` and `kn`.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from functools import lru_cache
 from typing import TypeAlias
 
 from bgc.algebra.angles import PI
+from bgc.values.shown import Shown
 
 Exponent: TypeAlias = int | Fraction
 Dimension: TypeAlias = tuple[Exponent, ...]
@@ -21,6 +24,48 @@ Dimension: TypeAlias = tuple[Exponent, ...]
 
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd")
 DIMENSIONLESS: Dimension = (0,) * len(BASE_UNITS)
+
+
+class Written(tuple[Exponent, ...]):
+    """A dimension that remembers the unit in which it was written, `text`.
+
+    It equals the plain dimension, and units are compared without it. A value keeps it through
+    names, signs, sums and functions whose result has the unit of their argument; products and
+    powers have a plain dimension.
+    """
+
+    text: str
+
+    def __new__(cls, dimension: Dimension, text: str) -> Written:
+        """Attach a unit to its dimension."""
+        made = super().__new__(cls, dimension)
+        made.text = text
+        return made
+
+
+def written_text(dimension: Dimension | None) -> str:
+    """The unit in which a dimension was written; empty where that is unknown."""
+    return dimension.text if isinstance(dimension, Written) else ""
+
+
+def times_seconds(dimension: Dimension, exponent: int) -> Dimension:
+    """The dimension of a rate (-1) or of an integral over time (1), in the same words.
+
+    `rad` becomes `rad/s`, `kN*m` becomes `N*m*s`.
+    """
+    plain = multiply(dimension, power((0, 0, 1, 0, 0, 0, 0), exponent))
+    unit = parse_unit(written_text(dimension))
+    if unit is None:
+        return plain
+    spelled = parse_unit(f"{unit.symbol}*s" if exponent > 0 else f"{unit.symbol}/s")
+    return plain if spelled is None else Written(plain, spelled.symbol)
+
+
+def preferred(one: Dimension | None, two: Dimension | None) -> Dimension | None:
+    """Of two equal dimensions, or one that is unknown, the one that says most."""
+    if one is None or (isinstance(two, Written) and not isinstance(one, Written)):
+        return one if two is None else two
+    return one
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +158,7 @@ _WITH_PREFIX: Mapping[str, _Word] = _words(
     ("Pa", 1, (1, -1, -2, 0, 0, 0, 0), "Pa"),
     ("bar", 100_000, (1, -1, -2, 0, 0, 0, 0), "Pa"),
     ("J", 1, (1, 2, -2, 0, 0, 0, 0), "J"),
+    ("Wh", 3600, (1, 2, -2, 0, 0, 0, 0), "J"),
     ("W", 1, (1, 2, -3, 0, 0, 0, 0), "W"),
     ("C", 1, (0, 0, 1, 1, 0, 0, 0), "C"),
     ("V", 1, (1, 2, -3, -1, 0, 0, 0), "V"),
@@ -123,6 +169,7 @@ _WITH_PREFIX: Mapping[str, _Word] = _words(
     ("T", 1, (1, 0, -2, -1, 0, 0, 0), "T"),
     ("H", 1, (1, 2, -2, -2, 0, 0, 0), "H"),
     ("L", Fraction(1, 1000), (0, 3, 0, 0, 0, 0, 0), "m3"),
+    ("l", Fraction(1, 1000), (0, 3, 0, 0, 0, 0, 0), "m3"),
 )
 
 _WITHOUT_PREFIX: Mapping[str, _Word] = _words(
@@ -134,6 +181,7 @@ _WITHOUT_PREFIX: Mapping[str, _Word] = _words(
     ("rev", 2 * PI, DIMENSIONLESS, "rad"),
     ("rpm", PI / 30, (0, 0, -1, 0, 0, 0, 0), "rad s-1"),
     ("knot", Fraction(1852, 3600), (0, 1, -1, 0, 0, 0, 0), "m s-1"),
+    ("kn", Fraction(1852, 3600), (0, 1, -1, 0, 0, 0, 0), "m s-1"),
     ("nmi", 1852, (0, 1, 0, 0, 0, 0, 0), "m"),
 )
 
@@ -268,9 +316,27 @@ _NAMED = {
 
 
 def si_symbol(dimension: Dimension) -> str:
-    """The SI unit of a dimension for tables: `N`, `m/s`, `kg*m/s^3`, or `1`."""
+    """The SI unit of a dimension for tables: `N`, `m/s`, `kg*m/s^3`, or `1`.
+
+    It is in the words of the unit as written: `N*m`, not `J`, of a dimension written as `kN*m`.
+    """
+    unit = parse_unit(written_text(dimension))
+    if unit is not None:
+        return unit.symbol
     named = _NAMED.get(dimension)
     return named[0] if named else _spell(zip(BASE_UNITS, dimension, strict=True))
+
+
+def si_text(dimension: Dimension | None) -> str:
+    """The SI unit of a dimension; empty where the dimension is unknown."""
+    return si_symbol(dimension) if dimension is not None else ""
+
+
+def shown_of(dimension: Dimension | None) -> Shown | None:
+    """The unit as written, in which a value is shown; None where that is the SI unit."""
+    text = written_text(dimension)
+    unit = parse_unit(text)
+    return None if unit is None or unit.factor == 1 else Shown(text, float(unit.factor))
 
 
 def describe_dimension(dimension: Dimension) -> str:
@@ -295,10 +361,11 @@ _MEANT: Mapping[str, str] = {
     "pascal": "Pa", "volt": "V", "ampere": "A", "amp": "A", "ohms": "ohm", "kiloohm": "kohm",
     "farad": "F", "henry": "H", "coulomb": "C", "kelvin": "K", "celsius": "K", "degc": "K",
     "hertz": "Hz", "radian": "rad", "degree": "deg", "revolution": "rev", "turn": "rev",
-    "rps": "rev/s", "liter": "L", "litre": "L", "l": "L", "knots": "knot", "kn": "kN", "kt": "knot",
-    "kts": "knot", "nm": "N*m", "knm": "kN*m", "mnm": "MN*m", "ns": "N*s",
+    "rps": "rev/s", "liter": "L", "litre": "L", "knots": "knot", "kt": "knot",
+    "kts": "knot", "nm": "N*m", "kn": "kN", "knm": "kN*m", "mnm": "MN*m", "ns": "N*s",
     "tesla": "T", "weber": "Wb", "siemens": "S", "mho": "S", "kmh": "km/h", "kph": "km/h",
-    "mps": "m/s", "rads": "rad/s", "cc": "cm^3",
+    "mps": "m/s", "rads": "rad/s", "cc": "cm^3", "lpm": "L/min", "cst": "mm^2/s", "cp": "mPa*s",
+    "kwh": "kWh", "mwh": "MWh", "nmile": "nmi",
 }  # fmt: skip
 
 _CONVERTED: Mapping[str, str] = {  # unsupported units, with the factor to a supported one
@@ -312,6 +379,15 @@ _CONVERTED: Mapping[str, str] = {  # unsupported units, with the factor to a sup
     "kgf": "multiply by 9.80665 and write `N`",
     "psi": "multiply by 6.8947573 and write `kPa`",
     "hp": "multiply by 745.69987 and write `W`",
+    "ksi": "multiply by 6.8947573 and write `MPa`",
+    "gpm": "multiply by 3.785411784 and write `L/min`",
+    "gal": "multiply by 3.785411784 and write `L`",
+    "atm": "multiply by 101.325 and write `kPa`",
+    "mmhg": "multiply by 133.32239 and write `Pa`",
+    "mph": "multiply by 0.44704 and write `m/s`",
+    "mile": "multiply by 1609.344 and write `m`",
+    "tonf": "multiply by 9.80665 and write `kN`",
+    "db": "write the ratio itself, `10^(level/20)` for a level in dB",
 }
 _OFFSET: Mapping[str, str] = {
     "c": "add 273.15 and write `K`",

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bgc.runtime.results.arrays import Array, Complex
+from bgc.values.shown import Shown
 
 _ROUNDING = 1e-14
 _WELL_CONDITIONED = 1e12
@@ -64,7 +65,9 @@ class Linearisation:
     units
         SI units by those names.
     point, time
-        The operating point: values of the states, (n,), and the time, s.
+        The operating point: values of the states, (n,), SI, and the time, s.
+    shown
+        The units as written of the states that are not shown in their SI unit.
     """
 
     A: Array
@@ -78,6 +81,11 @@ class Linearisation:
     units: dict[str, str]
     point: Array
     time: float
+    shown: Mapping[str, Shown] = field(default_factory=dict)
+
+    def shown_in(self, name: str) -> Shown:
+        """The unit in which a state is shown: as written, else its SI unit."""
+        return self.shown.get(name) or Shown(self.units[name])
 
     @property
     def is_explicit(self) -> bool:

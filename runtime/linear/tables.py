@@ -74,7 +74,7 @@ def _mode_row(mode: Mode, zero: float) -> tuple[str, ...]:
 
 def _point_table(linear: Linearisation, full: bool) -> Table:
     rows = [
-        (name, _short(value), linear.units[name])
+        (name, _short(linear.shown_in(name).number(value)), linear.shown_in(name).unit)
         for name, value in zip(linear.states, linear.point.tolist(), strict=True)
     ]
     title = f"operating point, at {linear.time:g} s"

@@ -145,6 +145,7 @@ class OpenedModel:
             units={x.name: x.unit for x in named},
             point=point.state[left],
             time=point.time,
+            shown={s.name: s.shown for s in states if s.shown is not None},
         )  # fmt: skip
 
     def _values(self, point: OperatingPoint) -> dict[Symbol, float]:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from bgc.language.columns import vector_of
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded import Variable
+from bgc.values.shown import Shown
 
 _SMALLEST_RANGE = 1e-6  # of the largest quantity of its unit
-_COMPONENT = re.compile(r"\[[^\]]*\]$")
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +20,8 @@ class Quantity:
     """A quantity whose error is measured.
 
     Errors are divided by `scale`: the required accuracy where `required`, else the range of the
-    quantity. Only quantities with `decides` count in the combined error.
+    quantity. Only quantities with `decides` count in the combined error. `written` is the unit in
+    which tables show it, None for `unit`.
     """
 
     name: str
@@ -28,6 +29,12 @@ class Quantity:
     scale: float
     required: bool
     decides: bool
+    written: Shown | None = None
+
+    @property
+    def shown(self) -> Shown:
+        """The unit in which its values and errors are shown."""
+        return self.written or Shown(self.unit)
 
 
 def quantities_of(
@@ -58,14 +65,10 @@ def quantities_of(
             requirements.get(v.name, scale),
             required=v.name in requirements,
             decides=not requirements or v.name in requirements,
+            written=v.written,
         )
         for v, scale in zip(variables, scales, strict=True)
     )
-
-
-def vector_of(name: str) -> str:
-    """Return the name of the vector that a component belongs to; empty for a scalar."""
-    return name[: found.start()] if (found := _COMPONENT.search(name)) else ""
 
 
 def largest_errors(rows: Array, reference: Array) -> tuple[float, ...]:

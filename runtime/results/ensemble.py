@@ -17,6 +17,7 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_arrays, written_whole
 from bgc.runtime.results.result import UnknownColumn
+from bgc.values.shown import Shown
 
 DONE, FAILED, INTERRUPTED = "done", "failed", "interrupted"
 
@@ -37,7 +38,7 @@ class Ensemble:
     values
         (n, rows, outputs); NaN in the rows that a run did not reach.
     names, units
-        Outputs in the scene's order, and their SI units.
+        Outputs in the scene's order, and the units of their values.
     parameters
         The varied parameters by name, SI, (n,) each.
     status
@@ -52,6 +53,8 @@ class Ensemble:
         Warnings about the method of the runs.
     recalled
         The number of instances whose rows an earlier, interrupted call computed.
+    shown
+        The units as written, in which tables show outputs, as in `Result.shown`.
     """
 
     scene: str
@@ -67,6 +70,7 @@ class Ensemble:
     alone: str = ""
     warnings: tuple[Diagnostic, ...] = ()
     recalled: int = 0
+    shown: Mapping[str, Shown] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.values)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import cycle
 from pathlib import Path
 from typing import Any, Protocol
@@ -18,8 +18,10 @@ from bgc.building.built import Panel
 from bgc.diagnostics.catalogue.arguments import bad_panel
 from bgc.diagnostics.catalogue.machine import nothing_to_draw, unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.columns import name_in_si
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import written_whole
+from bgc.values.shown import Shown
 
 KINDS = (".png", ".svg", ".pdf")
 
@@ -59,9 +61,11 @@ class Columns(Protocol):
     def time(self) -> Array:
         """Times of the rows, s, (n,)."""
 
-    @property
-    def units(self) -> Mapping[str, str]:
-        """SI units by column."""
+    def shown_in(self, name: str) -> Shown:
+        """The unit in which a column is shown."""
+
+    def in_words(self, name: str) -> Array:
+        """A column in the unit in which it is shown."""
 
     @property
     def panels(self) -> Sequence[Panel]:
@@ -131,7 +135,7 @@ def write_figure(figure: Figure, path: str | Path) -> None:
 def _panels_by_unit(result: Columns, columns: Sequence[str]) -> list[Panel]:
     by_unit: dict[str, list[str]] = {}
     for column in columns:
-        by_unit.setdefault(result.units.get(column, ""), []).append(column)
+        by_unit.setdefault(result.shown_in(column).unit, []).append(column)
     return [Panel(tuple(names)) for names in by_unit.values()]
 
 
@@ -159,13 +163,13 @@ def _draw(result: Columns, panels: Sequence[Panel]) -> Figure:
 
 def _draw_panel(result: Columns, panel: Panel, axes: Any) -> None:
     """Draw one panel, with a right-hand scale for columns that do not fit the left one."""
-    across = result[panel.across]
+    across = result.in_words(panel.across)
     left, right = _sides(result, panel)
     other: Any = axes.twinx() if right else None
     lines = []
     for column, colour in zip(panel.columns, cycle(COLOURS), strict=False):
         side = other if column in right else axes
-        lines += side.plot(across, result[column], label=column, color=colour)
+        lines += side.plot(across, result.in_words(column), label=column, color=colour)
     axes.set_ylabel(_axis_label(left, result, _shorten_numbers(axes.yaxis)))
     if other is not None:
         other.grid(False)
@@ -195,12 +199,12 @@ def _sides(result: Columns, panel: Panel) -> tuple[list[str], list[str]]:
     Columns of a second unit go to the right. Of two columns in one unit, the second goes to the
     right if its range is far smaller or larger than that of the first.
     """
-    units = list(dict.fromkeys(result.units[column] for column in panel.columns))
+    units = list(dict.fromkeys(result.shown_in(column).unit for column in panel.columns))
     if len(units) == 2:
-        left = [column for column in panel.columns if result.units[column] == units[0]]
+        left = [c for c in panel.columns if result.shown_in(c).unit == units[0]]
         return left, [column for column in panel.columns if column not in left]
     if len(panel.columns) == 2:
-        first, second = (float(np.ptp(result[column])) for column in panel.columns)
+        first, second = (float(np.ptp(result.in_words(c))) for c in panel.columns)
         if min(first, second) * _UNLIKE_RANGES < max(first, second) and min(first, second) > 0:
             return [panel.columns[0]], [panel.columns[1]]
     return list(panel.columns), []
@@ -224,12 +228,12 @@ def _shorten_numbers(axis: Any) -> str:
 def _axis_label(columns: Sequence[str], result: Columns, factor: str) -> str:
     if len(columns) == 1:
         return _label(columns[0], result, factor)
-    return _bracketed(factor + result.units[columns[0]])
+    return _bracketed(factor + result.shown_in(columns[0]).unit)
 
 
 def _label(name: str, result: Columns, factor: str) -> str:
-    unit = "s" if name == "time" else result.units[name]
-    return f"{name} {_bracketed(factor + unit)}".strip()
+    unit = result.shown_in(name).unit
+    return f"{name_in_si(name)} {_bracketed(factor + unit)}".strip()
 
 
 def _bracketed(unit: str) -> str:

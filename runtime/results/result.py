@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,14 +16,14 @@ from bgc.diagnostics.catalogue.accuracy import out_of_balance, value_not_finite
 from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.language.columns import column_of
+from bgc.language.columns import column_of, component_of
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_arrays, written_whole
+from bgc.values.shown import Shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_COMPONENT = re.compile(r"(.*)\[(\d+)\]")
 _ROWS_AT_ONCE = 4096
 _UNBALANCED = 0.005  # of the energy exchanged: beyond rounding and the usual tolerances
 
@@ -48,7 +47,8 @@ class Result(Mapping[str, Array]):
     """Rows of a run, as columns by name; SI values.
 
     `result["tip.z"]` is a column, (n,); `result["tip"]` the columns `tip[1]`, `tip[2]`, ..
-    side by side, (n, 3); `result["time"]` is `result.time`.
+    side by side, (n, 3); `result["time"]` is `result.time`. A column that the scene observes in a
+    unit has it in its name, `result["angle [deg]"]`, and its values are in that unit.
 
     Attributes
     ----------
@@ -57,7 +57,10 @@ class Result(Mapping[str, Array]):
     time
         Times of the rows, s, (n,).
     columns, units
-        Observed columns by name, in the scene's order, and their SI units.
+        Observed columns by name, in the scene's order, and the units of their values.
+    shown
+        The units as written, in which plots and tables show columns: `Shown("bar", 1e5)` where the
+        column itself is in Pa. `result.in_words("pressure")` are the numbers in that unit.
     counts
         Steps, evaluations and seconds of the run.
     status, message
@@ -87,6 +90,18 @@ class Result(Mapping[str, Array]):
     accounts: Mapping[str, str] = field(default_factory=dict)
     notices: tuple[Diagnostic, ...] = ()
     faster: str = ""
+    shown: Mapping[str, Shown] = field(default_factory=dict)
+
+    def shown_in(self, name: str) -> Shown:
+        """The unit in which a column is shown: as written, else that of its values."""
+        if name == "time":
+            return Shown("s")
+        return self.shown.get(name) or Shown(self.units.get(name, ""))
+
+    def in_words(self, name: str) -> Array:
+        """A column, or the columns of a vector, in the units as written."""
+        columns = [self[column] / self.shown_in(column).factor for column in self.expand([name])]
+        return columns[0] if len(columns) == 1 else np.column_stack(columns)
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
@@ -149,13 +164,16 @@ class Result(Mapping[str, Array]):
 
     def _components(self, name: object) -> list[str]:
         """Find the columns of a vector, in order; empty where `name` is not a vector."""
-        matches = [(column, _COMPONENT.fullmatch(column)) for column in self.columns]
-        found = [(int(m[2]), column) for column, m in matches if m is not None and m[1] == name]
+        found = []
+        for column in self.columns:
+            vector, index = component_of(column)
+            if vector == name and index.isdecimal():
+                found.append((int(index), column))
         return [column for _, column in sorted(found)]
 
     def _vectors(self) -> list[str]:
-        matches = (_COMPONENT.fullmatch(column) for column in self.columns)
-        return list(dict.fromkeys(m[1] for m in matches if m is not None))
+        pairs = map(component_of, self.columns)
+        return list(dict.fromkeys(vector for vector, index in pairs if index.isdecimal()))
 
     def expand(self, names: Sequence[str]) -> list[str]:
         """Replace the names of vectors by those of their columns; BG065 for unknown names."""
@@ -187,7 +205,8 @@ class Result(Mapping[str, Array]):
     def to_npz(self, path: str | Path) -> None:
         """Write NumPy's compressed archive: an array for each column, `time`, and `about`.
 
-        `about` is a JSON text with the units, the scene, the solver and the status.
+        `about` is a JSON text with the units of the values, the units in which they are shown,
+        the scene, the solver and the status.
         """
         about = {
             "scene": self.scene,
@@ -195,6 +214,7 @@ class Result(Mapping[str, Array]):
             "status": self.status,
             "message": self.message,
             "units": {"time": "s", **self.units},
+            "shown": {name: self.shown_in(name).unit for name in self.columns},
         }
         arrays = {**self.columns, "time": self.time, "about": np.array(json.dumps(about))}
         write_arrays(path, arrays)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bgc.language.columns import name_in_si
 from bgc.printing.tables import Table, table_text
 from bgc.runtime.results.result import Result
 
@@ -46,10 +47,12 @@ def extremes(result: Result) -> str:
         return ""
     rows = []
     for name, column in list(result.columns.items())[:_MOST_COLUMNS]:
+        shown = result.shown_in(name)
+        column = column / shown.factor
         finite = column[np.isfinite(column)]
         ends = (finite.min(), finite.max()) if len(finite) else (np.nan, np.nan)
-        unit = result.units.get(name, "")
-        label = f"{name} [{unit}]" if unit and unit != "1" else name
+        names_its_unit = name_in_si(name) != name
+        label = f"{name} [{shown.label}]" if shown.label and not names_its_unit else name
         rows.append((label, *(f"{value + 0.0:.6g}" for value in (column[-1], *ends))))
     more = len(result) - len(rows)
     note = f"and {_count(more, 'column')} more" if more else ""

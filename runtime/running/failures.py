@@ -111,4 +111,4 @@ def _bad_parameter(instance: Instance, places: Places) -> Diagnostic:
         return run.parameters_refused(text(model.param_check[index - model.n_param]))
     info = model.param[index]
     value = instance.parameter(index)
-    return parameter_out_of_range(text(info.name), value, text(info.unit), info.low, info.high)
+    return parameter_out_of_range(text(info.name), text(info.unit), value, info.low, info.high)

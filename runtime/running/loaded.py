@@ -16,14 +16,24 @@ from bgc.runtime.running.failures import explain, require
 from bgc.runtime.running.parameters import Parameters, ParameterValue
 from bgc.runtime.running.run import Method, open_devices, set_method, start
 from bgc.runtime.running.structures import Status, VarInfo
+from bgc.values.shown import Shown, shown_by
 
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A state or an output: its name and its SI unit."""
+    """A state or an output: its name and its SI unit.
+
+    `written` is the unit in which tables and plots show it, None for the SI unit.
+    """
 
     name: str
     unit: str
+    written: Shown | None = None
+
+    @property
+    def shown(self) -> Shown:
+        """The unit in which its values are shown."""
+        return self.written or Shown(self.unit)
 
 
 class LoadedModel:
@@ -65,13 +75,18 @@ class LoadedModel:
         self.facts: RunFacts = built.facts
         self.warnings: tuple[Diagnostic, ...] = built.warnings
         self.warm = built.warm
-        self.parameters = Parameters(self.library, built.facts.folded)
+        self.parameters = Parameters(
+            self.library, built.facts.folded, shown_by(built.facts.shown_parameters)
+        )
         model = self.library.model
-        self.states = tuple(_variable(model.state[k]) for k in range(model.n_state))
-        self.measured = tuple(_variable(model.output[k]) for k in range(model.n_output))
+        states, outputs = shown_by(self.facts.shown_states), shown_by(self.facts.shown_outputs)
+        self.states = tuple(_variable(model.state[k], states) for k in range(model.n_state))
+        self.measured = tuple(_variable(model.output[k], outputs) for k in range(model.n_output))
         self.accounts = _account_columns(self.facts, self.measured)
-        units = {v.name: v.unit for v in self.measured}
-        self.outputs = tuple(Variable(c, units.get(c, "J")) for c in self.facts.columns)
+        known = {variable.name: variable for variable in self.measured}
+        self.outputs = tuple(
+            known.get(column) or Variable(column, "J") for column in self.facts.columns
+        )
 
     def __repr__(self) -> str:
         return (
@@ -131,8 +146,9 @@ class LoadedModel:
         return explain(instance, status, self._places)
 
 
-def _variable(info: VarInfo) -> Variable:
-    return Variable(text(info.name), text(info.unit))
+def _variable(info: VarInfo, shown: Mapping[str, Shown]) -> Variable:
+    name = text(info.name)
+    return Variable(name, text(info.unit), shown.get(name))
 
 
 def _account_columns(facts: RunFacts, observed: tuple[Variable, ...]) -> dict[str, str]:

@@ -40,6 +40,7 @@ from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.run import Method, open_devices, set_method, start
 from bgc.runtime.running.structures import Status
 from bgc.runtime.running.unfinished import find_unfinished
+from bgc.values.shown import shown_by
 
 Sets: TypeAlias = Mapping[str, ParameterValue] | Sequence[Mapping[str, ParameterValue]]
 """Values by parameter, one for each instance; or a set of parameters for each instance."""
@@ -226,7 +227,7 @@ def simulate_many(
     work = _Work(
         model=model,
         library=library,
-        parameters=Parameters(library, model.facts.folded),
+        parameters=Parameters(library, model.facts.folded, shown_by(model.facts.shown_parameters)),
         method=method,
         sets=numbers,
         varied=varied,
@@ -312,6 +313,7 @@ def _labelled(work: _Work, alone: str, notices: Sequence[Diagnostic], recalled: 
         values=work.rows if in_order else work.rows[:, :, order],
         names=tuple(variable.name for variable in model.outputs),
         units={variable.name: variable.unit for variable in model.outputs},
+        shown={variable.name: variable.shown for variable in model.outputs},
         parameters={name: work.values[:, k] for k, name in enumerate(work.varied)},
         status=tuple(work.status_of(k) for k in range(len(work.sets))),
         failures=dict(sorted(work.failures.items())),

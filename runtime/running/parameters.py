@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -18,6 +19,9 @@ from bgc.diagnostics.catalogue.arguments import (
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.running.binding import Instance, Library, text
 from bgc.runtime.running.quantity import read_quantity
+from bgc.values.shown import Shown
+
+_NONE: Mapping[str, Shown] = MappingProxyType({})
 
 ParameterValue: TypeAlias = float | str | Sequence[Any] | NDArray[Any]
 """An SI number, a text with a unit (`"7 t"`), or a vector or matrix of these."""
@@ -25,7 +29,10 @@ ParameterValue: TypeAlias = float | str | Sequence[Any] | NDArray[Any]
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A parameter: its present value in `unit` (SI), its default and its range."""
+    """A parameter: its present value in `unit` (SI), its default and its range.
+
+    `shown` is the unit in which it is shown, as it was written.
+    """
 
     name: str
     unit: str
@@ -33,6 +40,10 @@ class Parameter:
     default: float
     low: float
     high: float
+    shown: Shown
+
+    def __repr__(self) -> str:
+        return f"<parameter {self.name} = {self.shown.text(self.value)}>"
 
 
 class Parameters(Mapping[str, Parameter]):
@@ -44,9 +55,15 @@ class Parameters(Mapping[str, Parameter]):
     all. `folded` has the values of parameters that were compiled in and can no longer be set.
     """
 
-    def __init__(self, library: Library, folded: Iterable[tuple[str, float]] = ()) -> None:
-        """Read the parameters of a library; `folded` were compiled in."""
+    def __init__(
+        self,
+        library: Library,
+        folded: Iterable[tuple[str, float]] = (),
+        shown: Mapping[str, Shown] = _NONE,
+    ) -> None:
+        """Read the parameters of a library; `folded` were compiled in, `shown` are their units."""
         self._library = library
+        self._shown = shown
         self.folded = dict(folded)
         model = library.model
         self._index = {text(model.param[k].name): k for k in range(model.n_param)}
@@ -75,7 +92,7 @@ class Parameters(Mapping[str, Parameter]):
     def __repr__(self) -> str:
         instance = self.instance({})
         found = (self._describe(index, instance) for index in self._index.values())
-        lines = (f"  {p.name} = {p.value:g} {p.unit}".rstrip() for p in found)
+        lines = (f"  {p.name} = {p.shown.text(p.value)}" for p in found)
         compiled_in = [f"compiled in, see `folded`: {len(self.folded)}"] if self.folded else []
         return "\n".join(("parameters:", *lines, *compiled_in))
 
@@ -128,7 +145,13 @@ class Parameters(Mapping[str, Parameter]):
     def _describe(self, index: int, instance: Instance) -> Parameter:
         info = self._library.model.param[index]
         value = instance.parameter(index)
-        return Parameter(text(info.name), text(info.unit), value, info.value, info.low, info.high)
+        name, unit = text(info.name), text(info.unit)
+        shown = self.shown(name, unit)
+        return Parameter(name, unit, value, info.value, info.low, info.high, shown)
+
+    def shown(self, name: str, unit: str) -> Shown:
+        """The unit in which a parameter is shown: as written, else its SI unit."""
+        return self._shown.get(name) or Shown(unit)
 
     def _checked(self, name: str, value: ParameterValue) -> dict[str, float]:
         """Check a value; return SI values by the names of parameters or components."""
@@ -154,5 +177,7 @@ class Parameters(Mapping[str, Parameter]):
         unit = text(info.unit)
         number = read_quantity(value, name, unit) if isinstance(value, str) else float(value)
         if not info.low <= number <= info.high:
-            raise BgError([parameter_out_of_range(name, number, unit, info.low, info.high)])
+            shown = self.shown(name, unit)
+            numbers = map(shown.number, (number, info.low, info.high))
+            raise BgError([parameter_out_of_range(name, shown.label, *numbers)])
         return number

@@ -139,6 +139,7 @@ def _named(
         time=times,
         columns={variable.name: rows[:, place] for variable, place in pairs},
         units={v.name: v.unit for v in model.outputs},
+        shown={v.name: v.shown for v in model.outputs},
         solver=method.name,
         counts=counts,
         panels=model.facts.panels,

@@ -12,6 +12,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from types import MappingProxyType
 
 import numpy as np
 
@@ -34,6 +35,7 @@ from bgc.ir.graph import (
 from bgc.ir.graph_nodes import law_nodes
 from bgc.runtime.running.parameters import Parameter
 from bgc.runtime.running.quantity import read_quantity
+from bgc.values.shown import Shown
 
 STEP, RTOL, TIME = "step", "rtol", "time"
 _UNITS = {STEP: "s", RTOL: "", TIME: "s"}
@@ -75,7 +77,8 @@ class Drive:
     """A parameter (or `step`, `rtol`, `time`), its role, and the SI values that it takes.
 
     `members` are the parameters that are driven together, if `name` stands for several. `own` is
-    the value of the scene, None if it is not known.
+    the value of the scene, None if it is not known. `written` is the unit in which it is shown,
+    None for its SI unit.
     """
 
     name: str
@@ -84,6 +87,12 @@ class Drive:
     values: tuple[float, ...]
     members: tuple[str, ...] = ()
     own: float | None = None
+    written: Shown | None = None
+
+    @property
+    def shown(self) -> Shown:
+        """The unit in which its values are shown."""
+        return self.written or Shown(self.unit)
 
     def urgency(self, value: float) -> int:
         """Rank a value: the scene's own, those around it, every third, others, extremes."""
@@ -134,7 +143,7 @@ def _parameter_drives(graph: FlatGraph, known: Iterable[Parameter]) -> list[Driv
         role = _role(one, roles)
         if values := _within(_ladder(role, one), one):
             members = tuple(parameter.name for parameter in group) if len(group) > 1 else ()
-            drive = Drive(name, one.unit, role.value, values, members, one.value)
+            drive = Drive(name, one.unit, role.value, values, members, one.value, one.shown)
             found.append((role, drive))
     found.sort(key=lambda pair: (-len(pair[1].members), not pair[1].unit))
     seen: Counter[tuple[Role, str]] = Counter()
@@ -250,12 +259,15 @@ def _storage_role(element: Storage) -> Role:
 # --- requested ------------------------------------------------------------------------------
 
 
-def read_drive(text: str, units: Mapping[str, str]) -> Drive:
+def read_drive(
+    text: str, units: Mapping[str, str], shown: Mapping[str, Shown] = MappingProxyType({})
+) -> Drive:
     """Read `NAME=LO..HI`, `NAME=LO..HI:COUNT` or `NAME=A,B,C`; BG087 for other forms.
 
-    `units` are those of the parameters. A `*` in the name matches any text; all matching
-    parameters are driven together. Values may have their own units. A range of three decades or
-    more is spaced by decades, a range from zero by decades below its upper end.
+    `units` are those of the parameters, `shown` those in which they are shown. A `*` in the name
+    matches any text; all matching parameters are driven together. Values may have their own
+    units. A range of three decades or more is spaced by decades, a range from zero by decades
+    below its upper end.
     """
     name, equals, given = (part.strip() for part in text.partition("="))
     if not (name and equals and given):
@@ -263,8 +275,10 @@ def read_drive(text: str, units: Mapping[str, str]) -> Drive:
     members = _matching(name, units) if "*" in name else ()
     if "*" in name and not members:
         raise BgError([not_a_drive(text)])
-    unit = _UNITS.get(name, units.get(members[0] if members else name, ""))
-    return Drive(name, unit, "", _values(text, name, given, unit), members)
+    one = members[0] if members else name
+    unit = _UNITS.get(name, units.get(one, ""))
+    values = _values(text, name, given, unit)
+    return Drive(name, unit, "", values, members, written=shown.get(one))
 
 
 def _matching(pattern: str, names: Iterable[str]) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.plot import KINDS, STYLE, write_figure
 from bgc.runtime.stress.judge import Judgement, Verdict
 from bgc.runtime.stress.stress import Point, StressMap
+from bgc.values.shown import Shown
 
 # The order is light to dark also in grey; green and red differ in lightness and text.
 _COLOURS: Mapping[Verdict, str] = MappingProxyType(
@@ -62,7 +63,7 @@ def _draw(found: StressMap) -> Figure:
         spine.set_visible(False)
     if found.grid:
         across = found.points[0].settings[0][0]
-        unit = next((drive.unit for drive in found.drives if drive.name == across), "")
+        unit = _shown(found, across).label
         axes.set_xlabel(f"{across} in {unit}" if unit else across)
     axes.set_title(f"{found.scene}: {found.method}", loc="left")
     seen = found.counts()
@@ -88,8 +89,8 @@ _Cells = list[tuple[float, Judgement]]
 def _drive_rows(found: StressMap) -> list[tuple[str, _Cells]]:
     return [
         (
-            f"{drive.name}, {drive.unit}" if drive.unit else drive.name,
-            _ordered(found.of_drive(drive)),
+            f"{drive.name}, {drive.shown.label}" if drive.shown.label else drive.name,
+            _ordered(found.of_drive(drive), drive.shown),
         )
         for drive in found.drives
     ]
@@ -99,15 +100,24 @@ def _grid_rows(found: StressMap) -> list[tuple[str, _Cells]]:
     """Make a row for each value of the second drive, the largest on top."""
     name = found.points[0].settings[1][0]
     heights = sorted({point.settings[1][1] for point in found.points}, reverse=True)
+    across, up = _shown(found, found.points[0].settings[0][0]), _shown(found, name)
     return [
-        (f"{name} = {y:.3g}", _ordered([p for p in found.points if p.settings[1][1] == y]))
+        (
+            f"{name} = {up.text(y, 3)}",
+            _ordered([p for p in found.points if p.settings[1][1] == y], across),
+        )
         for y in heights
     ]
 
 
-def _ordered(points: Sequence[Point]) -> _Cells:
-    """Sort points by the value of their first drive."""
-    cells = ((point.settings[0][1], point.judgement) for point in points)
+def _shown(found: StressMap, name: str) -> Shown:
+    """The unit in which a drive is shown."""
+    return next((drive.shown for drive in found.drives if drive.name == name), Shown(""))
+
+
+def _ordered(points: Sequence[Point], shown: Shown) -> _Cells:
+    """Sort points by the value of their first drive, in the unit in which it is shown."""
+    cells = ((shown.number(point.settings[0][1]), point.judgement) for point in points)
     return sorted(cells, key=lambda cell: cell[0])
 
 

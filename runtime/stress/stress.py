@@ -261,7 +261,8 @@ class _Session:
         """Read the requested drives, or list all of the model."""
         known = [self.model.parameters[name] for name in self.model.parameters]
         units = {p.name: p.unit for p in known}
-        found = tuple(read_drive(text, units) for text in texts)
+        shown = {p.name: p.shown for p in known}
+        found = tuple(read_drive(text, units, shown) for text in texts)
         if not found:
             assert self.model.origin is not None
             graph = compile_scene(*self.model.origin, until="elaborate").graph

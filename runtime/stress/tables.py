@@ -15,6 +15,7 @@ from bgc.runtime.running.quantity import spelled_time
 from bgc.runtime.stress.drives import STEP, Drive, is_extreme
 from bgc.runtime.stress.judge import Judgement, Verdict
 from bgc.runtime.stress.stress import Point, StressMap
+from bgc.values.shown import Shown
 
 _NAMED = 6  # drives at most that a sentence names
 
@@ -25,7 +26,7 @@ def tables(found: StressMap) -> list[Table]:
     rows: list[tuple[str, ...]] = []
     if found.grid:
         header = ("driven", "values", "", "", "verdict", "worst error", "")
-        rows = [_grid_row(point) for point in found.points]
+        rows = [_grid_row(point, found.drives) for point in found.points]
     for drive in () if found.grid else found.drives:
         rows += _stretches(drive, found.of_drive(drive))
     return [Table(_title(found), header, tuple(rows)), Table("in all", (), (), summary(found))]
@@ -44,7 +45,7 @@ def _stretches(drive: Drive, points: Sequence[Point]) -> Iterator[tuple[str, ...
     name, role = drive.name, drive.role
     for (verdict, _), group in groupby(ordered, key=_alike):
         run = list(group)
-        first, last = (_value(p.settings[0][1], drive.unit) for p in (run[0], run[-1]))
+        first, last = (drive.shown.text(p.settings[0][1]) for p in (run[0], run[-1]))
         yield (
             name,
             role,
@@ -70,22 +71,19 @@ def _alike(point: Point) -> tuple[Verdict, str]:
     return judgement.verdict, judgement.message[:5] if judgement.verdict is Verdict.FAILS else ""
 
 
-def _grid_row(point: Point) -> tuple[str, ...]:
+def _grid_row(point: Point, drives: Sequence[Drive]) -> tuple[str, ...]:
     (across, x), (up, y) = point.settings
+    shown = {drive.name: drive.shown for drive in drives}
     judgement = point.judgement
     return (
         f"{across}, {up}",
-        f"{x:.4g}, {y:.4g}",
+        f"{shown[across].text(x, 4)}, {shown[up].text(y, 4)}",
         "",
         "",
         judgement.verdict.value,
         _worst([judgement]),
         judgement.message,
     )
-
-
-def _value(value: float, unit: str) -> str:
-    return f"{value:.6g} {unit}".rstrip()
 
 
 def _worst(judgements: Iterable[Judgement]) -> str:
@@ -127,7 +125,7 @@ def _trusted(found: StressMap) -> str:
         if all(point.judgement.verdict is Verdict.HOLDS for point in points):
             whole.append(drive.name)
         elif stretch:
-            parts.append(f"{drive.name} {_span(stretch, drive.unit)}")
+            parts.append(f"{drive.name} {_span(stretch, drive.shown)}")
         elif any(point.judgement.verdict is Verdict.HOLDS for point in points):
             elsewhere.append(drive.name)
         else:
@@ -143,8 +141,8 @@ def _trusted(found: StressMap) -> str:
     return f"{said}; {silent} wrong without a warning"
 
 
-def _span(values: Sequence[float], unit: str) -> str:
-    low, high = _value(values[0], unit), _value(values[-1], unit)
+def _span(values: Sequence[float], shown: Shown) -> str:
+    low, high = shown.text(values[0]), shown.text(values[-1])
     return f"{low} to {high}" if low != high else low
 
 

@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from bgc.runtime.measuring.errors import Quantity, combined, vector_of, worst_error
+from bgc.language.columns import name_in_si, vector_of
+from bgc.runtime.measuring.errors import Quantity, combined, worst_error
 from bgc.runtime.running.quantity import spelled_time
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.measurement import OUT_OF_BUDGET, Measurement
@@ -196,7 +197,8 @@ def _of_finest(rows: Sequence[Measurement], what: str, target: Target) -> str:
     for quantity, error in zip(target.quantities, row.errors, strict=True):
         if quantity.required and error > quantity.scale:
             name = _as_required(quantity, target)
-            short[name] = max(short.get(name, (0.0, "")), (error, quantity.unit))
+            shown = quantity.shown
+            short[name] = max(short.get(name, (0.0, "")), (shown.number(error), shown.label))
     if not short:
         return f"{text}."
     lines = (
@@ -211,7 +213,7 @@ def _as_required(quantity: Quantity, target: Target) -> str:
     vector = vector_of(quantity.name)
     alike = [q for q in target.quantities if vector and vector_of(q.name) == vector]
     whole = alike and all(q.required and q.scale == quantity.scale for q in alike)
-    return vector if whole else quantity.name
+    return name_in_si(vector if whole else quantity.name)
 
 
 def _of_quickest(rows: Sequence[Measurement], what: str, target: Target) -> str:
@@ -237,10 +239,10 @@ def _limit(target: Target) -> str:
 
 def _error(row: Measurement, target: Target) -> str:
     quantity, error = target.worst_quantity(row)
-    name = f"`{quantity.name}` off by {error:.2g} {quantity.unit}".rstrip()
+    name = f"`{name_in_si(quantity.name)}` off by {quantity.shown.text(error, 2)}"
     if target.at_reference(row):
         name += ", which is the reference's own accuracy"
-    return f"{name} of {quantity.scale:.3g}" if quantity.required else name
+    return f"{name} of {quantity.shown.number(quantity.scale):.3g}" if quantity.required else name
 
 
 def _cost(row: Measurement) -> str:

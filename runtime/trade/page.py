@@ -12,6 +12,7 @@ from typing import Any
 
 import matplotlib
 
+from bgc.language.columns import name_in_si
 from bgc.runtime.documents.templates import render_template
 from bgc.runtime.measuring.errors import combined
 from bgc.runtime.results.files import written_whole
@@ -120,9 +121,21 @@ def _errors(trade: TradeResult) -> dict[str, Any]:
     scale = "required, else range" if trade.target.required else "range"
     front = (row for row in ordered(trade) if row.configuration in trade.verdict.front)
     return {
-        "header": [f"{q.name} [{q.unit}]" if q.unit else q.name for q in trade.quantities],
+        "header": [
+            f"{name_in_si(q.name)} [{q.shown.label}]" if q.shown.label else q.name
+            for q in trade.quantities
+        ],
         "rows": [
-            (scale, [f"{q.scale:.3g}" for q in trade.quantities]),
-            *((row.configuration.label, [f"{error:.2g}" for error in row.errors]) for row in front),
+            (scale, [f"{q.shown.number(q.scale):.3g}" for q in trade.quantities]),
+            *(
+                (
+                    row.configuration.label,
+                    [
+                        f"{q.shown.number(error):.2g}"
+                        for q, error in zip(trade.quantities, row.errors, strict=True)
+                    ],
+                )
+                for row in front
+            ),
         ],
     }

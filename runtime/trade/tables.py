@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from bgc.language.columns import name_in_si
 from bgc.printing.tables import Table
 from bgc.runtime.measuring.errors import Quantity
 from bgc.runtime.results.files import written_whole
@@ -248,7 +249,7 @@ def letter(trade: TradeResult, variant: Variant) -> str:
 
 def _scaled(quantity: Quantity) -> str:
     of = "within" if quantity.required else "range"
-    return f"{quantity.name} ({of} {quantity.scale:.3g} {quantity.unit}".rstrip() + ")"
+    return f"{name_in_si(quantity.name)} ({of} {quantity.shown.text(quantity.scale, 3)})"
 
 
 def _most_relevant(trade: TradeResult, done: Sequence[Measurement]) -> list[Measurement]:

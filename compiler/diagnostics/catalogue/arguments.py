@@ -50,7 +50,7 @@ def parameter_folded(name: str, value: float) -> Diagnostic:
 
 
 def parameter_out_of_range(
-    name: str, value: float, unit: str, low: float, high: float
+    name: str, unit: str, value: float, low: float, high: float
 ) -> Diagnostic:
     """BG061: a parameter outside the range that the model declares
 

@@ -199,6 +199,44 @@ def unknown_account(span: Span, name: str, have: Sequence[str]) -> Diagnostic:
     )
 
 
+def unit_of_column(span: Span, unit: str, quantity: str) -> Diagnostic:
+    """BG490: a column in a unit of another quantity
+
+    What: the unit after `in` does not measure the observed value.
+
+    Why: a length has no value in degrees. The column `x [unit]` holds the value in that unit.
+
+    Example: `observe tip.z in deg;`
+
+    Way out: write a unit of the same quantity, such as `mm` for a length.
+    """
+    return error(
+        "BG490",
+        f"a column in `{unit}` cannot hold {quantity}",
+        span,
+        help="write a unit of the same quantity, or omit `in` for SI units",
+    )
+
+
+def account_in_unit(span: Span, name: str, unit: str) -> Diagnostic:
+    """BG491: an energy account in a unit of its own
+
+    What: `in` follows an energy account.
+
+    Why: the accounts are written in joules, so that their balance can be compared between runs.
+
+    Example: `observe energy.supplied in kWh;`
+
+    Way out: observe the account without `in`.
+    """
+    return error(
+        "BG491",
+        f"`energy.{name}` is written in J, not in `{unit}`",
+        span,
+        help=f"write `observe energy.{name};`",
+    )
+
+
 def plot_unobserved(span: Span, name: str, columns: Sequence[str]) -> Diagnostic:
     """BG623: a plot of an unobserved quantity
 

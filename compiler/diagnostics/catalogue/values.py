@@ -19,8 +19,8 @@ def unknown_unit(
     What: the text after a number, or after the colon of a declaration, is not a unit.
 
     Why: each unit has one spelling: SI symbols with prefixes, and `t min h day deg rev rpm knot nmi
-    bar L`. Factors are joined by `*` and `/`, powers written with `^`. A unit extends to the next
-    blank, so in `5 V*gain` the unit would be volts times `gain`.
+    bar L Wh`. Factors are joined by `*` and `/`, powers written with `^`. A unit extends to the
+    next blank, so in `5 V*gain` the unit would be volts times `gain`.
 
     Example: `param torque = 5 Nm;`
 

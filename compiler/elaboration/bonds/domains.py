@@ -14,7 +14,7 @@ from bgc.elaboration.instances.tree import Environment
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.resolution.modules import Declared
-from bgc.values.units import Dimension, describe_dimension, multiply, parse_unit
+from bgc.values.units import Dimension, describe_dimension, multiply
 from bgc.values.value import Shape
 
 WATT: Dimension = (1, 2, -3, 0, 0, 0, 0)
@@ -26,8 +26,8 @@ class DomainFacts:
     """The width of a domain, the units of its efforts and flows, and its named variables.
 
     `efforts` and `flows` map a name to its slice of the components: the first component (from 0)
-    and the shape. `signals` maps a name to its shape and unit. The symbols are the units as
-    written, for tables.
+    and the shape. `signals` maps a name to its shape and unit. Units keep the words in which they
+    were written.
     """
 
     name: str
@@ -37,8 +37,6 @@ class DomainFacts:
     efforts: dict[str, tuple[int, Shape]]
     flows: dict[str, tuple[int, Shape]]
     signals: dict[str, tuple[Shape, Dimension | None]]
-    effort_symbols: tuple[str, ...]
-    flow_symbols: tuple[str, ...]
 
     @property
     def width(self) -> int:
@@ -75,7 +73,6 @@ class Domains:
         domain = declared.syntax
         env = Environment(None, declared.module, {})
         units: dict[str, list[Dimension | None]] = {"effort": [], "flow": []}
-        symbols: dict[str, list[str]] = {"effort": [], "flow": []}
         slices: dict[str, dict[str, tuple[int, Shape]]] = {"effort": {}, "flow": {}}
         signals: dict[str, tuple[Shape, Dimension | None]] = {}
         seen: dict[str, syntax.DomainVariable] = {}
@@ -91,7 +88,6 @@ class Domains:
                 self._world.whole(d, env, "a dimension", 1, MAX_WIDTH) for d in variable.dims
             )
             unit = dimension_of(variable.unit, variable.span) if variable.unit else None
-            parsed = parse_unit(variable.unit) if variable.unit else None
             if variable.kind == "signal":
                 signals[variable.name] = (shape, unit)
                 continue
@@ -100,7 +96,6 @@ class Domains:
                 count *= size
             slices[variable.kind][variable.name] = (len(units[variable.kind]), shape)
             units[variable.kind].extend([unit] * count)
-            symbols[variable.kind].extend([parsed.symbol if parsed else ""] * count)
         efforts, flows = units["effort"], units["flow"]
         _check_power(domain, efforts, flows)
         return DomainFacts(
@@ -111,8 +106,6 @@ class Domains:
             slices["effort"],
             slices["flow"],
             signals,
-            tuple(symbols["effort"]),
-            tuple(symbols["flow"]),
         )
 
 

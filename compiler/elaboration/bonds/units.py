@@ -15,9 +15,21 @@ from bgc.diagnostics.catalogue import widths as width_messages
 from bgc.diagnostics.report import Report
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.domains import WATT
-from bgc.values.units import Dimension, describe_dimension, divide, multiply, power
+from bgc.values.units import (
+    Dimension,
+    Written,
+    describe_dimension,
+    divide,
+    multiply,
+    power,
+    preferred,
+    written_text,
+)
 
 SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
+_TORQUE: Dimension = (1, 2, -2, 0, 0, 0, 0)
+_TURNING: Dimension = (0, 0, -1, 0, 0, 0, 0)
+_ROTATION = {_TORQUE: Written(_TORQUE, "N*m"), _TURNING: Written(_TURNING, "rad/s")}
 _RECIPROCAL = {
     "resistance": "conductance",
     "conductance": "resistance",
@@ -72,7 +84,6 @@ class Link:
 class _Known:
     dimension: Dimension
     span: Span
-    symbol: str
 
 
 class BondUnits:
@@ -99,12 +110,11 @@ class BondUnits:
         """Whether effort times flow is a power."""
         return self._sets.find(bond) not in self._pseudo
 
-    def set_unit(
-        self, variable: str, bond: int, dimension: Dimension, span: Span, symbol: str = ""
-    ) -> bool:
+    def set_unit(self, variable: str, bond: int, dimension: Dimension, span: Span) -> bool:
         """Set the unit of an `effort` or `flow`, and of the other where the product is a power.
 
-        Returns True if the unit was unknown. A contradiction is reported once for each class.
+        Returns True if the unit was unknown. A contradiction is reported once for each class. The
+        first unit that comes in words gives the bond its words.
         """
         root = self._sets.find(bond)
         known = self._known.get((variable, root))
@@ -117,10 +127,12 @@ class BondUnits:
                         span, self._names[bond], variable, one, known.span, two, span
                     )
                 )
-            elif symbol and not known.symbol:
-                known.symbol = symbol
+            elif known.dimension == dimension:
+                words = preferred(known.dimension, dimension)
+                assert words is not None
+                known.dimension = words
             return False
-        self._known[variable, root] = _Known(dimension, span, symbol)
+        self._known[variable, root] = _Known(dimension, span)
         other = "flow" if variable == "effort" else "effort"
         if root not in self._pseudo:
             self.set_unit(other, bond, divide(WATT, dimension), span)
@@ -190,11 +202,16 @@ class BondUnits:
         return False
 
     def dimension(self, variable: str, bond: int) -> Dimension | None:
-        """The unit of an `effort` or `flow`; None if unknown."""
-        known = self._known.get((variable, self._sets.find(bond)))
-        return known.dimension if known else None
+        """The unit of an `effort` or `flow` in its words, as a domain has them; None if unknown.
 
-    def symbol(self, variable: str, bond: int) -> str:
-        """The unit as written in the source; empty if it was inferred."""
-        known = self._known.get((variable, self._sets.find(bond)))
-        return known.symbol if known else ""
+        An effort in J with a flow in 1/s is a torque with an angular velocity, if nothing says so.
+        """
+        root = self._sets.find(bond)
+        known = self._known.get((variable, root))
+        if known is None or written_text(known.dimension) or root in self._pseudo:
+            return known.dimension if known else None
+        other = self._known.get(("flow" if variable == "effort" else "effort", root))
+        rotation = _ROTATION.get(known.dimension)
+        if rotation is None or other is None or other.dimension not in _ROTATION:
+            return known.dimension
+        return rotation

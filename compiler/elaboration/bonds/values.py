@@ -10,14 +10,14 @@ from bgc.elaboration.bonds.carried import Carried
 from bgc.elaboration.bonds.domains import DomainFacts, Domains
 from bgc.elaboration.bonds.scalarise import Scalars
 from bgc.elaboration.bonds.shape_probe import shape_of, width_of
-from bgc.elaboration.bonds.units import SECOND, BondUnits
+from bgc.elaboration.bonds.units import BondUnits
 from bgc.elaboration.instances.faces import Face
 from bgc.elaboration.instances.tree import Element, PortEntry
 from bgc.elaboration.instances.world import World
 from bgc.ir.graph import Port
 from bgc.language.elements import ELEMENTS
 from bgc.values.scope import Namespace
-from bgc.values.units import Dimension, multiply
+from bgc.values.units import Dimension, multiply, times_seconds
 from bgc.values.value import Shape, Value
 
 _PLACEHOLDER_BASE = 1 << 40  # index of the first placeholder symbol, beyond all real ones
@@ -157,7 +157,7 @@ class BondValues:
         """The unit of a displacement (flow times time) or momentum (effort times time)."""
         assert self.units is not None
         rate = self.units.dimension(_UNIT_OF[name], port.bond)
-        return multiply(rate, SECOND) if rate is not None else None
+        return times_seconds(rate, 1) if rate is not None else None
 
     def _power(self, face: Face, sense: int) -> Value:
         """Power along the half arrow (sense 0), into the element (1) or out of it (-1)."""

@@ -34,7 +34,16 @@ from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.ir.graph import Parameter
 from bgc.resolution.modules import Declared
-from bgc.values.units import Dimension, parse_unit, si_symbol, suggest_conversion, suggest_unit
+from bgc.values.shown import Shown
+from bgc.values.units import (
+    Dimension,
+    Written,
+    parse_unit,
+    shown_of,
+    si_text,
+    suggest_conversion,
+    suggest_unit,
+)
 from bgc.values.value import Shape, Value, describe_shape
 
 _FIXED = frozenset({"param", "const", "state", "unknown"})
@@ -330,21 +339,19 @@ class Quantities:
         what = f"parameter `{declaration.name}`"
         require_level(self.world.dag, default, Level.PARAM, span, what, help)
         low, high = self._range(quantity, default)
-        unit = parse_unit(declaration.unit) if declaration.unit else None
         first = len(self.parameters)
         is_own = self._is_own(quantity.env)
         is_set = ("sets", quantity.path) in self.world.edits.used
         nodes = []
         for k, index in enumerate(indices(default.shape)):
             dimension = default.units[k]
-            symbol = unit.symbol if unit else si_symbol(dimension) if dimension else ""
+            symbol = si_text(dimension)
             name = component_name(quantity.path, index)
             exact = self.world.dag.value(default.nodes[k])
             if exact is not None:
                 number = as_float(exact)
                 if low is not None and high is not None and not low <= number <= high:
-                    si = si_symbol(dimension) if dimension else ""
-                    raise BgError([ranges.range_excludes(span, name, number, low, high, si)])
+                    raise BgError([_range_excludes(span, name, number, low, high, dimension)])
             self.parameters.append(
                 Parameter(
                     first + k,
@@ -356,6 +363,7 @@ class Quantities:
                     declaration.name_span,
                     is_own,
                     is_set or index in quantity.parts,
+                    shown_of(dimension),
                 )
             )
             nodes.append(self.world.dag.symbol(Kind.PARAM, first + k))
@@ -380,8 +388,7 @@ class Quantities:
         for k, index in enumerate(indices(value.shape)):
             if not low <= numbers[k] <= high:
                 name, unit = component_name(quantity.path, index), value.units[k]
-                si = si_symbol(unit) if unit else ""
-                raise BgError([ranges.range_excludes(span, name, numbers[k], low, high, si)])
+                raise BgError([_range_excludes(span, name, numbers[k], low, high, unit)])
 
     def _range(self, quantity: Quantity, default: Value) -> tuple[float | None, float | None]:
         """The bounds of the declared range in SI units; None where no range is declared."""
@@ -465,13 +472,23 @@ class Quantities:
         return value.with_unit(unit) if unit is not None else value
 
 
+def _range_excludes(
+    span: Span, name: str, value: float, low: float, high: float, unit: Dimension | None
+) -> Diagnostic:
+    """Report a value outside a range, in the unit as written."""
+    shown = shown_of(unit) or Shown(si_text(unit))
+    return ranges.range_excludes(
+        span, name, shown.number(value), shown.number(low), shown.number(high), shown.unit
+    )
+
+
 def dimension_of(text: str, span: Span) -> Dimension:
     """The dimension of a unit as written; BgError if the text is not a unit."""
     unit = parse_unit(text)
     if unit is None:
         conversion = suggest_conversion(text)
         raise BgError([values.unknown_unit(span, text, suggest_unit(text), "", conversion)])
-    return unit.dimension
+    return Written(unit.dimension, text)
 
 
 def indices(shape: Shape) -> list[tuple[int, ...]]:

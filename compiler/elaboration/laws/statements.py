@@ -22,7 +22,7 @@ from bgc.elaboration.instances.tree import Environment, Instance, PortEntry, Qua
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.ir.graph import Condition, Equation, Guard, Node, State, Unknown
-from bgc.values.units import Dimension, describe_dimension, divide, parse_unit, si_symbol
+from bgc.values.units import Dimension, describe_dimension, divide, shown_of, si_text
 from bgc.values.value import Value, describe_shape
 
 
@@ -240,15 +240,7 @@ def _read_equation(world: World, equation: syntax.Equation, env: Environment) ->
     ]
 
 
-def unit_symbol(quantity: Quantity, dimension: Dimension | None) -> str:
-    """The unit of a value for tables: as declared, else the SI unit; empty if unknown."""
-    declared = parse_unit(quantity.declaration.unit) if quantity.declaration.unit else None
-    if declared is not None:
-        return declared.symbol
-    return si_symbol(dimension) if dimension is not None else ""
-
-
-def _components(world: World, quantity: Quantity) -> list[tuple[str, str, Node]]:
+def _components(world: World, quantity: Quantity) -> list[tuple[str, Dimension | None, Node]]:
     """Name, unit and initial value of each component of a state or unknown."""
     value = quantity.value
     assert value is not None
@@ -265,8 +257,7 @@ def _components(world: World, quantity: Quantity) -> list[tuple[str, str, Node]]
             ]
         )
     labels = component_names(quantity.path, value.shape)
-    units = [unit_symbol(quantity, unit) for unit in value.units]
-    return list(zip(labels, units, start.nodes, strict=True))
+    return list(zip(labels, value.units, start.nodes, strict=True))
 
 
 def _states(
@@ -283,7 +274,19 @@ def _states(
                 projection = projections.get(index, (None, None))[0]
                 span = quantity.declaration.name_span
                 free = _free_parameters(world, start)
-                found.append(State(index, name, unit, start, derivative, projection, span, free))
+                found.append(
+                    State(
+                        index,
+                        name,
+                        si_text(unit),
+                        start,
+                        derivative,
+                        projection,
+                        span,
+                        free,
+                        shown_of(unit),
+                    )
+                )
     return found
 
 
@@ -316,7 +319,8 @@ def _unknowns(world: World) -> list[Unknown]:
         with world.report.collecting(note(quantity.env)):
             for k, (name, unit, start) in enumerate(_components(world, quantity)):
                 span = quantity.declaration.name_span
-                found.append(Unknown(quantity.first + k, name, unit, start, span))
+                first = quantity.first + k
+                found.append(Unknown(first, name, si_text(unit), start, span, shown_of(unit)))
     return found
 
 

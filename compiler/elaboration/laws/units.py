@@ -65,9 +65,9 @@ def _from_domains(wiring: Wiring, domains: Domains, scalars: Scalars, units: Bon
     for facts, place, bond, span in found:
         effort, flow = facts.effort_units[place], facts.flow_units[place]
         if effort is not None:
-            units.set_unit("effort", bond, effort, span, facts.effort_symbols[place])
+            units.set_unit("effort", bond, effort, span)
         if flow is not None:
-            units.set_unit("flow", bond, flow, span, facts.flow_symbols[place])
+            units.set_unit("flow", bond, flow, span)
 
 
 def _from_argument(

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 
 from bgc.diagnostics.catalogue import scenes
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
-from bgc.elaboration.instances.quantities import component_names
+from bgc.elaboration.instances.quantities import component_names, dimension_of
 from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.tree import Instance, Pending, Quantity
 from bgc.elaboration.instances.world import World
-from bgc.elaboration.laws.statements import unit_symbol
 from bgc.elaboration.scenes.scene import Scene
 from bgc.grammar import syntax
 from bgc.ir.graph import FlatGraph, Observation
+from bgc.language.columns import column_in
 from bgc.language.scene_tables import ACCOUNTS
-from bgc.values.units import si_symbol
+from bgc.values.units import describe_dimension, parse_unit, shown_of, si_text
 from bgc.values.value import Value
 
 
@@ -45,6 +46,8 @@ def read_observed(world: World, scene: Scene, root: Instance) -> Observed:
         refused[named] = None
         with world.report.collecting():
             account = _account(item, root)
+            if account is not None and item.unit is not None:
+                raise BgError([scenes.account_in_unit(item.unit_span, account, item.unit)])
             if account is not None:
                 name = item.alias or f"energy.{account}"
                 accounts.append(account)
@@ -56,13 +59,29 @@ def read_observed(world: World, scene: Scene, root: Instance) -> Observed:
                 raise BgError([scenes.observe_needs_name(item.value.span)])
             value = world.evaluate(item.value, scene.env)
             name = item.alias or path_of(item.value)
-            labels = list(component_names(name, value.shape))
+            factor = 1 if item.unit is None else _factor(item.unit, item.unit_span, value)
+            labels = [column_in(label, item.unit) for label in component_names(name, value.shape)]
             _add_columns(columns, labels, item.span)
-            units = units_of(world, scene, item.value, value)
-            for label, node, unit in zip(labels, value.nodes, units, strict=True):
-                observations.append(Observation(label, unit, node, item.span))
+            for label, node, unit in zip(labels, value.nodes, value.units, strict=True):
+                if item.unit is None:
+                    found = Observation(label, si_text(unit), node, item.span, shown_of(unit))
+                else:
+                    inside = world.dag.div(node, world.dag.const(factor))
+                    found = Observation(label, item.unit, inside, item.span)
+                observations.append(found)
             del refused[named]
     return Observed(tuple(observations), tuple(accounts), tuple(columns), tuple(refused))
+
+
+def _factor(text: str, span: Span, value: Value) -> Fraction:
+    """The factor of the unit in which a value is observed; BgError if it does not fit."""
+    dimension = dimension_of(text, span)
+    for found in value.units:
+        if found is not None and found != dimension:
+            raise BgError([scenes.unit_of_column(span, text, describe_dimension(found))])
+    unit = parse_unit(text)
+    assert unit is not None
+    return unit.factor
 
 
 def with_accounts(graph: FlatGraph) -> FlatGraph:
@@ -109,14 +128,6 @@ def is_path(expr: syntax.Expr) -> bool:
             return is_path(expr.base)
         case _:
             return False
-
-
-def units_of(world: World, scene: Scene, expr: syntax.Expr, value: Value) -> list[str]:
-    """Units for the header: as declared for a declared value, else SI; empty if unknown."""
-    quantity = declared_value(world, scene, expr)
-    if quantity is not None:
-        return [unit_symbol(quantity, unit) for unit in value.units]
-    return [si_symbol(unit) if unit is not None else "" for unit in value.units]
 
 
 def declared_value(world: World, scene: Scene, expr: syntax.Expr) -> Quantity | None:

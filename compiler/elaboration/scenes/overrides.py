@@ -13,6 +13,7 @@ from bgc.elaboration.scenes.observed import is_path
 from bgc.elaboration.scenes.scene import Scene
 from bgc.grammar import syntax
 from bgc.grammar.parse import parse_setting
+from bgc.language.columns import column_in, name_in_si
 
 
 def with_uses(scene: Scene, uses: Sequence[tuple[str, str]]) -> Scene:
@@ -47,7 +48,9 @@ def with_observations(scene: Scene, texts: Sequence[str]) -> Scene:
     """
     if not texts:
         return scene
-    own = {_column(item): item for item in scene.statements(syntax.Observe)}
+    items = list(scene.statements(syntax.Observe))
+    own = {name_in_si(_column(item)): replace(item, unit=None) for item in items}
+    own |= {_column(item): item for item in items}
     replaced = syntax.Observe | syntax.Plot | syntax.Require
     kept = (item for item in scene.items if not isinstance(item, replaced))
     added = (own[text] if text in own else _observation(text, own) for text in texts)
@@ -56,7 +59,8 @@ def with_observations(scene: Scene, texts: Sequence[str]) -> Scene:
 
 def _column(item: syntax.Observe) -> str:
     """The column name of an observation; empty if it needs an alias."""
-    return item.alias or (path_of(item.value) if is_path(item.value) else "")
+    name = item.alias or (path_of(item.value) if is_path(item.value) else "")
+    return column_in(name, item.unit) if name else ""
 
 
 def _observation(text: str, own: Mapping[str, syntax.Observe]) -> syntax.Observe:
@@ -67,4 +71,4 @@ def _observation(text: str, own: Mapping[str, syntax.Observe]) -> syntax.Observe
             value = replace(value, base=own[name].value)
         case _:
             pass
-    return syntax.Observe(value, text, value.span)
+    return syntax.Observe(value, text, None, value.span, value.span)

@@ -8,14 +8,14 @@ from bgc.elaboration.instances.quantities import component_names
 from bgc.elaboration.instances.scopes import Names, path_of
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.scenes.edits import canonical_path
-from bgc.elaboration.scenes.observed import Observed, units_of
+from bgc.elaboration.scenes.observed import Observed
 from bgc.elaboration.scenes.scene import Item, Scene, constant_of
 from bgc.grammar import syntax
 from bgc.ir.graph import Plot, Requirement, SceneFacts, SolverChoice
-from bgc.language.columns import column_of
+from bgc.language.columns import column_of, name_in_si, vector_of
 from bgc.language.scene_tables import SOLVER_OPTIONS
 from bgc.values.expressions import resolve_path
-from bgc.values.units import Dimension
+from bgc.values.units import Dimension, shown_of, si_text
 
 _SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
 _NUMBER: Dimension = (0, 0, 0, 0, 0, 0, 0)
@@ -35,11 +35,12 @@ def read_requirements(world: World, scene: Scene, observed: Observed) -> tuple[R
                     [scenes.not_positive(item.tolerance.span, "the tolerance", tolerance)]
                 )
             labels = component_names(path_of(item.value), value.shape)
-            units = units_of(world, scene, expr, value)
-            for label, unit, node in zip(labels, units, value.nodes, strict=True):
+            for label, unit, node in zip(labels, value.units, value.nodes, strict=True):
                 own = f"{label} (required)" if label in observed.columns else label
                 name = columns.setdefault(node, own)
-                found.append(Requirement(name, unit, node, tolerance, item.span))
+                found.append(
+                    Requirement(name, si_text(unit), node, tolerance, item.span, shown_of(unit))
+                )
     return tuple(found)
 
 
@@ -89,14 +90,14 @@ def read_facts(world: World, scene: Scene, observed: Observed) -> SceneFacts:
 def _plots(world: World, scene: Scene, observed: Observed) -> tuple[Plot, ...]:
     """The panels of the scene's plot, of columns or of vectors by their common name."""
     columns = observed.columns
-    vectors = (column.rpartition("[")[0] for column in columns if column.endswith("]"))
-    known = dict.fromkeys(("time", *columns, *vectors))
+    vectors = (vector for column in columns if (vector := vector_of(column)))
+    known = {name_in_si(column): column for column in ("time", *columns, *vectors)}
 
     def column(path: syntax.Expr) -> str:
         name = path_of(path)
         for spelling in (name, column_of(name)):
             if spelling in known:
-                return spelling
+                return known[spelling]
         if any(
             name == wrong or name.startswith((f"{wrong}.", f"{wrong}["))
             for wrong in observed.refused

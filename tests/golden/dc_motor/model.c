@@ -5,17 +5,17 @@
  * Parameters p:
  *     0 L  [H]
  *     1 R  [ohm]
- *     2 k  [Wb]
+ *     2 k  [V*s]
  *     3 J  [kg*m^2]
  *     4 b  [N*m*s]
  *
  * States x:
  *     0 winding.p  [V*s]
- *     1 rotor.p  [J*s]
+ *     1 rotor.p  [N*m*s]
  *
  * Outputs y:
  *     0 current  [A]
- *     1 speed  [1/s]
+ *     1 speed  [rad/s]
  */
 #include "bgc.h"
 
@@ -185,19 +185,19 @@ static void model_solve(const double *lu, double *b, double *w)
 static const bgc_param_info model_param[] = {
     {"L", "H", 0.5, -INFINITY, INFINITY},
     {"R", "ohm", 1.0, -INFINITY, INFINITY},
-    {"k", "Wb", 0.01, -INFINITY, INFINITY},
+    {"k", "V*s", 0.01, -INFINITY, INFINITY},
     {"J", "kg*m^2", 0.01, -INFINITY, INFINITY},
     {"b", "N*m*s", 0.1, -INFINITY, INFINITY},
 };
 
 static const bgc_var_info model_state[] = {
     /* 0 */ {"winding.p", "V*s"},
-    /* 1 */ {"rotor.p", "J*s"},
+    /* 1 */ {"rotor.p", "N*m*s"},
 };
 
 static const bgc_var_info model_output[] = {
     /* 0 */ {"current", "A"},
-    /* 1 */ {"speed", "1/s"},
+    /* 1 */ {"speed", "rad/s"},
 };
 
 static const char *const model_param_check[] = {

@@ -11,21 +11,21 @@
  *     5 motor.U  [V]
  *     6 motor.R  [ohm]
  *     7 motor.L  [H]
- *     8 motor.k  [Wb]
+ *     8 motor.k  [V*s]
  *     9 motor.J  [kg*m^2]
  *    10 motor.b  [N*m*s]
  *
  * States x:
  *     0 motor.winding.p  [V*s]
- *     1 motor.rotor.p  [J*s]
- *     2 spring.q
- *     3 load.p  [J*s]
+ *     1 motor.rotor.p  [N*m*s]
+ *     2 spring.q  [rad]
+ *     3 load.p  [N*m*s]
  *
  * Outputs y:
  *     0 current  [A]
- *     1 motor_speed  [1/s]
- *     2 load_speed  [1/s]
- *     3 torque  [J]
+ *     1 motor_speed  [rad/s]
+ *     2 load_speed  [rad/s]
+ *     3 torque  [N*m]
  */
 #include "bgc.h"
 
@@ -255,23 +255,23 @@ static const bgc_param_info model_param[] = {
     {"motor.U", "V", 24.0, -INFINITY, INFINITY},
     {"motor.R", "ohm", 1.2, -INFINITY, INFINITY},
     {"motor.L", "H", 0.0015, -INFINITY, INFINITY},
-    {"motor.k", "Wb", 0.05, -INFINITY, INFINITY},
+    {"motor.k", "V*s", 0.05, -INFINITY, INFINITY},
     {"motor.J", "kg*m^2", 2e-05, -INFINITY, INFINITY},
     {"motor.b", "N*m*s", 1.5e-05, -INFINITY, INFINITY},
 };
 
 static const bgc_var_info model_state[] = {
     /* 0 */ {"motor.winding.p", "V*s"},
-    /* 1 */ {"motor.rotor.p", "J*s"},
-    /* 2 */ {"spring.q", "1"},
-    /* 3 */ {"load.p", "J*s"},
+    /* 1 */ {"motor.rotor.p", "N*m*s"},
+    /* 2 */ {"spring.q", "rad"},
+    /* 3 */ {"load.p", "N*m*s"},
 };
 
 static const bgc_var_info model_output[] = {
     /* 0 */ {"current", "A"},
-    /* 1 */ {"motor_speed", "1/s"},
-    /* 2 */ {"load_speed", "1/s"},
-    /* 3 */ {"torque", "J"},
+    /* 1 */ {"motor_speed", "rad/s"},
+    /* 2 */ {"load_speed", "rad/s"},
+    /* 3 */ {"torque", "N*m"},
 };
 
 static const char *const model_param_check[] = {

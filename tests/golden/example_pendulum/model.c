@@ -16,6 +16,7 @@
  *    10 load.swivel.lock.mass  [kg]
  *    11 load.swivel.lock.inertia  [kg*m^2]
  *    12 load.swivel.attitude.angles0[1]  [rad]
+ *    13 gravity  [m/s^2]
  *
  * States x:
  *     0 load.swivel.lock.spring.q[2]
@@ -55,7 +56,7 @@ static void model_prepare(const double *p, double *h, double *w)
     const double v2 = 1.0 / v1;
     h[2] = v2;
     h[4] = p[9] * 2.0 * sqrt(p[7] * p[10]);
-    h[5] = p[3] * 9.81;
+    h[5] = p[3] * p[13];
     h[6] = p[2] * v2;
     const double v3 = 0.5 * p[12];
     h[8] = cos(v3);
@@ -441,6 +442,7 @@ static const bgc_param_info model_param[] = {
     {"load.swivel.lock.mass", "kg", 2000.0, 0.0, 1000000000000.0},
     {"load.swivel.lock.inertia", "kg*m^2", 300000.0, 0.0, 1000000000000000.0},
     {"load.swivel.attitude.angles0[1]", "rad", 0.5235987755982988, -INFINITY, INFINITY},
+    {"gravity", "m/s^2", 9.81, -INFINITY, INFINITY},
 };
 
 static const bgc_var_info model_state[] = {
@@ -512,7 +514,7 @@ static const bgc_model model_info = {
     .abi = BGC_ABI,
     .name = "pendulum",
     .hash = "of its sources",
-    .n_param = 13,
+    .n_param = 14,
     .n_hoist = 13,
     .n_state = 7,
     .n_input = 0,

@@ -6,13 +6,13 @@
  *     0 torque  [N*m]
  *
  * States x:
- *     0 spring.q
- *     1 motor.p  [J*s]
+ *     0 spring.q  [rad]
+ *     1 motor.p  [N*m*s]
  *
  * Outputs y:
- *     0 motor  [1/s]
- *     1 drum  [1/s]
- *     2 twist
+ *     0 motor  [rad/s]
+ *     1 drum  [rad/s]
+ *     2 twist  [rad]
  */
 #include "bgc.h"
 
@@ -167,14 +167,14 @@ static const bgc_param_info model_param[] = {
 };
 
 static const bgc_var_info model_state[] = {
-    /* 0 */ {"spring.q", "1"},
-    /* 1 */ {"motor.p", "J*s"},
+    /* 0 */ {"spring.q", "rad"},
+    /* 1 */ {"motor.p", "N*m*s"},
 };
 
 static const bgc_var_info model_output[] = {
-    /* 0 */ {"motor", "1/s"},
-    /* 1 */ {"drum", "1/s"},
-    /* 2 */ {"twist", "1"},
+    /* 0 */ {"motor", "rad/s"},
+    /* 1 */ {"drum", "rad/s"},
+    /* 2 */ {"twist", "rad"},
 };
 
 static const int model_jac_row[] = {

@@ -65,9 +65,9 @@
  *    12 twist[1]  [m/s]
  *    13 twist[2]  [m/s]
  *    14 twist[3]  [m/s]
- *    15 twist[4]  [1/s]
- *    16 twist[5]  [1/s]
- *    17 twist[6]  [1/s]
+ *    15 twist[4]  [rad/s]
+ *    16 twist[5]  [rad/s]
+ *    17 twist[6]  [rad/s]
  */
 #include "bgc.h"
 
@@ -1109,9 +1109,9 @@ static const bgc_var_info model_output[] = {
     /* 12 */ {"twist[1]", "m/s"},
     /* 13 */ {"twist[2]", "m/s"},
     /* 14 */ {"twist[3]", "m/s"},
-    /* 15 */ {"twist[4]", "1/s"},
-    /* 16 */ {"twist[5]", "1/s"},
-    /* 17 */ {"twist[6]", "1/s"},
+    /* 15 */ {"twist[4]", "rad/s"},
+    /* 16 */ {"twist[5]", "rad/s"},
+    /* 17 */ {"twist[6]", "rad/s"},
 };
 
 static const char *const model_param_check[] = {

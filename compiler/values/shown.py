@@ -1,0 +1,44 @@
+"""The unit in which tables, plots and messages show a quantity that is stored in SI.
+
+Every place that prints a quantity uses `Shown`: `output pressure : bar` is computed and written to
+files in Pa, and shown in bar. A warm run needs this module, so it imports nothing of the compiler.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+ShownRow: TypeAlias = tuple[str, str, float]
+"""A name, the unit in which it is shown, and the factor of that unit to SI."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """A unit as written: a value of it is the SI value divided by `factor`."""
+
+    unit: str
+    factor: float = 1.0
+
+    def number(self, si: float) -> float:
+        """The number in this unit; a step of a double off a short decimal is rounded to it."""
+        number = si / self.factor
+        if self.factor == 1.0:
+            return number
+        rounded = float(f"{number:.15g}")
+        return rounded if rounded * self.factor == si else number
+
+    def text(self, si: float, digits: int = 6) -> str:
+        """The number with its unit: `200 bar`; without one for a plain number."""
+        return f"{self.number(si) + 0.0:.{digits}g} {self.label}".rstrip()
+
+    @property
+    def label(self) -> str:
+        """The unit; empty for a plain number."""
+        return "" if self.unit == "1" else self.unit
+
+
+def shown_by(rows: Iterable[ShownRow]) -> dict[str, Shown]:
+    """Units by name."""
+    return {name: Shown(unit, factor) for name, unit, factor in rows}

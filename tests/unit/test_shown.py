@@ -1,0 +1,195 @@
+"""Units as written: shown everywhere through one mechanism, while values stay in SI."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bgc
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.source import Source
+from bgc.grammar.parse import parse
+from bgc.linearising.opening import open_scene
+from bgc.options import Options
+from bgc.runtime.linear.tables import linear_tables
+from bgc.runtime.measuring.errors import quantities_of
+from bgc.runtime.model import Model
+from bgc.runtime.results.summary import extremes
+from bgc.runtime.running.compiling import load_as
+from bgc.runtime.stress.drives import read_drive
+from bgc.values.shown import Shown
+from bgc.values.units import Written, parse_unit, shown_of, si_symbol, times_seconds
+
+TEXT = """
+domain Oil { effort pressure : bar; flow rate : L/min; }
+domain Shaft { effort torque : N*m; flow speed : rad/s; }
+model Pump { port out out : Oil; param supply = 200 bar in 0 bar .. 350 bar;
+             source : Se(supply); source -> out; }
+model Tank { port inlet in : Oil; j : J1; oil : C(5e-11 m^3/Pa); pipe : R(10 bar*min/L);
+             inlet -> j -> oil, pipe; output level = oil.e; }
+model Wheel { port p in : Shaft; node : J1; body : I(3 kg*m^2); p -> node -> body; }
+model Rig {
+  pump : Pump; tank : Tank; pump -> tank;
+  drive : Se(5 N*m); wheel : Wheel; drive -> wheel;
+  loose : I(2 kg*m^2); spin : Se(3 N*m); spin -> loose;
+  param rest = 30 deg;
+  param constant = 0.5 N*m/A;
+  state angle : deg = rest;
+  der(angle) = -angle * 1 s^-1;
+  output pressure : bar = tank.level;
+  output higher = tank.level + 1 bar;
+  output back = -angle;
+}
+scene s of Rig {
+  observe pressure, higher, back, tank.inlet.rate, wheel.body.f, wheel.body.e, loose.f, loose.p;
+  observe angle in deg, angle as turned in mrad, wheel.node.f in rpm as speed, energy.stored;
+  observe [angle, 2*angle] as pair in deg;
+  plot angle, pair;
+  plot pressure, higher;
+  require pressure within 0.1 bar;
+  run 1 s;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory) -> Path:
+    file = tmp_path_factory.mktemp("shown") / "rig.bg"
+    file.write_text(TEXT, "utf-8")
+    return file
+
+
+@pytest.fixture(scope="module")
+def model(path) -> Model:
+    return bgc.compile(path)
+
+
+@pytest.fixture(scope="module")
+def result(model):
+    return model.simulate()
+
+
+def test_units_come_from_declarations_literals_and_domains(result):
+    shown = {name: result.shown_in(name).unit for name in result}
+    assert shown == {
+        "pressure": "bar", "higher": "bar", "back": "deg", "tank.inlet.rate": "L/min",
+        "wheel.body.f": "rad/s", "wheel.body.e": "N*m", "loose.f": "rad/s", "loose.p": "N*m*s",
+        "angle [deg]": "deg", "turned [mrad]": "mrad", "speed [rpm]": "rpm",
+        "energy.stored": "J", "pair[1] [deg]": "deg", "pair[2] [deg]": "deg",
+    }  # fmt: skip
+
+
+def test_arrays_stay_in_si_but_for_columns_in_a_unit(result):
+    angle = math.radians(30) * np.exp(-result.time)
+    np.testing.assert_allclose(result["back"], -angle, rtol=1e-5)
+    np.testing.assert_allclose(result["angle [deg]"], np.degrees(angle), rtol=1e-5)
+    np.testing.assert_allclose(result["turned [mrad]"], 1e3 * angle, rtol=1e-5)
+    np.testing.assert_allclose(result["pair [deg]"][:, 1], 2 * np.degrees(angle), rtol=1e-5)
+    np.testing.assert_allclose(result["speed [rpm]"], 5 / 3 * result.time * 30 / np.pi, rtol=1e-5)
+    assert result.units["pressure"] == "Pa"
+    np.testing.assert_allclose(result.in_words("pressure") * 1e5, result["pressure"], rtol=1e-15)
+    np.testing.assert_allclose(result.in_words("back"), -np.degrees(angle), rtol=1e-5)
+
+
+def test_files_say_both_units(result, tmp_path):
+    result.to_csv(tmp_path / "r.csv")
+    with (tmp_path / "r.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert float(rows[0]["angle [deg]"]) == pytest.approx(30, rel=1e-14)
+    assert float(rows[-1]["pressure"]) == result["pressure"][-1]
+    result.to_npz(tmp_path / "r.npz")
+    about = json.loads(str(np.load(tmp_path / "r.npz")["about"]))
+    assert about["units"]["pressure"] == "Pa" and about["shown"]["pressure"] == "bar"
+    assert about["units"]["angle [deg]"] == about["shown"]["angle [deg]"] == "deg"
+
+
+def test_the_summary_is_in_units_as_written(result):
+    rows = {line.split("  ")[1].strip(): line for line in extremes(result).splitlines()[1:]}
+    assert rows["pressure [bar]"].split()[-1] == f"{result['pressure'].max() / 1e5:.6g}"
+    assert rows["back [deg]"].split()[3] == "-30"
+    assert rows["angle [deg]"].split()[-1] == "30"
+
+
+def test_plots_are_in_units_as_written(result):
+    upper, lower = result.plot().axes[:2]
+    assert upper.get_ylabel() == "[deg]" and lower.get_ylabel() == "[bar]"
+    drawn = lower.get_lines()[0].get_ydata()
+    np.testing.assert_allclose(drawn, result["pressure"] / 1e5)
+
+
+def test_parameters_are_in_units_as_written(model):
+    supply = model.parameters["pump.supply"]
+    assert (supply.value, supply.unit) == (2e7, "Pa")
+    assert repr(supply) == "<parameter pump.supply = 200 bar>"
+    assert "  rest = 30 deg" in repr(model.parameters)
+    assert "  constant = 0.5 N*m/A" in repr(model.parameters)
+    with pytest.raises(BgError, match=r"400 bar is outside .* 0 \.\. 350 bar"):
+        model.simulate(parameters={"pump.supply": "400 bar"})
+
+
+def test_other_tables_are_in_units_as_written(model, path):
+    linear = model.linearise()
+    (point, *_) = linear_tables(linear, full=True)
+    assert ("angle", "30", "deg") in point.rows
+    known = model.parameters
+    drive = read_drive(
+        "pump.supply=100 bar..200 bar:2",
+        {name: known[name].unit for name in known},
+        {name: known[name].shown for name in known},
+    )
+    assert [drive.shown.text(value) for value in drive.values] == ["100 bar", "200 bar"]
+    rows = np.zeros((2, len(model.measured)))
+    required = dict(model.facts.requirements)
+    quantity = quantities_of(model.measured, rows, required)[0]
+    assert quantity.required and quantity.shown.text(quantity.scale) == "0.1 bar"
+
+
+def test_ensembles_and_warm_starts_keep_the_units(model, path):
+    ensemble = model.simulate_many({"rest": [0.1, 0.2]}, vectorised=False)
+    assert ensemble.shown["pressure"] == Shown("bar", 1e5)
+    warm = load_as(Model, path, Options(), {})
+    assert warm.warm and warm.simulate().shown_in("pressure") == Shown("bar", 1e5)
+    assert warm.parameters["rest"].shown.text(math.pi / 6) == "30 deg"
+
+
+def test_an_output_can_be_asked_for_by_its_plain_name(path):
+    opened = open_scene(path, Options(), (), ("turned", "speed [rpm]"))
+    assert [(o.name, o.unit) for o in opened.program.observations] == [
+        ("turned", "rad"),
+        ("speed [rpm]", "rpm"),
+    ]
+
+
+def test_a_dimension_remembers_its_unit_and_equals_the_plain_one():
+    unit = parse_unit("kN*m")
+    assert unit is not None
+    torque = Written(unit.dimension, "kN*m")
+    assert torque == unit.dimension and hash(torque) == hash(unit.dimension)
+    assert si_symbol(torque) == "N*m" and shown_of(torque) == Shown("kN*m", 1000.0)
+    assert si_symbol(times_seconds(torque, 1)) == "N*m*s" and shown_of(unit.dimension) is None
+
+
+@pytest.mark.parametrize("unit", ["bar", "deg", "rpm", "kWh", "mm", "L/min", "t", "kn"])
+def test_short_decimals_survive_the_way_to_si_and_back(unit):
+    parsed = parse_unit(unit)
+    assert parsed is not None
+    shown = Shown(unit, float(parsed.factor))
+    for number in (0.1, 0.3, 7.0, 30.0, 1234.5):
+        assert shown.number(number * shown.factor) == number
+    assert shown.number(math.inf) == math.inf
+
+
+def test_a_unit_stands_on_either_side_of_the_name():
+    text = "scene s of M { observe x in deg, x as b in mm/s, x in 1/s as c, x + 3 m in m as d; }"
+    file, wrong = parse(Source("s.bg", text))
+    assert not wrong
+    (scene,) = file.declarations
+    found = [(item.alias, item.unit, item.unit_span.text) for item in scene.items]
+    assert found == [
+        (None, "deg", "deg"), ("b", "mm/s", "mm/s"), ("c", "1/s", "1/s"), ("d", "m", "m"),
+    ]  # fmt: skip
