@@ -52,6 +52,7 @@ class Builder:
         self._parts = 0
         self._turns = 0
         self._is_too_large = False
+        self._endless: set[int] = set()  # models that are reported to contain themselves
 
     # --- models ---------------------------------------------------------------------
 
@@ -71,7 +72,10 @@ class Builder:
         before its items are entered.
         """
         depth = parent.depth + 1 if parent else 0
+        if id(declared.syntax) in self._endless:
+            raise already_reported()
         if depth > MAX_DEPTH:
+            self._endless.add(id(declared.syntax))
             shown = ".".join(path.split(".")[:_LEVELS_SHOWN])
             raise BgError([names.contains_itself(span, declared.syntax.name, shown, depth)])
         instance = Instance(path, declared, parent, depth, span)
