@@ -20,7 +20,7 @@ class Report:
 
     Code that depends on a failed value raises `already_reported()`, which adds nothing, so
     that one cause gives one message. After `MAX_ERRORS` the report is full: a last error states
-    that there are more, and these are dropped.
+    that there are more, and the pass ends, since it would only compute what is dropped.
     """
 
     def __init__(self) -> None:
@@ -29,7 +29,10 @@ class Report:
         self._errors = 0
 
     def add(self, *diagnostics: Diagnostic, note: str = "") -> None:
-        """Record diagnostics, with a note on those that have none yet."""
+        """Record diagnostics, with a note on those that have none yet.
+
+        Raises BgError with all of them once the report is full.
+        """
         for diagnostic in diagnostics:
             span = diagnostic.span
             place = (span.source.name, span.start, span.end) if span else None
@@ -40,6 +43,8 @@ class Report:
             key = (diagnostic.code, place, _PATH.sub("", message) if span else message)
             if key not in self._diagnostics:
                 self._enter(key, diagnostic)
+        if self.is_full:
+            self.raise_errors()
 
     def _enter(self, key: tuple[object, ...], diagnostic: Diagnostic) -> None:
         if diagnostic.severity is Severity.ERROR:

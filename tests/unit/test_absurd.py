@@ -4,8 +4,9 @@ import re
 
 import pytest
 
+from bgc.diagnostics.catalogue.files import file_missing
 from bgc.diagnostics.diagnostic import BgError
-from bgc.diagnostics.report import MAX_ERRORS
+from bgc.diagnostics.report import MAX_ERRORS, Report
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.instances import instantiate
 from bgc.resolution.resolve import load, load_text
@@ -58,6 +59,16 @@ def test_absurd_text(code, text):
     found = codes_of(f"model M {{ {text} {PARTS} }}")
     assert (code in found) if code else found == []
     assert len(found) <= MAX_ERRORS + 1
+
+
+def test_a_full_report_ends_the_pass():
+    report, entered = Report(), 0
+    with pytest.raises(BgError) as caught:
+        for k in range(1000):
+            entered = k
+            with report.collecting():
+                raise BgError([file_missing(f"{k}.bg")])
+    assert entered == MAX_ERRORS and len(caught.value.diagnostics) == MAX_ERRORS + 1
 
 
 def test_functions_that_double_are_evaluated_once_each():
