@@ -106,6 +106,8 @@ def derive_equations(causal: CausalGraph) -> Program:
     program = with_linear_start(program, start_rows, variables.start_names)
     program = with_start(program, problem, variables)
     program = replace(program, warnings=impulse_warnings(variables, resolver.rates_read))
+    if causal.closures:
+        require_representable(graph, program)  # closing a chain computes with its numbers
     program = close_chains(program, variables, closing)
     loops = range(len(states) - len(resolver.algebraic), len(program.states))
     program = with_start_values(program, loops)

@@ -16,6 +16,8 @@ from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.algebra.evaluate import Evaluator
 from bgc.causality.paths import connections
 from bgc.diagnostics.catalogue import closures as catalogue
+from bgc.diagnostics.catalogue import listed
+from bgc.diagnostics.catalogue.equations import unrepresentable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.equations.closures.dense import independent_in, least_change
 from bgc.equations.closures.manifold import (
@@ -184,6 +186,11 @@ class _Closing:
         every = range(len(self._rows.flows))
         ranks, conditions = condition_ranks(self._dag, self._conditions, points)
         tables = [table for point in points if _finite(table := self._response_at(point))]
+        if not tables or not _finite(self._response_at(points[0])):
+            chain = self._chain(every)
+            raise BgError(
+                [unrepresentable(chain.span, f"the closed chain of {listed(chain.names)}", "inf")]
+            )
         whole = [max(table[k][k] for table in tables) for k in every]
         orders = [independent_in(table, whole, None, _DEPENDENT) for table in tables]
         rank = max(map(len, orders), default=0)
