@@ -135,6 +135,12 @@ def test_values_that_agree_are_taken(tmp_path: Path) -> None:
     assert found["b.p"] == pytest.approx(cubic(0.5), rel=1e-12)
 
 
+def test_a_value_that_follows_without_any_storage_is_taken(tmp_path: Path) -> None:
+    parts = "s : Se(e = 4); j : J1(f0 = 2); r : R(2); s -> j -> r;"
+    text = f"model M {{ {parts} }} scene s of M {{ observe j.f; run 1 s; }}"
+    assert start_of(tmp_path, text) == {"j.f": 2.0}
+
+
 def test_what_is_not_given_has_the_least_energy(tmp_path: Path) -> None:
     """Three masses on flows u, v and u + v; the energies are those of the laws."""
     text = """model M { a : I A b : I B c : I(p0 = 0.8) C u : J1; v : J1; w : J1; sum : J0;

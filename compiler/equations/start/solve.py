@@ -253,6 +253,8 @@ class _Search:
 
     def started(self, chosen: Sequence[_Condition]) -> Program:
         """The program that starts at the solution."""
+        if not self._free:
+            return self._program  # the conditions hold, with no state to move
         residuals = [*(c.residual for c in chosen), *self._rows]
         first = self._solve(chosen)
         assert first is not None, "the conditions were solved when they were chosen"
