@@ -1,0 +1,81 @@
+"""A campaign of many cases, in portions that are kept: mutated files, or ill-posed models.
+
+    python tests/campaigns/campaign.py mutants --count 100000 --results mutants.jsonl
+    python tests/campaigns/campaign.py ill-posed --count 680
+
+Case N of a seed is the same file on every machine, as long as the files that it is made of are the
+same. Portions in the file of results are not run again. `--show N` writes one case and its verdict.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import sys
+import tempfile
+from functools import partial
+from pathlib import Path
+
+for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+    os.environ[_name] = "1"  # idle threads reserve memory
+
+import ill_posed_cases  # noqa: E402
+import mutants  # noqa: E402
+from workers import keep_portion, kept_portions, run_portion, summary  # noqa: E402
+
+KINDS = {"mutants": mutants, "ill-posed": ill_posed_cases}
+PORTION = 500
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("kind", choices=KINDS)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--count", type=int, default=1_000)
+    parser.add_argument("--results", type=Path, help="file of finished portions, to go on with")
+    parser.add_argument("--show", type=int, metavar="N", help="write one case and its verdict")
+    parser.add_argument("--summary", action="store_true", help="print the results so far")
+    arguments = parser.parse_args()
+    memory = Path("/dev/shm")
+    home = memory if memory.is_dir() else None
+    folder = Path(tempfile.mkdtemp(prefix="bgc-campaign-", dir=home))
+    try:
+        with mutants.library_parsed_once():
+            run = _all if arguments.show is None else _show
+            return run(arguments, folder)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _show(arguments: argparse.Namespace, folder: Path) -> int:
+    kind, number = KINDS[arguments.kind], arguments.show
+    name, data = kind.text_of(arguments.seed, number)
+    sys.stdout.buffer.write(data)
+    sys.stdout.flush()
+    portion = run_portion(number, 1, partial(kind.judge, arguments.seed), folder)
+    print(f"{name}: {dict(portion.outcomes)} {' '.join(portion.codes)}", file=sys.stderr)
+    for _, outcome, detail in portion.faults:
+        print(outcome, detail, file=sys.stderr)
+    return len(portion.faults)
+
+
+def _all(arguments: argparse.Namespace, folder: Path) -> int:
+    kept = kept_portions(arguments.results) if arguments.results else {}
+    judge = partial(KINDS[arguments.kind].judge, arguments.seed)
+    end = arguments.first + (0 if arguments.summary else arguments.count)
+    for first in range(arguments.first, end, PORTION):
+        if first in kept:
+            continue
+        portion = kept[first] = run_portion(first, min(PORTION, end - first), judge, folder)
+        if arguments.results:
+            keep_portion(arguments.results, portion)
+        for number, outcome, _ in portion.faults:
+            print(f"case {number}: {outcome}", flush=True)
+    print(summary(list(kept.values())))
+    return 1 if any(portion.faults for portion in kept.values()) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

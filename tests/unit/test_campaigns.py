@@ -1,0 +1,74 @@
+"""The first cases of each campaign, and the limits under which campaigns judge."""
+
+import os
+import sys
+from functools import partial
+
+import ill_posed_cases
+import mutants
+import pytest
+import workers
+from ill_posed import GENERATORS
+from judging import Verdict
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="limits the resources of a process")
+
+MUTANTS = 300
+PART = 20
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, MUTANTS, 100))
+def test_mutated_files_are_answered(tmp_path, first):
+    with mutants.library_parsed_once():
+        portion = workers.run_portion(first, 100, partial(mutants.judge, 1), tmp_path)
+    assert portion.faults == []
+    assert portion.outcomes["refused"] > 50 and portion.outcomes["accepted"] > 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, len(GENERATORS), PART))
+def test_ill_posed_models_are_refused_or_end_with_a_code(tmp_path, first):
+    size = min(PART, len(GENERATORS) - first)
+    portion = workers.run_portion(first, size, partial(ill_posed_cases.judge, 1), tmp_path)
+    assert portion.faults == []
+    assert set(portion.outcomes) <= {"refused", "stopped", "warned"}
+
+
+def test_a_case_is_the_same_each_time():
+    assert [mutants.text_of(1, k) for k in range(20)] == [mutants.text_of(1, k) for k in range(20)]
+    assert mutants.text_of(1, 3) != mutants.text_of(2, 3)
+    assert [ill_posed_cases.text_of(1, k) for k in range(9)] == [
+        ill_posed_cases.text_of(1, k) for k in range(9)
+    ]
+
+
+def failing(number, folder):
+    """A judge whose cases fail in different ways, each followed by one that succeeds."""
+    if number == 1:
+        while True:
+            pass
+    if number == 3:
+        os.abort()
+    if number == 5:
+        bytearray(10 * workers.MEMORY)
+    return [Verdict("accepted", ("BG101",))]
+
+
+def test_a_case_over_its_limits_is_a_fault_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.setattr(workers, "CPU_SECONDS", 0.2)
+    portion = workers.run_portion(0, 7, failing, tmp_path)
+    assert [(number, outcome) for number, outcome, _ in portion.faults] == [
+        (1, "hang"),
+        (3, "died"),
+        (5, "memory"),
+    ]
+    assert portion.outcomes["accepted"] == portion.codes["BG101"] == 4
+
+
+def test_portions_are_kept(tmp_path):
+    path = tmp_path / "results.jsonl"
+    portion = workers.run_portion(0, 3, lambda number, folder: [Verdict("hang")], tmp_path)
+    workers.keep_portion(path, portion)
+    assert workers.kept_portions(path) == {0: portion}
+    assert "hang                3" in workers.summary([portion])
