@@ -195,6 +195,8 @@ class _Closing:
         orders = [independent_in(table, whole, None, _DEPENDENT) for table in tables]
         rank = max(map(len, orders), default=0)
         if self._rows.conditions and (ranks[0] < max(ranks) or len(orders[0]) < rank):
+            if not every:
+                self._require_kept(points, _Chosen([], []))
             chain = self._chain(sorted(set(orders[-1]) - set(orders[0])) or every)
             raise BgError([catalogue.singular_start(chain.span, chain.names)])
         redundant = rank < len(self._acted_on()) or (orders and len(orders[0]) < rank)
@@ -295,7 +297,10 @@ class _Closing:
         )
 
     def _chain(self, rows: Sequence[int]) -> ClosedChain:
-        """The parts along the chain of some rows."""
+        """The parts along the chain of some rows; without rows, the projected signals."""
+        if not rows:
+            conditions = self._graph.conditions
+            return ClosedChain(tuple(c.name for c in conditions), conditions[0].span)
         closures = self._variables.causal.closures
         elements = [self._graph.elements[k] for row in rows for k in closures[row].elements]
         names = _parts([element.name for element in elements])
@@ -327,6 +332,6 @@ def _parts(names: Sequence[str]) -> tuple[str, ...]:
     """The parts that some elements belong to: their paths as far as they first differ, and on."""
     paths = [name.split(".") for name in dict.fromkeys(names)]
     depth = 0
-    while all(len(path) > depth + 1 and path[depth] == paths[0][depth] for path in paths):
+    while paths and all(len(path) > depth + 1 and path[depth] == paths[0][depth] for path in paths):
         depth += 1
     return tuple(dict.fromkeys(".".join(path[: depth + 1]) for path in paths))
