@@ -10,13 +10,14 @@ from time import perf_counter
 from types import MappingProxyType
 from typing import Any, Literal, TypeAlias, get_args
 
-from bgc.building.build import build_shared_object, lane_runtime_units
+from bgc.building.build import build_shared_object, driver_names, lane_runtime_units
 from bgc.building.built import Built, RunFacts, run_facts, shown_names
 from bgc.building.cache import Cache, digest_of, open_cache
 from bgc.building.preview import previewed
 from bgc.building.recall import remember
 from bgc.building.toolchain import find_toolchain
 from bgc.causality.assign import assign_causality
+from bgc.diagnostics.catalogue.arguments import unknown_driver
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, as_error
 from bgc.elaboration.elaborate import elaborate
 from bgc.elaboration.scenes.observed import with_accounts
@@ -231,7 +232,8 @@ def check_source(path: Path, scene: str | None = None, verify: bool = False) -> 
 
     Without `scene`, complete models that no scene reaches are checked too. Of a file of parts,
     which has no scene and no model that runs alone, only the syntax, names and interfaces are
-    checked. `verify` checks the invariants of every intermediate result too.
+    checked. `verify` checks the invariants of every intermediate result too. Drivers of devices are
+    compared with those of this installation.
     """
     try:
         package = load(path)
@@ -249,7 +251,21 @@ def check_source(path: Path, scene: str | None = None, verify: bool = False) -> 
     for reached, name in checked:
         try:
             options = Options(name, verify=verify)
-            found += compile_scene(path, options, package=reached, until="equations").warnings
+            stages = compile_scene(path, options, package=reached, until="equations")
         except BgError as err:
             found += err.diagnostics
+        else:
+            found += [*_unknown_drivers(stages.graph), *stages.warnings]
     return found
+
+
+def _unknown_drivers(graph: FlatGraph) -> list[Diagnostic]:
+    """Errors for devices that `bgc run` could not open; a program may bring drivers of its own."""
+    if not graph.devices:
+        return []
+    have = driver_names()
+    return [
+        unknown_driver(device.name, device.driver, have, device.span)
+        for device in graph.devices
+        if device.driver not in have
+    ]

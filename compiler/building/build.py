@@ -94,6 +94,11 @@ def runtime_directory() -> Path:
     return Path(next(iter(spec.submodule_search_locations))) / "c"
 
 
+def driver_names() -> tuple[str, ...]:
+    """The drivers of this installation, each in a C file of its name, sorted."""
+    return tuple(sorted(path.stem for path in (runtime_directory() / "drivers").glob("*.c")))
+
+
 def runtime_units(parts: Set[str] = EVERY_PART) -> tuple[Unit, ...]:
     """Read the C sources that models share: two units, by how often a step goes there.
 

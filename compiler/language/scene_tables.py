@@ -63,6 +63,11 @@ SOLVER_OPTIONS: Mapping[str, SolverOption] = {
 }
 """Options of `solver NAME(..)`."""
 
+DRIVER_OPTIONS: Mapping[str, Mapping[str, bool]] = {
+    "trace": {"file": True, "scale": False, "loop": False},
+}
+"""Options of drivers, and whether they are needed; those of other drivers are not compared."""
+
 DEVICE_INPUTS: Mapping[str, Channel] = {
     "position": Channel((3,), _METRE, "position of the handle"),
     "orientation": Channel((4,), None, "orientation as a unit quaternion [scalar, vector]"),

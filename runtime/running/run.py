@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from bgc.building.backends import BACKENDS, build_backend
-from bgc.building.build import runtime_directory
+from bgc.building.build import driver_names
 from bgc.building.built import RunFacts
 from bgc.building.cache import open_cache
 from bgc.diagnostics.catalogue.arguments import (
@@ -224,9 +224,8 @@ def open_devices(instance: Instance, folder: Path) -> Iterator[None]:
 
 
 def _drivers(instance: Instance) -> list[str]:
-    """The drivers of this build, each in a file of its name."""
-    names = sorted(path.stem for path in (runtime_directory() / "drivers").glob("*.c"))
-    return [name for name in names if instance.find_driver(name.encode()) is not None]
+    """The drivers that a build holds."""
+    return [name for name in driver_names() if instance.find_driver(name.encode()) is not None]
 
 
 def _quotable(message: str) -> str:

@@ -8,6 +8,7 @@ import bgc
 from bgc.building.built import Place, Places
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source, Span
+from bgc.driver import check_source
 from bgc.runtime.running.failures import explain
 from bgc.runtime.running.structures import Status
 
@@ -130,3 +131,6 @@ def test_an_unknown_driver_is_answered_with_those_of_the_build(tmp_path, driver,
         bgc.compile(path).simulate()
     (diagnostic,) = caught.value.diagnostics
     assert diagnostic.code == "BG073" and words in diagnostic.help
+    (checked,) = check_source(path)
+    assert checked.message == diagnostic.message and checked.help == diagnostic.help
+    assert checked.span is not None and checked.span.text.startswith("device hand")

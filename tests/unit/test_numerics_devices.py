@@ -13,6 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bgc.language.scene_tables import DRIVER_OPTIONS
+
+TRACE_OPTIONS = ", ".join(DRIVER_OPTIONS["trace"])
 KNOWN = "time, x, y, z, qw, qx, qy, qz, gripper, button1 .. button8"
 HAND = "time,x,y,z\n0,0,0,0\n1,1,0,-2\n3,1,0,0\n"
 
@@ -266,7 +269,7 @@ def test_trace_reports_the_line_at_fault(
     [
         ("", "trace: the option `file` is missing"),
         ("file", "trace: this option has no value: file"),
-        ("file=a\nspeed=2", "trace: there is no option called speed: file, scale, loop"),
+        ("file=a\nspeed=2", f"trace: there is no option called speed: {TRACE_OPTIONS}"),
         ("file=a\nscale=big", "trace: scale must be a number, not big"),
         ("file=a\nloop=2", "trace: loop must be 0 or 1, not 2"),
     ],

@@ -29,7 +29,7 @@ def scene(items: str, **sets: str) -> FlatGraph:
     return elaborate(load_text(text), None, tuple(sets.items()))
 
 
-TRACE = 'device hand2 = trace(file = "a.csv", rate = 2); drive x = hand2.position;'
+TRACE = 'device hand2 = trace(file = "a.csv", scale = 2); drive x = hand2.position;'
 
 
 def test_facts_of_the_run():
@@ -77,7 +77,7 @@ def test_devices_give_channels_and_take_commands():
     graph = scene(TRACE + "drive gain = hand2.buttons[1]; drive hand2.force = force;")
     (device,) = graph.devices
     assert (device.name, device.driver) == ("hand2", "trace")
-    assert device.options == (("file", "a.csv"), ("rate", "2.0"))
+    assert device.options == (("file", "a.csv"), ("scale", "2.0"))
     assert device.inputs[:3] == (("position", 1), ("position", 2), ("position", 3))
     assert ("buttons", 1) in device.inputs
     assert device.commands == (("force", 1), ("force", 2), ("force", 3))

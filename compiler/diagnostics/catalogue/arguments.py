@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from bgc.diagnostics.catalogue import did_you_mean, error, listed
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.source import Span
 
 
 def unknown_parameter(name: str, known: Iterable[str]) -> Diagnostic:
@@ -300,7 +301,9 @@ def unknown_part(name: str, known: Iterable[str]) -> Diagnostic:
     return error("BG045", f"there is no part `{name}` to collapse", help=way_out)
 
 
-def unknown_driver(device: str, driver: str, have: Sequence[str]) -> Diagnostic:
+def unknown_driver(
+    device: str, driver: str, have: Sequence[str], span: Span | None = None
+) -> Diagnostic:
     """BG073: a device driver that this build does not have
 
     What: a device of the scene names a driver that the runtime does not have.
@@ -314,6 +317,7 @@ def unknown_driver(device: str, driver: str, have: Sequence[str]) -> Diagnostic:
     return error(
         "BG073",
         f"device `{device}` uses the driver `{driver}`, which this build does not have",
+        span,
         help=did_you_mean(driver, have)
         or f"use one of its drivers: {listed(have)}; `trace(file = ..)` plays a recorded motion",
     )

@@ -126,10 +126,11 @@ def device_name_taken(span: Span, name: str, first: Span | None) -> Diagnostic:
                  help="give the device another name")  # fmt: skip
 
 
-def device_option(span: Span, name: str) -> Diagnostic:
+def device_option(span: Span, name: str, needed: str = "") -> Diagnostic:
     """BG612: an invalid option of a device or solver
 
-    What: an option has no name, or its value is neither a number nor a quoted text.
+    What: an option has no name, its value is neither a number nor a quoted text, or an option that
+    the driver needs is not given.
 
     Why: options are passed to the driver unchanged.
 
@@ -139,7 +140,9 @@ def device_option(span: Span, name: str) -> Diagnostic:
     """
     return error(
         "BG612",
-        f"{name} takes options of the form `name = value`",
+        f"{name} needs the option `{needed}`"
+        if needed
+        else f"{name} takes options of the form `name = value`",
         span,
         help='give a number or a quoted text: `trace(file = "hand.csv")`',
     )

@@ -17,7 +17,7 @@ from bgc.elaboration.instances.world import World
 from bgc.elaboration.scenes.scene import Device, Scene, constant_of
 from bgc.grammar import syntax
 from bgc.ir.graph import DeviceUse
-from bgc.language.scene_tables import DEVICE_COMMANDS, DEVICE_INPUTS
+from bgc.language.scene_tables import DEVICE_COMMANDS, DEVICE_INPUTS, DRIVER_OPTIONS
 from bgc.resolution.modules import Package
 from bgc.values.scope import Namespace
 from bgc.values.units import si_symbol
@@ -159,6 +159,7 @@ def read_devices(world: World, scene: Scene) -> tuple[DeviceUse, ...]:
     for device in scene.devices.values():
         with world.report.collecting():
             options = tuple(_device_option(world, scene, a, device) for a in device.item.arguments)
+            _check_options(world, device.item)
             inputs = tuple(
                 (channel, k + 1)
                 for channel in device.inputs
@@ -177,6 +178,21 @@ def read_devices(world: World, scene: Scene) -> tuple[DeviceUse, ...]:
                 )
             )
     return tuple(found)
+
+
+def _check_options(world: World, item: syntax.Device) -> None:
+    """Report options that the driver does not have, and those that it needs."""
+    known = DRIVER_OPTIONS.get(item.driver)
+    if known is None:
+        return
+    what = f"the driver `{item.driver}`"
+    given = {argument.name for argument in item.arguments}
+    for argument in item.arguments:
+        if argument.name is not None and argument.name not in known:
+            world.report.add(names.unknown_argument(argument.span, argument.name, what, known))
+    for name, is_needed in known.items():
+        if is_needed and name not in given:
+            world.report.add(scenes.device_option(item.span, what, name))
 
 
 def _device_option(
