@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import prod
 from typing import TypeAlias
 
+from bgc.diagnostics.catalogue import with_article
 from bgc.values.units import Dimension
 
 Shape: TypeAlias = tuple[int, ...]
@@ -101,4 +102,4 @@ def describe_shape(shape: Shape) -> str:
         case (size,):
             return f"a vector of {size}"
         case _:
-            return f"a {shape[0]} x {shape[1]} matrix"
+            return with_article(f"{shape[0]} x {shape[1]} matrix")

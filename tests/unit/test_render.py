@@ -7,6 +7,7 @@ from textwrap import dedent
 
 import pytest
 
+from bgc.diagnostics.catalogue import with_article
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Label, Severity
 from bgc.diagnostics.render import render
 from bgc.diagnostics.source import Source, Span
@@ -137,3 +138,32 @@ def test_colour_changes_nothing_but_the_colour() -> None:
 def test_an_exception_tells_place_code_and_way_out():
     error = BgError([diagnostic(at(RLC, "I(L)"), help="mend it"), diagnostic(None)])
     assert str(error) == "rlc.bg:3:10: BG201: what is wrong (mend it)\nBG201: what is wrong"
+
+
+@pytest.mark.parametrize(
+    ("kind", "spoken"),
+    [
+        ("Se", "an Se"),
+        ("MSf", "an MSf"),
+        ("IC", "an IC"),
+        ("R", "an R"),
+        ("C", "a C"),
+        ("TF", "a TF"),
+        ("GY", "a GY"),
+        ("J1", "a J1"),
+        ("Mux", "a Mux"),
+        ("Revolute", "a Revolute"),
+        ("Link", "a Link"),
+        ("OsvSeakeeping", "an OsvSeakeeping"),
+        ("Universal", "a Universal"),
+        ("output", "an output"),
+        ("unknown", "an unknown"),
+        ("state", "a state"),
+        ("8 x 3 matrix", "an 8 x 3 matrix"),
+        ("11 x 3 matrix", "an 11 x 3 matrix"),
+        ("3 x 8 matrix", "a 3 x 8 matrix"),
+        ("110 x 3 matrix", "a 110 x 3 matrix"),
+    ],
+)
+def test_the_article_follows_the_sound(kind, spoken):
+    assert with_article(kind) == spoken

@@ -7,12 +7,17 @@ without a full stop, and in the user's terms; `help` is the way out, an imperati
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
 from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
 from bgc.diagnostics.source import Span
 
+# Words, then numbers; shorter names of elements are spelled by their letters.
+_AFTER_AN = re.compile(
+    r"(?=\w*[a-z]{2})(?!(?i:uni|use|eu|one))[AEIOUaeiou]|8|1[18]\b|(?!\w*[a-z]{2})[AEFHILMNORSX]"
+)
 _COMPARED = 1_000  # candidates for a name that was misspelt
 
 
@@ -61,8 +66,8 @@ def listed(names: Sequence[str], limit: int = 8) -> str:
 
 
 def with_article(kind: str) -> str:
-    """Put `a` or `an` before an element's name, as spoken: `an Se`, `a C`, `a Mux`."""
-    return f"an {kind}" if kind[0] in "EFILMRS" and kind != "Mux" else f"a {kind}"
+    """Put `a` or `an` before a kind, as spoken: `an Se`, `a C`, `an Arm`, `an 8 x 3 ..`."""
+    return f"an {kind}" if _AFTER_AN.match(kind) else f"a {kind}"
 
 
 def underlined(labels: Iterable[Label], most: int = 8) -> list[Label]:

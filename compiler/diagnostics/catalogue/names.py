@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from bgc.diagnostics.catalogue import did_you_mean, error
+from bgc.diagnostics.catalogue import did_you_mean, error, with_article
 from bgc.diagnostics.diagnostic import Diagnostic, Label
 from bgc.diagnostics.source import Span
 
@@ -309,7 +309,7 @@ def cannot_be_given(span: Span, name: str, kind: str) -> Diagnostic:
     """
     return error(
         "BG231",
-        f"`{name}` is a {kind} of the model and cannot be given from outside",
+        f"`{name}` is {with_article(kind)} of the model and cannot be given from outside",
         span,
         help="declare a `param` in the model and use it there; only a param, const, input or slot "
         "can be given",
@@ -343,7 +343,7 @@ def misplaced_in_loop(span: Span, kind: str) -> Diagnostic:
     """
     return error(
         "BG238",
-        f"a {kind} cannot be declared inside `for`",
+        f"{with_article(kind)} cannot be declared inside `for`",
         span,
         help="declare it before the loop with a dimension, as `state x[3] = 0;`",
     )

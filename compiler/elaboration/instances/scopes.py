@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import cast
 
-from bgc.diagnostics.catalogue import laws, names
+from bgc.diagnostics.catalogue import laws, names, with_article
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.protocols import Services
@@ -153,7 +153,11 @@ class InstanceView:
     def description(self) -> str:
         """For messages."""
         kind = self.instance.declared.syntax.name
-        return f"`{self.instance.path}` (a {kind})" if self.instance.path else f"the model {kind}"
+        return (
+            f"`{self.instance.path}` ({with_article(kind)})"
+            if self.instance.path
+            else f"the model {kind}"
+        )
 
     def member(self, name: str, span: Span) -> Value | Namespace:
         """A value, part or port of the model."""

@@ -70,7 +70,10 @@ class Laws:
     def matrix(self, value: Value, rows: int, columns: int, span: Span, what: str) -> Matrix:
         """A matrix of the given size; BgError for any other shape."""
         if value.shape != (rows, columns):
-            expected, found = f"a {rows} x {columns} matrix", describe_shape(value.shape)
+            expected, found = (
+                with_article(f"{rows} x {columns} matrix"),
+                describe_shape(value.shape),
+            )
             raise BgError([law_messages.wrong_matrix(span, what, expected, found)])
         return value.rows
 
