@@ -19,6 +19,7 @@ from lark.lexer import TerminalDef
 
 _GRAMMAR = Path(__file__).with_name("bgc.lark")
 _TABLES = Path(__file__).with_name("bgc.lark.json")
+_SHIFT = 0  # in Lark's tables: go to a state, after a terminal or a rule; else reduce by a rule
 
 
 @cache
@@ -52,10 +53,42 @@ def build_parser(*, strict: bool = False) -> Lark:
 
 
 def write_tables(path: Path = _TABLES) -> None:
-    """Build the parser and write its tables as JSON."""
+    """Build the parser and write its tables as JSON: the same bytes for the same grammar."""
     data, memo = build_parser().memo_serialize([TerminalDef, Rule])
+    data["parser"]["parser"] = _renumbered(data["parser"]["parser"])
     tables = {"written_for": _fingerprint(), "data": data, "memo": memo}
     path.write_text(json.dumps(tables, separators=(",", ":")) + "\n", encoding="utf-8")
+
+
+def _renumbered(tables: dict[str, Any]) -> dict[str, Any]:
+    """Number tokens by name, and states in the order in which these lead to them.
+
+    Lark numbers both in the order of sets of objects, which differs from run to run.
+    """
+    names: dict[int, str] = tables["tokens"]
+    numbers = {name: number for number, name in enumerate(sorted(names.values()))}
+    starts = tables["start_states"]
+    order = {starts[name]: place for place, name in enumerate(sorted(starts))}
+    queue = list(order)
+    rows: dict[int, dict[int, Any]] = {}
+    for state in queue:  # grows
+        actions = {numbers[names[k]]: action for k, action in tables["states"][state].items()}
+        rows[order[state]] = row = {}
+        for token in sorted(actions):
+            kind, argument = actions[token]
+            if kind == _SHIFT:
+                if argument not in order:
+                    order[argument] = len(order)
+                    queue.append(argument)
+                argument = order[argument]
+            row[token] = (kind, argument)
+    return {
+        **tables,
+        "tokens": {number: name for name, number in numbers.items()},
+        "states": rows,
+        "start_states": {name: order[starts[name]] for name in sorted(starts)},
+        "end_states": {name: order[end] for name, end in sorted(tables["end_states"].items())},
+    }
 
 
 def _fingerprint() -> str:
