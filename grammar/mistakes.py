@@ -38,6 +38,10 @@ _SIGN = {
     "ARROW": "->",
     "EQUAL": "=",
 }
+_POWER = r"(?:\^(-?[0-9]+(?:\.[0-9]+)?))?"
+_RECIPROCAL = re.compile(
+    rf"1/([A-Za-z_][A-Za-z0-9_]*){_POWER}((?:[*/][A-Za-z_][A-Za-z0-9_]*{_POWER})*)(?![\w.(*/^])"
+)
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _USED_AS_NAME = re.compile(r"\s*(?::|->|,)")
 _PART_OR_CHAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*(?:\[[^\]\n]*\])?[ \t]*(?::|->)")
@@ -292,7 +296,19 @@ def _two_operands(context: ErrorContext, found: Token) -> Explanation | None:
         help = f"write {right}; a product is `{previous} * {found}`"
         return Explanation(wrong.misspelt_number(span, message, help))
     before, after = context.describe_previous(), context.describe_found()
-    return Explanation(wrong.missing_operator(context.span(), before, after))
+    reciprocal = reciprocal_unit(context.source.text[context.offset :])
+    unit = f"{previous} {reciprocal}" if previous.type == "NUMBER" and reciprocal else ""
+    return Explanation(wrong.missing_operator(context.span(), before, after, unit))
+
+
+def reciprocal_unit(text: str) -> str:
+    """The unit of a number, `m^-1*s`, where a text begins with `1/m*s`; else an empty text."""
+    found = _RECIPROCAL.match(text)
+    if found is None:
+        return ""
+    name, power, rest = found[1], found[2] or "1", found[3]
+    inverse = power[1:] if power.startswith("-") else f"-{power}"
+    return f"{name}{'' if inverse == '1' else f'^{inverse}'}{rest}"
 
 
 _KINDS_OF_ERROR: tuple[Callable[[ErrorContext, Token], Explanation | None], ...] = (

@@ -16,7 +16,7 @@ from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.files import read_source
 from bgc.grammar.lark_parser import lark_parser
-from bgc.grammar.mistakes import ErrorContext, explain
+from bgc.grammar.mistakes import ErrorContext, explain, reciprocal_unit
 from bgc.grammar.tokens import END, ParseTree, span_of, start_of, token_at
 from bgc.grammar.transform import transform, transform_setting
 
@@ -35,6 +35,7 @@ _SKIPPED = re.compile(
     r"""|^(?:import|function|domain|pseudo|interface|model|scene)\b""",
     re.DOTALL | re.MULTILINE,
 )
+_RECIPROCAL = re.compile(r"=\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)? (1/\S+)\s*\Z")
 _ELSE = re.compile(r"\s*else\b")
 
 
@@ -74,6 +75,9 @@ def parse_with_tokens(
 def parse_setting(source: Source) -> syntax.Set:
     """Parse `a.b = value`, the setting of a parameter on the command line.
 
+    A unit that begins with `1/`, as columns and tables show it, is read too: `40 1/m` as
+    `40 m^-1`.
+
     Raises
     ------
     BgError
@@ -82,6 +86,8 @@ def parse_setting(source: Source) -> syntax.Set:
     refusal = _not_a_model(source)
     if refusal is not None:
         raise BgError([refusal])
+    if (found := _RECIPROCAL.search(source.text)) and (unit := reciprocal_unit(found[1])):
+        source = Source(source.name, source.text[: found.start(1)] + unit)
     parsing = _Parsing(source, "setting")
     tree = parsing.to_first_error()
     if tree is None:

@@ -14,7 +14,7 @@ from bgc.diagnostics.catalogue import syntax as wrong_syntax
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source
 from bgc.grammar import files
-from bgc.grammar.parse import parse_setting, read_source
+from bgc.grammar.parse import parse, parse_setting, read_source
 
 # --- the command line -------------------------------------------------------------------
 
@@ -45,6 +45,30 @@ def test_wrong_setting(text: str, code: str) -> None:
         parse_setting(Source("--set", text))
     (diagnostic,) = caught.value.diagnostics
     assert diagnostic.code == code, diagnostic.message
+
+
+@pytest.mark.parametrize(
+    ("given", "read"),
+    [
+        ("40 1/m", "40_m^-1"),
+        ("-4.5e2 1/s^2", "(-450_s^-2)"),
+        ("40 1/m^-1*s", "40_m*s"),
+        ("40 1/s/m^2", "40_s^-1/m^2"),
+    ],
+)
+def test_a_unit_of_a_setting_may_begin_with_one(given: str, read: str) -> None:
+    assert show(parse_setting(Source("--set", f"k = {given}")).value) == read
+
+
+@pytest.mark.parametrize("text", ["40 1/", "40 1/(m*s)", "40 1/m/2", "p 1/m"])
+def test_what_is_not_such_a_unit_is_refused(text: str) -> None:
+    with pytest.raises(BgError):
+        parse_setting(Source("--set", f"k = {text}"))
+
+
+def test_a_file_is_answered_with_the_spelling_of_such_a_unit() -> None:
+    _, (problem,) = parse(Source("m.bg", "model M { let y = 40 1/m^2*kg; }"))
+    assert (problem.code, "`40 m^-2*kg`" in problem.help) == ("BG114", True)
 
 
 # --- files ------------------------------------------------------------------------------

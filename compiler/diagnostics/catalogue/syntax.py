@@ -202,19 +202,22 @@ def chained_comparison(span: Span) -> Diagnostic:
     )
 
 
-def missing_operator(span: Span, before: str, found: str) -> Diagnostic:
+def missing_operator(span: Span, before: str, found: str, unit: str = "") -> Diagnostic:
     """BG114: two values without an operator between
 
     What: a value directly follows another value.
     Why: multiplication is never implicit: `k x` might be a misspelt name.
     Example: `2 (a + b)`, `k x`
-    Way out: write `2*(a + b)`, `k*x`.
+    Way out: write `2*(a + b)`, `k*x`. A unit after a number begins with a name: `40 m^-1`, not
+    `40 1/m`.
     """
     return error(
         "BG114",
         f"expected an operator between {before} and {found}",
         span,
-        help="write a product with `*`",
+        help=f"write the unit as `{unit}`, or a product with `*`"
+        if unit
+        else "write a product with `*`",
     )
 
 
