@@ -16,6 +16,7 @@ from bgc.runtime.measuring.timed import timed_run
 from bgc.runtime.running.run import Method
 from bgc.runtime.stress.drives import all_drives, read_drive
 from bgc.runtime.stress.judge import Judge, References, Tolerance, Verdict
+from bgc.runtime.stress.plot import draw
 from bgc.runtime.stress.ringing import ringing_at_start
 from bgc.runtime.stress.stress import stress
 from bgc.runtime.stress.tables import summary
@@ -279,6 +280,17 @@ def test_the_command_writes_its_map_and_tells_of_wrong_numbers(tmp_path):
     found = json.loads(run("--scene", "undamped", "--drive", "k=100", "--json").output)
     assert found["counts"]["holds"] == 1
     assert found["points"][0]["settings"] == {"k": 100.0}
+
+
+def test_the_map_explains_its_colours_and_numbers(tmp_path):
+    found = stress(compile_model(MODELS, "undamped"), ["k=100, 2e4"], solver="gauss4")
+    (legend,) = draw(found, tmp_path / "map.svg").legends
+    assert legend.get_title().get_text() == ("in a cell: the value, and below it the largest error")
+    counts = {verdict.value: count for verdict, count in found.counts().items() if count}
+    assert len(counts) == 2
+    assert [text.get_text() for text in legend.get_texts()] == [
+        f"{verdict} ({count})" for verdict, count in counts.items()
+    ]
 
 
 def test_a_grid_is_drawn(tmp_path):

@@ -143,3 +143,53 @@ def test_only_a_name_that_two_would_have_stands_against_a_prefix():
     assert prefix_problem("model", text) == "the C file has a name `model_new` already"
     assert "left_hand" in prefix_problem("left", text)
     assert prefix_problem("left", text.replace("bgc_hand", "")) == ""
+
+
+ROWS = """
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include "used.h"
+int main(void) {
+    enum { n = 3, room = 100 };
+    const double times[n] = {0.1, 0.2, 0.3};
+    for (int accounts = 0; accounts < 2; accounts++) {
+        double rows[room];
+        size_t done = 0;
+        bgc_options options;
+        for (int k = 0; k < room; k++) rows[k] = NAN;
+        memset(&options, 0, sizeof options);
+        options.accounts = accounts;
+EXAMPLE
+        int width = 0;
+        while (!isnan(rows[n * width])) width++;
+        printf("%d %d %d\\n", (int)done, m->n_output, width);
+    }
+    return 0;
+}
+"""
+
+
+def test_the_example_at_the_top_of_the_c_file_runs(tmp_path, monkeypatch):
+    """C7: it said that each row holds four energies, which `accounts` alone adds."""
+    monkeypatch.chdir(tmp_path)
+    Path("used.bg").write_text(
+        "model M { j : J1; m : I(2, f0 = 1); r : R(1); j -> m, r; }"
+        "scene s of M { observe m.f, r.e; run 1 s; }"
+    )
+    assert build("used.bg", "--target", "c").exit_code == 0
+    comment = Path("used.c").read_text().partition("*/")[0]
+    lines = [line.partition("   a row: ")[0][7:] for line in comment.splitlines()]
+    example = [line for line in lines if line.rstrip().endswith(";")]
+    assert len(example) == 5
+    example.insert(2, "if (accounts) bgc_set_options(m, d, &options);")
+    Path("rows.c").write_text(ROWS.replace("EXAMPLE", "\n".join(example)))
+    compiler = find_toolchain().command
+    subprocess.run(
+        [*compiler, "-std=c11", "used.c", "rows.c", "-o", "rows", "-lm", "-lpthread"], check=True
+    )
+    done = subprocess.run(["./rows"], capture_output=True, text=True, check=True)
+    without, with_accounts = ([int(x) for x in line.split()] for line in done.stdout.splitlines())
+    assert without == [3, 2, 2]
+    assert with_accounts == [3, 2, 6]
+    assert "four energies behind" in comment and "asked for `accounts`" in comment

@@ -6,6 +6,7 @@ import csv
 import math
 import re
 from html.parser import HTMLParser
+from itertools import cycle, islice
 from pathlib import Path
 from threading import Thread
 from typing import Any
@@ -13,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from trades import OSCILLATOR, codes, quick, written
+from trades import OSCILLATOR, codes, legend_of, quick, written
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
@@ -22,6 +23,7 @@ from bgc.runtime.measuring.timed import paced_times, timed_run
 from bgc.runtime.trade import session as session_module
 from bgc.runtime.trade.configurations import Configuration
 from bgc.runtime.trade.measurement import Measurement
+from bgc.runtime.trade.plot import _LINE_COLOURS, _MARKERS, plot_trade
 from bgc.runtime.trade.session import Session
 from bgc.runtime.trade.store import open_store
 
@@ -122,9 +124,15 @@ def test_pacing_ends_with_its_limit(tmp_path: Path) -> None:
 
 def test_a_kept_jacobian_costs_fewer_factorisations(tmp_path: Path) -> None:
     found = bgc.trade(written(tmp_path), solvers=["ros34prw"], steps=[0.01], keeps=[1, 5])
+    assert legend_of(plot_trade(found))[:2] == ["ros34prw", "Jacobian kept for steps"]
     fresh, kept = (row.counts["factorisations"] for row in found.measurements)
     assert [row.configuration.keep for row in found.measurements] == [1, 5]
     assert fresh == pytest.approx(5 * kept)
+
+
+def test_no_two_methods_of_a_plot_are_drawn_alike() -> None:
+    pairs = list(islice(zip(cycle(_LINE_COLOURS), cycle(_MARKERS), strict=False), 25))
+    assert len(set(pairs)) == len(pairs) and len(set(_LINE_COLOURS)) == len(_LINE_COLOURS)
 
 
 def test_methods_without_a_jacobian_are_not_tried_with_a_kept_one(tmp_path: Path) -> None:

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from trades import quick, written
+from trades import legend_of, quick, written
 
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.scenes.variants import Change
 from bgc.runtime.activity.activity import activity_report
+from bgc.runtime.trade.plot import plot_trade
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("measured")]
 
@@ -41,6 +42,7 @@ def test_variants_are_measured_against_the_scene_as_it_is(tmp_path: Path) -> Non
     for variant, speed in (("left=Stiff", speeds[1]), ("left=Stiff, right=Stiff", speeds[2])):
         expected = np.max(np.abs(speed - speeds[0])) / 1e-3
         assert by_variant[variant] == pytest.approx(expected, rel=1e-3)
+    assert legend_of(plot_trade(found))[:2] == ["rodas5p", "a variant of the model"]
 
 
 ACTIVITY = Path(__file__).parents[1] / "models" / "activity.bg"

@@ -34,3 +34,15 @@ def quick(path: Path, **options: Any) -> bgc.Trade:
 def codes(result: bgc.Result) -> list[str]:
     """The warnings of a run."""
     return [warning.code for warning in result.warnings]
+
+
+def legend_of(figure: Any) -> list[str]:
+    """The entries of the legend of a plot that stand for lines of measurements."""
+    (axes,) = figure.axes
+    return [
+        text.get_text()
+        for handle, text in zip(
+            axes.get_legend().legend_handles, axes.get_legend().get_texts(), strict=True
+        )
+        if handle.get_marker() not in ("None", "", None)
+    ]
