@@ -73,3 +73,14 @@ def test_a_stress_map_never_says_that_such_a_run_holds(load):
 def test_a_reference_of_a_trade_that_rounding_decides_is_not_verified(load):
     found = trade(load("faint", "pitchfork"), budget=5.0, fresh=True)
     assert not found.reference.converged
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize(("scene", "fell", "tolerance"), [("twice", 3, 1e-6), ("low", 1, 1e-10)])
+def test_the_warning_names_the_lowest_fall_and_the_tolerance_there(
+    load, scene, fell, tolerance, solver
+):
+    (warning,) = decided(load("faint", scene).simulate(solver=solver))
+    said = re.search(r"its tolerance of (\S+) at t = (\S+) s", warning.message)
+    assert float(said[2]) == pytest.approx(fell, abs=0.1)
+    assert 0.02 * tolerance < float(said[1]) < 2 * tolerance
