@@ -63,6 +63,17 @@ def test_a_given_charge_holds_beside_the_source_that_drives_the_compliances(simu
     np.testing.assert_allclose([result["a.q"][-1], result["b.q"][-1]], [1, 8])
 
 
+def test_of_several_equations_the_one_without_a_solution_is_named(simulate):
+    with pytest.raises(BgError) as error:
+        simulate(
+            "model M { unknown a = 1; unknown b = 1; unknown c = 1;"
+            "equation a^3 + a/10 = 3; equation b^2 + b/100 = -1 - a/1000; equation c^3 + c = a; }"
+            "scene run_it of M { observe a, b, c; run 1 s; }"
+        )
+    assert codes(error) == ["BG711"]
+    assert "state `b` is at fault" in error.value.diagnostics[0].message
+
+
 @pytest.mark.parametrize("solver", ["ros34prw; step 250 ms", "lie; step 10 ms", "rodas5p"])
 def test_an_equation_that_loses_its_solution_ends_the_run(simulate, solver):
     with pytest.raises(BgError) as error:
