@@ -9,10 +9,13 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bgc.runtime.results.arrays import Array
 
 Function: TypeAlias = Callable[[Array], Array]
+Tangent: TypeAlias = tuple[Array, NDArray[np.intp]]
+"""Changes of all variables by the independent ones, and the numbers of these."""
 
 _ITERATIONS = 200
 _HALVINGS = 30
@@ -47,7 +50,12 @@ def find_zero(residuals: Function, slope: Function, start: Array) -> tuple[Array
 
 
 def find_equilibrium(
-    rates: Function, slope: Function, mass: Array, start: Array, project: Function
+    rates: Function,
+    slope: Function,
+    mass: Array,
+    start: Array,
+    project: Function,
+    tangent: Callable[[Array], Tangent],
 ) -> tuple[Array, Array]:
     """Follow `M x' = rates(x)` into an equilibrium; return x and the remaining rates.
 
@@ -55,14 +63,17 @@ def find_equilibrium(
     `(M/h - slope) dx = rates` with growing h, so that the first steps follow the system roughly
     and the last are Newton steps. Conserved quantities, such as a charge that only circulates or
     the position of a free body, therefore take the values to which the system itself would move.
-    `project` is applied after each step.
+    `project` is applied after each step. Steps lie in the `tangent` of what it projects onto, where
+    the slope across has no meaning.
     """
     x, remaining = start, rates(start)
     first = 1.0 / max(float(np.abs(remaining).max(initial=0.0)), 1e-9)
     time = first
     for _ in range(_ITERATIONS):
         try:
-            step = np.linalg.solve(mass / time - slope(x), remaining)
+            along, rows = tangent(x)
+            matrix = (mass / time - slope(x))[rows] @ along
+            step = along @ np.linalg.solve(matrix, remaining[rows])
             tried = project(x + step)
             after = rates(tried)
         except np.linalg.LinAlgError:

@@ -25,7 +25,7 @@ from bgc.linearising.opening import Opened, open_scene
 from bgc.options import Options
 from bgc.runtime.linear.state_space import Linearisation, without_algebraic
 from bgc.runtime.linearising.chains import ClosedChains
-from bgc.runtime.linearising.equilibrium import find_equilibrium, find_zero
+from bgc.runtime.linearising.equilibrium import Tangent, find_equilibrium, find_zero
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.simulate import state_after
@@ -108,7 +108,9 @@ class OpenedModel:
         point = self.at_start()
         every = np.ones(len(point.state), dtype=bool)
         block = _Block(self, point, every, every)
-        found = find_equilibrium(block.rates, block.slope, block.mass, block.start, block.projected)
+        found = find_equilibrium(
+            block.rates, block.slope, block.mass, block.start, block.projected, block.tangent
+        )
         return block.solved(*found)
 
     def at_state(self, state: Mapping[str, float], time: float) -> OperatingPoint:
@@ -126,7 +128,7 @@ class OpenedModel:
         n, p, m = len(program.states), len(program.observations), len(opened.inputs)
         by_state = self._matrix(self._form.by_state, (n + p, n), point)
         by_input = self._matrix(self._form.by_input, (n + p, m), point)
-        follow, free = self._chains.coordinates(self._values(point), n, self.scale)
+        follow, free = self.coordinates(point)
         A, B, C, D, E, left = without_algebraic(
             by_state[free] @ follow,
             by_input[free],
@@ -147,6 +149,11 @@ class OpenedModel:
             time=point.time,
             shown={s.name: s.shown for s in states if s.shown is not None},
         )  # fmt: skip
+
+    def coordinates(self, point: OperatingPoint) -> Tangent:
+        """Choose independent states: all of them where there are no closed chains."""
+        n = len(self.opened.program.states)
+        return self._chains.coordinates(self._values(point), n, self.scale)
 
     def _values(self, point: OperatingPoint) -> dict[Symbol, float]:
         values = dict(self._parameters)
@@ -243,6 +250,12 @@ class _Block:
             self._columns
         ]
         return found
+
+    def tangent(self, y: Array) -> Tangent:
+        """Changes of all states by the independent ones; for a block of all states."""
+        scale = self._model.scale
+        along, free = self._model.coordinates(self._moved(y))
+        return along * scale[free] / scale[:, None], free
 
     def solved(self, y: Array, remaining: Array) -> OperatingPoint:
         """Return the operating point of a solution; BG082 if right-hand sides remain."""

@@ -1,11 +1,17 @@
 """Closed chains of rigid joints, against bars with pins in maximal coordinates."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from bars import GRAVITY, Bars, across, bar_from, direction, four_bar
 
 import bgc
+from bgc.options import Options
+from bgc.runtime.linearising.operating import OpenedModel
 from bgc.runtime.running.failures import SimulationError
+
+TESTS = Path(__file__).parents[1]
 
 
 def turned(result, *names):
@@ -227,6 +233,39 @@ def test_small_swings_have_the_frequency_of_one_pendulum(load):
     frequency = np.sqrt(GRAVITY * (3 / 2 + 5 / 2 + 8) / (bars + 8))
     assert len(linear.states) == 2
     np.testing.assert_allclose(sorted(np.linalg.eigvals(linear.A).imag), [-frequency, frequency])
+
+
+def test_the_steady_state_of_a_chain_is_found_from_a_distance(load):
+    """From 10 degrees beside it; the response of its angle to a torque is that of one pendulum."""
+    model = load("closed_chains", "hanging")
+    linear = model.linearise(
+        ["pin1.drive.e"], ["pin1.angle"], at="steady", parameters={"start": -1.4}
+    )
+    bars = sum(m * (1 / 3 + 0.1**2 / 12) for m in (3, 5))
+    omega = np.array([0.5, 2.0, 10.0])
+    exact = 1 / (GRAVITY * 12 - (bars + 8) * omega**2)
+    np.testing.assert_allclose(linear.response(omega)[:, 0, 0], exact, rtol=1e-6)
+
+
+def test_a_derrick_comes_to_rest_where_its_cylinder_carries_it():
+    """The potential of the weights, less the work of the cylinder, is least along the motion."""
+
+    def potential(angle):
+        eye = 2 * np.array([np.cos(angle), np.sin(angle)])
+        anchor = np.array([0.5, -1.0])
+        length = np.linalg.norm(eye - anchor)
+        rod = eye + 0.75 * (anchor - eye) / length
+        barrel = anchor + 0.6 * (eye - anchor) / length
+        heights = 800 * 3 * np.sin(angle) + 60 * rod[1] + 90 * barrel[1]
+        return GRAVITY * heights - 12e3 * length
+
+    path = TESTS / "models" / "closed_chains.bg"
+    opened = OpenedModel(path, Options(scene="derrick"))
+    found = opened.operating_point("steady").state
+    names = [state.name for state in opened.opened.program.states]
+    angle = found[names.index("foot.angle")]
+    slope = (potential(angle + 1e-5) - potential(angle - 1e-5)) / 2e-5
+    assert abs(slope) < 1e-4 * GRAVITY * 800 * 3
 
 
 def test_a_linearisation_by_a_length_of_the_chain_is_refused(load):
