@@ -190,6 +190,16 @@ def test_complex_solutions_are_checked_at_intervals(c_model: Any) -> None:
     assert pivots.counts.refinements > 0
 
 
+@pytest.mark.parametrize("method", ["ros34prw", "gauss4"])
+def test_factors_that_serve_a_whole_run_are_checked_at_first(c_model: Any, method: str) -> None:
+    pivots = c_model("pivots_unreported")
+    pivots.set(p0=1e-10)
+    pivots.start(method, step=0.02, keep=1000)
+    pivots.finish(TIMES)
+    assert pivots.counts.factorisations == 1
+    assert pivots.counts.refinements > 0
+
+
 @pytest.mark.parametrize("keep", [1, 4])
 def test_a_restored_run_has_its_dense_complex_factors(c_model: Any, keep: int) -> None:
     pivots = c_model("pivots")

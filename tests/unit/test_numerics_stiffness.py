@@ -39,3 +39,18 @@ def test_explicit_methods_do_not_know_it(c_model: Any) -> None:
     stop.start("dopri5")
     stop.finish([1.0])
     assert stop.counts.fastest == stop.counts.stiffness == 0.0
+
+
+@pytest.mark.parametrize("method", ["rodas5p", "rodas4p2", "dopri5"])
+def test_the_steps_that_error_control_alone_would_take_are_told_of_shorter_ones(
+    c_model: Any, method: str
+) -> None:
+    oscillator = c_model("stop_unlocated")  # x'' = -9 x, far from its stop
+    oscillator.set(p0=1e9)
+    oscillator.start(method, atol=1e-7)
+    oscillator.finish([20.0])
+    free = oscillator.counts.steps
+    oscillator.start(method, atol=1e-7, max_step=20.0 / free / 4)
+    oscillator.finish([20.0])
+    assert oscillator.counts.steps > 3.5 * free
+    assert 0.7 * free < oscillator.counts.controlled_steps < 1.1 * free
