@@ -25,13 +25,13 @@ void bgc_reset_stiffness(const bgc_model *m, bgc_data *d) {
     memcpy(d->dominant, d->scale, (size_t)m->n_state * sizeof *d->dominant);
 }
 
-/* image = |M^-1 J| v. Returns the largest ratio image_i / v_i; a NaN where an entry is not
- * finite. Entries of a row are contiguous. */
+/* image = |M^-1 J| v. Returns the largest ratio image_i / v_i. Entries of a row are
+ * contiguous. */
 static double iterate(const bgc_model *m, const bgc_data *d, const double *v,
                       double *restrict image) {
     const int *row_of = m->jac_row, *column = m->jac_col, count = m->n_jac;
     const double *entry = d->jac;
-    double most = 0.0, bad = 0.0;
+    double most = 0.0;
 
     memset(image, 0, (size_t)m->n_state * sizeof *image);
     for (int k = 0; k < count;) {
@@ -42,13 +42,12 @@ static double iterate(const bgc_model *m, const bgc_data *d, const double *v,
         }
         image[row] = sum * fabs(d->inverse_mass[row]);
         most = image[row] <= most * v[row] ? most : image[row] / v[row];
-        bad += image[row] - image[row];
     }
-    return most + bad;
+    return most;
 }
 
 /* An upper bound on the spectral radius of M^-1 J, of the Jacobian at hand; INFINITY where M is not
- * diagonal and regular. A Jacobian that is not finite is left out. */
+ * diagonal and regular. The Jacobian is finite: W could be factorised. */
 static double spectral_bound(const bgc_model *m, bgc_data *d) {
     const int n = m->n_state;
     double *v = d->dominant, *image = d->right, least = INFINITY;
@@ -61,8 +60,8 @@ static double spectral_bound(const bgc_model *m, bgc_data *d) {
     }
     for (int round = 0; round < POWER_ITERATIONS; round++) {
         const double most = iterate(m, d, v, image);
-        if (!isfinite(most) || most == 0.0) {
-            return most == 0.0 ? 0.0 : d->core.spectral_bound;
+        if (most == 0.0) {
+            return 0.0;
         }
 
         /* Iterate with a multiple of the identity, which keeps every entry positive. */
