@@ -203,6 +203,7 @@ def _stages(
         passive_coefficients(graph),
         emitted.operations,
         shown_names(equations),
+        tuple(k for k, state in enumerate(optimised.states) if state.kind == "momentum"),
     )
     cache = open_cache()
     built = build_model(emitted, facts, options, warnings, cache)

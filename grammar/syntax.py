@@ -408,8 +408,29 @@ class Run:
     span: Span
 
 
+@dataclass(frozen=True, slots=True)
+class Start:
+    """`start rest hold crane.elbow.angle vary drive.torque;`."""
+
+    hold: tuple[Expr, ...]
+    vary: tuple[Expr, ...]
+    span: Span
+
+
 SceneItem: TypeAlias = (
-    Use | Set | Device | Drive | Observe | Plot | Require | Keep | Deadline | Solver | Step | Run
+    Use
+    | Set
+    | Device
+    | Drive
+    | Observe
+    | Plot
+    | Require
+    | Keep
+    | Deadline
+    | Solver
+    | Step
+    | Run
+    | Start
 )
 
 # --- declarations -----------------------------------------------------------------------

@@ -330,7 +330,21 @@ class _Transform(ExpressionTransform):
                 return [
                     syntax.Run(self.expression(duration), self._optional_expression(every), span)
                 ]
+            case "start_at":
+                return [self._start(tree)]
         raise AssertionError(tree.data)
+
+    def _start(self, tree: ParseTree) -> syntax.Start:
+        """Divide the paths behind `start rest` into those after `hold` and those after `vary`."""
+        lists: dict[str, list[syntax.Expr]] = {"HOLD": [], "VARY": []}
+        word = ""
+        children: list[Any] = tree.children
+        for child in children[2:]:
+            if isinstance(child, Token):
+                word = child.type
+            elif child is not None:
+                lists[word].append(self.expression(child))
+        return syntax.Start(tuple(lists["HOLD"]), tuple(lists["VARY"]), self.span(tree))
 
     def _observed(self, tree: ParseTree) -> syntax.Observe:
         children: list[Any] = tree.children

@@ -449,6 +449,21 @@ _SCENE = (
         ("every", "step"),
         Reserved.IN_SCENES,
     ),
+    Word(
+        "start",
+        "Starts a run at rest: at the nearest state at which all rates vanish.",
+        ("scene",),
+        "a start at rest is `start rest;` or `start rest hold value, .. vary parameter, ..;`",
+        (
+            "The state nearest to the initial values, in the scales of the states; what nothing "
+            "restores stays where it was put. Inputs, devices and sources have their first values. "
+            "The run's summary has the residual and the largest moves; where there is no such "
+            "state, the rates that remain are named (BG760). On the command line: `--rest`.",
+        ),
+        "start rest;\nstart rest hold crane.elbow.angle;",
+        ("rest", "hold", "vary", "run"),
+        Reserved.NOWHERE,
+    ),
 )
 
 _SOFT = tuple(
@@ -499,6 +514,18 @@ _SOFT = tuple(
         (
             "within", "Stands before the tolerance of `require`.", (), "", (),
             "require height within 1 mm;", ("require",),
+        ),
+        (
+            "rest", "The state at which all rates vanish, in `start rest`.", (), "", (),
+            "start rest;", ("start",),
+        ),
+        (
+            "hold", "Names values that a start at rest keeps as they are given.", (), "", (),
+            "start rest hold crane.elbow.angle;", ("start",),
+        ),
+        (
+            "vary", "Names parameters that a start at rest may change.", (), "", (),
+            "start rest hold elbow.angle vary elbow_drive.torque;", ("start",),
         ),
         (
             "every", "Stands before the interval between rows.", (), "", (),

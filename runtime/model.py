@@ -40,6 +40,7 @@ class Model(LoadedModel):
         max_step: float | None = None,
         substeps: int | None = None,
         settle: float | None = None,
+        start: Literal["rest", "given"] | None = None,
         parameters: Mapping[str, ParameterValue] | None = None,
         progress: bool = False,
     ) -> Result:
@@ -63,6 +64,10 @@ class Model(LoadedModel):
         settle
             A frequency in Hz: faster modes start at rest, with stiff springs under their loads,
             and energy is counted from that state. By default the scene's, else none.
+        start
+            "rest": the nearest state at which all rates vanish (BG760 if there is none);
+            `Result.at_rest` has what was moved. "given": the initial values. By default the
+            scene's start.
         parameters
             Values for this run alone, SI numbers or texts with a unit.
         progress
@@ -81,6 +86,7 @@ class Model(LoadedModel):
         options = {"rtol": rtol, "atol": atol, "step": step, "max_step": max_step}
         options |= {"substeps": substeps, "settle": settle}
         method, notices = method_of(self, solver, options, values)
+        method = method.started(start)
         times = times_of(self, method, duration, every)
         return simulate(self, method, times, values, progress, notices)
 
@@ -97,6 +103,7 @@ class Model(LoadedModel):
         max_step: float | None = None,
         substeps: int | None = None,
         settle: float | None = None,
+        start: Literal["rest", "given"] | None = None,
         progress: bool = False,
         vectorised: bool = True,
         resume: bool = False,
@@ -115,7 +122,7 @@ class Model(LoadedModel):
             A mapping `{"m": values, "k": values}` with one value for each instance (a number or
             a text with a unit is for all; of a vector, one vector for each), or a list of
             mappings as for `simulate`, one for each instance.
-        duration, every, solver, rtol, atol, step, max_step, substeps, settle
+        duration, every, solver, rtol, atol, step, max_step, substeps, settle, start
             As for `simulate`.
         progress
             Whether to show a progress bar on a terminal when it takes longer than a second.
@@ -143,6 +150,7 @@ class Model(LoadedModel):
         options = {"rtol": rtol, "atol": atol, "step": step, "max_step": max_step}
         options |= {"substeps": substeps, "settle": settle}
         method, notices = method_of(self, solver, options)
+        method = method.started(start)
         times = times_of(self, method, duration, every, len(sets))
         return simulate_many(self, method, sets, times, progress, vectorised, notices, resume)
 

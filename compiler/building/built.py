@@ -27,6 +27,18 @@ class Panel:
 
 
 @dataclass(frozen=True, slots=True)
+class Rest:
+    """A start at rest: the outputs whose values are held, and the parameters that are varied.
+
+    `momenta` are the indices of the states that are momenta.
+    """
+
+    hold: tuple[str, ...] = ()
+    vary: tuple[str, ...] = ()
+    momenta: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class RunFacts:
     """The run settings of a scene, in plain values; None where the scene gives none.
 
@@ -40,6 +52,8 @@ class RunFacts:
     with its meaning and its element. `operations` counts those of each C function of the model.
     `shown_outputs`, `shown_states` and `shown_parameters` list those that tables and plots show in
     a unit other than their SI unit: a name, the unit and its factor.
+    `rest` is the scene's start at rest; None where it starts from the initial values that are
+    given. `momenta` are the indices of the states that are momenta.
     """
 
     scene: str
@@ -62,6 +76,8 @@ class RunFacts:
     shown_outputs: tuple[ShownRow, ...] = ()
     shown_states: tuple[ShownRow, ...] = ()
     shown_parameters: tuple[ShownRow, ...] = ()
+    rest: Rest | None = None
+    momenta: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +144,7 @@ def run_facts(
     passive: tuple[tuple[str, str, str], ...] = (),
     operations: tuple[tuple[str, int], ...] = (),
     shown: ShownNames = ShownNames(),
+    momenta: tuple[int, ...] = (),
 ) -> RunFacts:
     """Collect the run settings of a scene, with the folded parameters and the requirements."""
     solver = scene.solver
@@ -152,4 +169,6 @@ def run_facts(
         shown_outputs=shown.outputs,
         shown_states=shown.states,
         shown_parameters=shown.parameters,
+        rest=None if scene.rest is None else Rest(scene.rest.hold, scene.rest.vary, momenta),
+        momenta=momenta,
     )

@@ -19,7 +19,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from bgc.building.built import Built, Panel, Place, Places, RunFacts
+from bgc.building.built import Built, Panel, Place, Places, Rest, RunFacts
 from bgc.building.cache import Cache, digest_of, read_note, write_note
 from bgc.building.user_folder import safe_cache_directory
 from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
@@ -124,6 +124,8 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
     facts: dict[str, Any] = {key: _tuples(value) for key, value in note["facts"].items()}
     panels = [Panel(tuple(panel["columns"]), panel["across"]) for panel in note["facts"]["panels"]]
     facts["panels"] = tuple(panels)
+    if (rest := note["facts"]["rest"]) is not None:
+        facts["rest"] = Rest(*(tuple(rest[name]) for name in ("hold", "vary", "momenta")))
     warnings = tuple(_diagnostic_from_json(d, texts) for d in note["warnings"])
     places = Places(
         tuple(_place_from_json(place, texts) for place in note["assertions"]),

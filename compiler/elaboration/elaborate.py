@@ -39,6 +39,7 @@ from bgc.elaboration.scenes.edits import check_edits, check_overrides, collect_e
 from bgc.elaboration.scenes.observed import Observed, read_observed
 from bgc.elaboration.scenes.overrides import with_observations, with_uses
 from bgc.elaboration.scenes.removed import without_removed
+from bgc.elaboration.scenes.rest import StartAtRest, read_start
 from bgc.elaboration.scenes.run_facts import read_facts, read_kept, read_requirements
 from bgc.elaboration.scenes.scene import Scene, choose_scene
 from bgc.ir.graph import Bond, FlatGraph, Observation, Requirement
@@ -131,7 +132,8 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
     devices = read_devices(world, scene)
     requirements = read_requirements(world, scene, observed)
     kept = read_kept(world, scene)
-    facts = read_facts(world, scene, observed)
+    rest = read_start(world, scene, observed)
+    facts = read_facts(world, scene, observed, rest.facts if rest else None)
     _check_world(world, root)
     contents = (elements, statements.states, statements.equations, observed.columns)
     if not report.errors and not any(contents):
@@ -149,10 +151,10 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
         equations=statements.equations,
         guards=statements.guards,
         conditions=statements.conditions,
-        observations=_with_required(observed.observations, requirements),
+        observations=_with_hidden(observed.observations, requirements, rest),
         requirements=requirements,
         devices=devices,
-        kept=kept,
+        kept=(*kept, *rest.facts.vary) if rest else kept,
         warnings=(*package.warnings, *report.warnings),
         slots=tuple(builder.slots),
     )
@@ -236,13 +238,17 @@ def _observe_all(world: World, bonds: BondValues, wiring: Wiring, root: Instance
     return Observed(tuple(found), (), tuple(o.name for o in found))
 
 
-def _with_required(
-    observations: tuple[Observation, ...], requirements: Sequence[Requirement]
+def _with_hidden(
+    observations: tuple[Observation, ...],
+    requirements: Sequence[Requirement],
+    rest: StartAtRest | None,
 ) -> tuple[Observation, ...]:
-    """The observations, followed by required quantities that are not among them."""
+    """The observations, followed by required and held quantities that are not among them."""
     shown = {o.name: o for o in observations}
     for r in requirements:
         shown.setdefault(r.name, Observation(r.name, r.unit, r.node, r.span, r.shown))
+    for held in rest.observations if rest else ():
+        shown.setdefault(held.name, held)
     return tuple(shown.values())
 
 

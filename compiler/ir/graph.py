@@ -386,6 +386,14 @@ class Plot:
 
 
 @dataclass(frozen=True, slots=True)
+class Rest:
+    """A start at rest: observations whose values are held, and parameters that are varied."""
+
+    hold: tuple[str, ...]
+    vary: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class SceneFacts:
     """The run of a scene: times in s, None where the scene gives none."""
 
@@ -399,6 +407,7 @@ class SceneFacts:
     accounts: tuple[str, ...]  # observed energy accounts: stored supplied dissipated residual
     columns: tuple[str, ...]  # all observed columns in order, the accounts among them
     plots: tuple[Plot, ...] = ()
+    rest: Rest | None = None  # the start at rest
 
     @property
     def needed_accounts(self) -> frozenset[str]:

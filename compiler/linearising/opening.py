@@ -44,12 +44,16 @@ class Varied:
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """A program reduced to the states that its outputs need, its inputs, and its source texts."""
+    """A program reduced to the states that its outputs need, its inputs, and its source texts.
+
+    `starts_at_rest` is true where the scene has a start at rest, which the program does not hold.
+    """
 
     program: Program
     inputs: tuple[Varied, ...]
     warnings: tuple[Diagnostic, ...]
     sources: tuple[str, ...]
+    starts_at_rest: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +110,8 @@ def open_scene(
     )
     sources = tuple(source.text for source in stages.package.sources)
     program = map_program(program, dag, new.__getitem__)
-    return Opened(program, tuple(varied), stages.warnings, sources)
+    rest = selection.starts_at_rest
+    return Opened(program, tuple(varied), stages.warnings, sources, rest)
 
 
 @dataclass(slots=True)
@@ -124,14 +129,17 @@ class _Selection:
     varied: list[Varied] = field(default_factory=list)
     parameters: dict[int, Node] = field(default_factory=dict)
     given: dict[int, Node] = field(default_factory=dict)
+    starts_at_rest: bool = False
 
     def applied_to(self, graph: FlatGraph) -> FlatGraph:
-        """Vary the chosen sources of a graph, remove its energy accounts, set the defaults."""
+        """Vary the chosen sources, remove accounts and a start at rest, set the defaults."""
         if self.other_outputs and graph.scene.accounts:
             (account, *_) = graph.scene.accounts
             raise BgError([catalogue.account_as_output(f"energy.{account}")])
         observed = tuple(o for o in graph.observations if o.name in graph.scene.columns)
-        facts = replace(graph.scene, accounts=(), columns=tuple(o.name for o in observed))
+        columns = tuple(o.name for o in observed)
+        self.starts_at_rest = graph.scene.rest is not None
+        facts = replace(graph.scene, accounts=(), columns=columns, rest=None)
         defaults = _with_values(graph, self.values)
         graph = replace(graph, scene=facts, observations=observed, parameters=defaults)
         candidates = _candidates(graph)

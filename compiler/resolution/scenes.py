@@ -108,7 +108,7 @@ def _keys(item: syntax.SceneItem) -> Iterator[tuple[str, str]]:
             yield kind, text_of(item.target)
         case syntax.Device():
             yield kind, item.name
-        case syntax.Solver() | syntax.Step() | syntax.Run() | syntax.Deadline():
+        case syntax.Solver() | syntax.Step() | syntax.Run() | syntax.Deadline() | syntax.Start():
             yield kind, ""
         case _:
             pass

@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 7
+#define BGC_ABI 8
 
 typedef enum {
     BGC_OK = 0,
@@ -294,6 +294,10 @@ bgc_status bgc_jacobian(const bgc_model *m, bgc_data *d, double *jac, double *df
 /* Stored entries of M, n_mass of them; none for the identity. */
 bgc_status bgc_mass(const bgc_model *m, bgc_data *d, double *mass);
 bgc_status bgc_outputs(const bgc_model *m, bgc_data *d, double *y);
+/* The rows and conditions of closed chains, which are zero in a run, with their derivatives by the
+ * states, count * n_state by rows; those of the rows by momenta alone. The count is bgc_chain_rows(m). */
+int bgc_chain_rows(const bgc_model *m);
+bgc_status bgc_evaluate_chain_rows(const bgc_model *m, bgc_data *d, double *value, double *slope);
 /* stored since reset, supplied, dissipated, residual = stored - supplied + dissipated; J. */
 bgc_status bgc_energy(const bgc_model *m, bgc_data *d, double account[4]);
 

@@ -194,3 +194,40 @@ bgc_status bgc_close_chains(const bgc_model *m, bgc_data *d, double t, double *x
     status = close_positions(m, d, t, x, &p);
     return status == BGC_OK ? close_flows(m, d, x, &p) : status;
 }
+
+/* --- for a start at rest ------------------------------------------------------------------------ */
+
+int bgc_chain_rows(const bgc_model *m) {
+    const bgc_closure_info *c = m->closure_info;
+
+    return c == NULL ? 0 : c->n_row + c->n_condition;
+}
+
+bgc_status bgc_evaluate_chain_rows(const bgc_model *m, bgc_data *d, double *value, double *slope) {
+    const bgc_closure_info *c = m->closure_info;
+    const int n = m->n_state;
+    bgc_chain_parts p;
+
+    if (bgc_chain_rows(m) == 0) {
+        return BGC_OK;
+    }
+    if (!bgc_evaluate_chains(m, d, d->core.t, d->x, &p)) {
+        return BGC_NOT_FINITE;
+    }
+    memcpy(value, p.flow, (size_t)c->n_row * sizeof *value);
+    memcpy(value + c->n_row, p.condition, (size_t)c->n_condition * sizeof *value);
+    memset(slope, 0, (size_t)(c->n_row + c->n_condition) * (size_t)n * sizeof *slope);
+
+    /* Flows by momenta, then conditions by positions. */
+    for (int i = 0; i < c->n_row; i++) {
+        for (int k = 0; k < c->n_impulse; k++) {
+            slope[i * n + c->impulse[k]] = p.by_impulse[i * c->n_impulse + k];
+        }
+    }
+    for (int i = 0; i < c->n_condition; i++) {
+        for (int k = 0; k < c->n_moved; k++) {
+            slope[(c->n_row + i) * n + c->moved[k]] = p.by_place[i * c->n_moved + k];
+        }
+    }
+    return BGC_OK;
+}

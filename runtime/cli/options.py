@@ -27,6 +27,7 @@ _METHOD_OPTIONS: tuple[tuple[str, str | type, str], ...] = (
     ("--substeps", int, "Most parts of a fixed step whose error is too large."),
     ("--every", "TIME", 'Interval between rows: "10 ms".'),
     ("--settle", "FREQUENCY", 'Start modes faster than this at rest: "20 Hz".'),
+    ("--rest", bool, "Start at the nearest state at which all rates vanish."),
     ("--time", "TIME", 'Simulated time: "60 s"; by default that of the scene.'),
 )
 
@@ -77,10 +78,13 @@ def strict_option(command: _Command) -> _Command:
 def method_options(command: _Command) -> _Command:
     """Add the options of the integration method, its steps and the interval between rows.
 
-    They arrive as `solver`, `rtol`, `atol`, `step`, `max_step`, `substeps`, `settle`, `every` and
-    `duration`; `read_method` converts them.
+    They arrive as `solver`, `rtol`, `atol`, `step`, `max_step`, `substeps`, `settle`, `rest`,
+    `every` and `duration`; `read_method` converts them.
     """
     for option, kind, text in reversed(_METHOD_OPTIONS):
+        if kind is bool:
+            command = click.option(option, is_flag=True, help=text)(command)
+            continue
         metavar = kind if isinstance(kind, str) else None
         names = ("--time", "duration") if option == "--time" else (option,)
         command = click.option(*names, type=None if metavar else kind, metavar=metavar, help=text)(
@@ -174,6 +178,7 @@ def read_method(given: Mapping[str, Any]) -> dict[str, Any]:
         **read_times(**texts),
         **{name: given[name] for name in ("solver", "rtol", "atol", "substeps")},
         "settle": None if settle is None else read_quantity(settle, "--settle", "Hz"),
+        "start": "rest" if given["rest"] else None,
     }
 
 

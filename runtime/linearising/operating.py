@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
 
@@ -16,13 +16,14 @@ from bgc.building.built import run_facts
 from bgc.building.cache import digest_of, open_cache
 from bgc.diagnostics.catalogue.analysis import no_equilibrium
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.driver import build_model
+from bgc.driver import build_model, compile_scene
 from bgc.emission.emit import emit_model
 from bgc.ir.defaults import default_values
 from bgc.ir.graph import Node
 from bgc.linearising.linear_form import LinearForm, linear_form
 from bgc.linearising.opening import Opened, open_scene
 from bgc.options import Options
+from bgc.runtime.linear.equilibrium import find_equilibrium, find_zero
 from bgc.runtime.linear.state_space import Linearisation, without_algebraic
 from bgc.runtime.linearising.chains import ClosedChains
 from bgc.runtime.linearising.equilibrium import Tangent, find_equilibrium, find_zero
@@ -58,6 +59,7 @@ class OpenedModel:
         outputs: Sequence[str] = (),
         values: Mapping[str, float] | None = None,
     ) -> None:
+        self._path, self._options, self._values_given = path, options, dict(values or {})
         self._folder = path.absolute().parent
         self.opened: Opened = open_scene(path, options, inputs, outputs, values)
         self._form: LinearForm = linear_form(self.opened)
@@ -86,7 +88,7 @@ class OpenedModel:
         inputs = np.zeros(program.inputs)
         nothing = OperatingPoint(0.0, np.zeros(len(program.states)), inputs)
         state = self._numbers([s.initial for s in program.states], self._values(nothing))
-        point = self.projected(OperatingPoint(0.0, state, inputs))
+        point = self.projected(OperatingPoint(0.0, self._at_rest(state), inputs))
         in_mass = self.mass() != 0
         rows = np.logical_not(np.logical_or.reduce(in_mass, axis=1))
         columns = np.logical_not(np.logical_or.reduce(in_mass, axis=0))
@@ -95,12 +97,24 @@ class OpenedModel:
         block = _Block(self, point, rows, columns)
         return block.solved(*find_zero(block.rates, block.slope, block.start))
 
+    def _at_rest(self, state: Array) -> Array:
+        """The initial state, or that of the scene's start at rest; by the names of the states."""
+        if not self.opened.starts_at_rest:
+            return state
+        options = replace(self._options, whole=True, observe=())
+        model = LoadedModel(compile_scene(self._path, options).built, self._folder)
+        instance = model.instance_at(None, 0.0, self._values_given)
+        found = dict(zip((s.name for s in model.states), instance.state.tolist(), strict=True))
+        names = (s.name for s in self.opened.program.states)
+        return np.array([found.get(n, x) for n, x in zip(names, state.tolist(), strict=True)])
+
     def at_time(self, time: float) -> OperatingPoint:
         """Simulate to a time, s; take the state and the device inputs then."""
         program = self.opened.program
         emitted = emit_model(program, digest_of(self.opened.sources))
         built = build_model(emitted, run_facts(program.scene), Options(), (), open_cache())
-        state, inputs = state_after(LoadedModel(built, self._folder), time)
+        start = self.at_start().state if self.opened.starts_at_rest else None
+        state, inputs = state_after(LoadedModel(built, self._folder), time, start)
         return OperatingPoint(time, state, inputs)
 
     def steady(self) -> OperatingPoint:

@@ -19,6 +19,7 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.columns import column_of, component_of
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_arrays, written_whole
+from bgc.runtime.results.rest import AtRest
 from bgc.values.shown import Shown
 
 if TYPE_CHECKING:
@@ -73,6 +74,8 @@ class Result(Mapping[str, Array]):
         Warnings about the method and the parameters of the run.
     faster
         An explicit method that would take much less time; empty where none is known.
+    at_rest
+        The start at rest: residual, largest moves, varied parameters. None for other starts.
     warnings
         The notices, and warnings about the rows: a value that is not finite, energies that do
         not balance.
@@ -102,6 +105,8 @@ class Result(Mapping[str, Array]):
         """A column, or the columns of a vector, in the units as written."""
         columns = [self[column] / self.shown_in(column).factor for column in self.expand([name])]
         return columns[0] if len(columns) == 1 else np.column_stack(columns)
+
+    at_rest: AtRest | None = None
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:

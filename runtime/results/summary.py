@@ -6,6 +6,7 @@ import numpy as np
 
 from bgc.language.columns import name_in_si
 from bgc.printing.tables import Table, table_text
+from bgc.runtime.results.rest import described
 from bgc.runtime.results.result import Result
 
 _MOST_COLUMNS = 12
@@ -25,6 +26,8 @@ def summarise(result: Result) -> str:
         f"  {result.solver}: {_count(counts['steps'], 'step')}{rejected}{events}, "
         f"{_count(len(result.time), 'row')}, worst step {_seconds(counts['worst_step_seconds'])}",
     ]
+    if result.at_rest is not None:
+        lines += [f"  {line}" for line in described(result.at_rest)]
     if counts["subdivided"]:
         lines.append(
             f"  {_count(counts['subdivided'], 'step')} subdivided, at most "

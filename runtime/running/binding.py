@@ -44,6 +44,7 @@ _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_jacobian": (c_int, (_Doubles, _Doubles)),
     "bgc_mass": (c_int, (_Doubles,)),
     "bgc_outputs": (c_int, (_Doubles,)),
+    "bgc_evaluate_chain_rows": (c_int, (_Doubles, _Doubles)),
     "bgc_energy": (c_int, (_Doubles,)),
     "bgc_set_options": (c_int, (POINTER(OptionsStruct),)),
     "bgc_run": (c_int, (_Doubles, c_size_t, _Doubles, POINTER(c_size_t))),
@@ -55,6 +56,7 @@ _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
 # name: result, all arguments
 _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_get_model": (_Model, ()),
+    "bgc_chain_rows": (c_int, (_Model,)),
     "bgc_new": (c_void_p, (_Model,)),
     "bgc_failed_parameter": (c_int, (c_void_p,)),
     "bgc_failed_assertion": (c_int, (c_void_p,)),
@@ -319,6 +321,14 @@ class Instance:
         """The observed values at the present time and state."""
         y = np.full(self.library.model.n_output, np.nan)
         return Status(self._call("bgc_outputs", _doubles(y))), y
+
+    def chain_rows(self) -> tuple[Status, Array, Array]:
+        """The rows that keep closed chains closed, zero in a run, and their derivatives by x."""
+        count = int(self.library.functions.bgc_chain_rows(self.library.pointer))
+        values = np.full(count, np.nan)
+        slopes = np.full((count, self.library.model.n_state), np.nan)
+        where = (_doubles(values), _doubles(slopes))
+        return Status(self._call("bgc_evaluate_chain_rows", *where)), values, slopes
 
     def set_options(self, options: OptionsStruct) -> Status:
         """Choose the method and its options."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,9 +11,11 @@ from bgc.building.built import ENERGY_ACCOUNTS, Built, RunFacts
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.options import Options
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.rest import AtRest
 from bgc.runtime.running.binding import Instance, Library, text
 from bgc.runtime.running.failures import explain, require
 from bgc.runtime.running.parameters import Parameters, ParameterValue
+from bgc.runtime.running.rest import go_to_rest
 from bgc.runtime.running.run import Method, open_devices, set_method, start
 from bgc.runtime.running.structures import Status, VarInfo
 from bgc.values.shown import Shown, shown_by
@@ -113,19 +115,26 @@ class LoadedModel:
 
     @contextmanager
     def started(
-        self, method: Method, accounts: bool, parameters: Mapping[str, ParameterValue] | None = None
+        self,
+        method: Method,
+        accounts: bool,
+        parameters: Mapping[str, ParameterValue] | None = None,
+        noted: Callable[[AtRest], None] | None = None,
     ) -> Iterator[Instance]:
         """Yield an instance at the initial state, its devices open, ready to run with a method.
 
         `accounts` says whether its rows end with the energy accounts. The scene's `settle` holds
-        unless the method has its own.
+        unless the method has its own. `noted` is called with a start at rest, if it is one.
         """
         instance = self.parameters.instance(parameters or {})
         require(instance, set_method(instance, method, accounts))
         with open_devices(instance, self.folder):
             scene_settle = dict(self.facts.solver_options).get("settle", 0.0)
             settled = method if method.settle > 0 else replace(method, settle=scene_settle)
-            require(instance, start(instance, settled), self._places)
+            status, at_rest = start(instance, settled, method.rest_of(self.facts))
+            require(instance, status, self._places)
+            if at_rest is not None and noted is not None:
+                noted(at_rest)
             yield instance
 
     def instance_at(
@@ -139,6 +148,9 @@ class LoadedModel:
         require(instance, instance.reset(time), self._places)
         if state is not None:
             instance.state[:] = state
+        elif self.facts.rest is not None:
+            status, _ = go_to_rest(instance, self.facts.rest)
+            require(instance, status, self._places)
         return instance
 
     def explain(self, instance: Instance, status: Status) -> Diagnostic:

@@ -175,7 +175,7 @@ class _Work:
     def _start(self, instance: Instance) -> Diagnostic | None:
         """Put an instance at its initial state; return the error if there is none."""
         try:
-            status = start(instance, self.method)
+            status, _ = start(instance, self.method, self.method.rest_of(self.model.facts))
         except BgError as problem:  # its fast modes do not come to rest
             return problem.diagnostics[0]
         return None if status is Status.OK else self.model.explain(instance, status)

@@ -13,8 +13,8 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from bgc.building.backends import BACKENDS, build_backend
-from bgc.building.build import driver_names
-from bgc.building.built import RunFacts
+from bgc.building.build import driver_names, runtime_directory
+from bgc.building.built import Rest, RunFacts
 from bgc.building.cache import open_cache
 from bgc.diagnostics.catalogue.arguments import (
     bad_option,
@@ -27,9 +27,11 @@ from bgc.diagnostics.catalogue.arguments import (
 from bgc.diagnostics.catalogue.backends import solver_does_not_serve
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.rest import AtRest
 from bgc.runtime.running.binding import Instance, Library, backend_run, text
 from bgc.runtime.running.methods import ADAPTIVE_OPTIONS, default_method
 from bgc.runtime.running.progress import ProgressBar
+from bgc.runtime.running.rest import go_to_rest
 from bgc.runtime.running.settle import settle
 from bgc.runtime.running.structures import OptionsStruct, Status
 
@@ -51,7 +53,8 @@ _Outcome = TypeVar("_Outcome")
 class Method:
     """An integration method with its options, SI; 0 where the C runtime chooses.
 
-    `auto` means that the recommendation of `bgc trade` goes first, if there is one.
+    `auto` means that the recommendation of `bgc trade` goes first, if there is one. `start` is
+    "rest", "given", or empty for the scene's own start.
     """
 
     name: str
@@ -65,6 +68,7 @@ class Method:
     substeps: int = 0
     settle: float = 0.0
     auto: bool = False
+    start: str = ""
 
     def with_capped_step(self, times: Array, timed: bool) -> Method:
         """Cap the step of an adaptive method at a few row intervals where a model is `timed`.
@@ -75,6 +79,18 @@ class Method:
             return self
         interval = float(times[-1] - times[0]) / (len(times) - 1)
         return replace(self, max_step=_ROWS_IN_A_STEP * interval)
+
+    def started(self, start: str | None) -> Method:
+        """The method with another start of its runs; BG066 for an unknown one."""
+        if start not in (None, "rest", "given"):
+            raise BgError([bad_option("start", start, "`rest` or `given`", "rest")])
+        return self if start is None else replace(self, start=start)
+
+    def rest_of(self, facts: RunFacts) -> Rest | None:
+        """The start at rest of a run of a scene; None where it starts from given values."""
+        if self.start == "given":
+            return None
+        return facts.rest or (Rest(momenta=facts.momenta) if self.start == "rest" else None)
 
     def struct(self, accounts: bool) -> OptionsStruct:
         """Make the options structure of C."""
@@ -166,12 +182,19 @@ def choose_method(
     )
 
 
-def start(instance: Instance, method: Method) -> Status:
-    """Put an instance at its initial state; bring fast modes to rest if the method has `settle`."""
+def start(
+    instance: Instance, method: Method, rest: Rest | None = None
+) -> tuple[Status, AtRest | None]:
+    """Put an instance at its initial state, or at rest near to it.
+
+    Without `rest`, fast modes are brought to rest if the method has `settle`.
+    """
     status = instance.reset()
+    if status is Status.OK and rest is not None:
+        return go_to_rest(instance, rest)
     if status is Status.OK and method.settle > 0:
-        return settle(instance, method.settle)
-    return status
+        return settle(instance, method.settle), None
+    return status, None
 
 
 def set_method(instance: Instance, method: Method, accounts: bool) -> Status:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -19,6 +20,7 @@ from bgc.diagnostics.catalogue.physics import negative_value
 from bgc.diagnostics.catalogue.trade import nothing_measured
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.rest import AtRest
 from bgc.runtime.results.result import Result
 from bgc.runtime.running.advice import faster_method
 from bgc.runtime.running.binding import Instance
@@ -57,9 +59,12 @@ def simulate(
     """
     rows = np.full((len(times), model.row_width), np.nan)
     capped = method.with_capped_step(times, model.facts.timed)
-    with model.started(capped, bool(model.accounts), parameters) as instance:
+    at_rest: list[AtRest] = []
+    begun = model.started(capped, bool(model.accounts), parameters, at_rest.append)
+    with begun as instance:
         status, done, interrupted = run_watched(instance, times, rows, progress)
     result = _named(model, times[:done], rows[:done], method, instance, notices)
+    result = replace(result, at_rest=at_rest[0]) if at_rest else result
     if interrupted or status is Status.INTERRUPTED:
         diagnostic = explain(instance, Status.INTERRUPTED)
         raise RunInterrupted(diagnostic, result.ended("interrupted", diagnostic.message))
@@ -112,12 +117,18 @@ def times_of(
     return row_times(end, interval, step, model.row_width * instances)
 
 
-def state_after(model: LoadedModel, time: float) -> tuple[Array, Array]:
-    """Run to a time, s, with the scene's method; return the state and the device inputs then."""
+def state_after(model: LoadedModel, time: float, state: Array | None = None) -> tuple[Array, Array]:
+    """Run to a time, s, with the scene's method; return the state and the device inputs then.
+
+    The run starts at `state`, or else at the scene's start.
+    """
     method, _ = method_of(model)
     times = row_times(time, time, None, len(model.measured))
     rows = np.full((len(times), len(model.measured)), np.nan)
     with model.started(method, accounts=False) as instance:
+        if state is not None:
+            instance.state[:] = state
+            require(instance, instance.restart())
         status, _, _ = run_watched(instance, times, rows, progress=False)
     require(instance, status)
     return instance.state.copy(), instance.input.copy()

@@ -101,6 +101,36 @@ def test_words_are_names_where_they_have_no_meaning() -> None:
     assert (kinds["param"], kinds["1/s"], kinds["=="]) == ("PARAM", "UNIT", "COMPARE")
 
 
+@pytest.mark.parametrize("word", ["is", "start", "rest", "hold", "vary"])
+def test_a_soft_word_is_a_name_everywhere(word: str) -> None:
+    text = (
+        f"model M {{ {word} : I(2); a : C(1); j : J1; {word}, a -> j; let k = {word}.p; }}\n"
+        f"scene {word} of M {{ observe {word}.f as {word}_flow, {word}.p; plot {word};"
+        f" set {word}.x = 1; drive {word} = 2; keep {word};"
+        f" start rest hold {word}, {word}.q vary {word}; }}"
+        f"\nscene other is {word} {{ run 1 s; }}"
+    )
+    _, tokens, found = parse_with_tokens(Source("test.bg", text))
+    assert not found
+    kinds = [token.type for token in tokens if str(token) == word]
+    as_word = {"is": 1, "start": 1, "rest": 1, "hold": 1, "vary": 1}
+    assert kinds.count(word.upper()) == as_word[word]
+    assert set(kinds) == {"NAME", word.upper()}
+
+
+def test_a_start_at_rest_is_read() -> None:
+    file, found = parse(
+        Source("t", "scene a of M { start rest hold a.b, c[2] vary d; start rest; }")
+    )
+    assert not found
+    (scene,) = file.declarations
+    assert isinstance(scene, syntax.Scene)
+    first, second = scene.items
+    assert isinstance(first, syntax.Start) and isinstance(second, syntax.Start)
+    assert [p.span.text for p in (*first.hold, *first.vary)] == ["a.b", "c[2]", "d"]
+    assert (second.hold, second.vary) == ((), ())
+
+
 # --- recovery ---------------------------------------------------------------------------------
 
 

@@ -407,3 +407,52 @@ def not_separable() -> Diagnostic:
         "fast and slow modes cannot be separated: some rates are undetermined",
         help="omit `settle`, or write each rate as `der(x) = ..;`",
     )
+
+
+def no_rest(rates: Sequence[tuple[str, float, str]]) -> Diagnostic:
+    """BG760: a start at rest where there is none
+
+    What: the run is to start at rest (`start rest`, `--rest`), and no state near the initial one
+    makes all rates zero. The rates that remain are named, largest first.
+
+    Why: something moves whatever the state: a body falls or drifts with a current, a source drives
+    a speed, a pump fills a tank without an outlet. Sources and inputs have their first values.
+
+    Example: `start rest;` in a scene of a ball in free fall.
+
+    Way out: hold what the named states belong to (a spring, a mooring, a closed valve), free a
+    parameter that can balance them (`start rest vary drive.torque;`), start nearer to the
+    equilibrium, or start from the initial values as they are given.
+    """
+    shown = ", ".join(
+        f"`{name}` changes by {rate:.4g} {_rate_unit(unit)}" for name, rate, unit in rates[:3]
+    )
+    more = f" and {len(rates) - 3} more" if len(rates) > 3 else ""
+    return error(
+        "BG760",
+        f"there is no state of rest near the initial values: {shown}{more}",
+        help="hold what these states belong to, or free a parameter that balances them: "
+        "`start rest vary drive.torque;`",
+    )
+
+
+def _rate_unit(unit: str) -> str:
+    return f"{unit}/s" if unit and "/" not in unit else f"{unit} per second".strip()
+
+
+def rest_not_found() -> Diagnostic:
+    """BG761: no start at rest that keeps what is to be kept
+
+    What: the rates vanish, but a value after `hold` does not stay, or a closed chain is open.
+
+    Why: the state of rest near the initial values is another one than the held value allows.
+
+    Example: `start rest hold spring.q;` of a spring that carries a weight.
+
+    Way out: hold less, or free a parameter: `start rest hold spring.q vary spring_force;`
+    """
+    return error(
+        "BG761",
+        "no state of rest near the initial values keeps what `hold` names",
+        help="hold less, or free a parameter by `vary`",
+    )

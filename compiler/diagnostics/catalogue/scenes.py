@@ -319,3 +319,42 @@ def said_twice(span: Span, what: str, first: Span) -> Diagnostic:
         labels=[Label(first, "the first one")],
         help="remove one of them",
     )
+
+
+def hold_without_state(span: Span, path: str) -> Diagnostic:
+    """BG465: a value to hold that no state determines
+
+    What: `start rest hold` names a value of parameters, of the time or of devices alone.
+
+    Why: a start at rest moves states; such a value stays whatever they are.
+
+    Example: `start rest hold crane.boom.length;`
+
+    Way out: hold an angle, a position or another value of states, or omit `hold`.
+    """
+    return error(
+        "BG465",
+        f"`{path}` does not depend on a state, so a start at rest cannot move it",
+        span,
+        help="hold a value of states, such as the angle of a joint, or omit it",
+    )
+
+
+def vary_without_parameter(span: Span, path: str) -> Diagnostic:
+    """BG466: something to vary that is not a parameter
+
+    What: `start rest vary` names something other than a parameter.
+
+    Why: a start at rest may move all states; besides them only parameters can be chosen.
+
+    Example: `start rest vary elbow.torque;` where `input torque = 0;`
+
+    Way out: name a parameter. An input that is driven by one follows it: `param hold = 0;` in the
+    model, and `drive elbow.torque = hold;`.
+    """
+    return error(
+        "BG466",
+        f"`{path}` is not a parameter",
+        span,
+        help="name a parameter of the model, which the start may change",
+    )

@@ -19,18 +19,23 @@ def without_removed(world: World, scene: Scene) -> tuple[Scene, tuple[Diagnostic
     """Drop the inherited statements that name a part or value which is not there any more.
 
     A statement counts only where a scene below the one that wrote it fills the slot of that part.
-    Of an inherited `plot` only the dropped columns go. Returns None if nothing is dropped, else
-    the scene without the statements, and a note for each.
+    Of an inherited `plot` only the dropped columns go, of a `start` the paths. Returns None if
+    nothing is dropped, else the scene without the statements, and a note for each.
     """
     dropped: dict[int, Diagnostic] = {}
     columns: list[str] = []
+    starts: dict[int, list[syntax.Expr]] = {}  # paths that a `start` no longer names
     for each in scene.inherited:
         for path in _paths_in(each.item):
             slot = _slot_above(path, each.slots)
             if slot and _is_missing(world, scene, path):
-                what = type(each.item).__name__.lower()
-                note = statement_dropped(path.span, f"`{what}`", text_of(path), slot)
+                kind = type(each.item).__name__.lower()
+                what = "path of `start`" if kind == "start" else f"`{kind}`"
+                note = statement_dropped(path.span, what, text_of(path), slot)
                 dropped[id(each.item)] = note
+                if isinstance(each.item, syntax.Start):
+                    gone = [p for p in _paths_in(each.item) if _slot_above(p, each.slots)]
+                    starts[id(each.item)] = [p for p in gone if _is_missing(world, scene, p)]
                 if isinstance(each.item, syntax.Observe):
                     columns.append(each.item.alias or text_of(each.item.value))
                 break
@@ -39,6 +44,9 @@ def without_removed(world: World, scene: Scene) -> tuple[Scene, tuple[Diagnostic
     inherited = {id(each.item) for each in scene.inherited}
     items: list[syntax.SceneItem] = []
     for item in scene.items:
+        if isinstance(item, syntax.Start) and id(item) in starts:
+            items.append(_without(item, starts[id(item)]))
+            continue
         if id(item) in dropped:
             continue
         reduced = _reduced(item, columns) if id(item) in inherited else item
@@ -48,6 +56,13 @@ def without_removed(world: World, scene: Scene) -> tuple[Scene, tuple[Diagnostic
     env = replace(scene.env, instance=None, locals={})
     changed = replace(scene, items=tuple(items), inherited=kept, env=env, devices={})
     return changed, tuple(dropped.values())
+
+
+def _without(start: syntax.Start, gone: Sequence[syntax.Expr]) -> syntax.Start:
+    """A `start` without some of its paths."""
+    hold = tuple(path for path in start.hold if path not in gone)
+    vary = tuple(path for path in start.vary if path not in gone)
+    return syntax.Start(hold, vary, start.span)
 
 
 def _reduced(item: syntax.SceneItem, columns: Sequence[str]) -> syntax.SceneItem | None:
@@ -122,6 +137,8 @@ def _paths_in(item: syntax.SceneItem) -> Iterator[syntax.Expr]:
             yield from _paths(item.value)
         case syntax.Keep():
             yield from _paths(item.target)
+        case syntax.Start():
+            yield from (*item.hold, *item.vary)
         case _:
             pass
 

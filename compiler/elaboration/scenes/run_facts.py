@@ -11,7 +11,7 @@ from bgc.elaboration.scenes.edits import canonical_path
 from bgc.elaboration.scenes.observed import Observed
 from bgc.elaboration.scenes.scene import Item, Scene, constant_of
 from bgc.grammar import syntax
-from bgc.ir.graph import Plot, Requirement, SceneFacts, SolverChoice
+from bgc.ir.graph import Plot, Requirement, Rest, SceneFacts, SolverChoice
 from bgc.language.columns import column_of, name_in_si, vector_of
 from bgc.language.scene_tables import SOLVER_OPTIONS
 from bgc.values.expressions import resolve_path
@@ -65,8 +65,8 @@ def read_kept(world: World, scene: Scene) -> tuple[str, ...]:
     return tuple(found)
 
 
-def read_facts(world: World, scene: Scene, observed: Observed) -> SceneFacts:
-    """Read solver, step, duration, interval, deadline and plots."""
+def read_facts(world: World, scene: Scene, observed: Observed, rest: Rest | None) -> SceneFacts:
+    """Read solver, step, duration, interval, deadline and plots; `rest` is the start at rest."""
     run = _single(world, scene, syntax.Run, "run")
     step = _single(world, scene, syntax.Step, "step")
     deadline = _single(world, scene, syntax.Deadline, "deadline")
@@ -84,6 +84,7 @@ def read_facts(world: World, scene: Scene, observed: Observed) -> SceneFacts:
         observed.accounts,
         observed.columns,
         _plots(world, scene, observed),
+        rest,
     )
 
 

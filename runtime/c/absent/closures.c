@@ -6,6 +6,16 @@ size_t bgc_closing_size(const bgc_model *m) {
     return 0;
 }
 
+int bgc_chain_rows(const bgc_model *m) {
+    (void)m;
+    return 0;
+}
+
+bgc_status bgc_evaluate_chain_rows(const bgc_model *m, bgc_data *d, double *value, double *slope) {
+    (void)m, (void)d, (void)value, (void)slope;
+    return BGC_OK;
+}
+
 bgc_status bgc_close_chains(const bgc_model *m, bgc_data *d, double t, double *x) {
     (void)m, (void)d, (void)t, (void)x;
     return BGC_OK;

@@ -1,0 +1,365 @@
+"""A start at rest: the state nearest to the given initial one at which all rates vanish.
+
+Inputs and devices have their first values, and sources their values at the start. With y = x/s, the
+states in their scales, the equations are
+
+    f(x, p) = 0     the rates, and the algebraic equations
+    g(x) = 0        the conditions and flows that keep chains of rigid connections closed
+    h(x) = h(x0)    the values to be held
+
+Steps of Gauss and Newton of least length solve them (A. Ben-Israel, J. Math. Anal. Appl. 15, 1966).
+Then steps within the space of directions that no equation restores, each followed by steps of the
+first kind, determine the rest. Relations between positions that no motion of the system changes
+hold as at the declared start y0: the pose of a ship follows the spring that carries it. What is
+then still free is as near to y0 as possible: a yaw or a joint under a rate drive stays where it was
+put. The start y0 may depend on the parameters p that are varied.
+
+Rows are scaled to entries of one; singular values below a tolerance, which decreases with the
+residuals, count as zero. Relations between positions are kept up to the second order of the moves.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import numpy as np
+
+from bgc.building.built import Rest
+from bgc.diagnostics.catalogue.run import no_rest, rest_not_found
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.linear.equilibrium import find_equilibrium
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.rest import AtRest, Move
+from bgc.runtime.running.binding import Instance, text
+from bgc.runtime.running.structures import Status
+
+_ITERATIONS = 200
+_HALVINGS = 25
+_FEWER_HALVINGS = 6
+_AT_REST = 1e-9  # of a residual, in the scale of the states that it depends on
+_ROUNDING = 1e-15  # of a residual: no step makes it smaller
+_STILL = 1e-12  # of a step along free directions, in scales
+_NEARLY_STILL = 1e-8  # the same where steps no longer become shorter
+_LEAST_RANK = 1e-12  # of the singular values of scaled rows, in terms of the largest
+_PART = 1e-6  # of a state's scale or a parameter, for a difference quotient
+
+
+class _Undefined(Exception):
+    """An evaluation failed with a status."""
+
+    def __init__(self, status: Status) -> None:
+        super().__init__()
+        self.status = status
+
+
+def go_to_rest(instance: Instance, rest: Rest) -> tuple[Status, AtRest | None]:
+    """Put an instance that has been reset at the nearest state of rest.
+
+    Returns OK with what was found, or the status of an evaluation that failed.
+
+    Raises
+    ------
+    BgError
+        BG760 if rates remain, BG761 if the equations are undefined around the start.
+    """
+    try:
+        search = _Search(instance, rest)
+        search.run()
+        return search.finish()
+    except _Undefined as undefined:
+        return undefined.status, None
+
+
+class _Search:
+    """The search of one instance: z holds the states in their scales, then the parameters."""
+
+    def __init__(self, instance: Instance, rest: Rest) -> None:
+        self.instance, self.time = instance, instance.time
+        model = instance.library.model
+        self.size = model.n_state
+        self.names = [text(model.state[k].name) for k in range(self.size)]
+        self.units = [text(model.state[k].unit) for k in range(self.size)]
+        outputs = [text(model.output[k].name) for k in range(model.n_output)]
+        self.held = [outputs.index(name) for name in rest.hold]
+        parameters = [text(model.param[k].name) for k in range(model.n_param)]
+        self.momenta = list(rest.momenta)
+        self.varied = [parameters.index(name) for name in rest.vary]
+        self.scale = instance.scale.copy()
+        self.start = instance.state / self.scale
+        self.given = np.array([instance.parameter(k) for k in self.varied])
+        self.of_parameters = np.where(self.given != 0, np.abs(self.given), 1.0)
+        self.z = np.concatenate([self.start, self.given / self.of_parameters])
+        self.declared = self.start  # y0 at the present parameters
+        self.wanted = self._outputs(self.z)[self.held] if self.held else np.empty(0)
+        self.rows = np.ones(0)
+        status, mass = instance.mass()
+        _check(status)
+        self.mass = mass * self.scale / self.scale[:, None]
+
+    # --- evaluation ---------------------------------------------------------------------------
+
+    def _go(self, z: Array) -> None:
+        """Put the instance at z."""
+        instance = self.instance
+        if self.varied:
+            values = z[self.size :] * self.of_parameters
+            if not np.array_equal(values, [instance.parameter(k) for k in self.varied]):
+                info = instance.library.model.param
+                for index, value in zip(self.varied, values.tolist(), strict=True):
+                    if not info[index].low <= value <= info[index].high:
+                        raise _Undefined(Status.BAD_ARGUMENT)
+                    instance.set_parameter(index, value)
+                _check(instance.reset(self.time))
+                self.declared = instance.state / self.scale
+        instance.state[:] = z[: self.size] * self.scale
+
+    def _outputs(self, z: Array) -> Array:
+        self._go(z)
+        status, found = self.instance.outputs()
+        _check(status)
+        return found
+
+    def residuals(self, z: Array) -> Array:
+        """All equations at z, not scaled by rows; rates are in scales of their states."""
+        self._go(z)
+        status, rates = self.instance.rhs()
+        _check(status)
+        status, values, _ = self.instance.chain_rows()
+        _check(status)
+        held = self._outputs(z)[self.held] - self.wanted if self.held else np.empty(0)
+        found: Array = np.concatenate([rates / self.scale, values, held])
+        if not np.isfinite(found).all():
+            raise _Undefined(Status.NOT_FINITE)
+        return found
+
+    def slopes(self, z: Array) -> tuple[Array, Array]:
+        """Derivatives of the residuals by z, and of y0 by the parameters."""
+        self._go(z)
+        status, by_state, _ = self.instance.jacobian()
+        _check(status)
+        status, _, by_place = self.instance.chain_rows()
+        _check(status)
+        rates = by_state * self.scale / self.scale[:, None]
+        states = np.vstack([rates, by_place * self.scale, self._held_slopes(z)])
+        starts = np.zeros((self.size, len(self.varied)))
+        columns = np.zeros((len(states), len(self.varied)))
+        for k in range(len(self.varied)):
+            moved = z.copy()
+            found = []
+            for sign in (1, -1):
+                moved[self.size + k] = z[self.size + k] + sign * _PART
+                found.append((self.residuals(moved), self.declared.copy()))
+            (above, later), (below, earlier) = found
+            columns[:, k] = (above - below) / (2 * _PART)
+            starts[:, k] = (later - earlier) / (2 * _PART)
+        self._go(z)
+        return np.hstack([states, columns]), starts
+
+    def _held_slopes(self, z: Array) -> Array:
+        slopes = np.zeros((len(self.held), self.size))
+        if self.held:
+            moved = z.copy()
+            for k in range(self.size):
+                part = _PART * max(1.0, abs(z[k]))
+                moved[k] = z[k] + part
+                above = self._outputs(moved)[self.held]
+                moved[k] = z[k] - part
+                slopes[:, k] = (above - self._outputs(moved)[self.held]) / (2 * part)
+                moved[k] = z[k]
+        return slopes
+
+    # --- steps --------------------------------------------------------------------------------
+
+    def run(self) -> None:
+        """Go to a state of rest, and from there along such states to the one that is wanted."""
+        if self._restore() > _AT_REST and not self.varied:
+            self._relax()
+        before = np.inf
+        for _ in range(_ITERATIONS):
+            along = self._along()
+            size = float(np.abs(along).max(initial=0.0))
+            if size <= _STILL or (size <= _NEARLY_STILL and size > 0.5 * before):
+                return
+            if not self._followed(along):
+                return
+            before = size
+
+    def _relax(self) -> None:
+        """Follow the system itself from the start, ever more damped."""
+        gone = self.z
+
+        def rates(y: Array) -> Array:
+            try:
+                return self.residuals(y)[: self.size]
+            except _Undefined:
+                return np.full(self.size, np.nan)
+
+        def slope(y: Array) -> Array:
+            return self.slopes(y)[0][: self.size]
+
+        def projected(y: Array) -> Array:
+            self._go(y)
+            self.instance.restart()
+            moved: Array = self.instance.state / self.scale
+            return moved
+
+        with suppress(_Undefined):
+            self.z, _ = find_equilibrium(rates, slope, self.mass, self.start, projected)
+            if self._restore() <= _AT_REST:
+                return
+        self.z = gone
+
+    def _followed(self, along: Array) -> bool:
+        """Take the largest part of a step along free directions from which rest is found again."""
+        begin = self.z
+        fraction = 1.0
+        for _ in range(_FEWER_HALVINGS):
+            self.z = begin + fraction * along
+            with suppress(_Undefined):
+                if self._restore() <= _AT_REST:
+                    return True
+            fraction /= 4
+        self.z = begin
+        self._go(begin)
+        return False
+
+    def _restore(self) -> float:
+        """Take steps towards rest while they help; return the largest scaled residual."""
+        rank = 1.0  # factor of the tolerance of rank
+        remaining = self.residuals(self.z)
+        size = np.inf
+        for _ in range(_ITERATIONS):
+            slope, _ = self.slopes(self.z)
+            self.rows = _row_scales(slope)
+            scaled = remaining / self.rows
+            size = float(np.abs(scaled).max(initial=0.0))
+            if size <= _ROUNDING:
+                break
+            left, values, right = np.linalg.svd(slope / self.rows[:, None], full_matrices=False)
+            count = _rank(values, rank * size)
+            step = -right[:count].T @ ((left[:, :count].T @ scaled) / values[:count])
+            found = self._tried(step, remaining)
+            if found is not None:
+                self.z, remaining = found
+            elif size <= _AT_REST or rank < _LEAST_RANK:
+                break
+            else:
+                rank *= 0.01  # what was taken for a free direction may not be one
+        return float(size)
+
+    def _along(self) -> Array:
+        """The step along directions that no equation restores.
+
+        It leads to where the conserved relations between positions are those of the declared start,
+        as far as held values allow, and of what is then left to the nearest state.
+        """
+        slope, starts = self.slopes(self.z)
+        rows = _row_scales(slope)
+        _, values, right = np.linalg.svd(slope / rows[:, None], full_matrices=True)
+        free = right[_rank(values, 0.0) :].T
+        if not free.size:
+            return np.zeros(len(self.z))
+        away = self.z[: self.size] - self.declared
+        moved = np.hstack([np.eye(self.size), -starts]) @ free  # of y - y0, by the free directions
+        kept = self._conserved(slope[: self.size, : self.size])
+        first, others = _least(kept @ moved, -kept @ away)
+        then, _ = _least(moved @ others, -(away + moved @ first))
+        found: Array = free @ (first + others @ then)
+        return found
+
+    def _conserved(self, slope: Array) -> Array:
+        """Gradients of the conserved quantities without momenta: l' M with l' df/dy = 0.
+
+        Such as the difference between the stretch of a spring and an angle that is integrated from
+        the same rate. Their rows are orthonormal.
+        """
+        rows = _row_scales(slope)
+        left, values, _ = np.linalg.svd(slope / rows[:, None])
+        kept = (left[:, _rank(values, 0.0) :] / rows[:, None]).T @ self.mass
+        if kept.size:
+            kept = np.linalg.qr(kept.T)[0].T
+            _, others = _least(kept[:, self.momenta].T, np.zeros(len(self.momenta)))
+            kept = others.T @ kept
+        return kept
+
+    def _tried(self, step: Array, remaining: Array) -> tuple[Array, Array] | None:
+        """The largest part of a step that decreases the residuals."""
+        before = float(np.linalg.norm(remaining / self.rows))
+        fraction = 1.0
+        for _ in range(_HALVINGS):
+            z = self.z + fraction * step
+            with suppress(_Undefined):
+                after = self.residuals(z)
+                if np.linalg.norm(after / self.rows) <= (1 - 0.1 * fraction) * before:
+                    return z, after
+            fraction /= 2
+        self._go(self.z)
+        return None
+
+    # --- the end ------------------------------------------------------------------------------
+
+    def finish(self) -> tuple[Status, AtRest | None]:
+        """Check the rates that remain, and make the state the start of a run."""
+        remaining = self.residuals(self.z)
+        slope, _ = self.slopes(self.z)
+        self.rows = _row_scales(slope)
+        sizes = np.abs(remaining / self.rows)
+        worst = float(sizes.max(initial=0.0))
+        if not worst <= _AT_REST:
+            self._refuse(remaining, sizes)
+        self._go(self.z)
+        status = self.instance.restart()
+        if status is not Status.OK:
+            return status, None
+        return status, AtRest(worst, self._moves(), self._variations())
+
+    def _refuse(self, remaining: Array, sizes: Array) -> None:
+        rates = sizes[: self.size]
+        order = np.argsort(-rates, kind="stable")
+        left = [int(k) for k in order if rates[k] > max(_AT_REST, 1e-3 * rates.max(initial=0.0))]
+        if not left:  # closed chains and held values, at rest
+            raise BgError([rest_not_found()])
+        named = [(self.names[k], float(remaining[k] * self.scale[k]), self.units[k]) for k in left]
+        raise BgError([no_rest(named)])
+
+    def _moves(self) -> tuple[Move, ...]:
+        after = self.instance.state / self.scale
+        change = np.abs(after - self.start)
+        order = np.argsort(-change, kind="stable")
+        pairs = [(int(k), self.scale[k]) for k in order if change[k] > 1e-12]
+        return tuple(
+            Move(self.names[k], self.units[k], float(self.start[k] * s), float(after[k] * s))
+            for k, s in pairs
+        )
+
+    def _variations(self) -> tuple[Move, ...]:
+        info = self.instance.library.model.param
+        return tuple(
+            Move(text(info[k].name), text(info[k].unit), float(given), self.instance.parameter(k))
+            for k, given in zip(self.varied, self.given, strict=True)
+        )
+
+
+def _row_scales(slope: Array) -> Array:
+    """The largest entry of each row; 1 for a row of zeros, whose equation nothing can satisfy."""
+    largest: Array = np.abs(slope).max(axis=1, initial=0.0)
+    return np.where(largest > 0, largest, 1.0)
+
+
+def _rank(values: Array, size: float) -> int:
+    """The number of singular values that count, where the residual is `size`."""
+    largest = float(values.max(initial=0.0))
+    return int((values > largest * max(_LEAST_RANK, min(1e-3, size))).sum())
+
+
+def _least(matrix: Array, wanted: Array) -> tuple[Array, Array]:
+    """The least of the best solutions of `matrix x = wanted`, and a basis of what is free."""
+    left, values, right = np.linalg.svd(matrix, full_matrices=True)
+    count = int((values > 1e-9 * values.max(initial=0.0)).sum())
+    x: Array = right[:count].T @ ((left[:, :count].T @ wanted) / values[:count])
+    return x, right[count:].T
+
+
+def _check(status: Status) -> None:
+    if status is not Status.OK:
+        raise _Undefined(status)

@@ -1,0 +1,162 @@
+"""Starts at rest, against closed forms of the equilibrium."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import bgc
+from bgc.resolution.library import library_folder
+from bgc.runtime.model import Model
+
+Load = Callable[[str, str | None], Model]
+
+SAG = 2 * 9.81 / 100
+CRANES = library_folder() / "scenes" / "two_beam_crane.bg"
+
+
+def test_the_spring_takes_the_weight_and_the_place_follows(load: Load) -> None:
+    model = load("rest", "hanging")
+    result = model.simulate()
+    for name, value in (("stretch", SAG), ("place", 5 + SAG), ("across", 0.3), ("momentum", 0)):
+        np.testing.assert_allclose(result[name], value, atol=1e-12)
+    assert result["energy.residual"][0] == 0
+    found = result.at_rest
+    assert found is not None and found.residual < 1e-12
+    assert {move.name for move in found.moves} == {"spring.q", "place"}
+    assert [m.after - m.before for m in found.moves] == pytest.approx([SAG, SAG])
+    assert model.initial_state() == pytest.approx([*_state(model, result)])
+
+
+def _state(model: Model, result) -> list[float]:
+    known = {"spring.q": SAG, "place": 5 + SAG, "across": 0.3}
+    return [known.get(state.name, 0.0) for state in model.states]
+
+
+def test_rest_follows_parameters_of_a_run(load: Load) -> None:
+    result = load("rest", "hanging").simulate(parameters={"m": 5, "across0": 7})
+    assert result["stretch"][-1] == pytest.approx(5 * 9.81 / 100)
+    assert result["across"][-1] == 7
+
+
+def test_a_start_is_chosen_for_a_run(load: Load) -> None:
+    given = load("rest", "hanging").simulate(start="given")
+    assert given["stretch"][0] == 0 and given.at_rest is None
+    swinging = load("settling", "hanger")
+    assert swinging.simulate(1e-3, start="rest")["place"][0] == pytest.approx(2 * 9.81 / 40)
+    with pytest.raises(bgc.BgError, match="BG066"):
+        swinging.simulate(1e-3, start="standing")
+
+
+def test_a_value_is_held_by_a_parameter(load: Load) -> None:
+    result = load("rest", "held").simulate()
+    np.testing.assert_allclose(result["stretch"], 0, atol=1e-12)
+    assert result["place"][-1] == pytest.approx(5)
+    (pull,) = result.at_rest.varied
+    assert (pull.name, pull.unit, pull.before) == ("pull", "N", 0)
+    assert pull.after == pytest.approx(-2 * 9.81)
+
+
+def test_an_initial_value_is_varied_so_that_the_rest_stays(load: Load) -> None:
+    result = load("rest", "stretched").simulate()
+    assert result["stretch"][-1] == pytest.approx(SAG)
+    assert result["place"][-1] == pytest.approx(5)
+    (stretch,) = result.at_rest.varied
+    assert stretch.after == pytest.approx(SAG)
+
+
+def test_what_is_conserved_without_momentum_is_kept(load: Load) -> None:
+    result = load("rest", "levels").simulate()
+    np.testing.assert_allclose(result["first"], 2, rtol=1e-12)  # 3 shared by 2 and 1
+    np.testing.assert_allclose(result["second"], 1, rtol=1e-12)
+
+
+def test_a_large_nonlinear_move(load: Load) -> None:
+    result = load("rest", "torsion").simulate(start="rest")
+    angle = brentq(lambda a: 20 * np.cos(a) - 30 * a, 0, 2)
+    np.testing.assert_allclose(result["angle"], angle, rtol=1e-10)
+    np.testing.assert_allclose(result["twist"], angle, rtol=1e-10)
+
+
+def test_sources_have_their_first_values(load: Load) -> None:
+    assert load("rest", "blown").simulate()["stretch"][0] == pytest.approx(0.4)
+
+
+def test_without_a_rest_the_rates_that_remain_are_named(load: Load) -> None:
+    model = load("rest", "falling")
+    with pytest.raises(bgc.BgError) as err:
+        model.simulate()
+    (diagnostic,) = err.value.diagnostics
+    assert diagnostic.code == "BG760"
+    assert "`mass.p` changes by " in diagnostic.message
+    ensemble = model.simulate_many({"pull": [0.0, -2 * 9.81]}, 1.0)
+    assert ensemble.status == ("failed", "done")
+    assert ensemble.failures[0].code == "BG760"
+
+
+def test_instances_of_an_ensemble_start_at_rest(load: Load) -> None:
+    masses = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]
+    ensemble = load("rest", "hanging").simulate_many({"m": masses}, 1.0)
+    assert ensemble["stretch"][:, -1] == pytest.approx(np.array(masses) * 9.81 / 100)
+
+
+def test_linear_models_are_taken_at_rest(load: Load) -> None:
+    model = load("rest", "torsion")
+    angle = brentq(lambda a: 20 * np.cos(a) - 30 * a, 0, 2)
+    slope = 20 * np.sin(angle) + 30
+    pairs = [v for v in model.linearise().eigenvalues() if abs(v) > 1e-3]
+    assert np.abs(pairs) == pytest.approx(np.sqrt(slope / 2) * np.ones(2), rel=1e-9)
+
+
+@pytest.mark.parametrize("scene", ["two_beam_crane", "telescopic"])
+def test_the_crane_floats_at_rest(scene: str) -> None:
+    """Nothing moves while the hand does not; the vessel carries the weight of the crane."""
+    model = bgc.compile(CRANES, scene=scene)
+    state = dict(zip((s.name for s in model.states), model.initial_state(), strict=True))
+    mass = 20e3 if scene == "two_beam_crane" else 19e3
+    weights = {"two_beam_crane": 6e3 + 8e3 + 4e3 + 2e3, "telescopic": 6e3 + 7e3 + 4e3 + 2e3}
+    assert mass == weights[scene]
+    q = [state[f"vessel.restoring.q[{k}]"] for k in (1, 2, 3)]
+    G = [model.parameters[f"vessel.G[1,{k}]"].value for k in (1, 3)]
+    assert G[0] * q[0] + G[1] * q[2] == pytest.approx(-mass * 9.81, rel=1e-6)
+    assert state["vessel.pose.r[3]"] == pytest.approx(state["vessel.restoring.q[1]"], rel=1e-9)
+    roll = 2 * np.arctan2(state["vessel.pose.attitude.h[2]"], state["vessel.pose.attitude.h[1]"])
+    assert roll == pytest.approx(state["vessel.restoring.q[2]"], rel=1e-4)
+    assert [state[f"vessel.pose.r[{k}]"] for k in (1, 2)] == pytest.approx([0, 0], abs=1e-9)
+    assert state["crane.pedestal.angle"] == pytest.approx(np.pi / 2, abs=1e-6)
+    rates = model.rhs()
+    scales = model.instance_at(None, 0.0).scale
+    assert np.abs(rates / scales).max() < 1e-9
+    result = model.simulate(1.0)
+    assert np.ptp(result["tip_height"]) < 1e-9  # the hand stays within the dead band
+    assert np.abs(result["energy.residual"]).max() < 1e-6
+
+
+@pytest.mark.parametrize("scene", ["four_bar", "tilted"])
+def test_a_closed_chain_comes_to_rest_closed(load: Load, scene: str) -> None:
+    """The linkage stays closed, and its potential energy is stationary: no virtual work."""
+    model = load("closed_chains", scene)
+    result = model.simulate(0.5, start="rest")
+    assert result.at_rest is not None and result.at_rest.moves
+    for name, column in result.columns.items():
+        if name != "energy.residual":
+            assert np.ptp(column) < 1e-6 * (1 + np.abs(column).max()), name
+
+
+def test_a_held_joint_keeps_its_angle(tmp_path: Path) -> None:
+    path = CRANES.parent / "held_for_a_test.bg"
+    text = CRANES.read_text().replace(
+        "vary handle.stretch0", "hold crane.pedestal.angle, crane.shoulder.angle, crane.elbow.angle"
+    )
+    copy = tmp_path / path.name
+    trace = (library_folder() / "traces" / "up_down_up.csv").as_posix()
+    copy.write_text(text.replace("../traces/up_down_up.csv", trace))
+    model = bgc.compile(copy)
+    state = dict(zip((s.name for s in model.states), model.initial_state(), strict=True))
+    angles = [state[f"crane.{j}.angle"] for j in ("pedestal", "shoulder", "elbow")]
+    np.testing.assert_allclose(np.degrees(angles), [90, 45, -60], rtol=1e-11)
+    assert state["handle.spring.q[3]"] == pytest.approx(-0.0490465, rel=1e-4)
