@@ -191,7 +191,8 @@ def _stages(
     lowered = lower(optimised)
     yield "lower", "lowered", lowered
 
-    emitted = emit_lowered(lowered, digest_of([source.text for source in package.sources]))
+    texts = [source.text for source in package.sources]
+    emitted = emit_lowered(lowered, digest_of([*texts, *(file.digest for file in graph.data)]))
     yield "emit", "emitted", emitted
 
     facts = run_facts(
@@ -208,7 +209,8 @@ def _stages(
     cache = open_cache()
     built = build_model(emitted, facts, options, warnings, cache)
     if prepare is None and given is None:
-        remember(cache, path, options, package.sources, built)
+        data = [(file.path, file.digest) for file in graph.data]
+        remember(cache, path, options, package.sources, built, data)
     yield "C compiler", "built", built
 
 

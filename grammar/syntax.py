@@ -62,11 +62,15 @@ class Index:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """`function(arguments)`, including `der(x)`. `function` is a plain name."""
+    """`function(arguments)`, including `der(x)`. `function` is a plain name.
+
+    `named` are the options of `interpolate`, `method = spline`.
+    """
 
     function: str
     arguments: tuple[Expr, ...]
     span: Span
+    named: tuple[tuple[str, Expr], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

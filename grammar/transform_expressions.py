@@ -211,6 +211,10 @@ class ExpressionTransform:
         """Make the call of a function, or the use of a type where an argument has a name."""
         arguments = self.arguments(tree.children[1], depth)
         match callee:
+            case syntax.Name("interpolate"):
+                options = tuple((a.name, a.value) for a in arguments if a.name is not None)
+                plain = tuple(a.value for a in arguments if a.name is None)
+                return syntax.Call("interpolate", plain, span, options)
             case syntax.Name(name, name_span) if name != "time":
                 if any(argument.name is not None for argument in arguments):
                     return syntax.TypeUse(name, (), arguments, span, name_span)

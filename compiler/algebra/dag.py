@@ -13,6 +13,7 @@ from fractions import Fraction
 
 from bgc.algebra.operations import ROWS
 from bgc.algebra.operations import Op as Op
+from bgc.algebra.table import AnyTable, Grid, base_of, orders_of
 from bgc.diagnostics.source import Span
 
 
@@ -47,6 +48,7 @@ _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG, _POW, _SELECT = map(
     (Op.CONST, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG, Op.POW, Op.SELECT),
 )
 
+TABLE_OPS = frozenset(map(int, (Op.LOOKUP, Op.PLACE, Op.PIECE, Op.LOOKUP2)))
 _SYMBOL_LEVEL = {Kind.PARAM: Level.PARAM, Kind.TIME: Level.TIME, Kind.INPUT: Level.TIME}
 _MAX_BITS = 512  # of an exact constant; operations with a longer result are left to C
 
@@ -64,7 +66,8 @@ class Dag:
 
     Operands that an operation lacks are -1. For CONST, `a` indexes `constants`; for SYMBOL, it
     indexes `symbols`. `places` holds the place in the source of the operations passed to `mark`,
-    and of the nodes that `rebuild` made from them.
+    and of the nodes that `rebuild` made from them. `tables` holds the data that nodes look up, by
+    the number that is their first operand.
     """
 
     def __init__(self) -> None:
@@ -76,6 +79,7 @@ class Dag:
         self.constants: list[Fraction] = []
         self.symbols: list[Symbol] = []
         self.places: dict[int, Span] = {}
+        self.tables: dict[int, AnyTable] = {}
         self._nodes: dict[tuple[int, int, int, int], int] = {}
         self._constant_nodes: dict[tuple[int, int], int] = {}
         self._symbol_nodes: dict[Symbol, int] = {}
@@ -91,7 +95,7 @@ class Dag:
         other.op, other.a, other.b, other.c = self.op[:], self.a[:], self.b[:], self.c[:]
         other.level = self.level[:]
         other.constants, other.symbols = self.constants[:], self.symbols[:]
-        other.places = self.places.copy()
+        other.places, other.tables = self.places.copy(), self.tables.copy()
         other._nodes = self._nodes.copy()
         other._constant_nodes = self._constant_nodes.copy()
         other._symbol_nodes = self._symbol_nodes.copy()
@@ -303,6 +307,33 @@ class Dag:
         """Sum of the products of two sequences of equal length."""
         return self.sum(self.mul(x, y) for x, y in zip(left, right, strict=True))
 
+    # --- tables ---------------------------------------------------------------------
+
+    def table_of(self, node: int) -> AnyTable:
+        """The table that a node of one of `TABLE_OPS` looks up."""
+        number = self.constants[self.a[self.a[node]]]
+        return self.tables[base_of(int(number))]
+
+    def shown_look_up(self, node: int) -> tuple[str, str, tuple[int, ...]]:
+        """A look-up as text: the name of the data, a mark of each derivative, the arguments."""
+        orders = orders_of(int(self.constants[self.a[self.a[node]]]))
+        marks = (
+            "'" * orders[0] if self.op[node] != Op.LOOKUP2 else "x" * orders[0] + "y" * orders[1]
+        )
+        count = 2 if self.op[node] == Op.LOOKUP2 else 1
+        return self.table_of(node).source, marks, self.operands(node)[1 : 1 + count]
+
+    def look_up(self, table: AnyTable, *arguments: int) -> int:
+        """A table at one or two arguments; a table with breaks, on the segment of its argument."""
+        present = self.tables.setdefault(table.number, table)
+        number = self.const(present.number)
+        if isinstance(table, Grid):
+            return self.call(Op.LOOKUP2, number, *arguments)
+        if table.smooth:
+            return self.call(Op.LOOKUP, number, *arguments)
+        segment = self.call(Op.FLOOR, self.call(Op.PLACE, number, *arguments))
+        return self.call(Op.PIECE, number, *arguments, segment)
+
     # --- rebuilding -----------------------------------------------------------------
 
     def rebuild(self, node: int, operands: tuple[int, ...]) -> int:
@@ -332,6 +363,9 @@ class Dag:
         if op == _SYMBOL:
             symbol = other.symbols[a]
             return self.symbol(symbol.kind, symbol.index)
+        if op in TABLE_OPS:
+            table = other.table_of(node)
+            self.tables.setdefault(table.number, table)
         return self.apply(op, operands)
 
     def substitute(self, roots: Iterable[int], replacement: Mapping[int, int]) -> list[int]:

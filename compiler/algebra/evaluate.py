@@ -8,9 +8,10 @@ from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from typing import Generic, TypeVar
 
-from bgc.algebra.dag import Dag, Symbol
+from bgc.algebra.dag import TABLE_OPS, Dag, Op, Symbol
 from bgc.algebra.nodes import Node
 from bgc.algebra.operations import ROWS
+from bgc.algebra.table import Grid, base_of, orders_of
 
 _Number = TypeVar("_Number")
 
@@ -63,6 +64,22 @@ class NodeEvaluator(ABC, Generic[_Number]):
                 )
         return [known[root] for root in roots]
 
+    def _apply(self, op: int, operands: list[float]) -> float:
+        """One operation on doubles, or a look-up in a table of the graph."""
+        if op not in TABLE_OPS:
+            return ROWS[op].evaluate(*operands)
+        number = int(operands[0])
+        table, orders = self._dag.tables[base_of(number)], orders_of(number)
+        if isinstance(table, Grid):
+            return table.value(orders, *operands[1:])
+        match op:
+            case Op.PLACE:
+                return table.place(operands[1])
+            case Op.PIECE:
+                return table.piece(orders[0], *operands[1:])
+            case _:
+                return table.value(orders[0], operands[1])
+
     def _missing(self, roots: Iterable[Node]) -> list[Node]:
         """The nodes that the roots need and that are not known yet, in topological order."""
         dag, known = self._dag, self._known
@@ -91,7 +108,7 @@ class Evaluator(NodeEvaluator[float]):
         return value
 
     def _from_operands(self, op: int, operands: list[float]) -> float:
-        return apply(op, *operands)
+        return self._apply(op, operands)
 
 
 def to_double(exact: Fraction) -> float:

@@ -137,6 +137,9 @@ class Fingerprints:
                 result = _root(dag.constants[a[a[node]]], values[a[node]])
             elif kind == _DIV:
                 result = _divided(values[a[node]], values[b[node]])
+            elif c[node] >= 0:
+                operands = (values[a[node]], values[b[node]], values[c[node]])
+                result = _at_both(_Point.hashed, kind, *operands)
             elif b[node] >= 0:
                 result = _at_both(_Point.of_two, kind, values[a[node]], values[b[node]])
             else:

@@ -10,7 +10,8 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 
-from bgc.algebra.dag import Dag, Op, Symbol
+from bgc.algebra.dag import TABLE_OPS, Dag, Op, Symbol
+from bgc.algebra.jumps import is_segment
 
 _ATOM = 9  # binds more tightly than any operator
 
@@ -47,7 +48,9 @@ def _shared(dag: Dag, order: Iterable[int], roots: Iterable[int]) -> set[int]:
     return {
         n
         for n, count in uses.items()
-        if count > 1 and dag.op[n] not in (Op.NOT, Op.NEG, Op.CONST, Op.SYMBOL)
+        if count > 1
+        and dag.op[n] not in (Op.NOT, Op.NEG, Op.CONST, Op.SYMBOL, Op.PLACE)
+        and not is_segment(dag, n)
     }
 
 
@@ -61,6 +64,11 @@ def _body(
     if symbol is not None:
         return name(symbol), _ATOM
     op = Op(dag.op[node])
+    if op in TABLE_OPS:
+        source, marks, arguments = dag.shown_look_up(node)
+        suffix = f"_{marks}" if marks.strip("'") else marks
+        shown = ", ".join([f'"{source}"', *(text[x][0] for x in arguments)])
+        return f"{op.row.name}{suffix}({shown})", _ATOM
     operands = [text[x] for x in dag.operands(node)]
     infix = op.row.infix
     if op is Op.SELECT:

@@ -13,6 +13,7 @@ from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.derivatives import gradient
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.algebra.nodes import Node
+from bgc.algebra.table import Table, orders_of
 
 _COMPARISONS = frozenset(map(int, (Op.LT, Op.LE)))
 _ROUNDINGS = frozenset(map(int, (Op.FLOOR, Op.CEIL)))
@@ -23,7 +24,26 @@ def jumps_in(dag: Dag, fingerprints: Fingerprints, root: Node) -> list[Node]:
     """The operations at which a node may jump; `==` is true at isolated instants and is none."""
     below = dag.reachable([root])
     found = [n for n in below if dag.op[n] in _SUDDEN and dag.level[n] > Level.PARAM]
-    return [n for n in found if not _is_continuous(dag, fingerprints, root, n)]
+    segments = {n for n in found if is_segment(dag, n)}
+    joined = segments - {
+        n for m in below for n in dag.operands(m) if n in segments and not joins(dag, n, m)
+    }
+    return [n for n in found if n not in joined and not _is_continuous(dag, fingerprints, root, n)]
+
+
+def is_segment(dag: Dag, node: Node) -> bool:
+    """Test whether a node is the segment of a table at an argument."""
+    return dag.op[node] == Op.FLOOR and dag.op[dag.a[node]] == Op.PLACE
+
+
+def joins(dag: Dag, segment: Node, reader: Node) -> bool:
+    """Whether a reader of the segment of a table is continuous where the segment changes."""
+    if dag.op[reader] != Op.PIECE or dag.c[reader] != segment:
+        return False
+    table, place = dag.table_of(reader), dag.a[segment]
+    order, _ = orders_of(int(dag.constants[dag.a[dag.a[reader]]]))
+    same = dag.table_of(place) is table and dag.b[place] == dag.b[reader]
+    return same and order == 0 and isinstance(table, Table) and table.continuous
 
 
 def holding_sudden(dag: Dag, roots: Iterable[Node]) -> set[Node]:

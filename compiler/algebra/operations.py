@@ -27,6 +27,7 @@ from bgc.algebra.operation import (
     Watch,
 )
 from bgc.algebra.random import random
+from bgc.algebra.table import derivative_of
 
 _TWO_OVER_SQRT_PI = Fraction("1.128379167095512573896158903121545171688101258657997")
 _ONE_OVER_LN_10 = Fraction("0.4342944819032518276511289189166050822943970058036665")
@@ -106,6 +107,14 @@ def _root_of_square(x: Fraction) -> Fraction | None:
         return None
     root = Fraction(math.isqrt(x.numerator), math.isqrt(x.denominator))
     return root if root * root == x else None
+
+
+def _table_slope(d: Builder, op: int, argument: int, table: Node, *rest: Node) -> Node:
+    """A table's derivative by one of its arguments: the same table of higher order."""
+    number = d.value(table)
+    assert number is not None
+    found = derivative_of(int(number), argument)
+    return d.zero if found is None else d.call(op, d.const(found), *rest)
 
 
 def _not_computed(*operands: float) -> float:
@@ -689,6 +698,56 @@ class Op(IntEnum):
         never_negative=True,
         c="bgc_random",
         c_header="bgc_random.h",
+        smooth=False,
+    )
+
+    # --- tables of data: the first operand is the number of a table -----------------------------
+
+    LOOKUP = Operation(
+        name="interpolate",
+        doc="A smooth table of one argument.",
+        arguments=("table", "x"),
+        evaluate=_not_computed,
+        partials=lambda d, y, table, x: (d.zero, _table_slope(d, Op.LOOKUP, 0, table, x)),
+        c="bgc_lookup",
+        lanes=Lanes.HEADER,
+        smooth=False,
+    )
+    PLACE = Operation(  # rises with x; its whole part is the segment
+        name="place",
+        doc="Place of an argument among the segments of a table.",
+        arguments=("table", "x"),
+        evaluate=_not_computed,
+        partials=_no_partials,
+        c="bgc_place",
+        lanes=Lanes.HEADER,
+        smooth=False,
+    )
+    PIECE = Operation(
+        name="interpolate",
+        doc="A table of one argument, on a segment.",
+        arguments=("table", "x", "segment"),
+        evaluate=_not_computed,
+        partials=lambda d, y, table, x, segment: (
+            d.zero,
+            _table_slope(d, Op.PIECE, 0, table, x, segment),
+        ),
+        c="bgc_piece",
+        lanes=Lanes.HEADER,
+        smooth=False,
+    )
+    LOOKUP2 = Operation(
+        name="interpolate",
+        doc="A table of two arguments.",
+        arguments=("table", "x", "y"),
+        evaluate=_not_computed,
+        partials=lambda d, y, table, u, v: (
+            d.zero,
+            _table_slope(d, Op.LOOKUP2, 0, table, u, v),
+            _table_slope(d, Op.LOOKUP2, 1, table, u, v),
+        ),
+        c="bgc_lookup2",
+        lanes=Lanes.HEADER,
         smooth=False,
     )
 

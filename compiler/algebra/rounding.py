@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 
-from bgc.algebra.evaluate import NodeEvaluator, apply
+from bgc.algebra.evaluate import NodeEvaluator
 
 _EPSILON = sys.float_info.epsilon
 _MARGIN = 8  # times the bound, which is of first order
@@ -39,12 +39,12 @@ class RoundedEvaluator(NodeEvaluator[Rounded]):
 
     def _from_operands(self, op: int, operands: list[Rounded]) -> Rounded:
         values = [x.value for x in operands]
-        result = apply(op, *values)
+        result = self._apply(op, values)
         error = _EPSILON * abs(result)
         for place, operand in enumerate(operands):
             if operand.error:
                 error += max(
-                    abs(apply(op, *values[:place], moved, *values[place + 1 :]) - result)
+                    abs(self._apply(op, [*values[:place], moved, *values[place + 1 :]]) - result)
                     for moved in (operand.value - operand.error, operand.value + operand.error)
                 )
         return Rounded(result, error)

@@ -18,7 +18,7 @@ from pathlib import Path
 from threading import Event
 from types import MappingProxyType
 
-from bgc.building.cache import Cache, digest_of
+from bgc.building.cache import Cache, digest_of, digest_of_bytes
 from bgc.building.recall import machine_identity, processors
 from bgc.building.toolchain import (
     GCC_PASSES,
@@ -77,7 +77,8 @@ class Unit:
     """One C file to compile: its name without `.c`, its text and the compiler's flags.
 
     `compiler` overrides the compiler of the build, which links everything. `parts` names the
-    optional parts of the runtime that the unit needs.
+    optional parts of the runtime that the unit needs. `files` are the names and contents of files
+    that the text includes.
     """
 
     name: str
@@ -85,6 +86,7 @@ class Unit:
     flags: tuple[str, ...] = RUNTIME_FLAGS
     compiler: Toolchain | None = None
     parts: frozenset[str] = EVERY_PART
+    files: tuple[tuple[str, bytes], ...] = ()
 
 
 def runtime_directory() -> Path:
@@ -205,7 +207,8 @@ def _shared_key(toolchain: Toolchain, headers: Mapping[str, str]) -> str:
 
 def _unit_key(shared: str, unit: Unit) -> str:
     own = (*unit.compiler.command, unit.compiler.version) if unit.compiler else ()
-    return digest_of((shared, *own, *unit.flags, unit.name, unit.text))
+    contents = (part for name, content in unit.files for part in (name, digest_of_bytes(content)))
+    return digest_of((shared, *own, *unit.flags, unit.name, unit.text, *contents))
 
 
 def _link_flags(toolchain: Toolchain, units: Sequence[Unit]) -> tuple[str, ...]:
@@ -245,6 +248,8 @@ def _compile_all(
             return ""
         unit = units[k]
         (work / f"{unit.name}.c").write_text(unit.text, encoding="utf-8")
+        for name, content in unit.files:
+            (work / name).write_bytes(content)
         include = f"-I{runtime_directory()}"
         compiler = unit.compiler or toolchain
         flags = unit_flags(unit, compiler)

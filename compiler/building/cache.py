@@ -141,9 +141,14 @@ def digest_of(parts: Iterable[str]) -> str:
     return state.hexdigest()
 
 
+def digest_of_bytes(content: bytes) -> str:
+    """Hash bytes to 32 hexadecimal digits."""
+    return blake2b(content, digest_size=16).hexdigest()
+
+
 def file_digest(path: Path) -> str:
     """Hash a file's bytes; OSError where it cannot be read."""
-    return blake2b(path.read_bytes(), digest_size=16).hexdigest()
+    return digest_of_bytes(path.read_bytes())
 
 
 def read_note(root: Path, key: str) -> object:

@@ -24,6 +24,8 @@ def previewed(units: Sequence[Unit]) -> tuple[Unit, ...]:
         return tuple(replace(unit, flags=_FLAGS) for unit in units)
     return tuple(
         replace(unit, text=_without_negative_infinity(unit.text), flags=_FLAGS, compiler=quick)
+        if not unit.files
+        else replace(unit, flags=_FLAGS)  # tcc 0.9.27 cannot include binary files
         for unit in units
     )
 

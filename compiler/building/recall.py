@@ -40,9 +40,17 @@ def recall(entry: Path, options: Options) -> Built | None:
 
 
 def remember(
-    cache: Cache, entry: Path, options: Options, sources: Sequence[Source], built: Built
+    cache: Cache,
+    entry: Path,
+    options: Options,
+    sources: Sequence[Source],
+    built: Built,
+    data: Sequence[tuple[str, str]] = (),
 ) -> None:
-    """Note a build for later requests; nothing is noted when a file changed meanwhile."""
+    """Note a build for later requests; nothing is noted when a file changed meanwhile.
+
+    `data` are the paths of the data files that were read, with the hashes of their contents.
+    """
     files: list[list[str]] = []
     for source in sources:
         path = _file_of(source)
@@ -51,6 +59,7 @@ def remember(
         files.append([source.name, str(path), blake2b(source.text.encode()).hexdigest()])
     note = {
         "files": files,
+        "data": [list(file) for file in data],
         "model": built.library.name,
         "facts": asdict(built.facts),
         "warnings": [_diagnostic_to_json(d) for d in built.warnings],
@@ -117,6 +126,9 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
     for name, path, digest in note["files"]:
         texts[name] = _read(Path(path))
         if blake2b(texts[name].encode()).hexdigest() != digest:
+            return None
+    for path, digest in note["data"]:
+        if blake2b(Path(path).read_bytes()).hexdigest() != digest:
             return None
     library = Cache(root).blob("models", note["model"])
     if library is None:

@@ -33,6 +33,7 @@ from bgc.elaboration.laws.statements import (
     evaluate_values,
     read_statements,
 )
+from bgc.elaboration.laws.tables import guards_of_tables
 from bgc.elaboration.laws.units import infer_units
 from bgc.elaboration.scenes.devices import read_devices
 from bgc.elaboration.scenes.edits import check_edits, check_overrides, collect_edits
@@ -42,7 +43,7 @@ from bgc.elaboration.scenes.removed import without_removed
 from bgc.elaboration.scenes.rest import StartAtRest, read_start
 from bgc.elaboration.scenes.run_facts import read_facts, read_kept, read_requirements
 from bgc.elaboration.scenes.scene import Scene, choose_scene
-from bgc.ir.graph import Bond, FlatGraph, Observation, Requirement
+from bgc.ir.graph import Bond, DataSource, FlatGraph, Observation, Requirement
 from bgc.resolution.modules import Package
 from bgc.values.units import shown_of, si_text
 
@@ -140,7 +141,7 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
         span = scene.model.syntax.name_span
         report.add(messages.nothing_to_compute(span, scene.model.syntax.name))
     report.raise_errors()
-    return FlatGraph(
+    graph = FlatGraph(
         dag=world.dag,
         scene=facts,
         bonds=tuple(_bonds(scalars, units)),
@@ -157,7 +158,12 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
         kept=(*kept, *rest.facts.vary) if rest else kept,
         warnings=(*package.warnings, *report.warnings),
         slots=tuple(builder.slots),
+        data=tuple(
+            DataSource(name, str(path.absolute()), file.digest)
+            for (path, name), file in package.data.items()
+        ),
     )
+    return replace(graph, guards=(*graph.guards, *guards_of_tables(graph)))
 
 
 def _root(world: World, builder: Builder, scene: Scene) -> Instance:

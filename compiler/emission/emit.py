@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bgc.building.build import Unit, runtime_sources
-from bgc.building.cache import digest_of
+from bgc.building.cache import digest_of, digest_of_bytes
 from bgc.building.toolchain import COMMON_FLAGS, GCC_PASSES
 from bgc.emission.frame import print_unit
 from bgc.emission.kernels import KernelText, print_defaults, print_kernel, prototype
@@ -16,6 +16,7 @@ from bgc.emission.lower import dependent_defaults, lower
 from bgc.emission.print_c import DOUBLES, HELPERS, Numbers
 from bgc.emission.print_lu import MatrixText, matrix_prototypes, print_lu
 from bgc.emission.print_ranges import RANGES
+from bgc.emission.print_tables import print_tables, table_prototypes
 from bgc.emission.tables import Field, model_tables
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Kernel, Lowered
@@ -67,7 +68,9 @@ def emit_model(program: Program, source_hash: str) -> EmittedModel:
 
 def content_of(emitted: EmittedModel) -> str:
     """A hash of the emitted text without the source hash, so that source comments do not count."""
-    return digest_of(unit.text.replace(emitted.source_hash, "") for unit in emitted.units)
+    contents = [digest_of_bytes(content) for unit in emitted.units for _, content in unit.files]
+    texts = [unit.text.replace(emitted.source_hash, "") for unit in emitted.units]
+    return digest_of([*texts, *contents])
 
 
 def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> EmittedModel:
@@ -94,6 +97,7 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
     frame = _Frame(
         f"{program.scene.name}: a bond graph of model {program.scene.model}, compiled by bgc.",
         [
+            *table_prototypes(program.dag),
             *(prototype(k) for k in lowered.kernels if k.name in shared),
             *([matrix_prototypes()] if separate else []),
             *(prototype(kernel, RANGES) for kernel in _range_kernels(lowered) if separate),
@@ -115,6 +119,17 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
     else:
         main += ranges
         units = [frame.unit("model", _about(lowered), main, matrix.text, tables, fields)]
+    if program.dag.tables:
+        printed = print_tables(program.dag, alone=not split)
+        units.append(
+            Unit(
+                "model_tables",
+                printed.text,
+                MODEL_FLAGS,
+                parts=frozenset(),
+                files=tuple(printed.files),
+            )
+        )
     return EmittedModel(
         name=program.scene.name,
         units=tuple(units),
@@ -199,13 +214,13 @@ def amalgamate(emitted: EmittedModel, runtime_dir: Path) -> str:
     features: dict[tuple[str, str], None] = {}
     for text in (*headers.values(), *(text for _, text in sources)):
         features.update(dict.fromkeys(_FEATURE.findall(text)))
-    (model,) = emit_lowered(emitted.lowered, emitted.source_hash, split=False).units
+    own = emit_lowered(emitted.lowered, emitted.source_hash, split=False).units
     return (
         _HOW_TO_USE.format(name=emitted.name)
         + "".join(f"#ifndef {name}\n#define {name} {value}\n#endif\n" for name, value in features)
         + "".join(
             f"\n/* ===== {name} {'=' * max(3, 88 - len(name))} */\n\n{expanded(text)}"
-            for name, text in (("model.c", model.text), *sources)
+            for name, text in (*((f"{unit.name}.c", unit.text) for unit in own), *sources)
         )
     )
 
@@ -235,7 +250,8 @@ def _range_kernels(lowered: Lowered) -> tuple[Kernel, ...]:
 def _on_ranges(lowered: Lowered, kernel: Kernel, shared: bool) -> KernelText:
     """Print a kernel on ranges, with the header that it needs."""
     text = print_kernel(lowered.program.dag, kernel, _hoisted(lowered), shared, RANGES)
-    return replace(text, text=f'#include "bgc_ranges.h"\n\n{text.text}')
+    header = "bgc_table_ranges.h" if lowered.program.dag.tables else "bgc_ranges.h"
+    return replace(text, text=f'#include "{header}"\n\n{text.text}')
 
 
 def is_large(program: Program) -> bool:

@@ -17,6 +17,7 @@ from bgc.emission.emit import MODEL_FLAGS, is_large, print_matrix
 from bgc.emission.kernels import KernelText, print_kernel, prototype
 from bgc.emission.print_c import LANES, function_text, lane_name
 from bgc.emission.print_lu import matrix_prototypes
+from bgc.emission.print_tables import table_prototypes
 from bgc.ir.lowered import Kernel, Lowered
 
 _KERNELS = ("rhs", "jacobian", "energy", "outputs", "asserts", "project", "switches", "watched")
@@ -70,10 +71,11 @@ def _model_units(lowered: Lowered) -> tuple[Unit, ...]:
     }
     matrix = print_matrix(lowered, separate, LANES)
     work = max(matrix.work, *(text.work for text in texts.values()))
+    data = table_prototypes(lowered.program.dag, "bgc_lane_tables.h")
     table = _table((*kernels, *(("factor", "solve") if matrix.text else ())), work, separate)
     if not separate:
-        return (_unit("lanes", [], texts.values(), [matrix.text, table]),)
-    shared = [prototype(kernels["jacobian"], LANES), matrix_prototypes(LANES)]
+        return (_unit("lanes", data, texts.values(), [matrix.text, table]),)
+    shared = [*data, prototype(kernels["jacobian"], LANES), matrix_prototypes(LANES)]
     main = [text for name, text in texts.items() if name != "jacobian"]
     units = [
         _unit("lanes", shared, main, [table]),

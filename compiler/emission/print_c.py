@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from bgc.algebra.dag import Dag, Kind, Op
+from bgc.algebra.dag import TABLE_OPS, Dag, Kind, Op
 from bgc.algebra.operation import Lanes, Operation
 from bgc.algebra.operations import ROWS
+from bgc.algebra.table import orders_of
 from bgc.ir.graph import Node
 
 # Precedence of a piece of C text, ascending.
@@ -55,6 +56,8 @@ class Printer:
     condition of a choice must have a name, since it is read twice. `used` collects the arrays (and
     `t`) that the text reads, `helpers` the functions that the unit has to define or declare.
     """
+
+    table_prefix = "bgc_"  # of the functions that look tables up
 
     def __init__(self, dag: Dag, names: Mapping[Node, str]) -> None:
         self._dag = dag
@@ -118,8 +121,21 @@ class Printer:
             return f"{self._within(a, _PRODUCT)} / {self._within(b, _UNARY)}", _PRODUCT
         if op == _SELECT:
             return self._choice(node)
+        if op in TABLE_OPS:
+            return self._look_up(node), ATOM
         second = f", {self._operand(b)[0]}" if b >= 0 else ""
         return f"{self._function(ROWS[op])}({self._operand(a)[0]}{second})", ATOM
+
+    def _look_up(self, node: Node) -> str:
+        """The call that looks a table up: its name, orders of the derivative, and arguments."""
+        dag, op = self._dag, self._op[node]
+        table = dag.table_of(node)
+        orders = orders_of(int(dag.constants[self._a[self._a[node]]]))
+        shown = {Op.PLACE: (), Op.LOOKUP2: orders}.get(Op(op), orders[:1])
+        name = f"&bgc_model_table_{list(dag.tables).index(table.number)}"
+        arguments = [self._operand(x)[0] for x in dag.operands(node)[1:]]
+        function = self.table_prefix + ROWS[op].c.removeprefix("bgc_")
+        return f"{function}({', '.join([name, *map(str, shown), *arguments])})"
 
     def _constant(self, text: str) -> tuple[str, int]:
         return text, _UNARY if text[0] == "-" else ATOM
@@ -160,6 +176,8 @@ class Printer:
 
 class LanePrinter(Printer):
     """Prints nodes for the vectors of `bgc_lanes.h`; both operands of a choice are computed."""
+
+    table_prefix = "lane_"
 
     def _constant(self, text: str) -> tuple[str, int]:
         return f"lane_of({text})", ATOM

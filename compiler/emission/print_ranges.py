@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bgc.algebra.dag import Op
+from bgc.algebra.dag import TABLE_OPS, Op
 from bgc.algebra.operation import Bounds, Operation
 from bgc.algebra.operations import ROWS
 from bgc.emission.print_c import ATOM, HELPERS, Numbers, Printer
@@ -30,11 +30,15 @@ _NAMES = {
 class RangePrinter(Printer):
     """Prints nodes for `bgc_range`; every operation is a call."""
 
+    table_prefix = "bgc_range_"
+
     def _constant(self, text: str) -> tuple[str, int]:
         return f"bgc_range_of({text})", ATOM
 
     def _write(self, node: Node) -> tuple[str, int]:
         op = self._op[node]
+        if op in TABLE_OPS:
+            return self._look_up(node), ATOM
         operands = [self._operand(x)[0] for x in self._dag.operands(node)]
         row = ROWS[op]
         if op == _MUL and operands[0] == operands[1]:

@@ -18,6 +18,7 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.fingerprint import Fingerprints
+from bgc.algebra.jumps import is_segment, joins
 from bgc.algebra.operation import Jump
 from bgc.algebra.operations import ROWS
 from bgc.building.built import Place, Places
@@ -198,6 +199,8 @@ def _thresholds(dag: Dag, node: Node) -> list[dict[Node, Node]]:
             return [{x: y} for x, y in ((a, b), (b, a)) if dag.level[x] > Level.PARAM]
         case Jump.SIGN:
             return [{a: dag.zero}]
+        case Jump.FLOOR if is_segment(dag, node):
+            return [{}]  # the readers decide
         case Jump.FLOOR | Jump.CEIL | Jump.TRUNC:
             return []
 
@@ -210,6 +213,8 @@ def _are_continuous(
     threshold: Mapping[Node, Node],
 ) -> bool:
     """Whether all readers of an operation's result are continuous at its threshold."""
+    if is_segment(dag, node):
+        return all(joins(dag, node, reader) for reader in readers[node])
     for reader in readers[node]:
         a, b, c = dag.a[reader], dag.b[reader], dag.c[reader]
         match dag.op[reader]:

@@ -311,6 +311,15 @@ class Equation:
 
 
 @dataclass(frozen=True, slots=True)
+class DataSource:
+    """A data file that a model reads: its name in messages, its path, a hash of its content."""
+
+    name: str
+    path: str
+    digest: str
+
+
+@dataclass(frozen=True, slots=True)
 class Guard:
     """A condition that must remain nonzero (true); otherwise the run ends with the message."""
 
@@ -447,6 +456,7 @@ class FlatGraph:
     varied: int = 0  # additional INPUT symbols, after those of the devices, set by the caller
     slots: tuple[Slot, ...] = ()
     conditions: tuple[Condition, ...] = ()
+    data: tuple[DataSource, ...] = ()
 
 
 def port_ends(graph: FlatGraph) -> Iterator[tuple[int, int, int]]:

@@ -13,8 +13,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 
-from bgc.algebra.dag import Dag, Op, Symbol
+from bgc.algebra.dag import TABLE_OPS, Dag, Op, Symbol
 from bgc.algebra.infix import number
+from bgc.algebra.jumps import is_segment
 from bgc.algebra.operation import Operation
 from bgc.ir.graph import Node
 from bgc.ir.program import Program
@@ -144,7 +145,9 @@ class _Printer:
                 size[node] -= 1
             repeated = uses[node] > 1 and size[node] >= _SHORT and dag.op[node] != Op.NEG
             chosen = dag.op[node] == Op.SELECT and node not in roots
-            if repeated or chosen or (size[node] > _LONG and node not in roots):
+            if dag.op[node] == Op.PLACE or is_segment(dag, node):
+                size[node] = 0  # of a table, which prints its argument alone
+            elif repeated or chosen or (size[node] > _LONG and node not in roots):
                 named.append(node)
                 size[node] = 0
         return named
@@ -216,6 +219,8 @@ class _Printer:
             return " ".join(self.terms(node)), _SUM
         if op in {Op.MUL, Op.DIV}:
             return self._product(node)
+        if op in TABLE_OPS:
+            return self._look_up(node), _POWER
         texts = [self._text[x][0] for x in operands]
         if op is Op.POW:
             return f"{self.bracketed(operands[0], _ATOM)}^{{{texts[1]}}}", _POWER
@@ -225,6 +230,14 @@ class _Printer:
                 rf"{texts[2]} & \text{{otherwise}} \end{{cases}}"
             ), _ATOM
         return self._function(op.row, operands)
+
+    def _look_up(self, node: Node) -> str:
+        """A table of data: its name, then its arguments."""
+        source, marks, arguments = self._dag.shown_look_up(node)
+        plain = re.sub(r"([&%$#_{}])", r"\\\1", re.sub(r"[\\^~]", " ", source))
+        suffix = f"_{{{marks}}}" if marks.strip("'") else marks
+        texts = [rf"\text{{{plain}}}", *(self._text[x][0] for x in arguments)]
+        return rf"\operatorname{{interpolate}}{suffix}\left({', '.join(texts)}\right)"
 
     def _function(self, row: Operation, operands: Sequence[Node]) -> tuple[str, int]:
         """A function or relation in the notation of its row."""

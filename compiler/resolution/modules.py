@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from bgc.diagnostics.diagnostic import Diagnostic
-from bgc.diagnostics.source import Source
+from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
+from bgc.values.data_files import DataFile, read_data
 
 D = TypeVar("D", bound=syntax.Declaration)
 
@@ -94,12 +95,29 @@ class LoadedFile:
 
 @dataclass(frozen=True, slots=True)
 class Package:
-    """A file with all its imports. `files` lists every file read, the root last."""
+    """A file with all its imports. `files` lists every file read, the root last.
+
+    `data` are the data files that its expressions have read so far, by path and name.
+    """
 
     root: Module
     modules: tuple[Module, ...]
     files: tuple[LoadedFile, ...]
     warnings: tuple[Diagnostic, ...]
+    data: dict[tuple[Path, str], DataFile] = field(default_factory=dict, compare=False)
+
+    def data_file(self, name: str, span: Span) -> DataFile:
+        """A data file that an expression names, relative to the file of the expression.
+
+        It is read once; BgError if it cannot be read.
+        """
+        here = next((file for file in self.files if file.source is span.source), None)
+        folder = here.path.parent if here is not None and here.path is not None else Path()
+        shown_folder = span.source.name.rpartition("/")[0] if here is not None else ""
+        key = (folder / name, f"{shown_folder}/{name}" if shown_folder else name)
+        if key not in self.data:
+            self.data[key] = read_data(*key, span)
+        return self.data[key]
 
     @property
     def scene_names(self) -> tuple[str, ...]:

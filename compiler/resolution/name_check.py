@@ -131,7 +131,7 @@ class _Checker:
                 known = expr.function in BUILTINS
                 if not known and expr.function not in self._module.functions:
                     self._unknown_function(expr, seen)
-                self.all(expr.arguments, seen)
+                self.all(expr.arguments, seen)  # the options of `interpolate` name no quantities
             case syntax.Member():
                 self.expression(expr.base, seen)
             case syntax.Index():

@@ -10,12 +10,13 @@ a function has no derivative. Such a node is converted to `x/y`, which holds whe
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 
 import sympy
 
-from bgc.algebra.dag import Dag, Op, Symbol
+from bgc.algebra.dag import TABLE_OPS, Dag, Op, Symbol
 from bgc.ir.graph import Node
 
 _PI = Fraction(math.pi)  # the double that `pi`, `deg` and `rpm` stand for
@@ -43,6 +44,10 @@ def expressions(
             done[node] = leaf(symbol)
         elif _is_guard(dag, node):
             done[node] = done[dag.b[node]]
+        elif dag.op[node] in TABLE_OPS:
+            source, marks, arguments = dag.shown_look_up(node)
+            name = re.sub(r"\W+", "_", f"{source}_{len(marks) or ''}").strip("_")
+            done[node] = sympy.Function(name)(*(done[x] for x in arguments))
         else:
             made = _made(Op(dag.op[node]), [done[x] for x in dag.operands(node)])
             if made in _UNDEFINED:

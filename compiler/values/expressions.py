@@ -14,6 +14,7 @@ from typing import TypeAlias, assert_never
 
 from bgc.algebra.angles import PI
 from bgc.algebra.dag import Dag, Kind, Op
+from bgc.diagnostics.catalogue import data as data_messages
 from bgc.diagnostics.catalogue import names
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.catalogue import values as catalogue
@@ -31,6 +32,8 @@ from bgc.values.constants import (
     constant_scalar,
     whole_number,
 )
+from bgc.values.data import Column, Table
+from bgc.values.interpolation import interpolate, known, read_options
 from bgc.values.jacobians import Jacobian
 from bgc.values.scope import FunctionUse, Namespace, Scope
 from bgc.values.units import (
@@ -51,7 +54,7 @@ _FAR = 10**9  # larger indices are out of range anyway
 _MAX_CALLS = 64  # depth of nested calls of the user's functions
 _MAX_NESTING = 150  # of operations within operations, through the functions that are called
 
-_Calls: TypeAlias = dict[tuple[int, tuple[Value, ...]], Value]
+_Calls: TypeAlias = dict[tuple[int, tuple[Value | Namespace, ...]], Value]
 
 
 def evaluate(expr: syntax.Expr, scope: Scope, dag: Dag) -> Value:
@@ -62,10 +65,8 @@ def evaluate(expr: syntax.Expr, scope: Scope, dag: Dag) -> Value:
     BgError
         The expression is wrong; with one diagnostic (BG3xx, or one of the scope's).
     """
-    found = resolve_path(expr, scope, dag)
-    if not isinstance(found, Value):
-        raise failure(catalogue.not_a_value(expr.span, found.description))
-    return found
+    evaluator = _Evaluator(scope, dag)
+    return evaluator.plain(evaluator.path(expr, 0), expr.span)
 
 
 def evaluate_constant(expr: syntax.Expr, scope: Scope, dag: Dag, what: str) -> Fraction:
@@ -99,7 +100,7 @@ def resolve_path(expr: syntax.Expr, scope: Scope, dag: Dag) -> Value | Namespace
 class _FunctionScope:
     """Scope of the body of a user's function: its arguments, then the names of its file."""
 
-    arguments: Mapping[str, Value]
+    arguments: Mapping[str, Value | Namespace]
     outer: Scope
     variables: Mapping[str, object] = field(default_factory=dict)  # an identity for each argument
     allows_rates: bool = False
@@ -115,6 +116,9 @@ class _FunctionScope:
 
     def function(self, name: str) -> FunctionUse | None:
         return self.outer.function(name)
+
+    def data(self, file: str, span: Span) -> Namespace:
+        return self.outer.data(file, span)
 
     def function_names(self) -> Collection[str]:
         return self.outer.function_names()
@@ -166,6 +170,8 @@ class _Evaluator:
                 return found.member(name, span)
             case syntax.Index(base, indices, span):
                 return self.index(self.path(base, depth), indices, span, depth)
+            case syntax.Call("data") if self.scope.function("data") is None:
+                return self.data(expr)
             case _:
                 return self.value(expr, depth)
 
@@ -176,10 +182,7 @@ class _Evaluator:
             case syntax.Number():
                 return self.number(expr)
             case syntax.Name() | syntax.Member() | syntax.Index():
-                found = self.path(expr, depth)
-                if not isinstance(found, Value):
-                    raise failure(catalogue.not_a_value(expr.span, found.description))
-                return found
+                return self.plain(self.path(expr, depth), expr.span)
             case syntax.Call():
                 return self.call(expr, depth)
             case syntax.Unary():
@@ -195,6 +198,14 @@ class _Evaluator:
             case syntax.TypeUse():
                 raise failure(catalogue.not_a_value(expr.span, f"the type `{expr.name}`"))
         assert_never(expr)
+
+    def plain(self, found: Value | Namespace, span: Span) -> Value:
+        """A value; numbers of a data file become one."""
+        if isinstance(found, Column):
+            return found.value(self.dag, span)
+        if not isinstance(found, Value):
+            raise failure(catalogue.not_a_value(span, found.description))
+        return found
 
     # --- leaves and paths -----------------------------------------------------------
 
@@ -237,9 +248,14 @@ class _Evaluator:
         span: Span,
         depth: int,
     ) -> Value | Namespace:
+        match indices:
+            case (syntax.Text() as text,) if isinstance(base, Table):
+                return base.member(text.value, text.span)
         selections = tuple([self.selection(index, depth + 2) for index in indices])
         if isinstance(base, Value):
             return components.select(base, selections, span)
+        if isinstance(base, Column):
+            return base.select(selections, span)
         for selection in selections:
             if not selection.single:
                 raise failure(shape_messages.no_range_of_parts(selection.span, base.description))
@@ -363,6 +379,17 @@ class _Evaluator:
                 return self.block(expr, depth)
             case "jacobian":
                 return self.jacobian(expr, depth)
+            case "interpolate":
+                return self.interpolate(expr, depth)
+            case "data":
+                return self.plain(self.data(expr), expr.span)
+            case "length" if len(expr.arguments) == 1:
+                found = self.path(expr.arguments[0], depth + 1)
+                if isinstance(found, Column) and found.numbers.array.ndim == 1:
+                    size = self.dag.const(len(found.numbers.array))
+                    return Value.scalar(size, DIMENSIONLESS)
+                operand = Operand(self.plain(found, expr.arguments[0].span), expr.arguments[0].span)
+                return functions.call(self.dag, "length", [operand], expr.span)
             case name if name in functions.BUILTINS:
                 arguments = [self.operand(argument, depth + 1) for argument in expr.arguments]
                 value = functions.call(self.dag, name, arguments, expr.span)
@@ -387,7 +414,7 @@ class _Evaluator:
         if expected != found:
             takes = functions.count(expected)
             raise failure(catalogue.wrong_argument_count(expr.span, function.name, takes, found))
-        arguments = tuple([self.value(argument, depth + 1) for argument in expr.arguments])
+        arguments = tuple([self.argument(argument, depth + 1) for argument in expr.arguments])
         key = (id(function), arguments)
         if key not in self.calls:
             names = (formal.name for formal in function.formals)
@@ -397,6 +424,11 @@ class _Evaluator:
             body = _Evaluator(inner, self.dag, active, self.calls)
             self.calls[key] = body.value(function.body, depth + 1)
         return self.calls[key]
+
+    def argument(self, expr: syntax.Expr, depth: int) -> Value | Namespace:
+        """An argument of a user's function: a value, or data."""
+        found = self.path(expr, depth)
+        return found if isinstance(found, Column | Table) else self.plain(found, expr.span)
 
     def rate(self, expr: syntax.Call, depth: int) -> Value:
         """`der(x)` of a declared state, inside an `equation`."""
@@ -426,6 +458,29 @@ class _Evaluator:
             return self.scope.variable(path, owner)
 
         return Jacobian(self.dag, self.scope, evaluate_in, variable).of(of, by)
+
+    def data(self, expr: syntax.Call) -> Namespace:
+        """`data("file")`, the contents of a file beside the one that names it."""
+        match expr.arguments:
+            case (syntax.Text(value=name),) if name:
+                return self.scope.data(name, expr.span)
+        raise failure(data_messages.data_name_expected(expr.span))
+
+    def interpolate(self, expr: syntax.Call, depth: int) -> Value:
+        """`interpolate(xs, ys, x)` or `interpolate(xs, ys, Z, x, y)`, with named options."""
+        functions.require_count("interpolate", len(expr.arguments), expr.span)
+        if len(expr.arguments) == 4:
+            raise failure(
+                catalogue.wrong_argument_count(expr.span, "interpolate", "3 or 5 arguments", 4)
+            )
+        options = read_options(expr.named, expr.span)
+        count = 2 if len(expr.arguments) == 3 else 3
+        data = [
+            known(self.dag, self.argument(part, depth + 1), part.span, "data to interpolate")
+            for part in expr.arguments[:count]
+        ]
+        at = [self.operand(part, depth + 1) for part in expr.arguments[count:]]
+        return interpolate(self.dag, data, at, options, expr.span)
 
     def block(self, expr: syntax.Call, depth: int) -> Value:
         """`block([[A, B], [C, D]])`, whose argument is a matrix of matrices."""

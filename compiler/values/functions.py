@@ -180,7 +180,7 @@ def _describe_units(row: Operation) -> str:
 # --- the table ----------------------------------------------------------------------------------
 
 BUILTINS: Mapping[str, Builtin] = {
-    **{op.row.name: _builtin_of(op) for op in Op if op.row.name},
+    **{op.row.name: _builtin_of(op) for op in Op if op.row.name and op.row.smooth},
     "random": Builtin(
         "seed, i",
         Op.RANDOM.row.doc,
@@ -323,6 +323,25 @@ BUILTINS: Mapping[str, Builtin] = {
         "any -> those of the components",
         1,
         1,
+        None,
+    ),
+    "data": Builtin(
+        "file",
+        "Columns of a CSV file or values of a JSON file, by name.",
+        "a text -> a table of columns, or of values by key",
+        "none -> those of the titles, as `z [mm]`",
+        1,
+        1,
+        None,
+    ),
+    "interpolate": Builtin(
+        "xs, ys, Z, x, y",
+        "Value at x of data ys at knots xs, or at (x, y) of a matrix Z; by `method`, `outside`.",
+        "vectors of n, and a scalar or vector -> the shape of x; or m, n, m x n and two scalars "
+        "-> a scalar",
+        "those of x fit xs -> that of the data",
+        3,
+        5,
         None,
     ),
     "jacobian": Builtin(

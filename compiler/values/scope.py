@@ -64,6 +64,10 @@ class Scope(Protocol):
         """The user's function of that name, None if there is none."""
         ...
 
+    def data(self, file: str, span: Span) -> Namespace:
+        """The contents of a data file, whose path is relative to the file of the expression."""
+        ...
+
     def function_names(self) -> Collection[str]:
         """The names of the user's functions, for suggestions."""
         ...

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from bgc.building.backends import BACKENDS, build_backend
-from bgc.building.build import driver_names, runtime_directory
+from bgc.building.build import driver_names
 from bgc.building.built import Rest, RunFacts
 from bgc.building.cache import open_cache
 from bgc.diagnostics.catalogue.arguments import (

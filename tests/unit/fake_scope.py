@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Hashable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import pytest
 
@@ -16,6 +17,8 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.parse import parse
+from bgc.values.data import Table
+from bgc.values.data_files import read_data
 from bgc.values.expressions import (
     FunctionUse,
     Namespace,
@@ -67,6 +70,9 @@ class FakeScope:
     def function(self, name: str) -> FunctionUse | None:
         found = self.functions.get(name)
         return FunctionUse(found, FakeScope({}, self.functions)) if found else None
+
+    def data(self, file: str, span: Span) -> Namespace:
+        return Table(file, "", read_data(Path(file), file, span).entries)
 
     def function_names(self) -> Collection[str]:
         return self.functions

@@ -198,6 +198,8 @@ class CompiledModel:
             path = place / f"{unit.name}.c"
             path.write_text(unit.text, encoding="utf-8")
             sources.append(path.name)
+            for name, content in unit.files:
+                (place / name).write_bytes(content)
         command = ["cc", *emitted.units[0].flags, *STRICT, f"-I{RUNTIME}", "-shared"]
         sources.append(str(RUNTIME / "sparse.c"))
         subprocess.run([*command, *sources, "-o", "model.so", "-lm"], cwd=place, check=True)

@@ -122,7 +122,7 @@ OPERATORS = (
 def calls() -> Iterator[str]:
     """A call of every function of real numbers, defined for x from -1.3 to 1.5, with a jump."""
     arguments = ("3*x", "x", "x/3", "x + 3")  # the first that it is defined for
-    for op in (op for op in Op if op.row.name and op is not Op.RANDOM):  # it takes no states
+    for op in (op for op in Op if op.row.name and op.row.smooth):
         others = [f"{0.7371 + k}" for k in range(op.row.arity - 1)]
         for text in arguments:
             ends = (eval(text, {"x": x}) for x in (-1.3, 1.5))
@@ -133,7 +133,15 @@ def calls() -> Iterator[str]:
             raise AssertionError(f"no argument for {op.row.name}")
 
 
-EXPRESSIONS = (*calls(), *OPERATORS)
+TABLES = (
+    *(
+        f"interpolate([-1, 0, 0.5, 2], [3, 1, 4, -1], x, method = {method})"
+        for method in ("linear", "pchip", "spline", "nearest")
+    ),
+    "interpolate([-1, 0, 0.7, 1], [0, 2, 1, 0], 2*x, outside = repeat)",
+    "interpolate([-1, 0, 2], [0, 1], [[1, 2], [4, 0], [-1, 3]], x, x^2, outside = extrapolate)",
+)
+EXPRESSIONS = (*calls(), *OPERATORS, *TABLES)
 
 
 def test_functions_and_choices_of_every_kind_are_those_of_one_instance(tmp_path):

@@ -325,7 +325,8 @@ def test_misspelt_number_prints_the_right_spelling(
 def test_reserved_word_is_no_name(word: str) -> None:
     assert wrong_in_model(f"param {word};") == [("BG112", word)]
     assert wrong_in_model(f"a -> {word};") == [("BG112", word)]
-    assert wrong_in_model(f"let y = a.{word};") == [("BG112", word)]
+    if word != "time":  # which may be a column of data
+        assert wrong_in_model(f"let y = a.{word};") == [("BG112", word)]
 
 
 @pytest.mark.parametrize(

@@ -198,7 +198,8 @@ def test_text_of_a_model_is_not_code(tmp_path, hostile):
 
 @promise(
     "A model can import any `.bg` file that you may read, and read any regular file of up to "
-    "256 MB as a trace; pipes, terminals and devices are refused."
+    "256 MB as a trace, or as data if its name ends in `.csv` or `.json`; pipes, terminals and "
+    "devices are refused."
 )
 @pytest.mark.parametrize("kind", ["pipe", "device", "folder", "proc"])
 def test_what_is_not_a_regular_file_is_refused_as_a_trace(tmp_path, kind):
@@ -228,7 +229,37 @@ def test_what_is_not_a_regular_model_file_is_not_imported(tmp_path, kind):
     assert ("BG024" in shown or "BG020" in shown) and "HUSH" not in shown
 
 
-@promise("Messages quote lines of `.bg` files only; of a trace they state the line and the column.")
+@pytest.mark.parametrize("kind", ["other ending", "link", "pipe", "device"])
+def test_what_is_not_a_regular_data_file_is_not_read(tmp_path, kind):
+    secret = tmp_path / "secret.txt"
+    secret.write_text("x\n1\n")
+    name = {"other ending": "secret.txt", "device": "/dev/zero"}.get(kind, "other.csv")
+    if kind == "link":
+        (tmp_path / name).symlink_to(secret)
+    elif kind == "pipe":
+        os.mkfifo(tmp_path / name)
+    (tmp_path / "entry.bg").write_text(
+        f'const d = data("{name}");\n{_SMALL}'.replace("-x;", "d.x[1];")
+    )
+    with pytest.raises(BgError, match="BG250"):
+        bgc.compile(tmp_path / "entry.bg")
+
+
+@pytest.mark.parametrize("content", ["x\nHUSH\n", "x\n1\nHUSH,2\n", "x\n\0HUSH"])
+def test_messages_quote_no_numbers_of_data(tmp_path, content):
+    (tmp_path / "secret.csv").write_text(content)
+    (tmp_path / "secret.json").write_text(content)
+    for ending in ("csv", "json"):
+        text = f'const d = data("secret.{ending}");\n{_SMALL}'.replace("-x;", "d.x[1];")
+        (tmp_path / "entry.bg").write_text(text)
+        status, output = run_bgc("run", tmp_path / "entry.bg")
+        assert (status, "BG251" in output, "HUSH" in output) == (1, True, False), output
+
+
+@promise(
+    "Messages quote lines of `.bg` files only; of a trace they state the line and the column, of "
+    "data the line, the titles of columns and the keys."
+)
 @pytest.mark.parametrize(
     "content",
     ["HUSH:x:0\n", "HUSH,x,y,z\n", "time,x,y,z\n0,0,HUSH,0\n", "time,x,y,z\nHUSH\n", "\0HUSH"],

@@ -46,8 +46,11 @@ class Evaluates(Protocol):
     unknowns: list[Quantity]
     definitions: dict[Quantity, list[tuple[syntax.Assign, Environment]]]
 
-    def constant(self, declared: Declared[syntax.Value], span: Span) -> Value:
-        """The value of a constant of a file."""
+    def constant(self, declared: Declared[syntax.Value], span: Span) -> Value | Namespace:
+        """The value of a constant of a file, or the data that it is."""
+
+    def found(self, quantity: Quantity, span: Span) -> Value | Namespace:
+        """The value of a quantity, or the data that it is; BgError if it has none."""
 
     def value(self, quantity: Quantity, span: Span) -> Value:
         """The value of a quantity; BgError if it has none."""
@@ -91,3 +94,6 @@ class Services(Protocol):
     @property
     def bonds(self) -> ReadsBonds:
         """Reads bonds."""
+
+    def data(self, name: str, span: Span) -> Namespace:
+        """The contents of a data file."""

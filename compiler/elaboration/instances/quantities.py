@@ -34,6 +34,8 @@ from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.ir.graph import Parameter
 from bgc.resolution.modules import Declared
+from bgc.values.data import MOST_NODES, Column, Table
+from bgc.values.scope import Namespace
 from bgc.values.shown import Shown
 from bgc.values.units import (
     Dimension,
@@ -84,8 +86,8 @@ class Quantities:
 
     # --- reading --------------------------------------------------------------------
 
-    def constant(self, declared: Declared[syntax.Value], span: Span) -> Value:
-        """The value of a constant or parameter of a file.
+    def constant(self, declared: Declared[syntax.Value], span: Span) -> Value | Namespace:
+        """The value of a constant or parameter of a file, or the data that a constant is.
 
         A `set` of its name replaces a parameter, unless the scene's model has a parameter or
         constant of that name, which took the `set` already.
@@ -101,7 +103,7 @@ class Quantities:
                 if ("parts", name) not in edits.used:
                     quantity.parts = edits.take_parts(name)
             self._constants[declared] = quantity
-        return self.value(quantity, span)
+        return self.found(quantity, span)
 
     def enter_set(self) -> None:
         """Evaluate the parameters of files that the scene sets, also where no model reads them."""
@@ -114,10 +116,21 @@ class Quantities:
 
     def value(self, quantity: Quantity, span: Span) -> Value:
         """The value of a quantity, evaluated at the first call; BgError if it has none."""
+        found = self.found(quantity, span)
+        if isinstance(found, Column):
+            return found.value(self.world.dag, span)
+        if not isinstance(found, Value):
+            raise BgError([values.not_a_value(span, found.description)])
+        return found
+
+    def found(self, quantity: Quantity, span: Span) -> Value | Namespace:
+        """The value of a quantity, or the data of a file that a constant is."""
         if self._assumed is not None and quantity.kind not in _FIXED:
             return self._under(self._assumed, quantity)
         if quantity.value is not None:
             return quantity.value
+        if quantity.data is not None:
+            return quantity.data
         if quantity in self._provisional:
             return self._provisional[quantity]
         if quantity.status is Status.FAILED:
@@ -171,13 +184,18 @@ class Quantities:
         assumption.demands[quantity].status = Status.DONE
         return value
 
-    def _compute(self, quantity: Quantity) -> Value:
+    def _compute(self, quantity: Quantity) -> Value | Namespace:
         try:
             with self._assume(None):
-                value = self._define(quantity)
+                data = self._data(quantity) if quantity.kind == "const" else None
+                value = self._define(quantity) if data is None else None
         except BgError as err:
             self.world.report.add(*err.diagnostics, note=note(quantity.env))
             raise already_reported() from err
+        if value is None:
+            assert data is not None
+            quantity.status, quantity.data = Status.DONE, data
+            return data
         fixed = quantity.kind in {"param", "state", "unknown"}
         if self.world.provisional and not fixed and level_of(self.world.dag, value) is Level.STATE:
             quantity.status = Status.NEW
@@ -188,6 +206,24 @@ class Quantities:
         return value
 
     # --- defining -------------------------------------------------------------------
+
+    def _data(self, quantity: Quantity) -> Namespace | None:
+        """The data that a constant is; None for one whose value is an expression.
+
+        A constant of declared size, unit or range is a value, also of numbers of a file.
+        """
+        declaration, given = quantity.declaration, quantity.given
+        expr, env = declaration.value, quantity.env
+        if given is not None:
+            expr, env = given.value, given.env
+        plain = declaration.unit is None and not declaration.dims and declaration.range is None
+        if not plain or quantity.parts or not _may_be_data(expr):
+            return None
+        assert expr is not None
+        found = self.world.resolve(expr, env)
+        if isinstance(found, Column) and found.numbers.array.size <= MOST_NODES:
+            return None
+        return found if isinstance(found, Column | Table) else None
 
     def _define(self, quantity: Quantity) -> Value:
         declaration = quantity.declaration
@@ -479,6 +515,15 @@ def _range_excludes(
     shown = shown_of(unit) or Shown(si_text(unit))
     return ranges.range_excludes(
         span, name, shown.number(value), shown.number(low), shown.number(high), shown.unit
+    )
+
+
+def _may_be_data(expr: syntax.Expr | None) -> bool:
+    """Whether an expression is a path, or the call of `data` at the start of one."""
+    while isinstance(expr, syntax.Member | syntax.Index):
+        expr = expr.base
+    return isinstance(expr, syntax.Name) or (
+        isinstance(expr, syntax.Call) and expr.function == "data"
     )
 
 

@@ -58,7 +58,7 @@ class Names:
         local = self.env.locals.get(name)
         if local is not None:
             return (
-                self.world.quantities.value(local, span) if isinstance(local, Quantity) else local
+                self.world.quantities.found(local, span) if isinstance(local, Quantity) else local
             )
         instance = self.env.instance
         if instance is not None and name in instance.members:
@@ -84,6 +84,10 @@ class Names:
         if declared is None:
             return None
         return FunctionUse(declared.syntax, file_scope(self.world, declared.module))
+
+    def data(self, file: str, span: Span) -> Namespace:
+        """The contents of a data file."""
+        return self.world.data(file, span)
 
     def function_names(self) -> Collection[str]:
         """The names of the functions visible in the file."""
@@ -128,7 +132,7 @@ def member_view(world: Services, member: Member, span: Span) -> Value | Namespac
     """The value of a member, or a view of a port or part."""
     match member:
         case Quantity():
-            return world.quantities.value(member, span)
+            return world.quantities.found(member, span)
         case PortEntry():
             return PortView(world, member)
         case PartArray():

@@ -60,7 +60,8 @@ class Quantity:
     """A named value of an instance: `param const let signal input output state unknown`.
 
     `given` replaces its default; `parts` replace single components (`set M[1, 2] = ..`).
-    `first` is the index of the first symbol of a param, state or unknown.
+    `first` is the index of the first symbol of a param, state or unknown. A `const` may be `data`
+    of a file instead of a value.
     """
 
     path: str
@@ -70,6 +71,7 @@ class Quantity:
     parts: Mapping[tuple[int, ...], Given] = field(default_factory=dict)
     status: Status = Status.NEW
     value: Value | None = None
+    data: Namespace | None = None
     first: int = -1
 
     @property

@@ -7,13 +7,15 @@ from dataclasses import dataclass, field
 
 from bgc.algebra.dag import Dag
 from bgc.diagnostics.report import Report
+from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.demands import Demands
 from bgc.elaboration.instances.protocols import Builds, Evaluates, ReadsBonds
 from bgc.elaboration.instances.scopes import Names
 from bgc.elaboration.instances.tree import Environment, Given
 from bgc.grammar import syntax
 from bgc.resolution.modules import Package
-from bgc.values.expressions import evaluate, evaluate_condition, evaluate_whole
+from bgc.values.data import Table
+from bgc.values.expressions import evaluate, evaluate_condition, evaluate_whole, resolve_path
 from bgc.values.scope import Namespace
 from bgc.values.value import Value
 
@@ -80,6 +82,15 @@ class World:
         `rates` permits `der(x)`.
         """
         return evaluate(expr, Names(self, env, extra or {}, rates), self.dag)
+
+    def resolve(self, expr: syntax.Expr, env: Environment) -> Value | Namespace:
+        """Evaluate an expression that may name a data file or its numbers, as they are."""
+        return resolve_path(expr, Names(self, env, {}, False), self.dag)
+
+    def data(self, name: str, span: Span) -> Namespace:
+        """The contents of a data file."""
+        file = self.package.data_file(name, span)
+        return Table(file.shown, "", file.entries)
 
     def whole(self, expr: syntax.Expr, env: Environment, what: str, low: int, high: int) -> int:
         """Evaluate an expression that must be a compile-time integer from `low` to `high`."""

@@ -94,7 +94,7 @@ def evaluate_values(world: World, wiring: Wiring, carried: Carried) -> None:
         members = [m for m in instance.members.values() if isinstance(m, Quantity)]
         for quantity in [*members, *writes.get(instance, ())]:
             with world.report.collecting(note(quantity.env)):
-                world.quantities.value(quantity, quantity.declaration.name_span)
+                world.quantities.found(quantity, quantity.declaration.name_span)
 
 
 def evaluate_parameters(world: World, wiring: Wiring) -> None:
@@ -103,7 +103,7 @@ def evaluate_parameters(world: World, wiring: Wiring) -> None:
         for member in instance.members.values():
             if isinstance(member, Quantity) and member.kind in {"param", "const"}:
                 with world.report.collecting(note(member.env)):
-                    world.quantities.value(member, member.declaration.name_span)
+                    world.quantities.found(member, member.declaration.name_span)
 
 
 def read_statements(world: World, wiring: Wiring) -> Statements:
