@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any, Literal, TypeAlias, get_args
 
 from bgc.building.build import build_shared_object, driver_names, lane_runtime_units
-from bgc.building.built import Built, RunFacts, run_facts, shown_names
+from bgc.building.built import Built, RunFacts, run_facts, shapes_text, shown_names
 from bgc.building.cache import Cache, digest_of, open_cache
 from bgc.building.preview import previewed
 from bgc.building.recall import remember
@@ -159,7 +159,14 @@ def _stages(
     package = given or load(path)
     yield "parse", "package", package
 
-    graph = elaborate(package, options.scene, options.overrides, options.observe, options.uses)
+    graph = elaborate(
+        package,
+        options.scene,
+        options.overrides,
+        options.observe,
+        options.uses,
+        options.shapes,
+    )
     graph = with_accounts(graph) if options.audited else graph
     graph = prepare(graph) if prepare else graph
     warnings += graph.warnings
@@ -205,6 +212,7 @@ def _stages(
         emitted.operations,
         shown_names(equations),
         tuple(k for k, state in enumerate(optimised.states) if state.kind == "momentum"),
+        shapes_text(graph.shapes) if options.shapes else "",
     )
     cache = open_cache()
     built = build_model(emitted, facts, options, warnings, cache)

@@ -17,7 +17,8 @@ class Options:
     observations by these names of its columns or expressions. `preview` asks for C that compiles
     fast and runs slowly, `lanes` for the functions that run many instances at once, next to those
     of one. `audited` observes all energy accounts, whatever the scene does. `verify` checks the
-    invariants of every intermediate result, as the environment variable BGC_VERIFY does.
+    invariants of every intermediate result, as the environment variable BGC_VERIFY does. `shapes`
+    records the poses of all shapes.
     """
 
     scene: str | None = None
@@ -30,3 +31,4 @@ class Options:
     lanes: bool = False
     audited: bool = False
     verify: bool = False
+    shapes: bool = False

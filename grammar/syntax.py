@@ -273,6 +273,25 @@ class Assert:
 
 
 @dataclass(frozen=True, slots=True)
+class Shape:
+    """`shape cylinder(r) from a.tip to b colour "red";`: how a part is drawn.
+
+    `ends` are the two frames of `from .. to`, `at` a frame or an offset, `axes` a rotation matrix,
+    `colour` a name or `#rrggbb`; each None where it is absent.
+    """
+
+    kind: str
+    kind_span: Span
+    arguments: tuple[Argument, ...]
+    ends: tuple[Expr, Expr] | None
+    at: Expr | None
+    axes: Expr | None
+    colour: str | None
+    colour_span: Span
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class For:
     """`for i in first..last { items }`, unrolled at compile time."""
 
@@ -294,7 +313,18 @@ class If:
 
 
 Item: TypeAlias = (
-    Value | Port | Part | Chain | Assign | Derivative | Equation | Project | Assert | For | If
+    Value
+    | Port
+    | Part
+    | Chain
+    | Assign
+    | Derivative
+    | Equation
+    | Project
+    | Assert
+    | Shape
+    | For
+    | If
 )
 
 # --- items of a scene -------------------------------------------------------------------

@@ -179,6 +179,8 @@ class _Transform(ExpressionTransform):
                 return syntax.Project(*self._two_sides(tree))
             case "assertion":
                 return self._assertion(tree)
+            case "shape":
+                return self._shape(tree)
             case "for":
                 return self._for(tree)
             case "if":
@@ -258,6 +260,22 @@ class _Transform(ExpressionTransform):
         children: list[Any] = tree.children
         _, condition, message = children
         return syntax.Assert(self.expression(condition), unquoted(message), self.span(tree))
+
+    def _shape(self, tree: ParseTree) -> syntax.Shape:
+        children: list[Any] = tree.children
+        _, kind, _, arguments, _, _, first, _, second, _, at, axes, _, colour = children
+        span = self.span(tree)
+        return syntax.Shape(
+            str(kind),
+            self.token_span(kind),
+            self.arguments(arguments),
+            None if first is None else (self.expression(first), self.expression(second)),
+            self._optional_expression(at),
+            self._optional_expression(axes),
+            None if colour is None else unquoted(colour),
+            span if colour is None else self.token_span(colour),
+            span,
+        )
 
     def _for(self, tree: ParseTree) -> syntax.For:
         children: list[Any] = tree.children

@@ -261,6 +261,20 @@ _STATEMENTS = (
         ("BG705",),
     ),
     Word(
+        "shape",
+        "Draws a part: a shape in the frame of the part, at another frame, or between two.",
+        ("model",),
+        'a shape is `shape name(arguments) at place colour "name";`',
+        (
+            "`at` takes a frame (a port, a 1-junction or a part whose domain carries `r[3]` and "
+            "`A[3, 3]`) or an offset in the frame of the part, then a rotation matrix. "
+            "`from a to b` stretches a rope, cylinder or capsule between two frames.",
+        ),
+        'shape box(2 m, 1 m, 0.5 m) at [1 m, 0, 0] colour "orange";\nshape rope from a.tip to b;',
+        ("shapes", "at", "colour"),
+        Reserved.NOWHERE,
+    ),
+    Word(
         "for",
         "Repeats declarations and statements; the loop is unrolled when the model is compiled.",
         ("model",),
@@ -526,6 +540,22 @@ _SOFT = tuple(
         (
             "vary", "Names parameters that a start at rest may change.", (), "", (),
             "start rest hold elbow.angle vary elbow_drive.torque;", ("start",),
+        ),
+        (
+            "from", "Stands before the first end of a shape.", (), "", (),
+            "shape rope from a.tip to b;", ("shape",),
+        ),
+        (
+            "to", "Stands before the second end of a shape.", (), "", (),
+            "shape rope from a.tip to b;", ("shape",),
+        ),
+        (
+            "at", "Stands before the place of a shape.", (), "", (),
+            "shape sphere(1 m) at [0, 0, 2 m];", ("shape",),
+        ),
+        (
+            "colour", "Stands before the colour of a shape.", (), "", (),
+            'shape sphere(1 m) colour "red";', ("shape",),
         ),
         (
             "every", "Stands before the interval between rows.", (), "", (),

@@ -20,6 +20,7 @@ def compile_model(
     whole: bool = False,
     uses: Mapping[str, str] | None = None,
     preview: bool = False,
+    shapes: bool = False,
 ) -> Model:
     """Compile a scene of a `.bg` file, or load it from the cache, and return the model.
 
@@ -42,6 +43,8 @@ def compile_model(
         Parts for slots of the model, as `{"crane.elbow.lock": "Rigid[5]"}`.
     preview
         Whether to compile quickly without optimisation (tcc if installed, otherwise -O0).
+    shapes
+        Whether its runs record the poses of all shapes, as `simulate(shapes=True)` does.
 
     Raises
     ------
@@ -49,5 +52,7 @@ def compile_model(
         The model, the machine or the values are at fault; its `diagnostics` say where.
     """
     filled = tuple((uses or {}).items())
-    options = Options(scene, strict=strict, whole=whole, uses=filled, preview=preview)
+    options = Options(
+        scene, strict=strict, whole=whole, uses=filled, preview=preview, shapes=shapes
+    )
     return load_as(Model, Path(path), options, parameters or {})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from bgc.runtime.linear.state_space import Linearisation, Mode, modes_of, pencil_eigenvalues
 from bgc.runtime.results.arrays import Array, Complex
 from bgc.runtime.results.result import Result
+from bgc.runtime.running.compiling import load_as
 from bgc.runtime.running.failures import require
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
@@ -43,6 +45,7 @@ class Model(LoadedModel):
         start: Literal["rest", "given"] | None = None,
         parameters: Mapping[str, ParameterValue] | None = None,
         progress: bool = False,
+        shapes: bool = False,
     ) -> Result:
         """Run from the initial state and return the observed values.
 
@@ -72,6 +75,10 @@ class Model(LoadedModel):
             Values for this run alone, SI numbers or texts with a unit.
         progress
             Whether to show a progress bar on a terminal when the run takes longer than a second.
+        shapes
+            Whether to record the shapes of all parts with their poses at each row, in
+            `result.shapes`. They may need states that the scene does not, so the model is compiled
+            once more, without a change to this one.
 
         Raises
         ------
@@ -83,12 +90,35 @@ class Model(LoadedModel):
             An argument or a parameter is at fault.
         """
         values = parameters or {}
+        if shapes and not self.facts.shapes:
+            model = self._with_shapes()
+            values = {**self.parameters.given({}), **values}
+            return model.simulate(
+                duration,
+                every=every,
+                solver=solver,
+                rtol=rtol,
+                atol=atol,
+                step=step,
+                max_step=max_step,
+                substeps=substeps,
+                settle=settle,
+                parameters=values,
+                progress=progress,
+            )
         options = {"rtol": rtol, "atol": atol, "step": step, "max_step": max_step}
         options |= {"substeps": substeps, "settle": settle}
         method, notices = method_of(self, solver, options, values)
         method = method.started(start)
         times = times_of(self, method, duration, every)
         return simulate(self, method, times, values, progress, notices)
+
+    def _with_shapes(self) -> Model:
+        """Compile the same model with its shapes, or load it from the cache."""
+        if self.origin is None:
+            raise ValueError("a model without its source has no shapes: compile it with `shapes`")
+        path, options = self.origin
+        return load_as(Model, path, replace(options, shapes=True), {})
 
     def simulate_many(
         self,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from bgc.values.shown import ShownRow
 if TYPE_CHECKING:  # a warm start does not import the compiler's own modules
     from bgc.ir.graph import Observation, Parameter, Requirement, SceneFacts
     from bgc.ir.program import Program, ProgramState
+    from bgc.ir.shapes import ShapeUse
 
 ENERGY_ACCOUNTS = ("stored", "supplied", "dissipated", "residual")  # as rows of C have them
 
@@ -53,7 +55,8 @@ class RunFacts:
     `shown_outputs`, `shown_states` and `shown_parameters` list those that tables and plots show in
     a unit other than their SI unit: a name, the unit and its factor.
     `rest` is the scene's start at rest; None where it starts from the initial values that are
-    given. `momenta` are the indices of the states that are momenta.
+    given. `momenta` are the indices of the states that are momenta. `shapes` is the JSON text of
+    the recorded shapes, empty where none are recorded.
     """
 
     scene: str
@@ -78,6 +81,7 @@ class RunFacts:
     shown_parameters: tuple[ShownRow, ...] = ()
     rest: Rest | None = None
     momenta: tuple[int, ...] = ()
+    shapes: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,6 +139,26 @@ def _shown_rows(named: Iterable[Observation | ProgramState | Parameter]) -> Iter
             yield each.name, each.shown.unit, each.shown.factor
 
 
+def shapes_text(shapes: Sequence[ShapeUse]) -> str:
+    """Write recorded shapes as JSON: for each quantity its numbers, or the outputs that hold it."""
+    return json.dumps(
+        [
+            {
+                "name": shape.name,
+                "part": shape.part,
+                "kind": shape.kind,
+                "colour": shape.colour,
+                "file": shape.file,
+                "values": [
+                    [v.field, v.shape, v.numbers if v.numbers is not None else v.columns]
+                    for v in shape.values
+                ],
+            }
+            for shape in shapes
+        ]
+    )
+
+
 def run_facts(
     scene: SceneFacts,
     folded: tuple[tuple[str, float], ...] = (),
@@ -145,6 +169,7 @@ def run_facts(
     operations: tuple[tuple[str, int], ...] = (),
     shown: ShownNames = ShownNames(),
     momenta: tuple[int, ...] = (),
+    shapes: str = "",
 ) -> RunFacts:
     """Collect the run settings of a scene, with the folded parameters and the requirements."""
     solver = scene.solver
@@ -171,4 +196,5 @@ def run_facts(
         shown_parameters=shown.parameters,
         rest=None if scene.rest is None else Rest(scene.rest.hold, scene.rest.vary, momenta),
         momenta=momenta,
+        shapes=shapes,
     )

@@ -43,6 +43,7 @@ from bgc.elaboration.scenes.removed import without_removed
 from bgc.elaboration.scenes.rest import StartAtRest, read_start
 from bgc.elaboration.scenes.run_facts import read_facts, read_kept, read_requirements
 from bgc.elaboration.scenes.scene import Scene, choose_scene
+from bgc.elaboration.scenes.shapes import read_shapes
 from bgc.ir.graph import Bond, DataSource, FlatGraph, Observation, Requirement
 from bgc.resolution.modules import Package
 from bgc.values.units import shown_of, si_text
@@ -54,6 +55,7 @@ def elaborate(
     overrides: Sequence[tuple[str, str]] = (),
     observe: Sequence[str] = (),
     uses: Sequence[tuple[str, str]] = (),
+    shapes: bool = False,
 ) -> FlatGraph:
     """Build the flat graph of a scene of the package's root file.
 
@@ -69,6 +71,8 @@ def elaborate(
         Expressions that replace the scene's observations; empty keeps those of the scene.
     uses
         Slots and the types that fill them, as pairs of texts: `("crane.elbow.lock", "Rigid[5]")`.
+    shapes
+        Whether to record the poses of all shapes, as further outputs.
 
     Raises
     ------
@@ -76,10 +80,12 @@ def elaborate(
         With all independent errors that were found.
     """
     chosen = with_observations(with_uses(choose_scene(package, scene), uses), observe)
-    return _elaborate(package, chosen, overrides)
+    return _elaborate(package, chosen, overrides, shapes)
 
 
-def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, str]]) -> FlatGraph:
+def _elaborate(
+    package: Package, scene: Scene, overrides: Sequence[tuple[str, str]], shapes: bool
+) -> FlatGraph:
     """Elaborate a chosen scene.
 
     Instances come first, then widths and units with placeholders for the variables of bonds, and
@@ -136,6 +142,7 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
     rest = read_start(world, scene, observed)
     facts = read_facts(world, scene, observed, rest.facts if rest else None)
     _check_world(world, root)
+    drawn = read_shapes(world, bonds, wiring, shapes and not report.errors)
     contents = (elements, statements.states, statements.equations, observed.columns)
     if not report.errors and not any(contents):
         span = scene.model.syntax.name_span
@@ -152,7 +159,10 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
         equations=statements.equations,
         guards=statements.guards,
         conditions=statements.conditions,
-        observations=_with_hidden(observed.observations, requirements, rest),
+        observations=(
+            *_with_hidden(observed.observations, requirements, rest),
+            *drawn.observations,
+        ),
         requirements=requirements,
         devices=devices,
         kept=(*kept, *rest.facts.vary) if rest else kept,
@@ -162,6 +172,7 @@ def _elaborate(package: Package, scene: Scene, overrides: Sequence[tuple[str, st
             DataSource(name, str(path.absolute()), file.digest)
             for (path, name), file in package.data.items()
         ),
+        shapes=tuple(drawn.uses),
     )
     return replace(graph, guards=(*graph.guards, *guards_of_tables(graph)))
 

@@ -23,6 +23,7 @@ from bgc.algebra.nodes import Matrix as Matrix
 from bgc.algebra.nodes import Node as Node
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
+from bgc.ir.shapes import ShapeUse
 from bgc.language.elements import Form as Form
 from bgc.values.shown import Shown
 
@@ -457,6 +458,7 @@ class FlatGraph:
     slots: tuple[Slot, ...] = ()
     conditions: tuple[Condition, ...] = ()
     data: tuple[DataSource, ...] = ()
+    shapes: tuple[ShapeUse, ...] = ()
 
 
 def port_ends(graph: FlatGraph) -> Iterator[tuple[int, int, int]]:

@@ -15,6 +15,7 @@ from bgc.driver import Stage, Stages
 from bgc.grammar.syntax import File
 from bgc.ir.graph import Element, FlatGraph, ports_of
 from bgc.ir.program import Program
+from bgc.ir.shapes import ShapeUse
 from bgc.printing.causality import causality_tables, element_ends, ranges
 from bgc.printing.tables import as_text
 from bgc.slicing.fold import Folding
@@ -118,7 +119,23 @@ def _graph_sections(graph: FlatGraph) -> tuple[tuple[str, list[str]], ...]:
         ("bonds", _bonds(graph)),
         ("parameters", _parameters(graph)),
         ("states", [f"{s.name} ({s.unit})" for s in graph.states]),
+        ("shapes", [_shape(shape) for shape in graph.shapes]),
     )
+
+
+def _shape(shape: ShapeUse) -> str:
+    """A shape by name, with its colour and its values where they are recorded."""
+    parts = [shape.name, *filter(None, (shape.colour, shape.file))]
+    for value in shape.values:
+        numbers = value.numbers
+        if numbers is None:
+            parts.append(f"{value.field} varies")
+        else:
+            listed = ", ".join(f"{number:g}" for number in numbers)
+            parts.append(
+                f"{value.field} = {listed}" if len(numbers) == 1 else f"{value.field} = [{listed}]"
+            )
+    return "  ".join(parts)
 
 
 def show_folding(folding: Folding) -> str:

@@ -14,7 +14,7 @@ from bgc.printing.tables import Table
 from bgc.reference.entry import Block, Code, Entry, Heading, Text, first_sentence, paragraphs
 from bgc.resolution.modules import Declared, Module, ancestors, flatten
 
-_LONGEST = 110  # characters of an equation that is shown
+_LONGEST = 125  # characters of an equation that is shown
 _MOST = 36  # equations that are shown
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
@@ -129,7 +129,7 @@ def text_of(
 
 def tables(declared: Declared[syntax.Model]) -> tuple[Table, ...]:
     """Return ports, parameters, constants, inputs, slots, outputs and states as tables."""
-    ports, slots = [], []
+    ports, slots, shapes = [], [], []
     values: dict[str, list[tuple[str, ...]]] = {}
     for item, owner in members(declared):
         match item:
@@ -142,6 +142,8 @@ def tables(declared: Declared[syntax.Model]) -> tuple[Table, ...]:
                 row = (*_value(item), text_of(item, declared))
                 if item.kind != "const" or item.doc:
                     values.setdefault(item.kind, []).append(row)
+            case syntax.Shape():
+                shapes.append((_statement(item),))
             case _:
                 pass
     return (
@@ -152,6 +154,7 @@ def tables(declared: Declared[syntax.Model]) -> tuple[Table, ...]:
         Table("slots", ("name", "interface", "default", "meaning"), tuple(slots)),
         _columns("outputs", values.get("output", ()), ("name", "unit", "", "", "meaning")),
         _columns("states", values.get("state", ()), ("name", "unit", "start", "", "meaning")),
+        Table("shapes", ("drawn as",), tuple(shapes)),
     )
 
 

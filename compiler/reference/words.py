@@ -14,6 +14,7 @@ from bgc.language.scene_tables import (
     SOLVER_OPTIONS,
     Channel,
 )
+from bgc.language.shape_table import COLOURS, SHAPES
 from bgc.printing.tables import Table
 from bgc.reference.entry import Block, Code, Entry, Group, Text
 from bgc.values.units import si_symbol
@@ -130,6 +131,26 @@ _TOPICS: Mapping[str, Entry] = {
                 ),
             ),
             ("device", "drive", "step"),
+        ),
+        Entry(
+            "name in shapes",
+            "shapes",
+            "the shapes with which parts are drawn, and their colours",
+            (
+                Code('shape cylinder(0.3 m, 1 m) at [0, 0, 1 m], rot_x(pi/2) colour "steel";'),
+                Table(
+                    "shapes",
+                    ("shape", "meaning"),
+                    tuple((kind.form(name), kind.doc) for name, kind in SHAPES.items()),
+                ),
+                Table("colours, beside `#rrggbb`", ("name", "is"), tuple(COLOURS.items())),
+                Text(
+                    "Lengths are in m. A rope stands `from a to b`; a cylinder or a capsule may, "
+                    "without its length. The rows of the waves of a sea are [amplitude in m, "
+                    "angular frequency in rad/s, direction in rad, phase in rad]."
+                ),
+            ),
+            ("shape", "BG492", "BG493"),
         ),
         Entry(
             "constant",

@@ -74,6 +74,10 @@ class _Checker:
                     self.all((item.left, item.right), seen)
                 case syntax.Assert():
                     self.expression(item.condition, seen)
+                case syntax.Shape():
+                    places = (*(item.ends or ()), item.at, item.axes)
+                    self.all((a.value for a in item.arguments), seen)
+                    self.all((place for place in places if place is not None), seen)
                 case syntax.For():
                     self.all((item.first, item.last), seen)
                     self.items(item.items, {*seen, item.variable})

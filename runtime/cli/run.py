@@ -54,6 +54,7 @@ _PICTURES = (".png", ".svg", ".pdf")
     help='Panel of the plot: "tip.z, handle.z" or "force against elevation". May be repeated.',
 )
 @method_options
+@click.option("--shapes", is_flag=True, help="Record the poses of all shapes in the .npz file.")
 @click.option("--quiet", "-q", is_flag=True, help="Print no summary and no progress bar.")
 @click.pass_context
 def run(
@@ -69,6 +70,7 @@ def run(
     out: str | None,
     plot: str | None,
     panels: tuple[str, ...],
+    shapes: bool,
     quiet: bool,
     **method: Any,
 ) -> None:
@@ -78,11 +80,15 @@ def run(
     """
     if panels and plot is None:
         raise click.UsageError("--panel needs --plot FILE")
+    if shapes and (out is None or Path(out).suffix.lower() != ".npz"):
+        raise click.UsageError("--shapes needs --out FILE.npz")
     check_target(out, (*_TABLES, "-"))
     check_target(plot, _PICTURES)
     arguments = read_method(method)
     filled = read_uses(uses)
-    options = Options(scene, strict=strict, whole=whole, uses=filled, preview=preview)
+    options = Options(
+        scene, strict=strict, whole=whole, uses=filled, preview=preview, shapes=shapes
+    )
     with CompilingLine(file.name, wanted=not quiet) as line:
         model = load_as(Model, file, options, dict(read_assignments(assignments)), line)
     print_diagnostics(model.warnings)

@@ -23,10 +23,9 @@ from bgc.ir.graph import Node
 from bgc.linearising.linear_form import LinearForm, linear_form
 from bgc.linearising.opening import Opened, open_scene
 from bgc.options import Options
-from bgc.runtime.linear.equilibrium import find_equilibrium, find_zero
+from bgc.runtime.linear.equilibrium import Tangent, find_equilibrium, find_zero
 from bgc.runtime.linear.state_space import Linearisation, without_algebraic
 from bgc.runtime.linearising.chains import ClosedChains
-from bgc.runtime.linearising.equilibrium import Tangent, find_equilibrium, find_zero
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.simulate import state_after

@@ -20,6 +20,7 @@ from bgc.language.columns import column_of, component_of
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_arrays, written_whole
 from bgc.runtime.results.rest import AtRest
+from bgc.runtime.results.shapes import Shape, arrays_of, described
 from bgc.values.shown import Shown
 
 if TYPE_CHECKING:
@@ -62,6 +63,8 @@ class Result(Mapping[str, Array]):
     shown
         The units as written, in which plots and tables show columns: `Shown("bar", 1e5)` where the
         column itself is in Pa. `result.in_words("pressure")` are the numbers in that unit.
+    shapes
+        The shapes of all parts with their poses at each row, of a run with `shapes=True`.
     counts
         Steps, evaluations and seconds of the run.
     status, message
@@ -94,6 +97,7 @@ class Result(Mapping[str, Array]):
     notices: tuple[Diagnostic, ...] = ()
     faster: str = ""
     shown: Mapping[str, Shown] = field(default_factory=dict)
+    shapes: tuple[Shape, ...] = ()
 
     def shown_in(self, name: str) -> Shown:
         """The unit in which a column is shown: as written, else that of its values."""
@@ -213,15 +217,21 @@ class Result(Mapping[str, Array]):
         `about` is a JSON text with the units of the values, the units in which they are shown,
         the scene, the solver and the status.
         """
-        about = {
+        about: dict[str, Any] = {
             "scene": self.scene,
             "solver": self.solver,
             "status": self.status,
             "message": self.message,
             "units": {"time": "s", **self.units},
             "shown": {name: self.shown_in(name).unit for name in self.columns},
+            **({"shapes": described(self.shapes)} if self.shapes else {}),
         }
-        arrays = {**self.columns, "time": self.time, "about": np.array(json.dumps(about))}
+        arrays = {
+            **self.columns,
+            **arrays_of(self.shapes),
+            "time": self.time,
+            "about": np.array(json.dumps(about)),
+        }
         write_arrays(path, arrays)
 
     def to_pandas(self) -> Any:

@@ -22,6 +22,7 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest
 from bgc.runtime.results.result import Result
+from bgc.runtime.results.shapes import shapes_of
 from bgc.runtime.running.advice import faster_method
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.failures import RunInterrupted, SimulationError, explain, require
@@ -151,6 +152,9 @@ def _named(
         columns={variable.name: rows[:, place] for variable, place in pairs},
         units={v.name: v.unit for v in model.outputs},
         shown={v.name: v.shown for v in model.outputs},
+        shapes=shapes_of(
+            model.facts.shapes, {v.name: k for k, v in enumerate(model.measured)}, rows
+        ),
         solver=method.name,
         counts=counts,
         panels=model.facts.panels,

@@ -338,7 +338,7 @@ def test_names_are_found_in_other_case_and_form(name, found):
         ("rodas5", "did you mean `rodas5p`"),
         ("obsrve", "did you mean `observe`"),
         ("atan3", "`atan2`"),
-        ("BG5O1", "near it are BG501"),
+        ("BG5O1", "BG501"),
         ("qqqqq", "`bgc doc` lists what there is"),
     ],
 )

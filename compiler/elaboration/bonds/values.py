@@ -123,6 +123,18 @@ class BondValues:
         domain = face.net.root().domain
         return self.domains.facts(domain.declared) if domain is not None else None
 
+    def has_pose(self, place: PortEntry | Element) -> bool:
+        """Whether a port or 1-junction is a frame: its domain carries `r[3]` and `A[3, 3]`."""
+        if isinstance(place, PortEntry):
+            face = place.inner if place.inner.joints else place.outer
+        elif place.basic == "J1":
+            face = place.faces["all"]
+        else:
+            return False
+        facts = self._facts(face)
+        shapes = {} if facts is None else {n: shape for n, (shape, _) in facts.signals.items()}
+        return shapes.get("r") == (3,) and shapes.get("A") == (3, 3)
+
     def is_power(self, bond: int) -> bool:
         """Whether effort times flow of a scalar bond is a power."""
         return self.units is not None and self.units.is_power(bond)

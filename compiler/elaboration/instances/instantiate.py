@@ -262,6 +262,8 @@ class Builder:
                 instance.projections.append((item, env))
             case syntax.Assert():
                 instance.asserts.append((item, env))
+            case syntax.Shape():
+                instance.shapes.append((item, env))
             case syntax.Value() | syntax.Port():
                 raise AssertionError("values and ports are entered first")
 

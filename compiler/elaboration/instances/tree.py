@@ -134,6 +134,7 @@ class Instance:
     equations: list[tuple[syntax.Equation, Environment]] = field(default_factory=list)
     projections: list[tuple[syntax.Project, Environment]] = field(default_factory=list)
     asserts: list[tuple[syntax.Assert, Environment]] = field(default_factory=list)
+    shapes: list[tuple[syntax.Shape, Environment]] = field(default_factory=list)
 
     @property
     def name(self) -> str:

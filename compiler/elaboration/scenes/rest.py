@@ -10,10 +10,11 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.instances.quantities import component_names
 from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.world import World
-from bgc.elaboration.scenes.observed import Observed, units_of
+from bgc.elaboration.scenes.observed import Observed
 from bgc.elaboration.scenes.scene import Scene
 from bgc.grammar import syntax
 from bgc.ir.graph import Node, Observation, Rest
+from bgc.values.units import shown_of, si_text
 
 _WITHOUT_STATE = (Kind.PARAM, Kind.TIME, Kind.INPUT)
 
@@ -59,12 +60,15 @@ def _held(world: World, scene: Scene, path: syntax.Expr, observed: Observed) -> 
     if all(s is None or s.kind in _WITHOUT_STATE for s in symbols):
         raise BgError([scenes.hold_without_state(path.span, path_of(path))])
     labels = component_names(path_of(path), value.shape)
-    units = units_of(world, scene, path, value)
     return [
         Observation(
-            f"{label} (held)" if label in observed.columns else label, unit, node, path.span
+            f"{label} (held)" if label in observed.columns else label,
+            si_text(unit),
+            node,
+            path.span,
+            shown_of(unit),
         )
-        for label, unit, node in zip(labels, units, value.nodes, strict=True)
+        for label, unit, node in zip(labels, value.units, value.nodes, strict=True)
     ]
 
 
