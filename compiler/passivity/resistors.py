@@ -59,12 +59,14 @@ def _check_explicit(
         if answers is None:
             return []  # it depends on what only the equations tell
         powers = [x * y for x, y in zip(trial, answers, strict=True)]
-        size = math.fsum(map(abs, powers)) if all(map(math.isfinite, powers)) else 0.0
-        if math.fsum(powers) < -_ROUNDING * size:
+        finite = all(map(math.isfinite, powers))
+        size = math.fsum(map(abs, powers)) if finite else 0.0
+        # Opposite infinities add up to NaN, which decides nothing; fsum raises on them.
+        total = math.fsum(powers) if finite else sum(powers)
+        if total < -_ROUNDING * size:
             at = _when(point, law, own) + _listed(graph, element, given, trial)
             found = _listed(graph, element, answered, answers)
-            watts = -math.fsum(powers)
-            return [messages.active_law(element.span, element.name, at, found, watts)]
+            return [messages.active_law(element.span, element.name, at, found, -total)]
     return []
 
 

@@ -66,6 +66,12 @@ def test_passive_laws_pass(element):
     assert warnings_of(element) == ()
 
 
+def test_powers_that_overflow_to_both_sides_decide_nothing():
+    """The coupling alone takes and gives more than a double holds, and no power in total."""
+    law = "R[2] { f[1] = e[1] + sinh(e[1] - e[2]); f[2] = e[2] - sinh(e[1] - e[2]); }"
+    assert warnings_of(law, width=2) == ()
+
+
 @pytest.mark.parametrize(
     ("element", "message"),
     [
