@@ -63,6 +63,13 @@ def test_a_merged_state_is_called_after(case):
     assert [name for name in names if name in expected] == expected
 
 
+def test_components_that_newtons_method_finds_have_names_of_their_own():
+    body = """s : Sf[2](f = 1); node : J0[2]; b : C[2](2); s -> node -> a, b;
+    a : C[2] { e[1] = q[1] + tanh(q[1]); e[2] = q[2] + erf(q[2]); }"""
+    names = state_names(f"model M {{ {body} }} scene s of M {{ observe a.e; run 1 s; }}")
+    assert names == ["node.q[1]", "node.q[2]", "b.q[1]", "b.q[2]"]
+
+
 def test_an_element_without_a_junction_gives_its_own_name():
     ring = """for k in 1..3 { n[k] : J1; g[k] : GY(2 + k); c[k] : C(1); n[k] -> c[k], g[k]; }
     g[1] -> n[2]; g[2] -> n[3]; g[3] -> n[1];"""

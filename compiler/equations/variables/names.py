@@ -35,7 +35,10 @@ class Places:
         leaf = self._leaf(symbol)
         letter = {Kind.EFFORT: "e", Kind.FLOW: "f", Kind.DISPLACEMENT: "q"}.get(leaf.kind, "p")
         if leaf.kind not in {Kind.EFFORT, Kind.FLOW}:
-            return f"{self._place(symbol)[0]}.{letter}"
+            element = self._causal.graph.elements[self._elements[symbol]]
+            if isinstance(element, Storage) and len(element.ports) > 1:
+                letter += f"[{leaf.index - element.first_state + 1}]"
+            return f"{element.name}.{letter}"
         bonds: tuple[int, ...] = (leaf.index,)
         if (leaf.kind is Kind.EFFORT) == self._causal.dual[leaf.index]:
             bonds = self._causal.classes[self._causal.class_of[leaf.index]].bonds
