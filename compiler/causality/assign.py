@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterable, Sequence
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.algebra.fingerprint import Fingerprints
+from bgc.algebra.modular import rank_of
 from bgc.causality.certificates import Certifier
 from bgc.causality.elimination import eliminate
 from bgc.causality.paths import connections, holding, rigid_path
@@ -52,11 +53,47 @@ def assign_causality(graph: FlatGraph) -> CausalGraph:
     """
     cut = _closing_junctions(graph)
     try:
-        return _assigned(graph, frozenset())
+        return _sparing(graph, _assigned(graph, frozenset()))
     except BgError:
         if not cut:
             raise
     return _assigned(graph, cut)
+
+
+def _sparing(graph: FlatGraph, found: CausalGraph) -> CausalGraph:
+    """The same graph with fewer independent flows that move inertias, if some are too many.
+
+    Where a modulus may vanish, the inertia behind it depends on the flow before it, and that flow,
+    which powers no element, on the flows of the elements beside it. All of those would then move
+    the inertia, and all but one move no inertia. So one of them becomes dependent in its place.
+    """
+    surplus = _surplus(found)
+    if not surplus or found.closures:
+        return found
+    certifier = Certifier(graph.dag, found.fingerprints, graph.parameters)
+    carrying = frozenset(
+        found.class_of[end.bond]
+        for row in found.rows
+        for end in row.ends
+        if certifier.certify(end.coefficient) is None
+    )
+    try:
+        other = _assigned(graph, frozenset(), carrying)
+    except BgError:
+        return found
+    return other if _surplus(other) < surplus else found
+
+
+def _surplus(causal: CausalGraph) -> int:
+    """The number of independent flows of inertias, less those that the inertias determine."""
+    columns = {k for k, basis in enumerate(causal.basis) if basis.kind is BasisKind.INERTIA}
+    residue = causal.fingerprints.residue
+    moved = [
+        {k: residue(node) for k, node in causal.flows[number] if k in columns}
+        for number, members in enumerate(causal.classes)
+        if any(causal.ports[k].role is Role.INERTIA for k in members.ports)
+    ]
+    return len(columns) - rank_of(moved)
 
 
 def _closing_junctions(graph: FlatGraph) -> frozenset[int]:
@@ -73,13 +110,18 @@ def _closing_junctions(graph: FlatGraph) -> frozenset[int]:
     )
 
 
-def _assigned(graph: FlatGraph, cut: frozenset[int]) -> CausalGraph:
-    """Assign causality with the rows of some junctions closing chains."""
+def _assigned(
+    graph: FlatGraph, cut: frozenset[int], carrying: frozenset[int] = frozenset()
+) -> CausalGraph:
+    """Assign causality with the rows of some junctions closing chains.
+
+    The classes in `carrying` stay independent where possible (`elimination.eliminate`).
+    """
     fingerprints = Fingerprints(graph.dag)
     structure = junction_structure(graph, cut)
     certifier = Certifier(graph.dag, fingerprints, graph.parameters)
     _refuse_shared_flows(graph, structure)
-    elimination = eliminate(graph.dag, fingerprints, certifier, structure)
+    elimination = eliminate(graph.dag, fingerprints, certifier, structure, carrying)
     warnings, closures = _judge_remaining(graph, structure, certifier, elimination)
     steps, watched = sequence_rows(
         graph.dag,

@@ -24,6 +24,7 @@ takes rotations whole.
 from __future__ import annotations
 
 import heapq
+from collections.abc import Collection
 from typing import TypeAlias
 
 from bgc.algebra.dag import Dag
@@ -40,10 +41,18 @@ _Key: TypeAlias = tuple[int, Size, int]  # level of a class, size of its best pi
 
 
 def eliminate(
-    dag: Dag, fingerprints: Fingerprints, certifier: Certifier, structure: Structure
+    dag: Dag,
+    fingerprints: Fingerprints,
+    certifier: Certifier,
+    structure: Structure,
+    carrying: Collection[int] = (),
 ) -> Elimination:
-    """Solve the rows for as many classes as certified pivots allow, in the order above."""
-    sparse = _Work(dag, fingerprints, certifier, structure).run()
+    """Solve the rows for as many classes as certified pivots allow, in the order above.
+
+    Classes without an element that are in `carrying` are kept independent where a compliance or a
+    resistance can depend on them.
+    """
+    sparse = _Work(dag, fingerprints, certifier, structure, carrying).run()
     if not sparse.unsolved and sparse.weakest > _WEAK:
         return sparse
     whole = eliminate_in_sequence(dag, fingerprints, certifier, structure)
@@ -52,10 +61,15 @@ def eliminate(
 
 class _Work:
     def __init__(
-        self, dag: Dag, fingerprints: Fingerprints, certifier: Certifier, structure: Structure
+        self,
+        dag: Dag,
+        fingerprints: Fingerprints,
+        certifier: Certifier,
+        structure: Structure,
+        carrying: Collection[int],
     ) -> None:
         self._certifier = certifier
-        self._rows = WorkingRows(dag, fingerprints, certifier, structure)
+        self._rows = WorkingRows(dag, fingerprints, certifier, structure, carrying)
         self._followers = [0] * len(structure.classes)  # steps whose working row has a class
         self._blocks = [block for block in structure.blocks if block.varies]
         # Rows of blocks that cannot be inverted as they are, by the level that was asked for.

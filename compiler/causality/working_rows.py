@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag
@@ -18,10 +18,11 @@ _LEVELS = {
     Role.EFFORT_SOURCE: 1,
     Role.COMPLIANCE: 2,
     Role.RESISTANCE: 3,
-    Role.INERTIA: 4,
-    Role.FLOW_SOURCE: 5,
+    Role.INERTIA: 5,
+    Role.FLOW_SOURCE: 6,
 }
 BARE = 0  # level of classes without an element
+CARRYING = 4  # of those that move an inertia, by a modulus that may vanish, where asked for
 EFFORT_SOURCE, COMPLIANCE, RESISTANCE, INERTIA, FLOW_SOURCE = _LEVELS.values()
 
 
@@ -70,13 +71,20 @@ class WorkingRows:
     """
 
     def __init__(
-        self, dag: Dag, fingerprints: Fingerprints, certifier: Certifier, structure: Structure
+        self,
+        dag: Dag,
+        fingerprints: Fingerprints,
+        certifier: Certifier,
+        structure: Structure,
+        carrying: Collection[int] = (),
     ) -> None:
         self._dag = dag
         self._fingerprints = fingerprints
         self._certifier = certifier
         self._class_of = structure.class_of
         self.levels = [level_of(c, structure.ports) for c in structure.classes]
+        for number in carrying:
+            self.levels[number] = max(self.levels[number], CARRYING)
         self._rows: list[Row] = []
         self._forms: list[_Form] = []  # working row of each row
         self._where: list[set[int]] = [set() for _ in structure.classes]  # open rows with a class

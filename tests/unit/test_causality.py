@@ -13,6 +13,7 @@ from random_graphs import random_graph
 from bgc.algebra.dag import Op
 from bgc.causality.assign import assign_causality
 from bgc.diagnostics.diagnostic import BgError
+from bgc.equations.derive import derive_equations
 from bgc.ir.causal import BasisKind, Rule
 from bgc.ir.graph import Junction, Node, Source, Transformer, ports_of
 
@@ -136,6 +137,28 @@ def test_a_modulus_that_varies_is_never_divided_by() -> None:
     assert basis.kind is BasisKind.INERTIA
     assert basis.bond_class == causal.class_of[0]
     assert causal.positive == ()
+
+
+def test_an_inertia_behind_a_modulus_that_varies_is_moved_by_one_flow() -> None:
+    """A spring and a damper beside the modulus are no motions of the inertia."""
+    g = GraphBuilder()
+    angle = g.state("theta", 0.2)
+    g.derivative(angle, g.node(1))
+    g.junction("J0", "node")
+    g.junction("J1", "shaft")
+    g.transformer("gear", ((g.dag.call(Op.COS, angle),),))
+    g.storage("C", "spring", 1)
+    g.resistor("damper", 1)
+    g.storage("I", "body", 1)
+    g.bond("node", "gear")
+    g.bond("gear", "shaft")
+    g.fan("node", "spring", "damper")
+    g.fan("shaft", "body")
+    causal = assign_causality(g.build())
+    assert sorted(b.kind.name for b in causal.basis) == ["INERTIA", "RESISTANCE"]
+    (moving,) = (b.bond_class for b in causal.basis if b.kind is BasisKind.INERTIA)
+    assert moving == causal.class_of[0]  # node -> gear
+    derive_equations(causal)
 
 
 def test_a_parameter_that_is_divided_by_is_watched() -> None:
