@@ -96,13 +96,13 @@ static void model_rhs(
     const double v1 = h[1] * x[1];
     const double v2 = x[0] * h[2];
     const double v3 = v1 - v2;
-    const double v4 = h[0] * (v3 / pow(h[3] + v3 * v3, 0.25));
+    const double v4 = h[0] * (v3 / sqrt(sqrt(h[3] + v3 * v3)));
     const double v5 = v2 - h[4];
     const double v6 = (t - 0.1) * 10.0;
     const double v7 = u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : v6) : model_max(v6, 0.0);
     const double v8 = 10.0 * (t - 0.6);
     const double v9 = u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : v8) : model_max(v8, 0.0);
-    f[0] = v4 - v5 / pow(h[3] + v5 * v5, 0.25) * (0.001 * (h[5] * ((u[1] == u[1] ? (u[1] == 0.0 ?
+    f[0] = v4 - v5 / sqrt(sqrt(h[3] + v5 * v5)) * (0.001 * (h[5] * ((u[1] == u[1] ? (u[1] == 0.0 ?
             1.0 : v7) : model_min(v7, 1.0)) - (u[3] == u[3] ? (u[3] == 0.0 ? 1.0 : v9) :
             model_min(v9, 1.0)))));
     const double v10 = h[7] * x[2];
@@ -122,33 +122,37 @@ static void model_jacobian(
     const double v4 = u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : v3) : model_max(v3, 0.0);
     const double v5 = x[0] * h[2];
     const double v6 = v5 - h[4];
-    const double v7 = h[3] + v6 * v6;
-    const double v8 = 1.0 / pow(v7, 0.25);
-    const double v9 = 0.001 * (h[5] * ((u[1] == u[1] ? (u[1] == 0.0 ? 1.0 : v2) : model_min(v2,
-            1.0)) - (u[3] == u[3] ? (u[3] == 0.0 ? 1.0 : v4) : model_min(v4, 1.0)))) * (v8 - (v6 +
-            v6) * (0.25 * pow(v7, -0.75) * (v6 * (v8 * v8))));
-    const double v10 = h[1] * x[1] - v5;
-    const double v11 = h[3] + v10 * v10;
-    const double v12 = 1.0 / pow(v11, 0.25);
-    const double v13 = h[0] * (v12 - (v10 + v10) * (0.25 * pow(v11, -0.75) * (v10 * (v12 * v12))));
-    const double v14 = h[2] * v13;
-    jac[2] = v14;
-    jac[0] = -(h[2] * v9 + v14);
-    const double v15 = h[1] * v13;
-    jac[1] = v15;
-    jac[3] = -v15;
-    const double v16 = h[5] * (0.001 * (v6 * v8));
-    const double v17 = model_at_most(0.0, v3);
-    const double v18 = u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : 10.0) : (v17 == 0.0 ? 0.0 : v17 == v17 ?
-            10.0 : v17);
-    const double v19 = model_at_most(v4, 1.0);
-    const double v20 = model_at_most(0.0, v1);
-    const double v21 = u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : 10.0) : (v20 == 0.0 ? 0.0 : v20 == v20 ?
-            10.0 : v20);
-    const double v22 = model_at_most(v2, 1.0);
-    dfdt[0] = v16 * (u[3] == u[3] ? (u[3] == 0.0 ? 0.0 : v18) : (v19 == 0.0 ? 0.0 : v19 == v19 ?
-            v18 : v19)) - v16 * (u[1] == u[1] ? (u[1] == 0.0 ? 0.0 : v21) : (v22 == 0.0 ? 0.0 : v22
-            == v22 ? v21 : v22));
+    const double v7 = sqrt(h[3] + v6 * v6);
+    const double v8 = sqrt(v7);
+    const double v9 = 1.0 / v8;
+    const double v10 = 0.001 * (h[5] * ((u[1] == u[1] ? (u[1] == 0.0 ? 1.0 : v2) : model_min(v2,
+            1.0)) - (u[3] == u[3] ? (u[3] == 0.0 ? 1.0 : v4) : model_min(v4, 1.0)))) * (v9 - (v6 +
+            v6) * ((v7 == 0.0 ? 0.0 : v7 == v7 ? 0.5 / v7 : v7) * ((v8 == 0.0 ? 0.0 : v8 == v8 ?
+            0.5 * v9 : v8) * (v6 * (v9 * v9)))));
+    const double v11 = h[1] * x[1] - v5;
+    const double v12 = sqrt(h[3] + v11 * v11);
+    const double v13 = sqrt(v12);
+    const double v14 = 1.0 / v13;
+    const double v15 = h[0] * (v14 - (v11 + v11) * ((v12 == 0.0 ? 0.0 : v12 == v12 ? 0.5 / v12 :
+            v12) * ((v13 == 0.0 ? 0.0 : v13 == v13 ? 0.5 * v14 : v13) * (v11 * (v14 * v14)))));
+    const double v16 = h[2] * v15;
+    jac[2] = v16;
+    jac[0] = -(h[2] * v10 + v16);
+    const double v17 = h[1] * v15;
+    jac[1] = v17;
+    jac[3] = -v17;
+    const double v18 = h[5] * (0.001 * (v6 * v9));
+    const double v19 = model_at_most(0.0, v3);
+    const double v20 = u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : 10.0) : (v19 == 0.0 ? 0.0 : v19 == v19 ?
+            10.0 : v19);
+    const double v21 = model_at_most(v4, 1.0);
+    const double v22 = model_at_most(0.0, v1);
+    const double v23 = u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : 10.0) : (v22 == 0.0 ? 0.0 : v22 == v22 ?
+            10.0 : v22);
+    const double v24 = model_at_most(v2, 1.0);
+    dfdt[0] = v18 * (u[3] == u[3] ? (u[3] == 0.0 ? 0.0 : v20) : (v21 == 0.0 ? 0.0 : v21 == v21 ?
+            v20 : v21)) - v18 * (u[1] == u[1] ? (u[1] == 0.0 ? 0.0 : v23) : (v24 == 0.0 ? 0.0 : v24
+            == v24 ? v23 : v24));
     dfdt[1] = 0.0;
     dfdt[2] = 0.0;
     dfdt[3] = 0.0;
@@ -172,12 +176,12 @@ static void model_energy(
     const double v6 = u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : v5) : model_max(v5, 0.0);
     const double v7 = 10.0 * (t - 0.6);
     const double v8 = u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : v7) : model_max(v7, 0.0);
-    const double v9 = v4 / pow(h[3] + v4 * v4, 0.25) * (0.001 * (h[5] * ((u[1] == u[1] ? (u[1] ==
+    const double v9 = v4 / sqrt(sqrt(h[3] + v4 * v4)) * (0.001 * (h[5] * ((u[1] == u[1] ? (u[1] ==
             0.0 ? 1.0 : v6) : model_min(v6, 1.0)) - (u[3] == u[3] ? (u[3] == 0.0 ? 1.0 : v8) :
             model_min(v8, 1.0)))));
     out[1] = -(h[8] * v3 + h[4] * v9);
     const double v10 = v2 - v1;
-    out[2] = v3 * (h[9] * v3) + (v10 * (h[0] * (v10 / pow(h[3] + v10 * v10, 0.25))) + v4 * v9);
+    out[2] = v3 * (h[9] * v3) + (v10 * (h[0] * (v10 / sqrt(sqrt(h[3] + v10 * v10)))) + v4 * v9);
 }
 
 /* What the scene observes. */
@@ -192,7 +196,7 @@ static void model_outputs(
     const double v3 = u[0] == u[0] ? (u[0] == 0.0 ? 0.0 : v2) : model_max(v2, 0.0);
     const double v4 = 10.0 * (t - 0.6);
     const double v5 = u[2] == u[2] ? (u[2] == 0.0 ? 0.0 : v4) : model_max(v4, 0.0);
-    y[3] = -(v1 / pow(h[3] + v1 * v1, 0.25) * (0.001 * (h[5] * ((u[1] == u[1] ? (u[1] == 0.0 ? 1.0
+    y[3] = -(v1 / sqrt(sqrt(h[3] + v1 * v1)) * (0.001 * (h[5] * ((u[1] == u[1] ? (u[1] == 0.0 ? 1.0
             : v3) : model_min(v3, 1.0)) - (u[3] == u[3] ? (u[3] == 0.0 ? 1.0 : v5) : model_min(v5,
             1.0))))));
     y[0] = x[3];
@@ -269,9 +273,9 @@ static void model_watched(
     (void)t, (void)u, (void)w;
     const double v1 = x[0] * h[2];
     const double v2 = v1 - h[4];
-    z[0] = pow(h[3] + v2 * v2, 0.25);
+    z[0] = sqrt(sqrt(h[3] + v2 * v2));
     const double v3 = h[1] * x[1] - v1;
-    z[1] = pow(h[3] + v3 * v3, 0.25);
+    z[1] = sqrt(sqrt(h[3] + v3 * v3));
 }
 
 /* Defaults of the parameters that are given by other parameters. */
