@@ -103,10 +103,10 @@ static double locate_first(const bgc_model *m, bgc_data *d, route way, double lo
     return high;
 }
 
-/* Whether any switch has left its mode. */
-static int any_left(const bgc_model *m, const bgc_data *d, const double *z, int only_timed) {
-    for (int k = 0; k < m->n_switch; k++) {
-        if ((m->switch_info[k].timed || !only_timed) && bgc_has_left(m, d, k, z[k])) {
+/* Whether any of the first `count` switches has left its mode. */
+static int any_left(const bgc_model *m, const bgc_data *d, const double *z, int count) {
+    for (int k = 0; k < count; k++) {
+        if (bgc_has_left(m, d, k, z[k])) {
             return 1;
         }
     }
@@ -120,7 +120,7 @@ double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end) {
     }
     memset(d->ignored, 0, (size_t)m->n_switch * sizeof *d->ignored);
     evaluate(m, d, TIME_ALONE, end, d->after);
-    if (!any_left(m, d, d->after, 1)) {
+    if (!any_left(m, d, d->after, m->n_timed)) {
         return end;
     }
     return locate_first(m, d, TIME_ALONE, d->core.t, end, d->argument, d->after);
@@ -332,7 +332,8 @@ static inline double smaller(double a, double b) { return a < b ? a : b; }
 static inline double larger(double a, double b) { return a > b ? a : b; }
 
 /* Whether every argument stays clear of the edge of its mode, by the first samples of a step: farther
- * away than it varies. */
+ * away than it varies, or constant within its mode, be it on the edge (a valve that rests on its
+ * seat). */
 static int are_all_clear(const bgc_model *m, const bgc_data *d, const double *const *z) {
     const double *z1 = z[bgc_first_sample[0]], *z2 = z[bgc_first_sample[1]];
     const double *z3 = z[bgc_first_sample[2]];
@@ -344,7 +345,11 @@ static int are_all_clear(const bgc_model *m, const bgc_data *d, const double *co
         const double high = larger(larger(z[0][k], z1[k]), larger(z2[k], z3[k]));
         const double nearest = smaller(bgc_depth(operation, mode, low),
                                        bgc_depth(operation, mode, high));
-        if (!(nearest > bgc_clear_of_edge * (high - low)) || isnan(all) || isnan(mode)) {
+        if (isnan(all) || isnan(mode)) {
+            return 0;
+        }
+        if (!(nearest > bgc_clear_of_edge * (high - low)) &&
+            (low != high || bgc_is_outside(m, d, k, high))) {
             return 0;
         }
     }
@@ -392,11 +397,11 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
     /* The first sample interval with an event: a mode left and regained, or left at its end. */
     for (int i = 1; i <= BGC_SAMPLES && !d->core.event; i++) {
         d->core.event = i > 1 && find_between(m, d, i, t, z, found);
-        if (!d->core.event && any_left(m, d, z[i], 0)) {
+        if (!d->core.event && any_left(m, d, z[i], m->n_switch)) {
             memcpy(d->after, z[i], (size_t)m->n_switch * sizeof *d->after);
             ignore_negligible(m, d, t[i], i, t, z);
         }
-        if (!d->core.event && any_left(m, d, z[i], 0)) {
+        if (!d->core.event && any_left(m, d, z[i], m->n_switch)) {
             memcpy(d->after, z[i], (size_t)m->n_switch * sizeof *d->after);
             *found = locate_first(m, d, ALONG_STEP, t[i - 1], t[i], z[i - 1], d->after);
             d->core.event = 1;
