@@ -292,6 +292,24 @@ class Shape:
 
 
 @dataclass(frozen=True, slots=True)
+class Reset:
+    """`reset x = ...;` in a `when`: the state, displacement or momentum takes the value."""
+
+    target: Expr
+    value: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class When:
+    """`when condition { resets }`: they apply at the instant at which it becomes true."""
+
+    condition: Expr
+    resets: tuple[Reset, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class For:
     """`for i in first..last { items }`, unrolled at compile time."""
 
@@ -323,6 +341,7 @@ Item: TypeAlias = (
     | Project
     | Assert
     | Shape
+    | When
     | For
     | If
 )

@@ -7,6 +7,7 @@ from typing import Any
 
 from lark import Token, Tree
 
+from bgc.diagnostics.catalogue import jumps
 from bgc.diagnostics.catalogue import syntax as wrong
 from bgc.diagnostics.catalogue.inherited_scenes import model_and_base
 from bgc.diagnostics.diagnostic import Diagnostic
@@ -181,6 +182,8 @@ class _Transform(ExpressionTransform):
                 return self._assertion(tree)
             case "shape":
                 return self._shape(tree)
+            case "when":
+                return self._when(tree)
             case "for":
                 return self._for(tree)
             case "if":
@@ -276,6 +279,14 @@ class _Transform(ExpressionTransform):
             span if colour is None else self.token_span(colour),
             span,
         )
+
+    def _when(self, tree: ParseTree) -> syntax.When:
+        children: list[Any] = tree.children
+        word, condition, _, resets, _ = children
+        if resets is None:
+            self.report(jumps.empty_when(self.token_span(word)))
+        made = tuple(syntax.Reset(*self._two_sides(reset)) for reset in _listed(resets))
+        return syntax.When(self.expression(condition), made, self.span(tree))
 
     def _for(self, tree: ParseTree) -> syntax.For:
         children: list[Any] = tree.children

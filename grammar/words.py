@@ -275,6 +275,32 @@ _STATEMENTS = (
         Reserved.NOWHERE,
     ),
     Word(
+        "when",
+        "Resets states at the instant at which a condition becomes true.",
+        ("model",),
+        "a jump is `when condition { reset x = value; }`",
+        (
+            "The instant is located within the step. All resets read the values before it and "
+            "apply together. A condition that holds at the start has not become true.",
+        ),
+        "when ball.q < 0 {\n  reset mass.p = -e*mass.p;\n}",
+        ("reset", "events", "BG770"),
+        Reserved.NOWHERE,
+    ),
+    Word(
+        "reset",
+        "Gives a state, displacement or momentum another value, in a `when`.",
+        ("when",),
+        "a reset is `reset x = value;`",
+        (
+            "`x` is a declared state, or the `q` or `p` of a storage element that has a state of "
+            "its own, of this model or of a part.",
+        ),
+        "when x > 1 m { reset x = 0; }",
+        ("when",),
+        Reserved.NOWHERE,
+    ),
+    Word(
         "for",
         "Repeats declarations and statements; the loop is unrolled when the model is compiled.",
         ("model",),
@@ -577,7 +603,7 @@ SCENE_WORDS = frozenset(w.word for w in TABLE.values() if w.reserved is Reserved
 
 WORDS = {
     block: [row.word for row in TABLE.values() if block in row.begins]
-    for block in ("file", "model", "scene", "domain", "law", "setting")
+    for block in ("file", "model", "scene", "domain", "law", "setting", "when")
 }
 """The words that begin a statement, by kind of block."""
 
@@ -586,6 +612,7 @@ PLACES = {
     "model": "in a model",
     "scene": "in a scene",
     "domain": "in a domain",
+    "when": "in a `when`",
 }
 """The place of a block's statements, as messages name it, by kind of block."""
 
@@ -595,6 +622,7 @@ BLOCK_OF = {
     "FOR": "model",
     "IF": "model",
     "ELSE": "model",
+    "WHEN": "when",
     "SCENE": "scene",
     "DOMAIN": "domain",
     "PSEUDO": "domain",

@@ -64,6 +64,7 @@ _OPTIONAL = {
     "consistent": ("consistent", "consistent_steps", "least_squares"),
     "devices": ("devices", "drivers/"),
     "events": ("events", "modes"),
+    "jumps": ("jumps",),
     "start": ("start",),
     "timed": ("timed",),
     "watch": ("watch",),

@@ -94,7 +94,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Places:
-    """The places of a model's assertions, switches and divisors, in the order of its tables.
+    """The places of a model's assertions, switches, divisors and jumps, in the order of its tables.
 
     `start` names the elements whose initial values the runtime solves for; `loops` are the
     algebraic loops that it solves, each with the names of its states and of its elements.
@@ -105,6 +105,7 @@ class Places:
     divisors: tuple[Place, ...] = ()
     start: tuple[str, ...] = ()
     loops: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = ()
+    jumps: tuple[Place, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -159,6 +159,7 @@ def _elaborate(
         equations=statements.equations,
         guards=statements.guards,
         conditions=statements.conditions,
+        jumps=statements.jumps,
         observations=(
             *_with_hidden(observed.observations, requirements, rest),
             *drawn.observations,

@@ -180,6 +180,7 @@ def _needed_parts(lowered: Lowered) -> frozenset[str]:
         "consistent": program.mass is not None,
         "devices": bool(program.devices),
         "events": bool(lowered.switches),
+        "jumps": bool(program.jumps),
         "start": program.start is not None,
         "timed": lowered.ranges is not None,
         "watch": bool(lowered.watches),

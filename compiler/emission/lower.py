@@ -9,7 +9,7 @@ from fractions import Fraction
 from itertools import chain
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
-from bgc.algebra.derivatives import gradient
+from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.emission.differentiate import differentiate
 from bgc.emission.kernels import hoisted_nodes
 from bgc.emission.optimise import number_values
@@ -142,6 +142,7 @@ def _kernels(
     return (
         *_step_kernels(program, jacobian),
         *_event_kernels(program, switches),
+        *_jump_kernels(program, switches),
         *_setup_kernels(program),
         *_start_kernels(program),
     )
@@ -255,6 +256,47 @@ def _event_kernels(program: Program, switches: tuple[Switch, ...]) -> Iterator[K
             "z",
             _stores("z", (divisor.node for divisor in program.divisors)),
         )
+
+
+def _jump_kernels(program: Program, switches: tuple[Switch, ...]) -> Iterator[Kernel]:
+    """The kernels of `when` and `reset`, if there are any."""
+    if not program.jumps:
+        return
+    yield _kernel(
+        "conditions",
+        "The conditions of jumps: nonzero where they hold.",
+        _RUNNING,
+        "c",
+        _stores("c", (jump.condition for jump in program.jumps)),
+    )
+    yield _kernel(
+        "resets",
+        "The values that jumps give to states.",
+        _RUNNING,
+        "z",
+        _stores("z", (reset.value for jump in program.jumps for reset in jump.resets)),
+    )
+    yield _kernel(
+        "edge_rates",
+        "The rates of the arguments of the switches in conditions, from those of the states.",
+        f"{_RUNNING} r",
+        "z",
+        _stores("z", _edge_rates(program, [s for s in switches if s.of_jump])),
+    )
+
+
+def _edge_rates(program: Program, edges: Sequence[Switch]) -> Iterator[Node]:
+    """The derivatives of the arguments of switches by time, in terms of the states' rates."""
+    dag = program.dag
+    for switch in edges:
+        held = (dag.symbol_of(node) for node in dag.reachable([switch.argument]))
+        direction = {
+            dag.symbol(s.kind, s.index): dag.symbol(Kind.RATE, s.index)
+            for s in held
+            if s is not None and s.kind is Kind.STATE
+        }
+        direction[dag.symbol(Kind.TIME)] = dag.one
+        yield directional_derivative(dag, switch.argument, direction)
 
 
 def _watch_kernels(watches: Sequence[WatchedArgument]) -> Iterator[Kernel]:

@@ -21,7 +21,12 @@ from bgc.algebra.fingerprint import Fingerprints, negative
 from bgc.ir.evaluated import evaluated_always
 from bgc.ir.graph import Guard, Node
 from bgc.ir.program import Program
-from bgc.ir.program_nodes import map_program, program_roots, without_unused_divisors
+from bgc.ir.program_nodes import (
+    map_program,
+    program_roots,
+    without_settled_jumps,
+    without_unused_divisors,
+)
 
 # As plain ints: comparing with a member of an enumeration takes several times longer.
 _CONST, _SYMBOL, _ADD, _SUB, _MUL, _DIV, _NEG = map(
@@ -40,6 +45,7 @@ def optimise(program: Program) -> Program:
     roots = program_roots(program)
     dag, new = number_values(program.dag, roots)
     smaller = without_unused_divisors(map_program(program, dag, new.__getitem__))
+    smaller = without_settled_jumps(smaller)
     guards = tuple(_guards_of_cancelled(program.dag, roots, dag, new))
     return replace(smaller, guards=(*smaller.guards, *guards)) if guards else smaller
 

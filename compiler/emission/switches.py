@@ -41,11 +41,14 @@ def hold_modes(program: Program) -> tuple[Program, tuple[Switch, ...]]:
         return program, ()
     integrated = [state.derivative for state in program.states]
     integrated += [program.energy.supplied, program.energy.dissipated]
-    found = _piecewise(program.dag, integrated)
+    conditions = [jump.condition for jump in program.jumps]
+    found = _piecewise(program.dag, [*integrated, *conditions])
     if not found:
         return program, ()
     dag = program.dag.copy()
     jumps = _jumps(dag, integrated, found)
+    of_jumps = {n for n in dag.reachable(conditions) if n in found and not ROWS[dag.op[n]].kink}
+    jumps |= dict.fromkeys(of_jumps, True)
     steep = _steep(dag, integrated, [node for node in found if not jumps[node]])
     order = sorted(found.keys() - steep, key=lambda node: (not found[node], node))
     number = {node: k for k, node in enumerate(order)}
@@ -58,6 +61,7 @@ def hold_modes(program: Program) -> tuple[Program, tuple[Switch, ...]]:
             jumps=jumps[node],
             place=dag.places.get(node),
             states=_states_in(program, arguments[node]),
+            of_jump=node in of_jumps,
         )
         for node in order
     )
@@ -91,6 +95,7 @@ def places_of(lowered: Lowered) -> Places:
             for loop in lowered.program.loops
             if loop.solution is LoopSolution.NEWTON
         ),
+        jumps=tuple(Place(jump.span) for jump in lowered.program.jumps),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import accumulate
 
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.emission.switches import few_states_read
@@ -92,6 +93,13 @@ def model_tables(
     if program.divisors:
         table("divisor", "char *const ", [quoted(divisor.what) for divisor in program.divisors])
         fields.append(("n_divisor", str(len(program.divisors))))
+    if program.jumps:
+        resets = [reset for jump in program.jumps for reset in jump.resets]
+        indices("jump_first", [0, *accumulate(len(jump.resets) for jump in program.jumps)])
+        indices("reset_state", [reset.state for reset in resets])
+        indices("edge_switch", [k for k, s in enumerate(lowered.switches) if s.of_jump])
+        fields.append(("n_jump", str(len(program.jumps))))
+        fields.append(("n_edge", str(sum(s.of_jump for s in lowered.switches))))
     if program.start is not None:
         table("start_guess", "double ", [number(x) for x in program.start.guess])
         fields.append(("n_start", str(len(program.start.guess))))
@@ -194,7 +202,7 @@ def _variables(variables: Iterable[tuple[str, str]]) -> list[str]:
 
 def _switches(lowered: Lowered) -> list[str]:
     return [
-        f"{{BGC_{switch.operation.name}, {int(switch.timed)}, {int(switch.jumps)}}}"
+        f"{{BGC_{switch.operation.name}, {int(switch.timed)}, {switch.jumps + switch.of_jump}}}"
         for switch in lowered.switches
     ]
 

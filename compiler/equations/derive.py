@@ -17,6 +17,7 @@ from bgc.equations.closures.multipliers import closing_rows
 from bgc.equations.impulses import impulse_warnings
 from bgc.equations.inertias.initial import start_inertias
 from bgc.equations.inertias.merge import merge_inertias
+from bgc.equations.jumps import require_free, resolve_jumps
 from bgc.equations.loops.implicit import ImplicitRows, implicit_rows, pair_equations
 from bgc.equations.loops.loops import AlgebraicState
 from bgc.equations.loops.motion_rates import settle_motions
@@ -42,7 +43,7 @@ from bgc.equations.variables.variables import Variables
 from bgc.ir.causal import CausalGraph, Role
 from bgc.ir.graph import FlatGraph, Node
 from bgc.ir.program import Energy, MassEntry, PositiveParameter, Program, ProgramState
-from bgc.ir.program_nodes import without_unused_divisors
+from bgc.ir.program_nodes import without_settled_jumps, without_unused_divisors
 
 
 def derive_equations(causal: CausalGraph) -> Program:
@@ -80,6 +81,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     energy = (dag.zero,) * 3 if accounts is None else resolver.resolve_all(accounts.nodes)
     outputs = _with_outputs(graph, resolver)
     resolver.resolve_all(unknown for _, unknown in variables.equations)  # none is ill-posed
+    jumps = resolve_jumps(graph, resolver, numbers, stored)
     divisors = [replace(d, node=resolver.resolve(d.node)) for d in variables.raw_divisors]
     closing = closing_rows(variables, resolver)
     states += _loop_states(variables, resolver.algebraic)
@@ -99,21 +101,23 @@ def derive_equations(causal: CausalGraph) -> Program:
         dropped=(),
         kept=graph.kept,
         divisors=(*divisors, *variables.final_divisors),
+        jumps=jumps,
         loops=tuple(resolver.loops),
         ignored_defaults=tuple(dict.fromkeys(variables.ignored_defaults)),
     )
     program = settle_motions(program, variables, resolver, numbers)
     program = with_linear_start(program, start_rows, variables.start_names)
     program = with_start(program, problem, variables)
-    program = replace(program, warnings=impulse_warnings(variables, resolver.rates_read))
+    program = replace(program, warnings=impulse_warnings(variables, resolver.rates_read, jumps))
     if causal.closures:
         require_representable(graph, program)  # closing a chain computes with its numbers
     program = close_chains(program, variables, closing)
+    require_free(graph, program)
     loops = range(len(states) - len(resolver.algebraic), len(program.states))
     program = with_start_values(program, loops)
     require_representable(graph, program)
     assert_power_balance(program)
-    return without_unused_divisors(program)
+    return without_settled_jumps(without_unused_divisors(program))
 
 
 # --- states -----------------------------------------------------------------------------------

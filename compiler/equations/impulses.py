@@ -6,28 +6,34 @@ charge, and the flow has an impulse of that size. The equations hold the rate be
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 
+from bgc.algebra.dag import Kind
 from bgc.algebra.jumps import holding_sudden, jumps_in
 from bgc.diagnostics.catalogue import equations as catalogue
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
+from bgc.equations.jumps import reset_places
 from bgc.equations.variables.variables import Variables
 from bgc.ir.graph import Node, Storage
+from bgc.ir.program import StateJump
 
 
 def impulse_warnings(
-    variables: Variables, rates: Iterable[tuple[Node, Node]]
+    variables: Variables, rates: Iterable[tuple[Node, Node]], resets: Sequence[StateJump] = ()
 ) -> tuple[Diagnostic, ...]:
     """The warnings for rates that something reads: raw symbols, and the nodes whose rates they are.
 
-    One warning for each element, whatever its width.
+    One warning for each element, whatever its width. `resets` are the jumps of states.
     """
     dag, fingerprints = variables.dag, variables.causal.fingerprints
     rates = list(rates)
     sudden = holding_sudden(dag, [node for _, node in rates])
+    jumping = reset_places(resets)
     found: dict[int, dict[Span, None]] = {}
     for symbol, node in rates:
+        if moved := _reset_in(variables, node, jumping):
+            found.setdefault(variables.places.element_of(symbol), {}).update(moved)
         jumps = jumps_in(dag, fingerprints, node) if node in sudden else []
         if jumps:
             places = found.setdefault(variables.places.element_of(symbol), {})
@@ -41,3 +47,14 @@ def impulse_warnings(
         else:
             warnings.append(catalogue.modulus_jumps(element.span, element.name, list(places)))
     return tuple(warnings)
+
+
+def _reset_in(
+    variables: Variables, node: Node, jumping: Mapping[int, StateJump]
+) -> dict[Span, None]:
+    """The places of the jumps that reset a state in a node."""
+    if not jumping:
+        return {}
+    symbols = map(variables.dag.symbol_of, variables.dag.reachable([node]))
+    states = (s.index for s in symbols if s is not None and s.kind is Kind.STATE)
+    return {jumping[k].span: None for k in states if k in jumping}

@@ -330,6 +330,28 @@ class Guard:
 
 
 @dataclass(frozen=True, slots=True)
+class Reset:
+    """A component of `reset x = value`.
+
+    `target` is the STATE, DISPLACEMENT or MOMENTUM symbol that takes the value, `name` its name.
+    """
+
+    target: Node
+    value: Node
+    name: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Jump:
+    """A `when`: its resets apply where the condition becomes nonzero (true)."""
+
+    condition: Node
+    resets: tuple[Reset, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class Observation:
     """A scalar output, named as in the header of the result (`tip[1]`).
 
@@ -459,6 +481,7 @@ class FlatGraph:
     conditions: tuple[Condition, ...] = ()
     data: tuple[DataSource, ...] = ()
     shapes: tuple[ShapeUse, ...] = ()
+    jumps: tuple[Jump, ...] = ()
 
 
 def port_ends(graph: FlatGraph) -> Iterator[tuple[int, int, int]]:

@@ -18,6 +18,7 @@ from bgc.ir.graph import (
     FlatGraph,
     Gyrator,
     Gyristor,
+    Jump,
     Junction,
     Law,
     LinearLaw,
@@ -61,6 +62,7 @@ def map_graph(graph: FlatGraph, dag: Dag, new: _New) -> FlatGraph:
         requirements=tuple(replace(r, node=new(r.node)) for r in graph.requirements),
         devices=tuple(replace(d, values=tuple(map(new, d.values))) for d in graph.devices),
         conditions=tuple(replace(c, residual=new(c.residual)) for c in graph.conditions),
+        jumps=tuple(_jump(jump, new) for jump in graph.jumps),
     )
 
 
@@ -74,6 +76,14 @@ def law_nodes(law: Law) -> tuple[Node, ...]:
 
     _law(law, note)
     return tuple(nodes)
+
+
+def _jump(jump: Jump, new: _New) -> Jump:
+    return replace(
+        jump,
+        condition=new(jump.condition),
+        resets=tuple(replace(r, target=new(r.target), value=new(r.value)) for r in jump.resets),
+    )
 
 
 def _state(state: State, new: _New) -> State:

@@ -96,6 +96,7 @@ class Switch:
     jumps: bool  # False if the rates are provably continuous at the switch
     place: Span | None  # of the operation in the source
     states: tuple[str, ...]  # names of the states in the argument
+    of_jump: bool = False  # the condition of a jump depends on it
 
 
 @dataclass(frozen=True, slots=True)

@@ -101,6 +101,26 @@ class Divisor:
     span: Span
 
 
+@dataclass(frozen=True, slots=True)
+class StateReset:
+    """A reset of state `state` to the value of a node."""
+
+    state: int
+    value: Node
+
+
+@dataclass(frozen=True, slots=True)
+class StateJump:
+    """A `when`: where the condition becomes nonzero, all its resets apply at once.
+
+    The values are those before the jump. Of resets of one state at one instant the last applies.
+    """
+
+    condition: Node
+    resets: tuple[StateReset, ...]
+    span: Span
+
+
 class LoopKind(Enum):
     """The way in which the variables of an algebraic loop enter its equations."""
 
@@ -211,4 +231,5 @@ class Program:
     start: Start | None = None  # initial values that depend on parameters by equations
     ignored_defaults: tuple[str, ...] = ()  # storage whose default start contradicts given values
     closures: Closures | None = None
+    jumps: tuple[StateJump, ...] = ()
     warnings: tuple[Diagnostic, ...] = ()

@@ -36,6 +36,15 @@ def without_unused_divisors(program: Program) -> Program:
     return replace(program, divisors=tuple(left))
 
 
+def without_settled_jumps(program: Program) -> Program:
+    """Remove the jumps whose conditions no longer vary: they never become true."""
+    if not program.jumps:
+        return program
+    level = program.dag.level
+    left = (jump for jump in program.jumps if level[jump.condition] > Level.PARAM)
+    return replace(program, jumps=tuple(left))
+
+
 def map_program(program: Program, dag: Dag, new: Callable[[Node], Node]) -> Program:
     """Replace every node `n` of a program by `new(n)`, a node of `dag`."""
 
@@ -79,6 +88,14 @@ def map_program(program: Program, dag: Dag, new: Callable[[Node], Node]) -> Prog
             values=tuple((number, new(node)) for number, node in start.values),
         ),
         closures=None if program.closures is None else _closures(program.closures, new),
+        jumps=tuple(
+            replace(
+                jump,
+                condition=new(jump.condition),
+                resets=tuple(replace(r, value=new(r.value)) for r in jump.resets),
+            )
+            for jump in program.jumps
+        ),
     )
 
 

@@ -85,6 +85,10 @@ def _verify_graph(graph: FlatGraph) -> None:
     }
     _require_symbols(graph.dag, graph_roots(graph), counts)
     _require_parameters(graph.dag, graph.parameters)
+    resettable = {Kind.STATE, Kind.DISPLACEMENT, Kind.MOMENTUM}
+    for reset in (reset for jump in graph.jumps for reset in jump.resets):
+        target = graph.dag.symbol_of(reset.target)
+        _require(target is not None and target.kind in resettable, "a reset is not of a state")
     observed = {observation.name for observation in graph.observations}
     others = [column for column in graph.scene.columns if column not in observed]
     _require(len(others) == len(graph.scene.accounts), "a column is not observed")
@@ -174,6 +178,13 @@ def _verify_program(program: Program, modes: int = 0) -> None:
         _require(kind != "algebraic" or zero, "an algebraic row has an entry in M")
     for divisor in program.divisors:
         _require(dag.level[divisor.node] > Level.PARAM, "a watched divisor does not vary")
+    for jump in program.jumps:
+        _require(dag.level[jump.condition] > Level.PARAM, "the condition of a jump never changes")
+        _require(bool(jump.resets), "a jump resets nothing")
+        for reset in jump.resets:
+            inside = 0 <= reset.state < len(program.states)
+            moves = inside and program.states[reset.state].kind != "algebraic"
+            _require(moves, "a jump resets what is not integrated")
     for positive in program.positive:
         _require(dag.level[positive.node] <= Level.PARAM, "a guarded divisor varies")
 

@@ -102,7 +102,8 @@ def open_scene(
     selection = _Selection(tuple(inputs), bool(outputs), dict(values or {}), total)
     options = replace(options, whole=True, observe=tuple(outputs))
     stages = compile_scene(path, options, prepare=selection.applied_to, until="equations")
-    program = without_unread(_with_parameters(stages.equations, selection.parameters))
+    equations = replace(stages.equations, jumps=())  # a linear form holds between two jumps
+    program = without_unread(_with_parameters(equations, selection.parameters))
     given = selection.given
     dag, new = number_values(program.dag, (*program_roots(program), *given.values()))
     varied = (

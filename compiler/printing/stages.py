@@ -159,11 +159,21 @@ def show_equations(program: Program) -> str:
                 "equations",
                 lines([(rate, s.derivative) for rate, s in zip(left, program.states, strict=True)]),
             ),
+            ("jumps", lines(_jumps(program))),
             ("observed", lines([(o.name, o.node) for o in program.observations])),
             ("energy", lines(_accounts(program))),
             ("dropped", _dropped(program)),
         )
     )
+
+
+def _jumps(program: Program) -> list[tuple[str, int]]:
+    """The condition of each jump, followed by the values that it gives to states."""
+    found: list[tuple[str, int]] = []
+    for k, jump in enumerate(program.jumps, 1):
+        found.append((f"when {k}", jump.condition))
+        found += [(f"when {k}: {program.states[r.state].name}", r.value) for r in jump.resets]
+    return found
 
 
 def _dropped(program: Program) -> list[str]:

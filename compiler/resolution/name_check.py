@@ -78,6 +78,10 @@ class _Checker:
                     places = (*(item.ends or ()), item.at, item.axes)
                     self.all((a.value for a in item.arguments), seen)
                     self.all((place for place in places if place is not None), seen)
+                case syntax.When():
+                    self.expression(item.condition, seen)
+                    for reset in item.resets:
+                        self.all((reset.target, reset.value), seen)
                 case syntax.For():
                     self.all((item.first, item.last), seen)
                     self.items(item.items, {*seen, item.variable})

@@ -50,6 +50,7 @@ class _Search:
         dag = program.dag
         started = {number for number, _ in program.start.values} if program.start else set()
         started -= zero_starts(program)
+        started |= {reset.state for jump in program.jumps for reset in jump.resets}
         self.values = {
             index: state.initial
             for index, state in enumerate(program.states)

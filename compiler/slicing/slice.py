@@ -7,8 +7,22 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Kind
 from bgc.ir.graph import Guard, Node
-from bgc.ir.program import Closures, Dropped, Energy, MassEntry, Program, Reason, Start
-from bgc.ir.program_nodes import map_program, program_roots, without_unused_divisors
+from bgc.ir.program import (
+    Closures,
+    Dropped,
+    Energy,
+    MassEntry,
+    Program,
+    Reason,
+    Start,
+    StateJump,
+)
+from bgc.ir.program_nodes import (
+    map_program,
+    program_roots,
+    without_settled_jumps,
+    without_unused_divisors,
+)
 from bgc.slicing.invariants import invariant_states, put_in
 from bgc.slicing.names import is_kept
 
@@ -31,7 +45,7 @@ def slice_program(program: Program) -> Program:
     values = invariant_states(program)
     if len(values) < len(program.states):
         program = without_unread(_without_invariants(program, values))
-    return _without_useless_checks(program)
+    return _without_useless_checks(without_settled_jumps(program))
 
 
 # --- cone of influence ------------------------------------------------------------------------
@@ -67,6 +81,10 @@ def _reached(program: Program, roots: Sequence[Node]) -> Collection[int]:
     columns: dict[int, list[int]] = {}
     for entry in program.mass or ():
         columns.setdefault(entry.row, []).append(entry.column)
+    resets: dict[int, list[Node]] = {}
+    for jump in program.jumps:
+        for reset in jump.resets:
+            resets.setdefault(reset.state, []).extend((jump.condition, reset.value))
     seen: set[Node] = set()
     reached: set[int] = set()
     stack = list(roots)
@@ -83,6 +101,7 @@ def _reached(program: Program, roots: Sequence[Node]) -> Collection[int]:
             stack.append(state.derivative)
             stack.extend([] if state.projection is None else [state.projection])
             stack.extend(dag.symbol(Kind.STATE, k) for k in columns.get(symbol.index, ()))
+            stack.extend(resets.get(symbol.index, ()))
     return reached
 
 
@@ -119,6 +138,7 @@ def _without(
         closures=_closures(program.closures, number),
         dropped=(*program.dropped, *dropped),
         start=_start(program.start, number),
+        jumps=_jumps(program.jumps, number),
     )
     smaller = without_unused_divisors(smaller)
     dag = program.dag
@@ -145,6 +165,15 @@ def _mass(
         for entry in mass
         if entry.row in number and entry.column in number
     )
+
+
+def _jumps(jumps: Sequence[StateJump], number: Mapping[int, int]) -> tuple[StateJump, ...]:
+    """The jumps of the states that are left."""
+    found = []
+    for jump in jumps:
+        left = (replace(r, state=number[r.state]) for r in jump.resets if r.state in number)
+        found.append(replace(jump, resets=tuple(left)))
+    return tuple(jump for jump in found if jump.resets)
 
 
 def _closures(closures: Closures | None, number: Mapping[int, int]) -> Closures | None:

@@ -35,7 +35,8 @@ typedef enum {
     BGC_CHATTERING,      /* a law switches back and forth without end: bgc_failed_switch names it */
     BGC_VANISHING,       /* a divisor of the equations vanishes: bgc_failed_divisor names it */
     BGC_SINGULAR_CHAIN,  /* a closed chain is at a singular position: bgc_failed_chain names it */
-    BGC_OPEN_CHAIN       /* the start does not close a chain: bgc_failed_chain names the condition */
+    BGC_OPEN_CHAIN,      /* the start does not close a chain: bgc_failed_chain names the condition */
+    BGC_ENDLESS_JUMPS    /* jumps follow each other ever faster: bgc_failed_jump names one */
 } bgc_status;
 
 typedef struct {
@@ -89,7 +90,7 @@ typedef enum {
 typedef struct {
     int operation;  /* one of bgc_operation */
     int timed;      /* z depends on time, inputs and parameters alone */
-    int jumps;      /* 0: f is continuous where the mode changes */
+    int jumps;      /* 0: f is continuous where the mode changes; 2: the condition of a jump reads the mode */
 } bgc_switch_info;
 
 /* A function that may have a pulse inside a step. */
@@ -237,10 +238,23 @@ typedef struct bgc_model {
     int n_watch_state;
     void (*watched)(const double *h, double t, const double *x, const double *u, double *z,
                     double *w);
+    /* Jumps: where condition k becomes true (not 0), resets jump_first[k] to before jump_first[k + 1]
+     * give states reset_state new values. The conditions read the modes of the switches edge_switch,
+     * whose arguments have the edge_rates where the states have the rates r. NULL if there are none. */
+    int n_jump, n_edge;
+    const int *jump_first, *reset_state, *edge_switch;
+    void (*conditions)(const double *h, double t, const double *x, const double *u, double *c,
+                       double *w);
+    void (*resets)(const double *h, double t, const double *x, const double *u, double *z, double *w);
+    void (*edge_rates)(const double *h, double t, const double *x, const double *u, const double *r,
+                       double *z, double *w);
 } bgc_model;
 
 /* The emitted model. */
 const bgc_model *bgc_get_model(void);
+
+/* Jumps of the states of a model. */
+int bgc_count_jumps(const bgc_model *m);
 
 typedef struct bgc_data bgc_data;
 
@@ -269,6 +283,7 @@ int bgc_failed_switch(const bgc_data *d);
 int bgc_failed_divisor(const bgc_data *d);
 double bgc_failed_time(const bgc_data *d);   /* s: when that divisor vanishes */
 int bgc_failed_chain(const bgc_data *d);
+int bgc_failed_jump(const bgc_data *d);
 /* The parts of closed chain k, and the name of condition k; NULL past the last. */
 const char *bgc_chain_name(const bgc_model *m, int k);
 const char *bgc_condition_name(const bgc_model *m, int k);
@@ -374,7 +389,8 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
  * times[0] may equal the present time. Rows inside a step come from its dense output, so the last
  * step may end beyond the last row. The next call continues from there: several calls give the same
  * bits as one. Steps of a model with devices or inputs end at samples. A step ends where a switch
- * leaves its mode; a row before that time is in the old mode, a row at that time in the new one.
+ * leaves its mode; a row before that time is in the old mode, a row at that time in the new one. The
+ * same holds for the states before and after a jump.
  * `done` is the number of finished rows. After a failure the instance is at its last good state, and
  * the forces of its devices are zero. */
 bgc_status bgc_run(const bgc_model *m, bgc_data *d, const double *times, size_t n, double *rows,

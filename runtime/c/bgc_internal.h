@@ -23,7 +23,7 @@
  *         bgc_follow_faint               states below their tolerance (faint.c)
  *         bgc_before_hidden              a pulse of a function of states within the step (watch.c)
  *         bgc_balance_step               energies of the step and their error (accounts.c)
- *         accept                         d->next becomes the present; bgc_handle_event
+ *         accept                         d->next becomes the present; bgc_handle_event, bgc_jump
  *     write_row                        outputs and accounts, by dense output inside the step
  *
  * A rejected attempt leaves the present as it was and sets a shorter length. A fixed step is taken
@@ -95,7 +95,7 @@ typedef struct {
 
     int ready; /* a reset succeeded */
     int failed_parameter, failed_assertion, failed_state, failed_switch, failed_divisor;
-    int failed_chain;
+    int failed_chain, failed_jump;
     double failed_time; /* of failed_divisor */
 
     /* Fixed steps end at origin + ticks step, samples are at origin + k period. */
@@ -122,6 +122,7 @@ typedef struct {
 
     int event;       /* the step under way ends at an event */
     double event_at; /* time of the last event */
+    int unreturned;  /* an argument that a jump turned back has not come back within its mode */
     int unresolved;  /* consecutive steps that were too long for the argument of a switch */
 
     /* What depends on time alone: timed.c. Steps of at most clear_step are clear between two times. */
@@ -190,6 +191,10 @@ struct bgc_data {
     double *change_of_mode; /* n_switch: the last change of each mode */
     double *faint_phase, *faint_from, *faint_to; /* see faint.c */
     double *faint_low, *faint_at, *faint_entered, *faint_left;
+    double *turned;         /* n_switch: not 0 where the mode is that before a jump: how far the
+                             * argument may lie beyond its edge by rounding (jumps.c) */
+    double *holds;          /* n_jump: not 0 where the condition was true at the last event */
+    double *jumped_at, *close_jumps; /* n_jump: time of the last jump, and jumps in quick succession */
     bgc_faint_state *faint; /* n_state */
     double *divisor_extent; /* n_divisor: the largest absolute value of each divisor so far */
     double *divisor_slope;  /* n_divisor: the rate of each divisor at the end of the last step */
@@ -220,6 +225,9 @@ struct bgc_data {
     double *probe, *after;  /* arguments of switches */
     double *divisors;       /* BGC_SAMPLES + 1 vectors of divisors */
     double *ignored;        /* n_switch: not 0 where a change is negligible in the step under way */
+    double *condition, *reset_value; /* n_jump; of all resets */
+    double *edge_rate;      /* n_edge: rates of the arguments of the switches of conditions */
+    double *moved;          /* n_edge: not 0 where motion, not a jump, has changed the mode */
     double *watch_sample;   /* (BGC_SAMPLES + 1) n_watch: watched arguments */
     double *watch_probe;    /* n_watch */
     bgc_range *term_range;  /* 2 n_term: of each term and its derivative by time */
@@ -393,6 +401,13 @@ void bgc_perturb_by_tolerances(const bgc_model *m, const bgc_data *d, const doub
                                double *moved);
 bgc_status bgc_settle(const bgc_model *m, bgc_data *d);
 bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole);
+
+/* --- jumps.c */
+void bgc_reset_jumps(const bgc_model *m, bgc_data *d);
+bgc_status bgc_meet_edges(const bgc_model *m, bgc_data *d);
+void bgc_ignore_turned(const bgc_model *m, bgc_data *d);
+void bgc_judge_turned(const bgc_model *m, bgc_data *d, const double *const *z);
+bgc_status bgc_jump(const bgc_model *m, bgc_data *d, const double *before, double whole);
 
 /* --- events.c */
 double bgc_stop_for_switch(const bgc_model *m, bgc_data *d, double end);

@@ -43,6 +43,24 @@ static void evaluate(const bgc_model *m, bgc_data *d, route way, double t, doubl
     m->switches(d->h, t, x, d->u, z, d->work);
 }
 
+/* The argument of switch k, which a jump has turned back, is beyond its edge at `low` by rounding: halves
+ * the bracket until its start is within the mode, if it is anywhere. */
+static void find_inside(const bgc_model *m, bgc_data *d, route way, int k, double resolution,
+                        double *low, double *high, double *z_low, double *z_high) {
+    while (*high - *low > 2.0 * resolution) {
+        const double half = 0.5 * (*low + *high);
+        evaluate(m, d, way, half, d->probe);
+        if (!bgc_has_left(m, d, k, d->probe[k])) {
+            *low = half;
+            *z_low = d->probe[k];
+            return;
+        }
+        *high = half;
+        *z_high = d->probe[k];
+    }
+    d->core.unreturned = 1;
+}
+
 /* Locates a time in (low, high] at which switch k leaves its mode, by the ITP method, whose worst case
  * is that of bisection and whose order is that of the secant method: I. F. D. Oliveira, R. H. C.
  * Takahashi, ACM Transactions on Mathematical Software 47 (2020) 5. The switch has left its mode at
@@ -52,9 +70,16 @@ static double locate(const bgc_model *m, bgc_data *d, route way, int k, double l
                      double z_low, double z_high) {
     const double resolution =
         (way == TIME_ALONE ? 0.25 : 2.0) * DBL_EPSILON * fmax(fabs(low), fabs(high));
-    const double width = high - low, bend = 0.2 / width;
-    double at_low = bgc_depth_of(m, d, k, z_low), at_high = bgc_depth_of(m, d, k, z_high);
-    double most = ceil(log2(fmax(width / (2.0 * resolution), 1.0))) + 1.0;
+    double width, bend, at_low, at_high, most;
+
+    if (m->n_jump > 0 && d->turned[k] != 0.0 && bgc_depth_of(m, d, k, z_low) <= 0.0) {
+        find_inside(m, d, way, k, resolution, &low, &high, &z_low, &z_high);
+    }
+    width = high - low;
+    bend = 0.2 / width;
+    at_low = bgc_depth_of(m, d, k, z_low);
+    at_high = bgc_depth_of(m, d, k, z_high);
+    most = ceil(log2(fmax(width / (2.0 * resolution), 1.0))) + 1.0;
 
     for (double j = 0.0; high - low > 2.0 * resolution; j += 1.0) {
         /* Interpolate by regula falsi, truncate towards the middle, project on its neighbourhood. */
@@ -369,6 +394,9 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
     *found = end;
     d->core.event = 0;
     memset(d->ignored, 0, (size_t)m->n_switch * sizeof *d->ignored);
+    if (m->n_jump > 0) {
+        bgc_ignore_turned(m, d);
+    }
     for (int i = 1; i <= BGC_SAMPLES; i++) {
         t[i] = i == BGC_SAMPLES ? end : start + bgc_sample_at[i - 1] * (end - start);
     }
@@ -381,6 +409,10 @@ bgc_status bgc_find_event(const bgc_model *m, bgc_data *d, double end, int may_s
     }
     for (int i = 1; i < BGC_SAMPLES; i++) {
         z[i] = z[i] != NULL ? z[i] : evaluate_sample(m, d, i, t[i]);
+    }
+
+    if (m->n_jump > 0) {
+        bgc_judge_turned(m, d, z);
     }
 
     /* An argument that the samples do not resolve; those of a step of a few bits of the time are

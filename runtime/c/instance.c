@@ -51,6 +51,10 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->extent = place(&l, switches);
     d->returns = place(&l, switches);
     d->change_of_mode = place(&l, switches);
+    d->turned = place(&l, m->n_jump > 0 ? switches : 0);
+    d->holds = place(&l, (size_t)m->n_jump);
+    d->jumped_at = place(&l, (size_t)m->n_jump);
+    d->close_jumps = place(&l, (size_t)m->n_jump);
     d->faint_phase = place(&l, n);
     d->faint_from = place(&l, n);
     d->faint_to = place(&l, n);
@@ -109,6 +113,10 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->probe = place(&l, switches);
     d->after = place(&l, switches);
     d->ignored = place(&l, switches);
+    d->condition = place(&l, (size_t)m->n_jump);
+    d->reset_value = place(&l, m->n_jump > 0 ? (size_t)m->jump_first[m->n_jump] : 0);
+    d->edge_rate = place(&l, (size_t)m->n_edge);
+    d->moved = place(&l, (size_t)m->n_edge);
     d->watch_sample = place(&l, (BGC_SAMPLES + 1) * (size_t)m->n_watch);
     d->watch_probe = place(&l, (size_t)m->n_watch);
     d->term_range = place_ranges(&l, 2 * m->n_term);
@@ -186,7 +194,7 @@ bgc_data *bgc_new(const bgc_model *m) {
     atomic_init(&d->stop, 0);
 
     d->core.failed_parameter = d->core.failed_assertion = d->core.failed_state = -1;
-    d->core.failed_switch = d->core.failed_divisor = d->core.failed_chain = -1;
+    d->core.failed_switch = d->core.failed_divisor = d->core.failed_chain = d->core.failed_jump = -1;
     bgc_default_inputs(m, d->u);
     bgc_reset_modes(m, d);
     bgc_set_param(m, d, -1, 0.0);
@@ -271,7 +279,7 @@ static void clear_run(bgc_core *core, double t) {
     core->counts = (bgc_counts){0};
     core->failed_parameter = core->failed_assertion = -1;
     core->failed_state = core->failed_switch = core->failed_divisor = -1;
-    core->failed_chain = -1;
+    core->failed_chain = core->failed_jump = -1;
     core->watches_chains = core->passes_singular = 0;
     core->chain_pivot = core->next_chain_pivot = 1.0;
     core->t = core->t_old = core->t_end = core->origin = t;
@@ -280,7 +288,7 @@ static void clear_run(bgc_core *core, double t) {
     core->f_valid = core->jac_valid = core->held = core->rejected = core->watched = 0;
     core->complex_watched = 0;
     core->complex_factorisations = 0;
-    core->halvings = 0;
+    core->halvings = core->unreturned = 0;
     core->dense = BGC_NO_DENSE;
     bgc_begin_sample(core);
     core->h_next = 0.0;
@@ -333,6 +341,7 @@ static bgc_status start_from_present(const bgc_model *m, bgc_data *d) {
     bgc_reset_stiffness(m, d);
     bgc_reset_terms(m, d);
     bgc_reset_faint(m, d);
+    bgc_reset_jumps(m, d);
     core->ready = 1;
     return BGC_OK;
 }
@@ -399,6 +408,8 @@ int bgc_failed_switch(const bgc_data *d) { return d->core.failed_switch; }
 int bgc_failed_divisor(const bgc_data *d) { return d->core.failed_divisor; }
 double bgc_failed_time(const bgc_data *d) { return d->core.failed_time; }
 int bgc_failed_chain(const bgc_data *d) { return d->core.failed_chain; }
+int bgc_count_jumps(const bgc_model *m) { return m->n_jump; }
+int bgc_failed_jump(const bgc_data *d) { return d->core.failed_jump; }
 double bgc_time(const bgc_data *d) { return d->core.t; }
 double *bgc_state(bgc_data *d) { return d->x; }
 const double *bgc_scale(const bgc_data *d) { return d->scale; }
@@ -456,6 +467,8 @@ const char *bgc_status_text(bgc_status s) {
         return "a closed chain of rigid connections is at a singular position";
     case BGC_OPEN_CHAIN:
         return "the start does not close a chain of rigid connections";
+    case BGC_ENDLESS_JUMPS:
+        return "jumps of the states follow each other ever faster";
     }
     return "unknown status";
 }

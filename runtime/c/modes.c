@@ -29,6 +29,18 @@ void bgc_release_modes(const bgc_model *m, bgc_data *d) {
     }
 }
 
+/* Whether switch k keeps the mode before a jump that turned its argument back: the argument, located
+ * within rounding of its edge, is still beyond it. */
+static int has_turned(const bgc_model *m, bgc_data *d, int k, double mode) {
+    if (m->n_jump == 0 || d->turned[k] == 0.0) {
+        return 0;
+    }
+    if (mode == d->mode[k]) {
+        d->turned[k] = 0.0;
+    }
+    return d->turned[k] != 0.0;
+}
+
 /* Sets the modes by the arguments at the present; returns 1 where one of them changes. */
 static int update_modes(const bgc_model *m, bgc_data *d) {
     int changed = 0;
@@ -37,7 +49,7 @@ static int update_modes(const bgc_model *m, bgc_data *d) {
     for (int k = 0; k < m->n_switch; k++) {
         const double mode = bgc_value_of(m->switch_info[k].operation, d->argument[k]);
         d->extent[k] = fmax(d->extent[k], fabs(d->argument[k]));
-        if (!bgc_is_given_up(d, k)) {
+        if (!bgc_is_given_up(d, k) && !has_turned(m, d, k, mode)) {
             changed |= d->mode[k] != mode && !(isnan(d->mode[k]) && isnan(mode));
             d->mode[k] = mode;
         }
@@ -68,6 +80,9 @@ void bgc_reset_modes(const bgc_model *m, bgc_data *d) {
     for (int k = 0; k < m->n_switch; k++) {
         d->mode[k] = 0.0;
         d->extent[k] = d->returns[k] = d->change_of_mode[k] = 0.0;
+        if (m->n_jump > 0) {
+            d->turned[k] = 0.0;
+        }
     }
     bgc_release_modes(m, d);
     d->core.unresolved = 0;
@@ -137,7 +152,8 @@ static bgc_status count_returns(const bgc_model *m, bgc_data *d, const double *b
         if (d->returns[k] < MOST_RETURNS) {
             continue;
         }
-        if (m->switch_info[k].jumps && jumps_here(m, d, k, before[k])) {
+        if (m->switch_info[k].jumps > 1 ||
+            (m->switch_info[k].jumps && jumps_here(m, d, k, before[k]))) {
             d->core.failed_switch = k;
             status = BGC_CHATTERING;
         } else {
@@ -217,9 +233,15 @@ bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole) {
     core->counts.events++;
     core->f_valid = core->jac_valid = core->held = 0;
     memcpy(d->probe, d->mode, (size_t)m->n_switch * sizeof *d->mode);
-    status = bgc_settle(m, d);
+    status = m->n_jump > 0 ? bgc_meet_edges(m, d) : BGC_OK;
+    if (status == BGC_OK) {
+        status = bgc_settle(m, d);
+    }
     if (status == BGC_OK) {
         status = count_returns(m, d, d->probe, in_a_row);
+    }
+    if (status == BGC_OK && m->n_jump > 0) {
+        status = bgc_jump(m, d, d->probe, whole);
     }
     bgc_hold_modes(m, d);
     return status;

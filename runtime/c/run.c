@@ -21,6 +21,9 @@ static bgc_status apply_inputs(const bgc_model *m, bgc_data *d) {
     memcpy(d->u_seen, d->u, size);
     bgc_forget_ahead(m, d);
     status = bgc_settle(m, d);
+    if (status == BGC_OK && m->n_jump > 0) {
+        status = bgc_jump(m, d, NULL, 0.0);
+    }
     bgc_hold_modes(m, d);
     return status;
 }

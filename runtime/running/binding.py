@@ -65,6 +65,8 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_failed_divisor": (c_int, (c_void_p,)),
     "bgc_failed_time": (c_double, (c_void_p,)),
     "bgc_failed_chain": (c_int, (c_void_p,)),
+    "bgc_failed_jump": (c_int, (c_void_p,)),
+    "bgc_count_jumps": (c_int, (_Model,)),
     "bgc_chain_name": (c_char_p, (_Model, c_int)),
     "bgc_condition_name": (c_char_p, (_Model, c_int)),
     "bgc_time": (c_double, (c_void_p,)),
@@ -101,6 +103,11 @@ class Library:
         """Whether the model has closed chains of rigid connections, or conditions on positions."""
         names = (self.functions.bgc_chain_name, self.functions.bgc_condition_name)
         return any(name(self.pointer, 0) is not None for name in names)
+
+    @property
+    def has_jumps(self) -> bool:
+        """Whether states of the model jump."""
+        return bool(self.functions.bgc_count_jumps(self.pointer))
 
     def _declare(self, name: str, result: Any, arguments: tuple[Any, ...]) -> None:
         function = getattr(self.functions, name)
@@ -263,6 +270,11 @@ class Instance:
     def failed_switch(self) -> int:
         """Index of the switch that chatters, -1 if none does."""
         return int(self._ask("bgc_failed_switch"))
+
+    @property
+    def failed_jump(self) -> int:
+        """Index of a jump that repeats without end, -1 if none does."""
+        return int(self._ask("bgc_failed_jump"))
 
     @property
     def failed_divisor(self) -> int:

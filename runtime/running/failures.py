@@ -81,6 +81,8 @@ def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Di
             return run.singular_chain(time, instance.failed_chain)
         case Status.OPEN_CHAIN:
             return run.open_chain(instance.failed_condition)
+        case Status.ENDLESS_JUMPS:
+            return run.endless_jumps(time, _at(places.jumps, instance.failed_jump).span)
         case Status.OK | Status.BAD_ARGUMENT:
             raise AssertionError(f"the runtime returned {status.name}")
         case _:

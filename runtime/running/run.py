@@ -210,6 +210,7 @@ def set_method(instance: Instance, method: Method, accounts: bool) -> Status:
         (model.n_input > 0, "its inputs are written while it runs"),
         (model.n_mass > 0, "its rates are coupled, or it has algebraic equations"),
         (model.n_state == 0, "it has no states"),
+        (instance.library.has_jumps, "its states jump"),
         (instance.library.has_chains, "it has closed chains of rigid connections"),
     )
     for applies, reason in unsupported:

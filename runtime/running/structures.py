@@ -36,6 +36,7 @@ class Status(IntEnum):
     VANISHING = 15
     SINGULAR_CHAIN = 16
     OPEN_CHAIN = 17
+    ENDLESS_JUMPS = 18
 
 
 class ParamInfo(ctypes.Structure):

@@ -264,6 +264,8 @@ class Builder:
                 instance.asserts.append((item, env))
             case syntax.Shape():
                 instance.shapes.append((item, env))
+            case syntax.When():
+                instance.whens.append((item, env))
             case syntax.Value() | syntax.Port():
                 raise AssertionError("values and ports are entered first")
 

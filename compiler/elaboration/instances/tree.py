@@ -135,6 +135,7 @@ class Instance:
     projections: list[tuple[syntax.Project, Environment]] = field(default_factory=list)
     asserts: list[tuple[syntax.Assert, Environment]] = field(default_factory=list)
     shapes: list[tuple[syntax.Shape, Environment]] = field(default_factory=list)
+    whens: list[tuple[syntax.When, Environment]] = field(default_factory=list)
 
     @property
     def name(self) -> str:

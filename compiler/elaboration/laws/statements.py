@@ -20,9 +20,16 @@ from bgc.elaboration.instances.quantities import component_names, ordinal
 from bgc.elaboration.instances.scopes import find_member, path_of
 from bgc.elaboration.instances.tree import Environment, Instance, PortEntry, Quantity
 from bgc.elaboration.instances.world import World
+from bgc.elaboration.laws.jumps import read_jump
 from bgc.grammar import syntax
-from bgc.ir.graph import Condition, Equation, Guard, Node, State, Unknown
-from bgc.values.units import Dimension, describe_dimension, divide, shown_of, si_text
+from bgc.ir.graph import Condition, Equation, Guard, Jump, Node, State, Unknown
+from bgc.values.units import (
+    Dimension,
+    describe_dimension,
+    divide,
+    shown_of,
+    si_text,
+)
 from bgc.values.value import Value, describe_shape
 
 
@@ -35,6 +42,7 @@ class Statements:
     equations: tuple[Equation, ...]
     guards: tuple[Guard, ...]
     conditions: tuple[Condition, ...]
+    jumps: tuple[Jump, ...]
 
 
 def collect_assignments(world: World, wiring: Wiring, domains: Domains, carried: Carried) -> None:
@@ -113,6 +121,7 @@ def read_statements(world: World, wiring: Wiring) -> Statements:
     equations: list[Equation] = []
     guards: list[Guard] = []
     conditions: list[Condition] = []
+    jumps: list[Jump] = []
     for instance in wiring.instances:
         for derivative, env in instance.derivatives:
             with world.report.collecting(note(env)):
@@ -130,11 +139,16 @@ def read_statements(world: World, wiring: Wiring) -> Statements:
         for statement, env in instance.asserts:
             with world.report.collecting(note(env)):
                 guards.extend(_read_assert(world, instance, statement, env))
+        for when, env in instance.whens:
+            with world.report.collecting(note(env)):
+                jumps.append(read_jump(world, when, env))
     states = tuple(_states(world, derivatives, projections))
     unknowns = tuple(_unknowns(world))
     if not world.report.errors:
         _check_counts(world, states, unknowns, equations)
-    return Statements(states, unknowns, tuple(equations), tuple(guards), tuple(conditions))
+    return Statements(
+        states, unknowns, tuple(equations), tuple(guards), tuple(conditions), tuple(jumps)
+    )
 
 
 def _projected_signal(statement: syntax.Project, env: Environment) -> Quantity | None:

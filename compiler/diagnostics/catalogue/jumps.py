@@ -1,0 +1,81 @@
+"""Diagnostics of jumps: `when` and `reset`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bgc.diagnostics.catalogue import error, listed
+from bgc.diagnostics.diagnostic import Diagnostic, Label
+from bgc.diagnostics.source import Span
+
+
+def empty_when(span: Span) -> Diagnostic:
+    """BG480: a `when` without a `reset`
+
+    What: there is no statement between the braces of a `when`.
+    Why: it would do nothing.
+    Example: `when x > 0 { }`
+    Way out: write what happens: `when x > 0 { reset v = -v; }`, or remove it.
+    """
+    return error(
+        "BG480",
+        "this `when` resets nothing",
+        span,
+        help="write `reset x = value;` in its braces, or remove it",
+    )
+
+
+def not_resettable(span: Span, name: str, what: str) -> Diagnostic:
+    """BG481: a reset of a value that is not a state
+
+    What: `reset` names something other than a declared `state`, or the `q` or `p` of a storage
+    element.
+    Why: only a state keeps the value that it is given. All other values follow from the states.
+    Example: `when z > 0 { reset hub.f = 0; }`
+    Way out: reset the state behind it: the momentum `reset body.p = ..;` of a body, the charge
+    `reset spring.q = ..;` of a spring. The state of a sampled part is given by `next(..) = ..;`.
+    """
+    return error(
+        "BG481",
+        f"`{name}` cannot be reset: {what}",
+        span,
+        help="reset a declared `state`, or the `q` or `p` of a storage element",
+    )
+
+
+def dependent_reset(
+    span: Span, name: str, others: Sequence[str], declared: Span | None
+) -> Diagnostic:
+    """BG482: a reset of storage without a state of its own
+
+    What: a `reset` names the displacement or momentum of an element whose value depends on that
+    of others: bodies that are rigidly connected, springs in series, or parts of a closed chain.
+    Why: the values of these elements cannot be chosen one by one, and how an impulse spreads over
+    them is not given by the value of one.
+    Example: two masses on one `J1`, and `reset first.p = 0;`
+    Way out: write the common inertia as one element, or put a stiff spring (C) with a damper (R)
+    between the elements, so that each has a state of its own.
+    """
+    also = f" shares a state with {listed(others)}" if others else " has no state of its own"
+    return error(
+        "BG482",
+        f"`{name}` cannot be reset alone, since it{also}",
+        span,
+        labels=[] if declared is None else [Label(declared, "this element")],
+        help="write the common inertia as one element, or put a stiff spring and a damper between "
+        "the elements",
+    )
+
+
+def condition_without_edge(span: Span, why: str, help: str) -> Diagnostic:
+    """BG483: a condition of `when` that has no rising edge
+
+    What: the condition of a `when` never changes from false to true at an instant that can be
+    located: it depends on constants and parameters alone, it is not a comparison, or it compares a
+    value that moves with `==` or `!=`.
+    Why: a jump happens when the condition becomes true. Two values that move are equal for no time,
+    so a run steps over that instant.
+    Example: `when x == 1 { reset v = 0; }`
+    Way out: compare by `<`, `<=`, `>` or `>=`: `when x >= 1 { reset v = 0; }`.
+    """
+    return error("BG483", f"the condition of this `when` {why}", span, help=help)
