@@ -106,7 +106,7 @@ def _elaborate(
     root = _root(world, builder, scene)
     changed = without_removed(world, scene) if scene.inherited and not report.errors else None
     if changed is not None:
-        graph = _elaborate(package, changed[0], overrides)
+        graph = _elaborate(package, changed[0], overrides, shapes)
         return replace(graph, warnings=(*changed[1], *graph.warnings))
     wiring = wire(world, root)
     with _provisional(world, quantities):

@@ -203,8 +203,11 @@ class _Search:
             moved: Array = self.instance.state / self.scale
             return moved
 
+        everywhere = np.eye(self.size), np.arange(self.size)
         with suppress(_Undefined):
-            self.z, _ = find_equilibrium(rates, slope, self.mass, self.start, projected)
+            self.z, _ = find_equilibrium(
+                rates, slope, self.mass, self.start, projected, lambda _: everywhere
+            )
             if self._restore() <= _AT_REST:
                 return
         self.z = gone
