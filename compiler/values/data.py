@@ -8,6 +8,7 @@ from bgc.algebra.dag import Dag
 from bgc.diagnostics.catalogue import data as catalogue
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.source import Span
+from bgc.grammar import syntax
 from bgc.values.arithmetic import failure
 from bgc.values.components import Selection
 from bgc.values.data_files import Entries, Numbers
@@ -111,3 +112,12 @@ class Column:
 
         numbers = self.numbers
         return Column(self.file, Numbers(numbers.name, np.asarray(array), numbers.unit))
+
+
+def may_be_data(expr: syntax.Expr | None) -> bool:
+    """Whether an expression is a path, or the call of `data` at the start of one."""
+    while isinstance(expr, syntax.Member | syntax.Index):
+        expr = expr.base
+    return isinstance(expr, syntax.Name) or (
+        isinstance(expr, syntax.Call) and expr.function == "data"
+    )

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from functools import partial, reduce
 
 from bgc.algebra.dag import Kind, Level
@@ -19,6 +18,7 @@ from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import already_reported
 from bgc.diagnostics.source import Span
+from bgc.elaboration.instances.assumptions import Assumed, Assumption
 from bgc.elaboration.instances.checks import (
     check_units,
     check_value,
@@ -34,7 +34,7 @@ from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.ir.graph import Parameter
 from bgc.resolution.modules import Declared
-from bgc.values.data import MOST_NODES, Column, Table
+from bgc.values.data import MOST_NODES, Column, Table, may_be_data
 from bgc.values.scope import Namespace
 from bgc.values.shown import Shown
 from bgc.values.units import (
@@ -51,22 +51,6 @@ from bgc.values.value import Shape, Value, describe_shape
 _FIXED = frozenset({"param", "const", "state", "unknown"})
 
 
-@dataclass(slots=True, eq=False)
-class _Assumed:
-    """The evaluation of a quantity under an assumption, as a demand."""
-
-    status: Status = Status.NEW
-
-
-@dataclass(slots=True, eq=False)
-class _Assumption:
-    """Values that are given instead of those defined, and those that follow from them."""
-
-    given: Mapping[Quantity, Value]
-    values: dict[Quantity, Value] = field(default_factory=dict)
-    demands: dict[Quantity, _Assumed] = field(default_factory=dict)
-
-
 class Quantities:
     """Evaluates quantities, and numbers the symbols of parameters, states and unknowns."""
 
@@ -81,8 +65,8 @@ class Quantities:
         self.definitions: dict[Quantity, list[tuple[syntax.Assign, Environment]]] = {}
         self._constants: dict[Declared[syntax.Value], Quantity] = {}
         self._provisional: dict[Quantity, Value] = {}
-        self._assumptions: dict[tuple[tuple[Quantity, tuple[int, ...]], ...], _Assumption] = {}
-        self._assumed: _Assumption | None = None
+        self._assumptions: dict[tuple[tuple[Quantity, tuple[int, ...]], ...], Assumption] = {}
+        self._assumed: Assumption | None = None
 
     # --- reading --------------------------------------------------------------------
 
@@ -157,28 +141,28 @@ class Quantities:
         outer = self._assumed
         given = {**(outer.given if outer else {}), **values}
         key = tuple((quantity, value.nodes) for quantity, value in given.items())
-        with self._assume(self._assumptions.setdefault(key, _Assumption(given)) if key else None):
+        with self._assume(self._assumptions.setdefault(key, Assumption(given)) if key else None):
             yield
 
     @contextmanager
-    def _assume(self, assumption: _Assumption | None) -> Iterator[None]:
+    def _assume(self, assumption: Assumption | None) -> Iterator[None]:
         outer, self._assumed = self._assumed, assumption
         try:
             yield
         finally:
             self._assumed = outer
 
-    def _under(self, assumption: _Assumption, quantity: Quantity) -> Value:
+    def _under(self, assumption: Assumption, quantity: Quantity) -> Value:
         """The value of a quantity under an assumption."""
         known = assumption.given.get(quantity) or assumption.values.get(quantity)
         if known is not None:
             return known
-        demand = assumption.demands.setdefault(quantity, _Assumed())
+        demand = assumption.demands.setdefault(quantity, Assumed())
         if demand.status is Status.OPEN:
             raise BgError([names.defined_by_itself(quantity.declaration.name_span, [])])
         return self.world.demands.meet(demand, partial(self._compute_under, assumption, quantity))
 
-    def _compute_under(self, assumption: _Assumption, quantity: Quantity) -> Value:
+    def _compute_under(self, assumption: Assumption, quantity: Quantity) -> Value:
         with self._assume(assumption):
             value = assumption.values[quantity] = self._define(quantity)
         assumption.demands[quantity].status = Status.DONE
@@ -217,7 +201,7 @@ class Quantities:
         if given is not None:
             expr, env = given.value, given.env
         plain = declaration.unit is None and not declaration.dims and declaration.range is None
-        if not plain or quantity.parts or not _may_be_data(expr):
+        if not plain or quantity.parts or not may_be_data(expr):
             return None
         assert expr is not None
         found = self.world.resolve(expr, env)
@@ -515,15 +499,6 @@ def _range_excludes(
     shown = shown_of(unit) or Shown(si_text(unit))
     return ranges.range_excludes(
         span, name, shown.number(value), shown.number(low), shown.number(high), shown.unit
-    )
-
-
-def _may_be_data(expr: syntax.Expr | None) -> bool:
-    """Whether an expression is a path, or the call of `data` at the start of one."""
-    while isinstance(expr, syntax.Member | syntax.Index):
-        expr = expr.base
-    return isinstance(expr, syntax.Name) or (
-        isinstance(expr, syntax.Call) and expr.function == "data"
     )
 
 
