@@ -21,9 +21,12 @@ from scipy.interpolate import (
 from bgc.algebra.dag import Dag, Kind, Op
 from bgc.algebra.derivatives import gradient
 from bgc.algebra.evaluate import evaluate_nodes
+from bgc.algebra.fingerprint import Fingerprints
+from bgc.algebra.jumps import jumps_in
 from bgc.algebra.table import Table
 from bgc.diagnostics.source import Source, Span
 from bgc.emission.emit import emit_model
+from bgc.emission.lower import lower
 from bgc.emission.optimise import optimise
 from bgc.values.arithmetic import Operand
 from bgc.values.interpolation import Known, interpolate, make_table
@@ -273,3 +276,16 @@ def test_ranges_contain_the_values_and_shrink(tmp_path) -> None:
         assert np.all(found[:, 1] >= values.max(0) - slack)
     narrow = model.ranges(3.0, 3.0 + 1e-9).reshape(-1, 2)
     assert np.all(narrow[:, 1] - narrow[:, 0] < 1e-6)
+
+
+@pytest.mark.parametrize("method", ["linear", "nearest", "pchip"])
+def test_knots_are_kinks_of_lines_and_jumps_of_steps(method: str) -> None:
+    """A kink that does not matter may be passed over, a jump never; the ends of pchip are kinks."""
+    dag = Dag()
+    (x,) = states(dag, 1)
+    node = dag.look_up(table_of(method, "hold", 9, 1), x)
+    (switch,) = lower(optimise(make_program(dag, [node]))).switches
+    assert switch.jumps == (method == "nearest")
+    assert bool(jumps_in(dag, Fingerprints(dag), node)) == (method == "nearest")
+    (slope,) = gradient(dag, node, [x])
+    assert method == "nearest" or jumps_in(dag, Fingerprints(dag), slope)
