@@ -5,7 +5,7 @@ from __future__ import annotations
 from bgc.diagnostics.catalogue import slots
 from bgc.diagnostics.report import Report
 from bgc.grammar import syntax
-from bgc.resolution.modules import Declared, ancestors, flatten
+from bgc.resolution.modules import Declared, Module, ancestors, flatten
 from bgc.values.units import parse_unit
 
 _FITTING = {
@@ -14,6 +14,15 @@ _FITTING = {
     "input": {"input"},
 }
 _READABLE = {"output", "signal", "let", "state", "param", "const", "unknown"}
+
+
+def check_interfaces(module: Module, report: Report) -> None:
+    """Report each statement of a file's interfaces that is not a declaration."""
+    for declaration in module.file.declarations:
+        if isinstance(declaration, syntax.Model) and declaration.interface:
+            for item in declaration.items:
+                if not isinstance(item, syntax.Value | syntax.Port | syntax.Part):
+                    report.add(slots.statement_in_interface(item.span, declaration.name))
 
 
 def check_conformance(declared: Declared[syntax.Model], report: Report) -> None:

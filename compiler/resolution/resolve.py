@@ -14,7 +14,7 @@ from bgc.grammar import syntax
 from bgc.grammar.parse import parse, read_source
 from bgc.grammar.peers import element_advice
 from bgc.language.elements import ELEMENTS
-from bgc.resolution.conformance import check_conformance
+from bgc.resolution.conformance import check_conformance, check_interfaces
 from bgc.resolution.library import library_folder, library_modules, module_path
 from bgc.resolution.modules import Declared, LoadedFile, Module, Package, flatten
 from bgc.resolution.name_check import check_names
@@ -48,6 +48,7 @@ def _load_root(source: Source, path: Path | None) -> Package:
         _check_types(module, loader.report)
     loader.report.raise_errors()
     for module in modules:
+        check_interfaces(module, loader.report)
         for declared in module.own_models:
             check_conformance(declared, loader.report)
             check_names(declared, loader.report)

@@ -83,6 +83,24 @@ def interface_misses(
     )
 
 
+def statement_in_interface(span: Span, interface: str) -> Diagnostic:
+    """BG265: a statement in an interface
+
+    What: an interface holds a statement that is not a declaration: a bond, an equation, an
+    `assert`, a shape, a loop.
+    Why: an interface only lists members. A model that is declared to be one takes nothing from it,
+    so the statement would have no effect.
+    Example: `interface Load { port frame in : Frame; shape sphere(1 m); }`
+    Way out: move the statement to the models of the interface.
+    """
+    return error(
+        "BG265",
+        f"the interface `{interface}` takes declarations only",
+        span,
+        help="move the statement to the models of the interface",
+    )
+
+
 def type_expected(span: Span, slot: str) -> Diagnostic:
     """BG237: something other than a type given to a slot
 
