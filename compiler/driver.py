@@ -166,6 +166,7 @@ def _stages(
         options.observe,
         options.uses,
         options.shapes,
+        options.inputs,
     )
     graph = with_accounts(graph) if options.audited else graph
     graph = prepare(graph) if prepare else graph

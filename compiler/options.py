@@ -19,6 +19,9 @@ class Options:
     of one. `audited` observes all energy accounts, whatever the scene does. `verify` checks the
     invariants of every intermediate result, as the environment variable BGC_VERIFY does. `shapes`
     records the poses of all shapes.
+    invariants of every intermediate result, as the environment variable BGC_VERIFY does.
+    `inputs` are inputs of models to which a parameter of their name is added, zero by default: a
+    linear model varies it.
     """
 
     scene: str | None = None
@@ -32,3 +35,4 @@ class Options:
     audited: bool = False
     verify: bool = False
     shapes: bool = False
+    inputs: tuple[str, ...] = ()

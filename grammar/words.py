@@ -176,7 +176,7 @@ _VALUES = (
         "an input is `input name : unit = default;`",
         (
             "Given by an argument of the part, which may vary, or by `drive` in a scene. Without "
-            "either it has its default.",
+            "either it has its default. A linear model may vary it: `bgc bode --input name`.",
         ),
         "input torque : N*m = 0;",
         ("drive", "output", "param"),

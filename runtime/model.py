@@ -242,8 +242,9 @@ class Model(LoadedModel):
         Parameters
         ----------
         inputs
-            The inputs: a source's effort or flow (`"supply.e"`), a parameter (`"F"`), a
-            device's channel (`"hand.position[3]"`); by default all channels of the devices.
+            The inputs: a source's effort or flow (`"supply.e"`), a parameter (`"F"`), an input
+            of a model (`"slew"`), a device's channel (`"hand.position[3]"`); by default all
+            channels of the devices.
         outputs
             Names that the scene observes, or any expressions; by default all it observes.
         at

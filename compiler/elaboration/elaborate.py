@@ -56,6 +56,7 @@ def elaborate(
     observe: Sequence[str] = (),
     uses: Sequence[tuple[str, str]] = (),
     shapes: bool = False,
+    inputs: Sequence[str] = (),
 ) -> FlatGraph:
     """Build the flat graph of a scene of the package's root file.
 
@@ -73,6 +74,9 @@ def elaborate(
         Slots and the types that fill them, as pairs of texts: `("crane.elbow.lock", "Rigid[5]")`.
     shapes
         Whether to record the poses of all shapes, as further outputs.
+    inputs
+        Inputs of models, or components of them, to which a parameter of their name is added, zero
+        by default. A name that is not an input is ignored.
 
     Raises
     ------
@@ -80,11 +84,15 @@ def elaborate(
         With all independent errors that were found.
     """
     chosen = with_observations(with_uses(choose_scene(package, scene), uses), observe)
-    return _elaborate(package, chosen, overrides, shapes)
+    return _elaborate(package, chosen, overrides, shapes, inputs)
 
 
 def _elaborate(
-    package: Package, scene: Scene, overrides: Sequence[tuple[str, str]], shapes: bool
+    package: Package,
+    scene: Scene,
+    overrides: Sequence[tuple[str, str]],
+    shapes: bool,
+    inputs: Sequence[str],
 ) -> FlatGraph:
     """Elaborate a chosen scene.
 
@@ -93,7 +101,7 @@ def _elaborate(
     """
     report = Report()
     world = World(package, Dag(), report, Edits())
-    builder, quantities = Builder(world), Quantities(world)
+    builder, quantities = Builder(world), Quantities(world, inputs)
     domains, carried = Domains(world), Carried(world)
     bonds = BondValues(world, domains, carried)
     world.connect(builder, quantities, bonds)
@@ -106,7 +114,7 @@ def _elaborate(
     root = _root(world, builder, scene)
     changed = without_removed(world, scene) if scene.inherited and not report.errors else None
     if changed is not None:
-        graph = _elaborate(package, changed[0], overrides, shapes)
+        graph = _elaborate(package, changed[0], overrides, shapes, inputs)
         return replace(graph, warnings=(*changed[1], *graph.warnings))
     wiring = wire(world, root)
     with _provisional(world, quantities):

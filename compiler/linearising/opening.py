@@ -81,8 +81,8 @@ def open_scene(
     path, options
         The file and its scene. The whole model is compiled, so that every parameter can be varied.
     inputs
-        Efforts or flows of sources, parameters, channels of devices; by default all channels of
-        the scene's devices. A vector's name selects all its components.
+        Efforts or flows of sources, parameters, inputs of models, channels of devices; by default
+        all channels of the scene's devices. A vector's name selects all its components.
     outputs
         Names that the scene observes, or expressions; by default all observations of the scene
         except the energy accounts.
@@ -100,7 +100,7 @@ def open_scene(
         the rate of an input.
     """
     selection = _Selection(tuple(inputs), bool(outputs), dict(values or {}), total)
-    options = replace(options, whole=True, observe=tuple(outputs))
+    options = replace(options, whole=True, observe=tuple(outputs), inputs=tuple(inputs))
     stages = compile_scene(path, options, prepare=selection.applied_to, until="equations")
     equations = replace(stages.equations, jumps=())  # a linear form holds between two jumps
     program = without_unread(_with_parameters(equations, selection.parameters))

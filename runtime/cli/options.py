@@ -101,7 +101,7 @@ def verify_option(command: _Command) -> _Command:
 
 def input_option(*, multiple: bool) -> Callable[[_Command], _Command]:
     """Add `--input`, once or any number of times."""
-    text = "Input: a source (supply.e), a parameter, or a channel (hand.position[3])."
+    text = "Input: a source (supply.e), a parameter, an input, or a channel (hand.position[3])."
     return _named("--input", "inputs" if multiple else "input_", text, multiple)
 
 

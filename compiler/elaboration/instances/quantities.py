@@ -6,6 +6,7 @@ depends on itself is reported.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial, reduce
@@ -48,14 +49,17 @@ from bgc.values.units import (
 )
 from bgc.values.value import Shape, Value, describe_shape
 
-_FIXED = frozenset({"param", "const", "state", "unknown"})
+_COMPONENT = re.compile(r"\[[\d, ]+\]$")
 
 
 class Quantities:
     """Evaluates quantities, and numbers the symbols of parameters, states and unknowns."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, varied: Sequence[str] = ()) -> None:
+        """Take the inputs that are `varied`: each has a parameter of its name added, which is 0."""
         self.world = world
+        self._varied = {*varied, *(_COMPONENT.sub("", text) for text in varied)}
+        self._variations: dict[Quantity, tuple[int, ...]] = {}  # nodes, by component
         self.parameters: list[Parameter] = []
         self.ungiven: set[int] = set()  # parameters of parts that keep their declared default
         self.states: list[Quantity] = []
@@ -227,6 +231,8 @@ class Quantities:
                 return self._symbols(quantity, Kind.UNKNOWN)
             case "output" | "signal" if declaration.value is None:
                 return self._assigned(quantity)
+            case "input" if quantity.path in self._varied:
+                return self._with_variation(quantity, self._given(quantity))
             case _:
                 return self._given(quantity)
 
@@ -241,6 +247,22 @@ class Quantities:
         value = self.world.evaluate(given.value, given.env)
         value = self.fit(quantity, value, given.value.span)
         return self._with_parts(quantity, value)
+
+    def _with_variation(self, quantity: Quantity, value: Value) -> Value:
+        """Add a parameter to each component of an input; it has the component's name."""
+        if quantity not in self._variations:
+            first, text = len(self.parameters), quantity.declaration.unit
+            declared = parse_unit(text) if text else None
+            for k, index in enumerate(indices(value.shape)):
+                name, unit = component_name(quantity.path, index), value.units[k]
+                symbol = declared.symbol if declared else si_symbol(unit) if unit else ""
+                span, zero = quantity.declaration.name_span, self.world.dag.zero
+                self.parameters.append(Parameter(first + k, name, symbol, zero, None, None, span))
+            added = range(first, len(self.parameters))
+            nodes = tuple(self.world.dag.symbol(Kind.PARAM, k) for k in added)
+            self._variations[quantity] = nodes
+        pairs = zip(value.nodes, self._variations[quantity], strict=True)
+        return Value(value.shape, tuple(self.world.dag.add(*pair) for pair in pairs), value.units)
 
     def is_zero_by_default(self, expr: syntax.Expr, env: Environment) -> bool:
         """Whether an expression names a parameter or input of a part with a default of zero.
