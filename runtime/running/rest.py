@@ -60,7 +60,7 @@ def go_to_rest(instance: Instance, rest: Rest) -> tuple[Status, AtRest | None]:
     Raises
     ------
     BgError
-        BG760 if rates remain, BG761 if the equations are undefined around the start.
+        BG760 if rates remain, BG761 if they do where values are held.
     """
     try:
         search = _Search(instance, rest)
@@ -317,11 +317,11 @@ class _Search:
         return status, AtRest(worst, self._moves(), self._variations())
 
     def _refuse(self, remaining: Array, sizes: Array) -> None:
+        if self.held:
+            raise BgError([rest_not_found()])
         rates = sizes[: self.size]
         order = np.argsort(-rates, kind="stable")
         left = [int(k) for k in order if rates[k] > max(_AT_REST, 1e-3 * rates.max(initial=0.0))]
-        if not left:  # closed chains and held values, at rest
-            raise BgError([rest_not_found()])
         named = [(self.names[k], float(remaining[k] * self.scale[k]), self.units[k]) for k in left]
         raise BgError([no_rest(named)])
 

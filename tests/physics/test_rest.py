@@ -7,11 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from scipy.optimize import brentq
 
 import bgc
+from bgc.elaboration.elaborate import elaborate
 from bgc.resolution.library import library_folder
+from bgc.resolution.resolve import load_text
+from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
+from bgc.runtime.results.summary import summarise
 
 Load = Callable[[str, str | None], Model]
 
@@ -96,6 +101,50 @@ def test_without_a_rest_the_rates_that_remain_are_named(load: Load) -> None:
     ensemble = model.simulate_many({"pull": [0.0, -2 * 9.81]}, 1.0)
     assert ensemble.status == ("failed", "done")
     assert ensemble.failures[0].code == "BG760"
+
+
+def test_a_held_value_that_allows_no_rest(load: Load, tmp_path: Path) -> None:
+    path = tmp_path / "a.bg"
+    source = Path(__file__).parents[1] / "models" / "rest.bg"
+    path.write_text(source.read_text().replace("hold spring.q vary pull", "hold spring.q"))
+    with pytest.raises(bgc.BgError, match="BG761"):
+        bgc.compile(path, "held").simulate()
+
+
+def test_the_summary_reports_the_start(load: Load) -> None:
+    text = summarise(load("rest", "held").simulate())
+    assert "starts at rest, rates are zero to" in text
+    assert "pull = -19.62 N, given as 0" in text
+    text = summarise(load("rest", "hanging").simulate())
+    assert "moved" in text and "place by 0.1962 m" in text
+
+
+def test_the_command_line_starts_at_rest() -> None:
+    file = Path(__file__).parents[1] / "models" / "settling.bg"
+    done = CliRunner().invoke(
+        application, ["run", str(file), "--scene", "hanger", "--rest", "--time", "1 ms"]
+    )
+    assert done.exit_code == 0 and "starts at rest" in done.output
+
+
+def test_an_inherited_start_loses_the_paths_of_removed_parts() -> None:
+    text = (
+        "interface L { port p in; }\n"
+        "model A is L { port p in; c : C(1, q0 = 1); r : R(1); j : J1; p -> j -> c, r; }\n"
+        "model B is L { port p in; i : I(1); p -> i; }\n"
+        "model M { param v = 1; s : Se(v); k : C(2); r : R(1); j : J1; x : L = A;\n"
+        "  s -> j -> k, r, x; }\n"
+        "scene a of M { start rest hold x.c.q, k.q vary v; observe k.q; run 1 s; }\n"
+        "scene b is a { use x = B; }\n"
+        "scene c is a { start rest; }\n"
+    )
+    package = load_text(text)
+    rests = [elaborate(package, scene).scene.rest for scene in ("a", "b", "c")]
+    assert [(r.hold, r.vary) for r in rests if r is not None] == [
+        (("x.c.q", "k.q"), ("v",)),
+        (("k.q",), ("v",)),
+        ((), ()),
+    ]
 
 
 def test_instances_of_an_ensemble_start_at_rest(load: Load) -> None:

@@ -468,9 +468,10 @@ def _rate_unit(unit: str) -> str:
 def rest_not_found() -> Diagnostic:
     """BG761: no start at rest that keeps what is to be kept
 
-    What: the rates vanish, but a value after `hold` does not stay, or a closed chain is open.
+    What: no state near the initial one makes all rates zero while the values after `hold` stay.
 
-    Why: the state of rest near the initial values is another one than the held value allows.
+    Why: the state of rest near the initial values is another one than the held values allow, or
+    there is none at all: `start rest;` alone shows which (BG760).
 
     Example: `start rest hold spring.q;` of a spring that carries a weight.
 
