@@ -91,6 +91,22 @@ class Binary:
     right: Expr
     span: Span
 
+    def links(self) -> list[Binary]:
+        """The operations of a chain that nests to the left, the innermost first, this one last.
+
+        `a - b + c` has the links `a - b` and `a - b + c`. A chain may be too long for recursion.
+        """
+        found = [self]
+        while isinstance(found[-1].left, Binary):
+            found.append(found[-1].left)
+        found.reverse()
+        return found
+
+    def operands(self) -> list[Expr]:
+        """The operands of a chain that nests to the left, in their order."""
+        links = self.links()
+        return [links[0].left, *(link.right for link in links)]
+
 
 @dataclass(frozen=True, slots=True)
 class Conditional:

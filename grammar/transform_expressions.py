@@ -108,11 +108,9 @@ class ExpressionTransform:
         return syntax.Number(value, unit, span)
 
     def _chain_of_operators(self, children: list[Any], depth: int) -> syntax.Expr:
-        """Nest `a - b + c` to the left: its first operand is the deepest."""
+        """Nest `a - b + c` to the left, as deep as it is long: visitors loop over its links."""
         operators = children[1::2]
-        if depth + len(operators) > MAX_DEPTH:
-            return self._too_deep(operators[MAX_DEPTH - depth])
-        made = self.expression(children[0], depth + len(operators))
+        made = self.expression(children[0], depth + 1)
         for operator, operand in zip(operators, children[2::2], strict=True):
             right = self.expression(operand, depth + 1)
             span = self.span(children[0]).to(self.span(operand))

@@ -149,7 +149,7 @@ class _Checker:
             case syntax.Unary():
                 self.expression(expr.operand, seen)
             case syntax.Binary():
-                self.all((expr.left, expr.right), seen)
+                self.all(expr.operands(), seen)
             case syntax.Conditional():
                 self.all((expr.condition, expr.yes, expr.no), seen)
             case syntax.Vector():

@@ -290,11 +290,9 @@ class _Evaluator:
 
     def binary(self, expr: syntax.Binary, depth: int) -> Value:
         """Evaluate an operation. Long sums nest to the left and are evaluated in a loop."""
-        chain = [expr]
-        while isinstance(chain[-1].left, syntax.Binary):
-            chain.append(chain[-1].left)
-        left = self.operand(chain[-1].left, depth + 1)
-        for link in reversed(chain):
+        links = expr.links()
+        left = self.operand(links[0].left, depth + 1)
+        for link in links:
             left = Operand(self.operation(link, left, depth), link.span)
             check_finite(self.dag, left)
         return left.value

@@ -39,7 +39,9 @@ ABSURD = {
     "BG121": ["let a = 1;" + "\n".join(f"let a{k} = b{k};" for k in range(2000))],
     "BG335": ["let a = log(-1);"],
     None: [  # long, but not absurd
-        f"let a = {'+'.join(['1'] * 150)};",
+        f"let a = {'*'.join(['1'] * 3000)}; unknown y = 0; equation a = {'-'.join(['y'] * 3000)};",
+        f"let a = 0; x : R {{ e = {' + '.join(['0.1*f'] * 3000)}; }} j : J1; j -> x;",
+        f"let a = 0; {'if ' + ' and '.join(['1 > 0'] * 3000)} {{ }}",
         "let a = 1; let a0 = time;" + "\n".join(f"let a{k} = a{k - 1}^2;" for k in range(1, 2000)),
     ],
 }
@@ -59,6 +61,12 @@ def test_absurd_text(code, text):
     found = codes_of(f"model M {{ {text} {PARTS} }}")
     assert (code in found) if code else found == []
     assert len(found) <= MAX_ERRORS + 1
+
+
+def test_a_long_sum_is_that_of_its_terms():
+    terms = "".join(f"{'+-'[k % 2]} {k}\n" for k in range(1, 5001))
+    graph = elaborate(load_text(f"model M {{ param p = 0 {terms}; state x = p; der(x) = -x; }}"))
+    assert graph.dag.value(graph.parameters[0].value) == 2500
 
 
 def test_a_full_report_ends_the_pass():

@@ -437,7 +437,6 @@ def test_number_of_errors_is_bounded() -> None:
     [
         "a" * 10_000_000,
         "model A { let x = " + "1+" * 5_000_000 + "1; }",
-        "model A { let x = " + "1\n+" * 5000 + "1; }",
         "model A { let x = " + "(\n" * 5000,
         "model A { let x = " + "[" * 5000,
         "model A { let x = " + "-" * 5000 + "1; }",
@@ -465,7 +464,7 @@ def test_absurd_text_gets_a_diagnostic(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "\n", "// only a comment", "model A { let x = " + "1 + " * 199 + "1; }"]
+    "text", ["", "\n", "// only a comment", "model A { let x = " + "1\n+ " * 5000 + "1; }"]
 )
 def test_unusual_text_is_read(text: str) -> None:
     read(text)

@@ -260,16 +260,16 @@ def unknown_statement(span: Span, word: str, near: str, form: str) -> Diagnostic
 def too_deep(span: Span) -> Diagnostic:
     """BG118: text nested too deeply
 
-    What: brackets, blocks or operators are nested more than about 200 deep.
-    Why: the parser limits the depth to protect its memory.
-    Example: a sum of 300 terms written with `+`.
-    Way out: name parts of the expression with `let`, or use `sum([a, b, c])`.
+    What: brackets, blocks, powers or `if` are nested more than about 200 deep.
+    Why: the parser limits the depth to protect its memory. Sums and products may be of any length.
+    Example: `((( .. x .. )))` in 300 brackets.
+    Way out: name parts of the expression with `let`.
     """
     return error(
         "BG118",
         "this is nested too deeply",
         span,
-        help="name parts of it with `let`; write a long sum as `sum([a, b, c])`",
+        help="name parts of it with `let`",
     )
 
 

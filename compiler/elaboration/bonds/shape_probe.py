@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from bgc.diagnostics.diagnostic import BgError
@@ -93,28 +93,13 @@ class _LawProbe:
 
         A matrix times a variable of unknown width gives this variable its width.
         """
-        if not any(name in LAW_VARIABLES for name in names_in(expr)):
-            try:
-                return self.world.evaluate(expr, self.element.env).shape
-            except BgError:
-                return None  # reported when the law is read
+        if not _holds_law_variables(expr):
+            return self.shape_of_value(expr)
         match expr:
             case syntax.Name(name=name):
                 return self.known(name)
-            case syntax.Binary(operator="*"):
-                left, right = self.shape(expr.left), self.shape(expr.right)
-                if left is not None and len(left) == 2:
-                    if right is None and isinstance(expr.right, syntax.Name):
-                        self.note(expr.right.name, left[1])
-                    return (left[0],) if right is None or len(right) < 2 else (left[0], right[1])
-                return right if left == () else left if right == () else None
-            case syntax.Binary(operator="+" | "-"):
-                left, right = self.shape(expr.left), self.shape(expr.right)
-                return left if left is not None else right
             case syntax.Binary():
-                self.shape(expr.left)
-                self.shape(expr.right)
-                return None
+                return self.shape_of_chain(expr.links())
             case syntax.Unary():
                 return self.shape(expr.operand)
             case syntax.Conditional():
@@ -128,6 +113,44 @@ class _LawProbe:
                 return (len(expr.elements),)
             case _:
                 return None
+
+    def shape_of_value(self, expr: syntax.Expr) -> Shape | None:
+        try:
+            return self.world.evaluate(expr, self.element.env).shape
+        except BgError:
+            return None  # reported when the law is read
+
+    def shape_of_chain(self, links: Sequence[syntax.Binary]) -> Shape | None:
+        """The shape of the last link; the links before the first law variable are a value."""
+        begin = links[0].left
+        count = 0
+        if not _holds_law_variables(begin):
+            while not _holds_law_variables(links[count].right):
+                begin = links[count]
+                count += 1
+        shape = self.shape(begin)
+        for link in links[count:]:
+            shape = self.shape_of_operation(link, shape, self.shape(link.right))
+        return shape
+
+    def shape_of_operation(
+        self, link: syntax.Binary, left: Shape | None, right: Shape | None
+    ) -> Shape | None:
+        match link.operator:
+            case "*":
+                if left is not None and len(left) == 2:
+                    if right is None and isinstance(link.right, syntax.Name):
+                        self.note(link.right.name, left[1])
+                    return (left[0],) if right is None or len(right) < 2 else (left[0], right[1])
+                return right if left == () else left if right == () else None
+            case "+" | "-":
+                return left if left is not None else right
+            case _:
+                return None
+
+
+def _holds_law_variables(expr: syntax.Expr) -> bool:
+    return any(name in LAW_VARIABLES for name in names_in(expr))
 
 
 def names_in(expr: syntax.Expr) -> Iterator[str]:
@@ -150,8 +173,8 @@ def names_in(expr: syntax.Expr) -> Iterator[str]:
         case syntax.Unary():
             yield from names_in(expr.operand)
         case syntax.Binary():
-            yield from names_in(expr.left)
-            yield from names_in(expr.right)
+            for part in expr.operands():
+                yield from names_in(part)
         case syntax.Conditional():
             for part in (expr.condition, expr.yes, expr.no):
                 yield from names_in(part)

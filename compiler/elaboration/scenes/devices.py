@@ -98,8 +98,8 @@ def _members(expr: syntax.Expr) -> Iterator[tuple[str, str]]:
         case syntax.Unary():
             yield from _members(expr.operand)
         case syntax.Binary():
-            yield from _members(expr.left)
-            yield from _members(expr.right)
+            for operand in expr.operands():
+                yield from _members(operand)
         case syntax.Conditional():
             for part in (expr.condition, expr.yes, expr.no):
                 yield from _members(part)
