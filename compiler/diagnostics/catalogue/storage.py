@@ -101,7 +101,7 @@ def initial_unusable(
     What: no state was found that gives the initial effort or flow.
     Why: the element's law does not reach the value, or the variable follows from rates of change
     instead of charges and momenta: the effort of an IC whose energy holds the momentum, or the
-    flow of a J1 that only C determine.
+    flow of a J1 that only C determine, or a force that closes a chain of rigid connections.
     Example: `C(e0 = 3) { e = 2*tanh(q); }`
     Way out: give `q0` of a C or `p0` of an I, or a value that the law reaches.
     """

@@ -117,8 +117,10 @@ def _given(
 ) -> Given:
     final, value = resolver.resolve_all([node, initial.value])
     found = Given(final, Condition({}, value, name, initial))
-    if not variables.speeds.keys().isdisjoint(variables.dag.reachable([final])):
-        variable = f"{initial.variable}0"  # the speed of a free motion follows from rates
+    held = set(variables.dag.reachable([final]))
+    if held & variables.speeds.keys() or held & set(variables.multipliers):
+        # The speed of a free motion follows from rates, and so does a force that closes a chain.
+        variable = f"{initial.variable}0"
         raise BgError(
             [storage_messages.initial_unusable(initial.span, name, variable, of_junction=True)]
         )
