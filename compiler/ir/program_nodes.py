@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from bgc.algebra.dag import Dag, Level
+from bgc.algebra.dag import Dag, Level, Op
 from bgc.ir.graph import Matrix, Node
-from bgc.ir.program import Closures, Program
+from bgc.ir.program import Closures, Divisor, Program
 
 
 def program_roots(program: Program) -> list[Node]:
@@ -27,13 +27,37 @@ def program_roots(program: Program) -> list[Node]:
 
 
 def without_unused_divisors(program: Program) -> Program:
-    """Remove the divisors that are in no other node of the program, or no longer vary."""
+    """Remove the divisors that are in no other node of the program, or no longer vary.
+
+    The quotient by a divisor may divide by a part of it: `a / -b` is `-(a / b)`. Then that part
+    takes its place.
+    """
     if not program.divisors:
         return program
-    used = set(program.dag.reachable(program_roots(replace(program, divisors=()))))
-    level = program.dag.level
-    left = (d for d in program.divisors if d.node in used and level[d.node] > Level.PARAM)
-    return replace(program, divisors=tuple(left))
+    dag = program.dag
+    used = set(dag.reachable(program_roots(replace(program, divisors=()))))
+    below = {dag.b[node] for node in used if dag.op[node] == Op.DIV}
+    left: dict[Node, Divisor] = {}
+    for divisor in program.divisors:
+        parts = [divisor.node] if divisor.node in used else _factors_below(dag, divisor.node)
+        for node in parts:
+            if dag.level[node] > Level.PARAM and (node == divisor.node or node in below):
+                left.setdefault(node, replace(divisor, node=node))
+    return replace(program, divisors=tuple(left.values()))
+
+
+def _factors_below(dag: Dag, node: Node) -> list[Node]:
+    """The divisors of the factors of `1 / node`."""
+    found: list[Node] = []
+    stack = [dag.div(dag.one, node)]
+    while stack:
+        top = stack.pop()
+        if dag.op[top] == Op.DIV:
+            found.append(dag.b[top])
+            stack.append(dag.a[top])
+        elif dag.op[top] in (Op.NEG, Op.MUL):
+            stack.extend(dag.operands(top))
+    return found
 
 
 def without_settled_jumps(program: Program) -> Program:

@@ -13,6 +13,7 @@ POLES = {
     "bare": ("the inertia of `mass`", "`angle`", math.pi / 2),
     "resisted": ("a divisor of the algebraic loop", "`angle`", math.pi / 2),
     "divided": ("a divisor of the algebraic loop at `brake.f`", "`left`", 2.0),
+    "touched": ("a divisor of the algebraic loop at `brake.f`", "`left`", 1.0),
 }
 
 
