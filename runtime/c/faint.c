@@ -48,7 +48,6 @@ static void enter(bgc_data *d, int i, int phase, double limit) {
 
 /* Forgets all states that fell. */
 void bgc_reset_faint(const bgc_model *m, bgc_data *d) {
-    memset(d->faint_low, 0, (size_t)m->n_state * sizeof(double));
     for (int i = 0; i < m->n_state; i++) {
         enter(d, i, NEVER_ABOVE, 0.0);
         d->faint[i].grown = -INFINITY;
