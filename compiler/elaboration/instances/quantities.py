@@ -49,6 +49,7 @@ from bgc.values.units import (
 )
 from bgc.values.value import Shape, Value, describe_shape
 
+_FIXED = frozenset({"param", "const", "state", "unknown"})
 _COMPONENT = re.compile(r"\[[\d, ]+\]$")
 
 
@@ -251,13 +252,13 @@ class Quantities:
     def _with_variation(self, quantity: Quantity, value: Value) -> Value:
         """Add a parameter to each component of an input; it has the component's name."""
         if quantity not in self._variations:
-            first, text = len(self.parameters), quantity.declaration.unit
-            declared = parse_unit(text) if text else None
+            first = len(self.parameters)
             for k, index in enumerate(indices(value.shape)):
                 name, unit = component_name(quantity.path, index), value.units[k]
-                symbol = declared.symbol if declared else si_symbol(unit) if unit else ""
                 span, zero = quantity.declaration.name_span, self.world.dag.zero
-                self.parameters.append(Parameter(first + k, name, symbol, zero, None, None, span))
+                self.parameters.append(
+                    Parameter(first + k, name, si_text(unit), zero, None, None, span)
+                )
             added = range(first, len(self.parameters))
             nodes = tuple(self.world.dag.symbol(Kind.PARAM, k) for k in added)
             self._variations[quantity] = nodes
