@@ -164,3 +164,14 @@ def test_the_hydraulic_crane_starts_in_equilibrium_and_closes_its_energies():
     assert np.ptp(result["stroke"][before], axis=0).max() < 2e-4
     assert np.diff(result["energy.dissipated"]).min() > -1e-3
     assert np.abs(result["energy.residual"]).max() < 1e-7 * result.counts["exchanged"]
+
+
+def test_thrown_valves_and_end_stops_keep_the_step_of_a_millisecond(load):
+    model = load("knuckle_boom", "thrown")
+    exact = model.simulate(solver="rodas5p", rtol=1e-7)
+    stroke = exact["stroke"]
+    assert (stroke.max(axis=0) > 1.6).any() and (stroke.min(axis=0) < 0).any(), "on both stops"
+    assert (stroke > -0.01).all() and (stroke < 1.611).all()
+    result = model.simulate()
+    assert np.abs(result["stroke"] - stroke).max() < 1e-4
+    assert np.abs(result["energy.residual"]).max() < 1e-3 * result.counts["exchanged"]
