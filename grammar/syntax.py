@@ -326,6 +326,25 @@ class When:
 
 
 @dataclass(frozen=True, slots=True)
+class Next:
+    """`next(x) = ...;` in a sampled part: the value of a state from this instant on."""
+
+    target: Expr
+    value: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """`sample period offset time { items }`: evaluated at offset + k period, held in between."""
+
+    period: Expr
+    offset: Expr | None
+    items: tuple[Item, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class For:
     """`for i in first..last { items }`, unrolled at compile time."""
 
@@ -358,6 +377,8 @@ Item: TypeAlias = (
     | Assert
     | Shape
     | When
+    | Sample
+    | Next
     | For
     | If
 )

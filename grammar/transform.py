@@ -182,6 +182,10 @@ class _Transform(ExpressionTransform):
                 return self._assertion(tree)
             case "shape":
                 return self._shape(tree)
+            case "sample":
+                return self._sample(tree)
+            case "next":
+                return syntax.Next(*self._two_sides(tree))
             case "when":
                 return self._when(tree)
             case "for":
@@ -278,6 +282,16 @@ class _Transform(ExpressionTransform):
             None if colour is None else unquoted(colour),
             span if colour is None else self.token_span(colour),
             span,
+        )
+
+    def _sample(self, tree: ParseTree) -> syntax.Sample:
+        children: list[Any] = tree.children
+        _, period, _, offset, block = children
+        return syntax.Sample(
+            self.expression(period),
+            self._optional_expression(offset),
+            self._block(block),
+            self.span(tree),
         )
 
     def _when(self, tree: ParseTree) -> syntax.When:

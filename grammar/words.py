@@ -275,6 +275,37 @@ _STATEMENTS = (
         Reserved.NOWHERE,
     ),
     Word(
+        "sample",
+        "A part that computes at instants, as a digital controller does.",
+        ("model",),
+        "a sampled part is `sample period offset time { .. }`",
+        (
+            "Its instants are offset + k period, k = 0, 1, ..; without `offset` the first is at "
+            "time 0. At each instant all is evaluated with the values before it. Outputs are the "
+            "model's and are held in between; until the first instant they are 0.",
+        ),
+        "sample 10 ms {\n  state i = 0;\n  next(i) = i + error;\n  output u = 2*error + i;\n}",
+        ("next", "offset", "when"),
+        Reserved.NOWHERE,
+    ),
+    Word(
+        "next",
+        "The value of a state of a sampled part from an instant on.",
+        (),
+        "the next value of a sampled state is `next(x) = value;`",
+        ("The value reads all states and outputs as they are before the instant.",),
+        "sample 10 ms {\n  state i = 0;\n  next(i) = i + 1;\n}",
+        ("sample", "state"),
+        Reserved.NOWHERE,
+    ),
+    Word(
+        "offset",
+        "Stands before the first instant of a sampled part.",
+        example="sample 10 ms offset 2 ms { }",
+        related=("sample",),
+        reserved=Reserved.NOWHERE,
+    ),
+    Word(
         "when",
         "Resets states at the instant at which a condition becomes true.",
         ("model",),
@@ -623,6 +654,7 @@ BLOCK_OF = {
     "IF": "model",
     "ELSE": "model",
     "WHEN": "when",
+    "SAMPLE": "model",
     "SCENE": "scene",
     "DOMAIN": "domain",
     "PSEUDO": "domain",

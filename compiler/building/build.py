@@ -65,6 +65,7 @@ _OPTIONAL = {
     "devices": ("devices", "drivers/"),
     "events": ("events", "modes"),
     "jumps": ("jumps",),
+    "sampled": ("sampled",),
     "start": ("start",),
     "timed": ("timed",),
     "watch": ("watch",),

@@ -94,7 +94,9 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Places:
-    """The places of a model's assertions, switches, divisors and jumps, in the order of its tables.
+    """The places of a model's assertions, switches, divisors, jumps and held values.
+
+    All are in the order of its tables.
 
     `start` names the elements whose initial values the runtime solves for; `loops` are the
     algebraic loops that it solves, each with the names of its states and of its elements.
@@ -106,6 +108,7 @@ class Places:
     start: tuple[str, ...] = ()
     loops: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = ()
     jumps: tuple[Place, ...] = ()
+    held: tuple[Place, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,7 @@ from bgc.elaboration.instances.quantities import Quantities, component_name, ind
 from bgc.elaboration.instances.tree import Instance, Quantity
 from bgc.elaboration.instances.world import Edits, World
 from bgc.elaboration.laws.elements import read_elements
+from bgc.elaboration.laws.sampled import read_sampled, refuse_held_early
 from bgc.elaboration.laws.statements import (
     collect_assignments,
     evaluate_parameters,
@@ -141,6 +142,7 @@ def _elaborate(
     evaluate_values(world, wiring, carried)
     elements = read_elements(world, wiring, bonds, scalars)
     statements = read_statements(world, wiring)
+    held, rates = read_sampled(world, wiring)
     observed = read_observed(world, scene, root)
     if scene.implicit:
         observed = _observe_all(world, bonds, wiring, root)
@@ -151,7 +153,7 @@ def _elaborate(
     facts = read_facts(world, scene, observed, rest.facts if rest else None)
     _check_world(world, root)
     drawn = read_shapes(world, bonds, wiring, shapes and not report.errors)
-    contents = (elements, statements.states, statements.equations, observed.columns)
+    contents = (elements, statements.states, statements.equations, held, observed.columns)
     if not report.errors and not any(contents):
         span = scene.model.syntax.name_span
         report.add(messages.nothing_to_compute(span, scene.model.syntax.name))
@@ -168,6 +170,8 @@ def _elaborate(
         guards=statements.guards,
         conditions=statements.conditions,
         jumps=statements.jumps,
+        held=held,
+        rates=rates,
         observations=(
             *_with_hidden(observed.observations, requirements, rest),
             *drawn.observations,
@@ -183,6 +187,7 @@ def _elaborate(
         ),
         shapes=tuple(drawn.uses),
     )
+    refuse_held_early(graph)
     return replace(graph, guards=(*graph.guards, *guards_of_tables(graph)))
 
 
@@ -253,7 +258,8 @@ def _observe_all(world: World, bonds: BondValues, wiring: Wiring, root: Instance
                         Observation(label, si_text(unit), value.nodes[k], element.span, shown)
                     )
     outputs = [m for m in root.members.values() if isinstance(m, Quantity) and m.kind == "output"]
-    for quantity in (*world.quantities.states, *outputs):
+    sampled = (q for q in world.quantities.held if q.kind == "state")
+    for quantity in (*world.quantities.states, *sampled, *outputs):
         if quantity.value is None:
             continue  # its evaluation failed, which has been reported
         components = zip(indices(quantity.value.shape), quantity.value.components, strict=True)

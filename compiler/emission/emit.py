@@ -181,6 +181,7 @@ def _needed_parts(lowered: Lowered) -> frozenset[str]:
         "devices": bool(program.devices),
         "events": bool(lowered.switches),
         "jumps": bool(program.jumps),
+        "sampled": bool(program.held),
         "start": program.start is not None,
         "timed": lowered.ranges is not None,
         "watch": bool(lowered.watches),
@@ -281,6 +282,7 @@ def _about(lowered: Lowered) -> list[str]:
         for device in program.devices
         for channel, component in device.inputs
     ]
+    inputs += [_with_unit(held.name, held.unit) for held in program.held]
     sections = (
         ("Parameters p", [_with_unit(p.name, p.unit) for p in program.parameters]),
         ("States x", [_with_unit(s.name, s.unit) for s in program.states]),

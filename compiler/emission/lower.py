@@ -88,7 +88,7 @@ def _with_stored_mass(program: Program, jacobian: Jacobian) -> Program:
 def _verify(dag: Dag, kernel: Kernel) -> None:
     """Assert that a kernel's nodes depend on its arguments only."""
     arguments = {*kernel.inputs, *(kernel.results if kernel.in_place else ())}
-    if "s" in arguments:
+    if "s" in kernel.inputs:
         held = {
             s.kind for s in map(dag.symbol_of, dag.reachable(s.node for s in kernel.stores)) if s
         }
@@ -143,6 +143,7 @@ def _kernels(
         *_step_kernels(program, jacobian),
         *_event_kernels(program, switches),
         *_jump_kernels(program, switches),
+        *_sampled_kernels(program),
         *_setup_kernels(program),
         *_start_kernels(program),
     )
@@ -282,6 +283,33 @@ def _jump_kernels(program: Program, switches: tuple[Switch, ...]) -> Iterator[Ke
         f"{_RUNNING} r",
         "z",
         _stores("z", _edge_rates(program, [s for s in switches if s.of_jump])),
+    )
+
+
+def _sampled_kernels(program: Program) -> Iterator[Kernel]:
+    """The kernels of sampled parts, if there are any."""
+    if not program.held:
+        return
+    yield _kernel(
+        "sampling",
+        "The period and the offset of each rate.",
+        "h",
+        "s",
+        _stores("s", (node for rate in program.rates for node in (rate.period, rate.offset))),
+    )
+    yield _kernel(
+        "held_start",
+        "The values that sampled parts hold at the start.",
+        "h t u",
+        "z",
+        _stores("z", (held.initial for held in program.held)),
+    )
+    yield _kernel(
+        "held",
+        "The values that sampled parts hold from an instant on.",
+        _RUNNING,
+        "z",
+        _stores("z", (held.update for held in program.held)),
     )
 
 

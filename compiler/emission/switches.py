@@ -96,6 +96,7 @@ def places_of(lowered: Lowered) -> Places:
             if loop.solution is LoopSolution.NEWTON
         ),
         jumps=tuple(Place(jump.span) for jump in lowered.program.jumps),
+        held=tuple(Place(held.span, (held.name,)) for held in lowered.program.held),
     )
 
 

@@ -100,6 +100,13 @@ def model_tables(
         indices("edge_switch", [k for k, s in enumerate(lowered.switches) if s.of_jump])
         fields.append(("n_jump", str(len(program.jumps))))
         fields.append(("n_edge", str(sum(s.of_jump for s in lowered.switches))))
+    if program.held:
+        indices("held_input", [held.index for held in program.held])
+        indices("held_rate", [held.rate for held in program.held])
+        fields.append(("n_held", str(len(program.held))))
+        fields.append(("n_rate", str(len(program.rates))))
+    if program.slots:
+        fields.append(("n_slot", str(program.slots)))
     if program.start is not None:
         table("start_guess", "double ", [number(x) for x in program.start.guess])
         fields.append(("n_start", str(len(program.start.guess))))

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from bgc.algebra.dag import Kind
+from bgc.algebra.dag import Kind, Level
 from bgc.equations.audit import assert_power_balance
 from bgc.equations.closures.close import close_chains
 from bgc.equations.closures.multipliers import closing_rows
@@ -81,6 +81,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     energy = (dag.zero,) * 3 if accounts is None else resolver.resolve_all(accounts.nodes)
     outputs = _with_outputs(graph, resolver)
     resolver.resolve_all(unknown for _, unknown in variables.equations)  # none is ill-posed
+    held = tuple(replace(h, update=resolver.resolve(h.update)) for h in graph.held)
     jumps = resolve_jumps(graph, resolver, numbers, stored)
     divisors = [replace(d, node=resolver.resolve(d.node)) for d in variables.raw_divisors]
     closing = closing_rows(variables, resolver)
@@ -91,7 +92,7 @@ def derive_equations(causal: CausalGraph) -> Program:
         parameters=graph.parameters,
         states=_with_closed_initials(graph, states),
         mass=_mass(graph, len(stored), len(states), rows),
-        inputs=sum(len(device.inputs) for device in graph.devices) + graph.varied,
+        inputs=sum(len(device.inputs) for device in graph.devices) + graph.varied + len(graph.held),
         observations=outputs.observations,
         requirements=outputs.requirements,
         devices=outputs.devices,
@@ -102,6 +103,9 @@ def derive_equations(causal: CausalGraph) -> Program:
         kept=graph.kept,
         divisors=(*divisors, *variables.final_divisors),
         jumps=jumps,
+        held=held,
+        rates=graph.rates,
+        slots=len(graph.held),
         loops=tuple(resolver.loops),
         ignored_defaults=tuple(dict.fromkeys(variables.ignored_defaults)),
     )
@@ -274,6 +278,19 @@ def _positive(
     for element in elements:
         for p in positive_values(causal.graph.dag, element.storage):
             found[p.node] = p
+    level = causal.graph.dag.level
+    for rate in causal.graph.rates:
+        if level[rate.period] == Level.PARAM:
+            found[rate.period] = PositiveParameter(
+                rate.period, "the period of a sampled part must be positive", True
+            )
+        if level[rate.offset] == Level.PARAM:
+            found.setdefault(
+                rate.offset,
+                PositiveParameter(
+                    rate.offset, "the offset of a sampled part must be finite", False, finite=True
+                ),
+            )
     return tuple(found.values())
 
 

@@ -352,6 +352,33 @@ class Jump:
 
 
 @dataclass(frozen=True, slots=True)
+class SampleRate:
+    """The instants of sampled parts: `offset + k period`, k = 0, 1, .., in s; of PARAM level."""
+
+    period: Node
+    offset: Node
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """A component of a state or output of a sampled part, INPUT symbol `index` between instants.
+
+    At each instant of rate number `rate` it takes the value `update`, evaluated before all held
+    values change. A state starts at `initial`, an output at zero.
+    """
+
+    index: int
+    name: str
+    unit: str
+    initial: Node
+    update: Node
+    rate: int
+    is_state: bool
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class Observation:
     """A scalar output, named as in the header of the result (`tip[1]`).
 
@@ -482,6 +509,8 @@ class FlatGraph:
     data: tuple[DataSource, ...] = ()
     shapes: tuple[ShapeUse, ...] = ()
     jumps: tuple[Jump, ...] = ()
+    held: tuple[Held, ...] = ()
+    rates: tuple[SampleRate, ...] = ()
 
 
 def port_ends(graph: FlatGraph) -> Iterator[tuple[int, int, int]]:

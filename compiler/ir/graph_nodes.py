@@ -18,6 +18,7 @@ from bgc.ir.graph import (
     FlatGraph,
     Gyrator,
     Gyristor,
+    Held,
     Jump,
     Junction,
     Law,
@@ -25,6 +26,7 @@ from bgc.ir.graph import (
     Matrix,
     Node,
     Resistor,
+    SampleRate,
     Source,
     State,
     Storage,
@@ -63,6 +65,8 @@ def map_graph(graph: FlatGraph, dag: Dag, new: _New) -> FlatGraph:
         devices=tuple(replace(d, values=tuple(map(new, d.values))) for d in graph.devices),
         conditions=tuple(replace(c, residual=new(c.residual)) for c in graph.conditions),
         jumps=tuple(_jump(jump, new) for jump in graph.jumps),
+        held=map_held(graph.held, new),
+        rates=map_rates(graph.rates, new),
     )
 
 
@@ -76,6 +80,16 @@ def law_nodes(law: Law) -> tuple[Node, ...]:
 
     _law(law, note)
     return tuple(nodes)
+
+
+def map_held(held: tuple[Held, ...], new: _New) -> tuple[Held, ...]:
+    """Replace the nodes of held values."""
+    return tuple(replace(h, initial=new(h.initial), update=new(h.update)) for h in held)
+
+
+def map_rates(rates: tuple[SampleRate, ...], new: _New) -> tuple[SampleRate, ...]:
+    """Replace the nodes of sampling rates."""
+    return tuple(replace(r, period=new(r.period), offset=new(r.offset)) for r in rates)
 
 
 def _jump(jump: Jump, new: _New) -> Jump:

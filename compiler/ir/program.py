@@ -14,11 +14,13 @@ from bgc.diagnostics.source import Span
 from bgc.ir.graph import (
     DeviceUse,
     Guard,
+    Held,
     Matrix,
     Node,
     Observation,
     Parameter,
     Requirement,
+    SampleRate,
     SceneFacts,
 )
 from bgc.values.shown import Shown
@@ -232,4 +234,7 @@ class Program:
     ignored_defaults: tuple[str, ...] = ()  # storage whose default start contradicts given values
     closures: Closures | None = None
     jumps: tuple[StateJump, ...] = ()
+    held: tuple[Held, ...] = ()  # by sampled parts
+    rates: tuple[SampleRate, ...] = ()
+    slots: int = 0  # INPUT symbols of held values, also of those that slicing removed
     warnings: tuple[Diagnostic, ...] = ()

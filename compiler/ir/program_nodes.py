@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Level, Op
 from bgc.ir.graph import Matrix, Node
+from bgc.ir.graph_nodes import map_held, map_rates
 from bgc.ir.program import Closures, Divisor, Program
 
 
@@ -112,6 +113,8 @@ def map_program(program: Program, dag: Dag, new: Callable[[Node], Node]) -> Prog
             values=tuple((number, new(node)) for number, node in start.values),
         ),
         closures=None if program.closures is None else _closures(program.closures, new),
+        held=map_held(program.held, new),
+        rates=map_rates(program.rates, new),
         jumps=tuple(
             replace(
                 jump,

@@ -70,7 +70,9 @@ def _verify_graph(graph: FlatGraph) -> None:
     _require(places == list(range(len(places))), "storage ports are not numbered one by one")
     for element in graph.elements:
         _verify_matrix(element)
-    inputs = sum(len(device.inputs) for device in graph.devices) + graph.varied
+    inputs = sum(len(device.inputs) for device in graph.devices)
+    inputs += graph.varied + len(graph.held)
+    _verify_held(graph)
     counts = {
         Kind.PARAM: len(graph.parameters),
         Kind.TIME: 1,
@@ -92,6 +94,17 @@ def _verify_graph(graph: FlatGraph) -> None:
     observed = {observation.name for observation in graph.observations}
     others = [column for column in graph.scene.columns if column not in observed]
     _require(len(others) == len(graph.scene.accounts), "a column is not observed")
+
+
+def _verify_held(result: FlatGraph | Program) -> None:
+    """Require one INPUT symbol for each held value, and rates that exist and do not vary."""
+    indices = [held.index for held in result.held]
+    _require(len(set(indices)) == len(indices), "two held values have one symbol")
+    for held in result.held:
+        _require(0 <= held.rate < len(result.rates), "a held value has no rate")
+    for rate in result.rates:
+        level = max(result.dag.level[rate.period], result.dag.level[rate.offset])
+        _require(level <= Level.PARAM, "a sampling period varies")
 
 
 def _verify_matrix(element: Element) -> None:
@@ -176,6 +189,7 @@ def _verify_program(program: Program, modes: int = 0) -> None:
         kind = program.states[entry.row].kind
         zero = entry.value == dag.zero
         _require(kind != "algebraic" or zero, "an algebraic row has an entry in M")
+    _verify_held(program)
     for divisor in program.divisors:
         _require(dag.level[divisor.node] > Level.PARAM, "a watched divisor does not vary")
     for jump in program.jumps:

@@ -46,6 +46,8 @@ class Varied:
 class Opened:
     """A program reduced to the states that its outputs need, its inputs, and its source texts.
 
+    Jumps are left out, and sampled values are constants; `moving` is the program with both, which
+    may need more states.
     `starts_at_rest` is true where the scene has a start at rest, which the program does not hold.
     """
 
@@ -53,6 +55,7 @@ class Opened:
     inputs: tuple[Varied, ...]
     warnings: tuple[Diagnostic, ...]
     sources: tuple[str, ...]
+    moving: Program
     starts_at_rest: bool = False
 
 
@@ -102,7 +105,8 @@ def open_scene(
     selection = _Selection(tuple(inputs), bool(outputs), dict(values or {}), total)
     options = replace(options, whole=True, observe=tuple(outputs), inputs=tuple(inputs))
     stages = compile_scene(path, options, prepare=selection.applied_to, until="equations")
-    equations = replace(stages.equations, jumps=())  # a linear form holds between two jumps
+    whole = stages.equations
+    equations = _between_instants(whole)
     program = without_unread(_with_parameters(equations, selection.parameters))
     given = selection.given
     dag, new = number_values(program.dag, (*program_roots(program), *given.values()))
@@ -111,8 +115,21 @@ def open_scene(
     )
     sources = tuple(source.text for source in stages.package.sources)
     program = map_program(program, dag, new.__getitem__)
-    rest = selection.starts_at_rest
-    return Opened(program, tuple(varied), stages.warnings, sources, rest)
+    moving = program
+    if whole.jumps or whole.held:
+        moving = without_unread(_with_parameters(whole, selection.parameters))
+        dag, new = number_values(moving.dag, program_roots(moving))
+        moving = map_program(moving, dag, new.__getitem__)
+    return Opened(
+        program, tuple(varied), stages.warnings, sources, moving, selection.starts_at_rest
+    )
+
+
+def _between_instants(program: Program) -> Program:
+    """A program without jumps, whose sampled values are constants, as at one time."""
+    zero = program.dag.zero
+    held = tuple(replace(held, update=zero) for held in program.held)
+    return replace(program, jumps=(), held=held)
 
 
 @dataclass(slots=True)
@@ -144,7 +161,7 @@ class _Selection:
         defaults = _with_values(graph, self.values)
         graph = replace(graph, scene=facts, observations=observed, parameters=defaults)
         candidates = _candidates(graph)
-        first = sum(len(device.inputs) for device in graph.devices)
+        first = sum(len(device.inputs) for device in graph.devices) + len(graph.held)
         sources: dict[int, Node] = {}
         given = _given_values(graph) if self.total else {}
         chosen = _choose(candidates, self.inputs) if self.inputs else _default(candidates, given)

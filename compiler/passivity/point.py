@@ -40,6 +40,7 @@ class StartPoint:
         for device in graph.devices:
             for k in range(len(device.inputs)):
                 found[Symbol(Kind.INPUT, device.first_input + k)] = 0.0
+        found.update((Symbol(Kind.INPUT, held.index), 0.0) for held in graph.held)
         starts = {Symbol(Kind.STATE, state.index): state.initial for state in graph.states}
         for element in graph.elements:
             if isinstance(element, Storage):

@@ -106,7 +106,10 @@ def _symbols(graph: FlatGraph, nodes: tuple[Node, ...]) -> Iterator[Symbol]:
 
 
 def _device(graph: FlatGraph, index: int) -> str:
-    """The name of the device with an input channel."""
+    """The name of the held value of an INPUT symbol, or of the device with that channel."""
+    held = next((held.name for held in graph.held if held.index == index), None)
+    if held is not None:
+        return held
     return next((use.name for use in reversed(graph.devices) if use.first_input <= index), "device")
 
 

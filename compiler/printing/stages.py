@@ -160,11 +160,23 @@ def show_equations(program: Program) -> str:
                 lines([(rate, s.derivative) for rate, s in zip(left, program.states, strict=True)]),
             ),
             ("jumps", lines(_jumps(program))),
+            ("sampled", lines(_sampled(program))),
             ("observed", lines([(o.name, o.node) for o in program.observations])),
             ("energy", lines(_accounts(program))),
             ("dropped", _dropped(program)),
         )
     )
+
+
+def _sampled(program: Program) -> list[tuple[str, int]]:
+    """The rates of sampled parts, the starts of their states, and the values at an instant."""
+    found: list[tuple[str, int]] = []
+    for k, rate in enumerate(program.rates):
+        found += [(f"period {k + 1}", rate.period), (f"offset {k + 1}", rate.offset)]
+        held = [h for h in program.held if h.rate == k]
+        found += [(f"{h.name}(0)", h.initial) for h in held if h.is_state]
+        found += [(f"next({h.name})" if h.is_state else h.name, h.update) for h in held]
+    return found
 
 
 def _jumps(program: Program) -> list[tuple[str, int]]:
@@ -220,6 +232,12 @@ def symbol_names(program: Program) -> Callable[[Symbol], str]:
         for device in program.devices
         for channel, component in device.inputs
     ]
+    inputs += [held.name for held in program.held]
+    if program.slots > len(program.held):  # some of the symbols are no longer read
+        first = len(inputs) - len(program.held)
+        inputs[first:] = [f"held {k}" for k in range(program.slots)]
+        for held in program.held:
+            inputs[held.index] = held.name
     tables = {
         Kind.PARAM: [p.name for p in program.parameters],
         Kind.STATE: [s.name for s in program.states],

@@ -135,7 +135,7 @@ def flatten(items: tuple[syntax.Item, ...]) -> Iterator[syntax.Item]:
     for item in items:
         yield item
         match item:
-            case syntax.For():
+            case syntax.For() | syntax.Sample():
                 yield from flatten(item.items)
             case syntax.If():
                 yield from flatten(item.yes)

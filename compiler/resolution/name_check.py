@@ -68,7 +68,7 @@ class _Checker:
                     target=syntax.Name() as target, value=syntax.Call() as value
                 ) if target.name not in seen and self._is_type(value.function):
                     self._report.add(names.part_by_equals(item.span, target.name, value.function))
-                case syntax.Assign() | syntax.Derivative() | syntax.Project():
+                case syntax.Assign() | syntax.Derivative() | syntax.Project() | syntax.Next():
                     self.all((item.target, item.value), seen)
                 case syntax.Equation():
                     self.all((item.left, item.right), seen)
@@ -78,6 +78,9 @@ class _Checker:
                     places = (*(item.ends or ()), item.at, item.axes)
                     self.all((a.value for a in item.arguments), seen)
                     self.all((place for place in places if place is not None), seen)
+                case syntax.Sample():
+                    self.all((item.period, *((item.offset,) if item.offset else ())), seen)
+                    self.items(item.items, seen)
                 case syntax.When():
                     self.expression(item.condition, seen)
                     for reset in item.resets:

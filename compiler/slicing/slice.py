@@ -53,7 +53,8 @@ def slice_program(program: Program) -> Program:
 
 def without_unread(program: Program) -> Program:
     """Remove the states that reach none of the outputs."""
-    reached = _reached(program, _roots(program))
+    reached, held = _reached(program, _roots(program))
+    program = _with_held(program, held)
     unread = [k for k in range(len(program.states)) if k not in reached]
     return _without(program, dict.fromkeys(unread, Reason.UNREAD), {})
 
@@ -72,11 +73,19 @@ def _roots(program: Program) -> list[Node]:
         for index, state in enumerate(program.states)
         if is_kept(state.name, program.kept)
     ]
+    roots += [
+        program.dag.symbol(Kind.INPUT, held.index)
+        for held in program.held
+        if is_kept(held.name, program.kept)
+    ]
     return roots
 
 
-def _reached(program: Program, roots: Sequence[Node]) -> Collection[int]:
-    """The states that the roots depend on, directly or through the equations."""
+def _reached(program: Program, roots: Sequence[Node]) -> tuple[Collection[int], Collection[int]]:
+    """The states that the roots depend on, directly or through the equations.
+
+    Also the INPUT symbols of the held values that they depend on, through sampled parts too.
+    """
     dag = program.dag
     columns: dict[int, list[int]] = {}
     for entry in program.mass or ():
@@ -85,8 +94,10 @@ def _reached(program: Program, roots: Sequence[Node]) -> Collection[int]:
     for jump in program.jumps:
         for reset in jump.resets:
             resets.setdefault(reset.state, []).extend((jump.condition, reset.value))
+    updates = {held.index: held.update for held in program.held}
     seen: set[Node] = set()
     reached: set[int] = set()
+    held: set[int] = set()
     stack = list(roots)
     while stack:
         node = stack.pop()
@@ -102,7 +113,22 @@ def _reached(program: Program, roots: Sequence[Node]) -> Collection[int]:
             stack.extend([] if state.projection is None else [state.projection])
             stack.extend(dag.symbol(Kind.STATE, k) for k in columns.get(symbol.index, ()))
             stack.extend(resets.get(symbol.index, ()))
-    return reached
+        elif symbol is not None and symbol.kind is Kind.INPUT and symbol.index in updates:
+            held.add(symbol.index)
+            stack.append(updates[symbol.index])
+    return reached, held
+
+
+def _with_held(program: Program, indices: Collection[int]) -> Program:
+    """Keep the held values of some INPUT symbols, and the rates that they have."""
+    left = [held for held in program.held if held.index in indices]
+    used = sorted({held.rate for held in left})
+    number = {old: new for new, old in enumerate(used)}
+    return replace(
+        program,
+        held=tuple(replace(held, rate=number[held.rate]) for held in left),
+        rates=tuple(program.rates[old] for old in used),
+    )
 
 
 # --- invariants -------------------------------------------------------------------------------

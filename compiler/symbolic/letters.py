@@ -27,9 +27,11 @@ class Letters:
         self.parameters = tuple(sympy.Symbol(p.name) for p in program.parameters)
         self.states = tuple(sympy.Symbol(s.name) for s in program.states)
         self.inputs = tuple(sympy.Symbol(v.name) for v in opened.inputs)
+        self.held = tuple(sympy.Symbol(held.name) for held in program.held)
         self.time = sympy.Symbol(TIME)
         found = [(x.name, x.unit) for x in opened.inputs]
         found += [(x.name, x.unit) for x in program.states]
+        found += [(x.name, x.unit) for x in program.held]
         found += [(x.name, x.unit) for x in program.parameters]
         self.units = {sympy.Symbol(name): unit for name, unit in (*found, (TIME, "s"))}
         self._of_input = _inputs_by_index(opened)
@@ -41,8 +43,8 @@ class Letters:
 
     @property
     def all(self) -> tuple[sympy.Symbol, ...]:
-        """Parameters, states, inputs and the time, in the order in which products are written."""
-        letters = (*self.parameters, *self.states, *self.inputs, self.time)
+        """Parameters, states, inputs, sampled values, time: as products are written."""
+        letters = (*self.parameters, *self.states, *self.inputs, *self.held, self.time)
         return tuple(dict.fromkeys(letters))
 
     def of(self, symbol: Symbol) -> sympy.Expr:
@@ -65,6 +67,7 @@ def _inputs_by_index(opened: Opened) -> Mapping[int, sympy.Expr]:
     for device in program.devices:
         for k, name in enumerate(channel_names(device), device.first_input):
             found[k] = sympy.Symbol(name)
+    found.update((held.index, sympy.Symbol(held.name)) for held in program.held)
     for varied in opened.inputs:
         if varied.kind != "channel":
             symbol = sympy.Symbol(varied.name)

@@ -167,6 +167,9 @@ class SymbolicSystem:
         values = default_values(dag, program.parameters)
         values[Symbol(Kind.TIME, 0)] = 0.0
         values.update((Symbol(Kind.INPUT, k), 0.0) for k in range(program.inputs))
+        starts = evaluate_nodes(dag, [held.initial for held in program.held], values)
+        for held, start in zip(program.held, starts, strict=True):
+            values[Symbol(Kind.INPUT, held.index)] = start
         for varied in self.opened.inputs:
             if varied.given is not None:
                 (value,) = evaluate_nodes(dag, [varied.given], values)

@@ -36,7 +36,8 @@ typedef enum {
     BGC_VANISHING,       /* a divisor of the equations vanishes: bgc_failed_divisor names it */
     BGC_SINGULAR_CHAIN,  /* a closed chain is at a singular position: bgc_failed_chain names it */
     BGC_OPEN_CHAIN,      /* the start does not close a chain: bgc_failed_chain names the condition */
-    BGC_ENDLESS_JUMPS    /* jumps follow each other ever faster: bgc_failed_jump names one */
+    BGC_ENDLESS_JUMPS,   /* jumps follow each other ever faster: bgc_failed_jump names one */
+    BGC_BAD_SAMPLE       /* a sampled value is not finite: bgc_failed_held names it */
 } bgc_status;
 
 typedef struct {
@@ -248,13 +249,24 @@ typedef struct bgc_model {
     void (*resets)(const double *h, double t, const double *x, const double *u, double *z, double *w);
     void (*edge_rates)(const double *h, double t, const double *x, const double *u, const double *r,
                        double *z, double *w);
+
+    /* Sampled parts. The last n_slot inputs are reserved for values that are held between instants:
+     * value k is input held_input[k]. At each instant of rate held_rate[k] it takes the result k of
+     * held(), evaluated before all changes; its start is result k of held_start(). The instants of
+     * rate r are s[2 r + 1] + i s[2 r] for i = 0, 1, .., with s from sampling(). */
+    int n_held, n_rate, n_slot;
+    const int *held_input, *held_rate;
+    void (*sampling)(const double *h, double *s, double *w);
+    void (*held_start)(const double *h, double t, const double *u, double *z, double *w);
+    void (*held)(const double *h, double t, const double *x, const double *u, double *z, double *w);
 } bgc_model;
 
 /* The emitted model. */
 const bgc_model *bgc_get_model(void);
 
-/* Jumps of the states of a model. */
+/* The number of jumps of the states of a model, and of its sampling rates. */
 int bgc_count_jumps(const bgc_model *m);
+int bgc_count_rates(const bgc_model *m);
 
 typedef struct bgc_data bgc_data;
 
@@ -284,6 +296,7 @@ int bgc_failed_divisor(const bgc_data *d);
 double bgc_failed_time(const bgc_data *d);   /* s: when that divisor vanishes */
 int bgc_failed_chain(const bgc_data *d);
 int bgc_failed_jump(const bgc_data *d);
+int bgc_failed_held(const bgc_data *d);
 /* The parts of closed chain k, and the name of condition k; NULL past the last. */
 const char *bgc_chain_name(const bgc_model *m, int k);
 const char *bgc_condition_name(const bgc_model *m, int k);

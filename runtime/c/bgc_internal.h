@@ -4,7 +4,8 @@
  *
  *   bgc_run (run.c)                modes and inputs at the present, then for each row:
  *     advance_to                     until the present is at or beyond the time of the row:
- *       bgc_sample                     devices and inputs, where a sample is due
+ *       bgc_sample                     devices and inputs, where a sample is due, and
+ *                                      bgc_take_sampled (sampled.c) at an instant of sampled parts
  *       bgc_attempt (step.c)           one attempt at a step, from d->x at d->core.t:
  *         bgc_evaluate_f                 d->f (evaluate.c)
  *         bgc_first_step                 its length, at the start (first_step.c, control.h)
@@ -95,12 +96,14 @@ typedef struct {
 
     int ready; /* a reset succeeded */
     int failed_parameter, failed_assertion, failed_state, failed_switch, failed_divisor;
-    int failed_chain, failed_jump;
+    int failed_chain, failed_jump, failed_held;
     double failed_time; /* of failed_divisor */
 
     /* Fixed steps end at origin + ticks step, samples are at origin + k period. */
     double t, origin, period;
     int64_t ticks, sample;
+    double instant;      /* the next instant of a sampled part; INFINITY: there is none */
+    double due;          /* the next instant or sample, whichever is first */
     double since_sample; /* s of computing since the last sample */
     double stop;         /* adaptive steps end there; INFINITY: nowhere */
     int step_cut;        /* an event or a sub-step has cut the fixed step under way */
@@ -191,6 +194,7 @@ struct bgc_data {
     double *change_of_mode; /* n_switch: the last change of each mode */
     double *faint_phase, *faint_from, *faint_to; /* see faint.c */
     double *faint_low, *faint_at, *faint_entered, *faint_left;
+    double *sampling, *instants; /* 2 n_rate: periods and offsets; n_rate: instants that have passed */
     double *turned;         /* n_switch: not 0 where the mode is that before a jump: how far the
                              * argument may lie beyond its edge by rounding (jumps.c) */
     double *holds;          /* n_jump: not 0 where the condition was true at the last event */
@@ -225,6 +229,7 @@ struct bgc_data {
     double *probe, *after;  /* arguments of switches */
     double *divisors;       /* BGC_SAMPLES + 1 vectors of divisors */
     double *ignored;        /* n_switch: not 0 where a change is negligible in the step under way */
+    double *held_value;     /* n_held */
     double *condition, *reset_value; /* n_jump; of all resets */
     double *edge_rate;      /* n_edge: rates of the arguments of the switches of conditions */
     double *moved;          /* n_edge: not 0 where motion, not a jump, has changed the mode */
@@ -325,6 +330,14 @@ void bgc_collocation_quadrature(const bgc_model *m, bgc_data *d, const bgc_metho
                                 double power[2]);
 
 /* --- run.c */
+
+/* The next sample of the devices, or the next instant of a sampled part if that is first. */
+static inline void bgc_schedule(bgc_core *core) {
+    const double sample = core->origin + (double)core->sample * core->period;
+
+    core->due = core->period > 0.0 && sample < core->instant ? sample : core->instant;
+}
+
 bgc_status bgc_sample(const bgc_model *m, bgc_data *d);
 
 /* --- step.c */
@@ -401,6 +414,10 @@ void bgc_perturb_by_tolerances(const bgc_model *m, const bgc_data *d, const doub
                                double *moved);
 bgc_status bgc_settle(const bgc_model *m, bgc_data *d);
 bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole);
+
+/* --- sampled.c */
+void bgc_start_sampled(const bgc_model *m, bgc_data *d);
+bgc_status bgc_take_sampled(const bgc_model *m, bgc_data *d, double slack);
 
 /* --- jumps.c */
 void bgc_reset_jumps(const bgc_model *m, bgc_data *d);

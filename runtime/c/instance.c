@@ -51,6 +51,8 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->extent = place(&l, switches);
     d->returns = place(&l, switches);
     d->change_of_mode = place(&l, switches);
+    d->sampling = place(&l, 2 * (size_t)m->n_rate);
+    d->instants = place(&l, (size_t)m->n_rate);
     d->turned = place(&l, m->n_jump > 0 ? switches : 0);
     d->holds = place(&l, (size_t)m->n_jump);
     d->jumped_at = place(&l, (size_t)m->n_jump);
@@ -113,6 +115,7 @@ static size_t place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->probe = place(&l, switches);
     d->after = place(&l, switches);
     d->ignored = place(&l, switches);
+    d->held_value = place(&l, (size_t)m->n_held);
     d->condition = place(&l, (size_t)m->n_jump);
     d->reset_value = place(&l, m->n_jump > 0 ? (size_t)m->jump_first[m->n_jump] : 0);
     d->edge_rate = place(&l, (size_t)m->n_edge);
@@ -195,6 +198,8 @@ bgc_data *bgc_new(const bgc_model *m) {
 
     d->core.failed_parameter = d->core.failed_assertion = d->core.failed_state = -1;
     d->core.failed_switch = d->core.failed_divisor = d->core.failed_chain = d->core.failed_jump = -1;
+    d->core.failed_held = -1;
+    d->core.instant = (double)INFINITY;
     bgc_default_inputs(m, d->u);
     bgc_reset_modes(m, d);
     bgc_set_param(m, d, -1, 0.0);
@@ -279,12 +284,13 @@ static void clear_run(bgc_core *core, double t) {
     core->counts = (bgc_counts){0};
     core->failed_parameter = core->failed_assertion = -1;
     core->failed_state = core->failed_switch = core->failed_divisor = -1;
-    core->failed_chain = core->failed_jump = -1;
+    core->failed_chain = core->failed_jump = core->failed_held = -1;
     core->watches_chains = core->passes_singular = 0;
     core->chain_pivot = core->next_chain_pivot = 1.0;
     core->t = core->t_old = core->t_end = core->origin = t;
     core->ticks = core->sample = core->step_cut = core->event = 0;
     core->stop = INFINITY;
+    bgc_schedule(core);
     core->f_valid = core->jac_valid = core->held = core->rejected = core->watched = 0;
     core->complex_watched = 0;
     core->complex_factorisations = 0;
@@ -366,6 +372,9 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
     if (status == BGC_OK) {
         status = bgc_read_devices(m, d);
     }
+    if (status == BGC_OK && m->n_rate > 0) {
+        bgc_start_sampled(m, d);
+    }
     if (status != BGC_OK) {
         return status;
     }
@@ -409,6 +418,8 @@ int bgc_failed_divisor(const bgc_data *d) { return d->core.failed_divisor; }
 double bgc_failed_time(const bgc_data *d) { return d->core.failed_time; }
 int bgc_failed_chain(const bgc_data *d) { return d->core.failed_chain; }
 int bgc_count_jumps(const bgc_model *m) { return m->n_jump; }
+int bgc_count_rates(const bgc_model *m) { return m->n_rate; }
+int bgc_failed_held(const bgc_data *d) { return d->core.failed_held; }
 int bgc_failed_jump(const bgc_data *d) { return d->core.failed_jump; }
 double bgc_time(const bgc_data *d) { return d->core.t; }
 double *bgc_state(bgc_data *d) { return d->x; }
@@ -469,6 +480,8 @@ const char *bgc_status_text(bgc_status s) {
         return "the start does not close a chain of rigid connections";
     case BGC_ENDLESS_JUMPS:
         return "jumps of the states follow each other ever faster";
+    case BGC_BAD_SAMPLE:
+        return "a sampled value is not finite";
     }
     return "unknown status";
 }

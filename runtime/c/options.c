@@ -92,7 +92,7 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     core->period = 0.0;
     if (fixed) {
         core->period = divides(step, m->step) ? m->step : step;
-    } else if (m->n_device > 0 || m->n_input > 0) {
+    } else if (m->n_device > 0 || m->n_input > m->n_slot) {
         core->period = m->step > 0.0 ? m->step : default_sample;
     }
 
@@ -100,6 +100,7 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     core->origin = core->t;
     core->t_old = core->t_end = core->t;
     core->ticks = core->sample = core->step_cut = 0;
+    bgc_schedule(core);
     core->dense = BGC_NO_DENSE;
     core->held = core->rejected = core->halvings = 0;
     core->pivoting = core->complex_pivoting = BGC_STATIC;

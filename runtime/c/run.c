@@ -28,14 +28,51 @@ static bgc_status apply_inputs(const bgc_model *m, bgc_data *d) {
     return status;
 }
 
-/* Reads the devices and writes commands to them, where a sample is due. */
+/* After a sample of the devices: the time of the next one. */
+static void count_sample(const bgc_model *m, bgc_core *core) {
+    core->sample++;
+    bgc_schedule(core);
+    core->counts.samples += m->n_device > 0;
+    core->counts.worst_sample_seconds = fmax(core->counts.worst_sample_seconds, core->since_sample);
+    core->since_sample = 0.0;
+}
+
+/* In a model with sampled parts: these are evaluated between reading the devices and writing to them. */
+static bgc_status sample_parts(const bgc_model *m, bgc_data *d, double slack) {
+    bgc_core *core = &d->core;
+    const int due = core->period > 0.0 &&
+                    core->t >= core->origin + (double)core->sample * core->period - slack;
+    bgc_status status = due ? bgc_read_devices(m, d) : BGC_OK;
+
+    if (status == BGC_OK && due) {
+        status = apply_inputs(m, d);
+    }
+    if (status == BGC_OK && core->t >= core->instant - slack) {
+        status = bgc_take_sampled(m, d, slack);
+        if (status == BGC_OK) {
+            status = apply_inputs(m, d);
+        }
+    }
+    if (status == BGC_OK && due) {
+        status = bgc_write_devices(m, d);
+        if (status == BGC_OK) {
+            count_sample(m, core);
+        }
+    }
+    return status;
+}
+
+/* Where a sample is due: reads the devices and writes commands to them. */
 bgc_status bgc_sample(const bgc_model *m, bgc_data *d) {
     bgc_core *core = &d->core;
-    const double due = core->origin + (double)core->sample * core->period;
+    const double slack = bgc_time_slack(core->t, core->t_old);
     bgc_status status;
 
-    if (core->period == 0.0 || core->t < due - bgc_time_slack(core->t, core->t_old)) {
+    if (core->t < core->due - slack) {
         return BGC_OK;
+    }
+    if (m->n_rate > 0) {
+        return sample_parts(m, d, slack);
     }
     status = bgc_read_devices(m, d);
     if (status == BGC_OK) {
@@ -45,11 +82,7 @@ bgc_status bgc_sample(const bgc_model *m, bgc_data *d) {
         status = bgc_write_devices(m, d);
     }
     if (status == BGC_OK) {
-        core->sample++;
-        core->counts.samples += m->n_device > 0;
-        core->counts.worst_sample_seconds =
-            fmax(core->counts.worst_sample_seconds, core->since_sample);
-        core->since_sample = 0.0;
+        count_sample(m, core);
     }
     return status;
 }

@@ -126,6 +126,14 @@ static int may_halve(const bgc_model *m, const bgc_core *core, bgc_status status
            is_too_long(core, status);
 }
 
+/* The end of a fixed step that would pass the next instant of a sampled part: that instant, or the planned
+ * end if they differ by rounding alone. */
+static double before_instant(const bgc_core *core, double planned) {
+    const double slack = bgc_time_slack(planned, planned - core->step);
+
+    return core->due < planned - slack ? core->due : planned;
+}
+
 /* From one multiple of the step to the next, or to the next event before it; in sub-steps where there is
  * a budget for them, and in halves, quarters and so on where the step is too coarse for the algebraic
  * equations. */
@@ -137,9 +145,10 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
     const int halved = core->halvings > 0 && part < grid - 1e-3 * core->step;
     const int judged = core->substeps > 1 && core->halvings == 0;
     const double planned = halved ? part : judged ? bgc_plan_substep(core, grid) : grid;
-    const double clear = bgc_limit_for_time(m, d, core->t, planned - core->t);
+    const double end = core->due < planned ? before_instant(core, planned) : planned;
+    const double clear = bgc_limit_for_time(m, d, core->t, end - core->t);
     const double stop =
-        bgc_stop_for_switch(m, d, clear < planned - core->t ? core->t + clear : planned);
+        bgc_stop_for_switch(m, d, clear < end - core->t ? core->t + clear : end);
     const int whole = !core->step_cut && stop == grid;
     double t_new = stop;
     bgc_status status;
@@ -206,14 +215,11 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
 
 /* --- steps with error control -------------------------------------------------------------- */
 
-/* The next step that is tried, which ends at the next sample at the latest. */
+/* The next step that is tried, which ends at the next sample or instant at the latest. */
 static double limit_step(const bgc_core *core, double *t_new) {
     const double h = core->max_step > 0.0 ? fmin(core->h_next, core->max_step) : core->h_next;
-    const double due = core->period > 0.0
-                           ? core->origin + (double)core->sample * core->period
-                           : (double)INFINITY;
 
-    return bgc_limit_step(core->t, h, fmin(due, core->stop), t_new);
+    return bgc_limit_step(core->t, h, fmin(core->due, core->stop), t_new);
 }
 
 /* Rejects the attempt: the next one has the length h. */

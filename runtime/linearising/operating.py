@@ -15,6 +15,7 @@ from bgc.algebra.evaluate import evaluate_nodes
 from bgc.building.built import run_facts
 from bgc.building.cache import digest_of, open_cache
 from bgc.diagnostics.catalogue.analysis import no_equilibrium
+from bgc.diagnostics.catalogue.samples import steady_of_sampled
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.driver import build_model, compile_scene
 from bgc.emission.emit import emit_model
@@ -86,8 +87,11 @@ class OpenedModel:
         program = self.opened.program
         inputs = np.zeros(program.inputs)
         nothing = OperatingPoint(0.0, np.zeros(len(program.states)), inputs)
+        held = self._numbers([h.initial for h in program.held], self._values(nothing))
+        inputs[[h.index for h in program.held]] = held
         state = self._numbers([s.initial for s in program.states], self._values(nothing))
-        point = self.projected(OperatingPoint(0.0, self._at_rest(state), inputs))
+        state = self._at_rest(state, [s.name for s in program.states])
+        point = self.projected(OperatingPoint(0.0, state, inputs))
         in_mass = self.mass() != 0
         rows = np.logical_not(np.logical_or.reduce(in_mass, axis=1))
         columns = np.logical_not(np.logical_or.reduce(in_mass, axis=0))
@@ -96,7 +100,7 @@ class OpenedModel:
         block = _Block(self, point, rows, columns)
         return block.solved(*find_zero(block.rates, block.slope, block.start))
 
-    def _at_rest(self, state: Array) -> Array:
+    def _at_rest(self, state: Array, state_names: Sequence[str]) -> Array:
         """The initial state, or that of the scene's start at rest; by the names of the states."""
         if not self.opened.starts_at_rest:
             return state
@@ -104,20 +108,31 @@ class OpenedModel:
         model = LoadedModel(compile_scene(self._path, options).built, self._folder)
         instance = model.instance_at(None, 0.0, self._values_given)
         found = dict(zip((s.name for s in model.states), instance.state.tolist(), strict=True))
-        names = (s.name for s in self.opened.program.states)
-        return np.array([found.get(n, x) for n, x in zip(names, state.tolist(), strict=True)])
+        pairs = zip(state_names, state.tolist(), strict=True)
+        return np.array([found.get(name, value) for name, value in pairs])
 
     def at_time(self, time: float) -> OperatingPoint:
         """Simulate to a time, s; take the state and the device inputs then."""
-        program = self.opened.program
+        program = self.opened.moving
         emitted = emit_model(program, digest_of(self.opened.sources))
         built = build_model(emitted, run_facts(program.scene), Options(), (), open_cache())
-        start = self.at_start().state if self.opened.starts_at_rest else None
-        state, inputs = state_after(LoadedModel(built, self._folder), time, start)
-        return OperatingPoint(time, state, inputs)
+        model = LoadedModel(built, self._folder)
+        start = None
+        if self.opened.starts_at_rest:
+            names = [variable.name for variable in program.states]
+            start = self._at_rest(model.instance_at(None, 0.0, {}).state.copy(), names)
+        state, inputs = state_after(model, time, start)
+        place = {variable.name: k for k, variable in enumerate(program.states)}
+        places = [place[variable.name] for variable in self.opened.program.states]
+        return OperatingPoint(time, state[places], inputs)
 
     def steady(self) -> OperatingPoint:
-        """Find the equilibrium that the initial state leads to; BG082 if there is none."""
+        """Find the equilibrium that the initial state leads to; BG082 if there is none.
+
+        BG772 in a model with sampled parts, whose values would have to be found too.
+        """
+        if self.opened.program.held:
+            raise BgError([steady_of_sampled([h.name for h in self.opened.program.held])])
         point = self.at_start()
         every = np.ones(len(point.state), dtype=bool)
         block = _Block(self, point, every, every)

@@ -67,6 +67,8 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_failed_chain": (c_int, (c_void_p,)),
     "bgc_failed_jump": (c_int, (c_void_p,)),
     "bgc_count_jumps": (c_int, (_Model,)),
+    "bgc_count_rates": (c_int, (_Model,)),
+    "bgc_failed_held": (c_int, (c_void_p,)),
     "bgc_chain_name": (c_char_p, (_Model, c_int)),
     "bgc_condition_name": (c_char_p, (_Model, c_int)),
     "bgc_time": (c_double, (c_void_p,)),
@@ -108,6 +110,11 @@ class Library:
     def has_jumps(self) -> bool:
         """Whether states of the model jump."""
         return bool(self.functions.bgc_count_jumps(self.pointer))
+
+    @property
+    def is_sampled(self) -> bool:
+        """Whether the model has sampled parts."""
+        return bool(self.functions.bgc_count_rates(self.pointer))
 
     def _declare(self, name: str, result: Any, arguments: tuple[Any, ...]) -> None:
         function = getattr(self.functions, name)
@@ -275,6 +282,11 @@ class Instance:
     def failed_jump(self) -> int:
         """Index of a jump that repeats without end, -1 if none does."""
         return int(self._ask("bgc_failed_jump"))
+
+    @property
+    def failed_held(self) -> int:
+        """Index of a sampled value that is not finite, -1 if none is."""
+        return int(self._ask("bgc_failed_held"))
 
     @property
     def failed_divisor(self) -> int:

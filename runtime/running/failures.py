@@ -83,6 +83,9 @@ def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Di
             return run.open_chain(instance.failed_condition)
         case Status.ENDLESS_JUMPS:
             return run.endless_jumps(time, _at(places.jumps, instance.failed_jump).span)
+        case Status.BAD_SAMPLE:
+            place = _at(places.held, instance.failed_held)
+            return run.bad_sample(time, place.states, place.span)
         case Status.OK | Status.BAD_ARGUMENT:
             raise AssertionError(f"the runtime returned {status.name}")
         case _:

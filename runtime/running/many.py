@@ -8,9 +8,9 @@ the batch where a law is undefined, an assertion does not hold, or static pivots
 then run alone, as by `simulate`, which also explains its errors.
 
 All instances are run one by one, on all processors, where batches are not supported: algebraic
-equations, jumps of states, closed chains of rigid connections, methods other than Rosenbrock and
-explicit ones, such as `radau5`, and models so large that their iteration matrices are factorised in
-loops. `Ensemble.alone` has the reason.
+equations, sampled parts, jumps of states, closed chains of rigid connections, methods other than
+Rosenbrock and explicit ones, such as `radau5`, and models so large that their iteration matrices
+are factorised in loops. `Ensemble.alone` has the reason.
 """
 
 from __future__ import annotations
@@ -282,6 +282,7 @@ def _why_alone(model: LoadedModel, method: Method, count: int, vectorised: bool)
         "the model has no states": info.n_state == 0,
         "the model has algebraic equations": len(rates) < info.n_state,
         "a divisor of the equations is watched": info.n_divisor > 0,
+        "the model has sampled parts": model.library.is_sampled,
         "the states of the model jump": model.library.has_jumps,
         "the model has closed chains of rigid connections": model.library.has_chains,
         f"`{method.name}` is not a Rosenbrock or explicit method": not (solver and solver.lanes),

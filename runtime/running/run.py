@@ -207,6 +207,7 @@ def set_method(instance: Instance, method: Method, accounts: bool) -> Status:
     model = instance.library.model
     unsupported = (
         (model.n_device > 0, "it reads a device"),
+        (instance.library.is_sampled, "it has sampled parts"),
         (model.n_input > 0, "its inputs are written while it runs"),
         (model.n_mass > 0, "its rates are coupled, or it has algebraic equations"),
         (model.n_state == 0, "it has no states"),

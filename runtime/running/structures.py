@@ -37,6 +37,7 @@ class Status(IntEnum):
     SINGULAR_CHAIN = 16
     OPEN_CHAIN = 17
     ENDLESS_JUMPS = 18
+    BAD_SAMPLE = 19
 
 
 class ParamInfo(ctypes.Structure):

@@ -39,6 +39,8 @@ CODES = {
     Status.VANISHING: "BG725",
     Status.SINGULAR_CHAIN: "BG735",
     Status.OPEN_CHAIN: "BG736",
+    Status.ENDLESS_JUMPS: "BG770",
+    Status.BAD_SAMPLE: "BG771",
 }
 
 
@@ -51,6 +53,8 @@ def instance(failed_state=0):
         failed_parameter=0,
         failed_switch=0,
         failed_divisor=0,
+        failed_jump=0,
+        failed_held=0,
         failed_time=1.25,
         failed_chain="crank, rod",
         failed_condition="weld.gap[1]",

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TypeVar
 
-from bgc.diagnostics.catalogue import graph, laws, names, slots
+from bgc.diagnostics.catalogue import graph, laws, names, samples, slots
 from bgc.diagnostics.catalogue import widths as width_messages
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import already_reported
@@ -18,6 +18,8 @@ from bgc.elaboration.instances.faces import Face
 from bgc.elaboration.instances.fills import as_type_use
 from bgc.elaboration.instances.limits import MAX_DEPTH, MAX_PARTS, MAX_TURNS, MAX_WIDTH
 from bgc.elaboration.instances.notes import note, note_of
+from bgc.elaboration.instances.sampled import enter_sampled
+from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.tree import (
     Element,
     Environment,
@@ -243,7 +245,7 @@ class Builder:
                 first = self.world.whole(item.first, env, "the start", -MAX_TURNS, MAX_TURNS)
                 last = self.world.whole(item.last, env, "the end", -MAX_TURNS, MAX_TURNS)
                 for turn in range(first, last + 1):
-                    self._count_turn(item)
+                    self.count_turn(item)
                     inside = env.nested()
                     inside.locals[item.variable] = Value.scalar(self.world.dag.const(turn))
                     self._register(item.items, inside, arguments, in_loop=True)
@@ -266,10 +268,15 @@ class Builder:
                 instance.shapes.append((item, env))
             case syntax.When():
                 instance.whens.append((item, env))
+            case syntax.Sample():
+                enter_sampled(self, instance, item, env)
+            case syntax.Next():
+                raise BgError([samples.next_of_what(item.target.span, path_of(item.target))])
             case syntax.Value() | syntax.Port():
                 raise AssertionError("values and ports are entered first")
 
-    def _count_turn(self, loop: syntax.For) -> None:
+    def count_turn(self, loop: syntax.For) -> None:
+        """Count an iteration of a loop; BgError where there are too many."""
         self._turns += 1
         if self._turns > MAX_PARTS:
             raise self._too_many(loop.span)
@@ -311,7 +318,7 @@ class Builder:
             if driven is not None and given is not None:
                 self._report(names.given_twice(driven.span, path, given.span), env)
             given = driven or given
-        self._enter(instance, item.name, Quantity(path, item, env, given, parts), item.name_span)
+        self.enter(instance, item.name, Quantity(path, item, env, given, parts), item.name_span)
 
     def _register_port(self, item: syntax.Port, env: Environment) -> None:
         instance = env.instance
@@ -320,7 +327,7 @@ class Builder:
         outer = Face(path, item.name_span, junction=False)
         inner = Face(path, item.name_span, junction=False)
         port = PortEntry(path, item, env, instance, outer, inner)
-        self._enter(instance, item.name, port, item.name_span)
+        self.enter(instance, item.name, port, item.name_span)
 
     def _register_part(
         self, item: syntax.Part, env: Environment, arguments: Mapping[str, Given]
@@ -328,7 +335,7 @@ class Builder:
         instance = env.instance
         assert instance is not None
         pending = Pending(instance.within(item.name), item, env, arguments.get(item.name))
-        self._enter(instance, item.name, pending, item.name_span)
+        self.enter(instance, item.name, pending, item.name_span)
 
     def _register_indexed(self, item: syntax.Part, env: Environment) -> None:
         instance = env.instance
@@ -346,9 +353,10 @@ class Builder:
         path = f"{array.path}[{','.join(map(str, index))}]"
         array.parts[index] = Pending(path, item, env, None)
 
-    def _enter(
+    def enter(
         self, instance: Instance, name: str, member: Quantity | PortEntry | Pending, span: Span
     ) -> None:
+        """Enter a member into an instance; report a name that is taken."""
         present = instance.members.get(name)
         if present is not None:
             self.world.report.add(

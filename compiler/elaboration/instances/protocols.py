@@ -36,14 +36,17 @@ class Builds(Protocol):
 class Evaluates(Protocol):
     """Evaluates quantities when they are first needed.
 
-    `definitions` are the assignments to outputs and signals. `parameters`, `states` and
-    `unknowns` list those evaluated so far, in the order of their symbols.
+    `definitions` are the assignments to outputs and signals. `parameters`, `states`,
+    `unknowns` and `held` (by sampled parts) list those evaluated so far, in the order of their
+    symbols; `first_held` is the first INPUT symbol of the last.
     """
 
     parameters: list[Parameter]
     ungiven: set[int]
     states: list[Quantity]
     unknowns: list[Quantity]
+    held: list[Quantity]
+    first_held: int
     definitions: dict[Quantity, list[tuple[syntax.Assign, Environment]]]
 
     def constant(self, declared: Declared[syntax.Value], span: Span) -> Value | Namespace:

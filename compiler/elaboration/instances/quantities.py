@@ -65,7 +65,10 @@ class Quantities:
         self.ungiven: set[int] = set()  # parameters of parts that keep their declared default
         self.states: list[Quantity] = []
         self.unknowns: list[Quantity] = []
+        self.held: list[Quantity] = []
+        self.first_held = 0  # the INPUT symbols before are those of devices
         self.state_count = 0
+        self.held_count = 0
         self.unknown_count = 0
         self.definitions: dict[Quantity, list[tuple[syntax.Assign, Environment]]] = {}
         self._constants: dict[Declared[syntax.Value], Quantity] = {}
@@ -185,7 +188,7 @@ class Quantities:
             assert data is not None
             quantity.status, quantity.data = Status.DONE, data
             return data
-        fixed = quantity.kind in {"param", "state", "unknown"}
+        fixed = quantity.sampled or quantity.kind in {"param", "state", "unknown"}
         if self.world.provisional and not fixed and level_of(self.world.dag, value) is Level.STATE:
             quantity.status = Status.NEW
             self._provisional[quantity] = value
@@ -216,6 +219,8 @@ class Quantities:
 
     def _define(self, quantity: Quantity) -> Value:
         declaration = quantity.declaration
+        if quantity.sampled:
+            return self._symbols(quantity, Kind.INPUT)
         match declaration.kind:
             case "param":
                 return self._parameter(quantity)
@@ -458,7 +463,7 @@ class Quantities:
         units: tuple[Dimension | None, ...] | None = None
         if shape is None:
             shape = ()
-            if quantity.declaration.value is not None:
+            if quantity.declaration.value is not None and quantity.kind in {"state", "unknown"}:
                 start = self.start(quantity)
                 shape, units = start.shape, start.units
         count = len(indices(shape))
@@ -466,6 +471,10 @@ class Quantities:
             quantity.first = self.state_count
             self.state_count += count
             self.states.append(quantity)
+        elif kind is Kind.INPUT:
+            quantity.first = self.first_held + self.held_count
+            self.held_count += count
+            self.held.append(quantity)
         else:
             quantity.first = self.unknown_count
             self.unknown_count += count

@@ -60,8 +60,8 @@ class Quantity:
     """A named value of an instance: `param const let signal input output state unknown`.
 
     `given` replaces its default; `parts` replace single components (`set M[1, 2] = ..`).
-    `first` is the index of the first symbol of a param, state or unknown. A `const` may be `data`
-    of a file instead of a value.
+    `first` is the index of the first symbol of a param, state or unknown, or of a value that a
+    sampled part holds (`sampled`). A `const` may be `data` of a file instead of a value.
     """
 
     path: str
@@ -73,6 +73,7 @@ class Quantity:
     value: Value | None = None
     data: Namespace | None = None
     first: int = -1
+    sampled: bool = False
 
     @property
     def kind(self) -> str:
@@ -113,6 +114,20 @@ class Element:
 
 
 @dataclass(slots=True, eq=False)
+class SampledPart:
+    """A `sample` of an instance: its held values, the definitions of outputs, and its statements.
+
+    Within the block an output means its definition, outside of it the held value.
+    """
+
+    item: syntax.Sample
+    env: Environment
+    held: list[Quantity] = field(default_factory=list)
+    definitions: dict[Quantity, Quantity] = field(default_factory=dict)
+    nexts: list[tuple[syntax.Next, Environment]] = field(default_factory=list)
+
+
+@dataclass(slots=True, eq=False)
 class Instance:
     """An instance of a model.
 
@@ -136,6 +151,7 @@ class Instance:
     asserts: list[tuple[syntax.Assert, Environment]] = field(default_factory=list)
     shapes: list[tuple[syntax.Shape, Environment]] = field(default_factory=list)
     whens: list[tuple[syntax.When, Environment]] = field(default_factory=list)
+    sampled: list[SampledPart] = field(default_factory=list)
 
     @property
     def name(self) -> str:

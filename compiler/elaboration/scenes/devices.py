@@ -76,6 +76,7 @@ def declare_devices(world: World, scene: Scene) -> None:
                 next_input += _count(facts.shape)
         scene.devices[item.name] = device
         scene.env.locals[item.name] = DeviceView(world, device)
+    world.quantities.first_held = next_input
 
 
 def _channels(item: syntax.SceneItem) -> list[tuple[str, str]]:

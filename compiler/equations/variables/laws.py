@@ -161,7 +161,7 @@ def _refuse_foreign(dag: Dag, storage: Storage, own: set[Node]) -> None:
 def _in_words(kind: Kind) -> str:
     words = {
         Kind.TIME: "time",
-        Kind.INPUT: "a device's input",
+        Kind.INPUT: "a device's input or a sampled value",
         Kind.STATE: "a declared state",
         Kind.EFFORT: "an effort",
         Kind.FLOW: "a flow",

@@ -49,6 +49,7 @@ void bgc_batch_sample(bgc_batch *b) {
         d->core.t = b->t;
         d->core.t_old = b->t_old;
         d->core.sample = b->sample;
+        bgc_schedule(&d->core);
         if (bgc_sample(m, d) != BGC_OK) {
             b->active &= ~(1u << l);
         }
@@ -168,6 +169,7 @@ static void put_back(const bgc_batch *b, int l, bgc_data *d) {
     core->t = core->t_old = core->t_end = b->t_old;
     core->ticks = b->ticks;
     core->sample = b->sample;
+    bgc_schedule(core);
     core->step_cut = core->halvings = core->held = core->rejected = 0;
     core->dense = BGC_NO_DENSE;
     bgc_begin_sample(core);

@@ -1,0 +1,161 @@
+"""Read sampled parts: the values that they hold, and how each follows at an instant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from bgc.algebra.dag import Kind, Level
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.diagnostics.catalogue import names, samples
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.source import Span
+from bgc.elaboration.bonds.units import SECOND
+from bgc.elaboration.bonds.wiring import Wiring
+from bgc.elaboration.instances.checks import check_units, check_value, fit_shape, require_level
+from bgc.elaboration.instances.notes import note
+from bgc.elaboration.instances.quantities import component_names, ordinal
+from bgc.elaboration.instances.scopes import path_of
+from bgc.elaboration.instances.tree import Environment, Quantity, SampledPart
+from bgc.elaboration.instances.world import World
+from bgc.grammar import syntax
+from bgc.ir.graph import FlatGraph, Held, Junction, Node, SampleRate, Storage
+from bgc.values.units import si_text
+
+
+def read_sampled(world: World, wiring: Wiring) -> tuple[tuple[Held, ...], tuple[SampleRate, ...]]:
+    """Read the held values of all instances by their symbols, and the rates that they have."""
+    found: list[Held] = []
+    rates: dict[tuple[Node, Node], int] = {}
+    made: list[SampleRate] = []
+    for instance in wiring.instances:
+        for part in instance.sampled:
+            with world.report.collecting(note(part.env)):
+                rate = _read_rate(world, part)
+                number = rates.setdefault((rate.period, rate.offset), len(made))
+                if number == len(made):
+                    made.append(rate)
+                found += _read_held(world, part, number)
+    return tuple(sorted(found, key=lambda held: held.index)), tuple(made)
+
+
+def _read_rate(world: World, part: SampledPart) -> SampleRate:
+    """The period and offset of a sampled part."""
+    item = part.item
+    nodes = []
+    for expr, what in ((item.period, "the sampling period"), (item.offset, "the offset")):
+        if expr is None:
+            nodes.append(world.dag.zero)
+            continue
+        value = world.evaluate(expr, part.env)
+        check_value(value, (), SECOND, expr.span, what)
+        require_level(world.dag, value, Level.PARAM, expr.span, what)
+        nodes.append(value.node)
+    period, offset = nodes
+    if world.dag.level[period] == Level.CONST:
+        (seconds,) = evaluate_nodes(world.dag, [period], {})
+        if not seconds > 0:
+            raise BgError([samples.bad_period(item.period.span, seconds)])
+    return SampleRate(period, offset, item.period.span)
+
+
+def _read_held(world: World, part: SampledPart, rate: int) -> Iterator[Held]:
+    """The components of the states and outputs of a sampled part."""
+    errors = len(world.report.errors)
+    following = _read_nexts(world, part)
+    all_read = len(world.report.errors) == errors
+    for quantity in part.held:
+        symbols = world.quantities.value(quantity, quantity.declaration.name_span)
+        span = quantity.declaration.name_span
+        is_state = quantity.kind == "state"
+        if is_state:
+            initial = fit_shape(
+                world.dag, world.quantities.start(quantity), symbols.shape, span, quantity.path
+            ).nodes
+            updates = following.get(quantity, {})
+            if len(updates) < len(symbols.nodes):
+                if all_read:  # else the one that is missing has been reported
+                    name = quantity.declaration.name
+                    world.report.add(samples.state_without_next(span, name))
+                continue
+            nodes = [updates[k][0] for k in range(len(symbols.nodes))]
+        else:
+            initial = (world.dag.zero,) * len(symbols.nodes)
+            value = world.quantities.value(part.definitions[quantity], span)
+            what = f"`{quantity.declaration.name}`"
+            nodes = list(fit_shape(world.dag, value, symbols.shape, span, what).nodes)
+        labels = component_names(quantity.path, symbols.shape)
+        for k, label in enumerate(labels):
+            unit = si_text(symbols.units[k])
+            index = quantity.first + k
+            yield Held(index, label, unit, initial[k], nodes[k], rate, is_state, span)
+
+
+def _read_nexts(world: World, part: SampledPart) -> dict[Quantity, dict[int, tuple[Node, Span]]]:
+    """The next value of each component of each state, with its place."""
+    found: dict[Quantity, dict[int, tuple[Node, Span]]] = {}
+    for statement, env in part.nexts:
+        with world.report.collecting(note(env)):
+            _read_next(world, part, statement, env, found)
+    return found
+
+
+def _read_next(
+    world: World,
+    part: SampledPart,
+    statement: syntax.Next,
+    env: Environment,
+    found: dict[Quantity, dict[int, tuple[Node, Span]]],
+) -> None:
+    target = statement.target
+    base = target.base if isinstance(target, syntax.Index) else target
+    assert env.instance is not None
+    state = env.instance.members.get(base.name) if isinstance(base, syntax.Name) else None
+    if not isinstance(state, Quantity) or state.kind != "state" or state not in part.held:
+        raise BgError([samples.next_of_what(target.span, path_of(target))])
+    symbols = world.quantities.value(state, target.span)
+    places, shape = list(range(len(symbols.nodes))), symbols.shape
+    if isinstance(target, syntax.Index):
+        index = world.quantities.component_index(target, env, symbols.shape, state.path)
+        places, shape = [ordinal(index, symbols.shape)], ()
+    what, span = f"`{path_of(target)}`", statement.value.span
+    value = fit_shape(world.dag, world.evaluate(statement.value, env), shape, span, what)
+    known = found.setdefault(state, {})
+    for place, component in zip(places, value.components, strict=True):
+        check_units(component, symbols.units[place], span, what)
+        if place in known:
+            raise BgError([names.given_twice(target.span, path_of(target), known[place][1])])
+        known[place] = (component.node, target.span)
+
+
+def refuse_held_early(graph: FlatGraph) -> None:
+    """Refuse initial values and projections that depend on held values.
+
+    Raises
+    ------
+    BgError
+        BG489.
+    """
+    if not graph.held:
+        return
+    held = {h.index: h for h in graph.held}
+    early: list[tuple[Node, str, Span]] = []
+    for state in graph.states:
+        early.append((state.initial, f"the start of `{state.name}`", state.span))
+        if state.projection is not None:
+            early.append((state.projection, f"the projection of `{state.name}`", state.span))
+    for element in graph.elements:
+        if isinstance(element, Storage):
+            early += [(i.value, f"the start of `{element.name}`", i.span) for i in element.initial]
+        elif isinstance(element, Junction) and element.initial is not None:
+            given = element.initial
+            early.append((given.value, f"the start of `{element.name}`", given.span))
+    early += [(h.initial, f"the start of `{h.name}`", h.span) for h in graph.held]
+    problems = []
+    for node, what, span in early:
+        for symbol in map(graph.dag.symbol_of, graph.dag.reachable([node])):
+            if symbol is not None and symbol.kind is Kind.INPUT and symbol.index in held:
+                found = held[symbol.index]
+                problems.append(samples.held_too_early(span, found.name, what, found.span))
+                break
+    if problems:
+        raise BgError(problems)

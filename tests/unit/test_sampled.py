@@ -1,0 +1,191 @@
+"""Sampled parts in the language and in the passes: words, slicing, linear form, ensembles."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bgc
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.source import Source
+from bgc.driver import compile_scene
+from bgc.grammar import syntax
+from bgc.grammar.format import format_source
+from bgc.grammar.parse import parse
+from bgc.options import Options
+from bgc.printing.stages import show_equations
+from bgc.runtime.linearising.operating import OpenedModel
+from bgc.runtime.running.run import Method, set_method
+
+MODELS = Path(__file__).parents[1] / "models"
+
+
+def items(text: str) -> tuple[syntax.Item, ...]:
+    file, diagnostics = parse(Source("m.bg", f"model M {{ {text} }}"))
+    assert not diagnostics
+    (model,) = file.declarations
+    assert isinstance(model, syntax.Model)
+    return model.items
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sample : J1;",
+        "sample [2] : I(1);",
+        "sample -> a, b;",
+        "a, sample -> next -> offset;",
+        "sample = 2;",
+        "sample.x = next.y + offset;",
+        "next : R(1);",
+        "next = 1;",
+        "next[1] = 3;",
+        "offset : Se(1);",
+        "state sample = next;",
+        "param offset : s = 3 s;",
+    ],
+)
+def test_sample_next_and_offset_are_names(text):
+    (item,) = items(text)
+    assert not isinstance(item, syntax.Sample | syntax.Next)
+
+
+@pytest.mark.parametrize(
+    ("head", "offset"),
+    [
+        ("10 ms", None),
+        ("10 ms offset 2 ms", "2 ms"),
+        ("0.01 offset 0.002", "0.002"),
+        ("T", None),
+        ("(T) offset T/2", "T/2"),
+        ("2*sample offset offset", "offset"),
+        ("\n 1 s", None),
+    ],
+)
+def test_a_sample_begins_before_an_expression(head, offset):
+    (item,) = items(f"sample {head} {{ state i = 0; next (i) = i + 1; output next = i; }}")
+    assert isinstance(item, syntax.Sample)
+    assert (item.offset.span.text if item.offset else None) == offset
+    assert [type(inner) for inner in item.items] == [syntax.Value, syntax.Next, syntax.Value]
+
+
+def test_format():
+    text = "model M{sample  10 ms  offset 2 ms{state i=0;next( i )=i+1 ;\noutput u=- i;}}\n"
+    formatted = format_source(Source("m.bg", text))
+    assert formatted == textwrap.dedent(
+        """\
+        model M {
+          sample 10 ms offset 2 ms {
+            state i = 0;
+            next(i) = i + 1;
+            output u = -i;
+          }
+        }
+        """
+    )
+    assert format_source(Source("m.bg", formatted)) == formatted
+
+
+MODEL = """
+model M {
+  param T : s = 10 ms;
+  state x = 1;  state y = 0;  state unread = 0;
+  der(x) = -x + u;  der(y) = x;  der(unread) = y;
+  sample T {
+    state i = 3;
+    state idle = 0;
+    next(i) = i + y;
+    next(idle) = idle + unread;
+    output u = i - x;
+  }
+  sample 2*T { output other = idle; }
+}
+scene s of M { observe x; run 1 s; }
+"""
+
+
+def stages(tmp_path, text, until="slice"):
+    path = tmp_path / "m.bg"
+    path.write_text(text)
+    return compile_scene(path, Options(verify=True), until=until)
+
+
+def test_slicing_keeps_what_held_values_need(tmp_path):
+    sliced = stages(tmp_path, MODEL).sliced
+    assert [state.name for state in sliced.states] == ["x", "y"]
+    assert [held.name for held in sliced.held] == ["i", "u"] and len(sliced.rates) == 1
+    shown = show_equations(sliced)
+    assert "next(i) = y + i" in shown and "i(0) = 3" in shown and "u = i - x" in shown
+
+
+def test_a_scene_of_held_values_alone_runs(tmp_path):
+    path = tmp_path / "m.bg"
+    path.write_text(MODEL.replace("observe x;", "observe other, idle, i;"))
+    result = bgc.compile(path).simulate(0.1)
+    assert np.all(np.isfinite(result["idle"]))
+
+
+def test_models_without_sampled_parts_have_no_trace_of_them():
+    emitted = compile_scene(MODELS / "events.bg", Options("ball"), until="emit").emitted
+    assert "sampled" not in emitted.units[0].parts
+    assert not any(word in unit.text for unit in emitted.units for word in ("n_slot", "held"))
+
+
+def test_a_linear_form_takes_held_values_as_constants(tmp_path):
+    """At a time the state is that of the whole model, with its sampled parts."""
+    path = tmp_path / "m.bg"
+    path.write_text(MODEL)
+    opened = OpenedModel(path, Options(), (), ("x",))
+    linear = opened.linearise(opened.operating_point(0.05))
+    assert linear.states == ("x",)
+    np.testing.assert_array_equal(linear.A, [[-1]])
+    run = bgc.compile(path).simulate(0.05, every=0.05)
+    np.testing.assert_allclose(linear.point, run["x"][-1:], rtol=1e-6)
+    with pytest.raises(BgError, match="BG772"):
+        opened.operating_point("steady")
+
+
+def test_ensembles_run_one_by_one():
+    model = bgc.compile(MODELS / "sampled.bg", scene="control")
+    values = [0.5e-3, 1e-3, 2e-3, 3e-3]
+    many = model.simulate_many({"T": values}, 0.05, every=0.01)
+    assert many.alone == "the model has sampled parts"
+    for k, period in enumerate(values):
+        alone = model.simulate(0.05, every=0.01, parameters={"T": period})
+        np.testing.assert_array_equal(many.values[k, :, 0], alone["speed"])
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan])
+def test_a_period_must_be_positive(value):
+    model = bgc.compile(MODELS / "sampled.bg", scene="control")
+    with pytest.raises(BgError):
+        model.simulate(0.05, parameters={"T": value})
+
+
+def test_a_period_below_the_resolution_of_time_ends_the_run():
+    model = bgc.compile(MODELS / "sampled.bg", scene="control")
+    with pytest.raises(BgError, match="BG702"):
+        model.simulate(0.05, parameters={"T": 1e-18, "delay": 0.01})
+
+
+@pytest.mark.parametrize("step", [None, 0.3e-3])
+def test_a_run_in_parts_has_the_same_bits(step):
+    model = bgc.compile(MODELS / "sampled.bg", scene="control")
+    method = Method("rk4", True, step=step) if step else Method("rodas5p", False)
+    times = np.array([0.0, 1e-3, 2e-3, 2e-3, 5.1e-3, 0.0144, 0.03])
+    width = model.library.model.n_output
+    found = []
+    for parts in (False, True):
+        instance = model.parameters.instance({})
+        assert set_method(instance, method, False) == 0 and instance.reset() == 0
+        rows = np.full((len(times), width), np.nan)
+        if parts:
+            for k in range(len(times)):
+                assert instance.run(times[k : k + 1], rows[k : k + 1]) == (0, 1)
+        else:
+            assert instance.run(times, rows) == (0, len(times))
+        found.append(rows)
+    np.testing.assert_array_equal(*found)
