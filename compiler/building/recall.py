@@ -66,6 +66,8 @@ def remember(
         "assertions": [_place_to_json(place) for place in built.places.assertions],
         "switches": [_place_to_json(place) for place in built.places.switches],
         "divisors": [_place_to_json(place) for place in built.places.divisors],
+        "jumps": [_place_to_json(place) for place in built.places.jumps],
+        "held": [_place_to_json(place) for place in built.places.held],
         "start": list(built.places.start),
         "loops": [list(map(list, loop)) for loop in built.places.loops],
     }
@@ -145,6 +147,8 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
         tuple(_place_from_json(place, texts) for place in note["divisors"]),
         tuple(note["start"]),
         _tuples(note["loops"]),
+        tuple(_place_from_json(place, texts) for place in note["jumps"]),
+        tuple(_place_from_json(place, texts) for place in note["held"]),
     )
     return Built(library, RunFacts(**facts), warnings, warm=True, places=places)
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import bgc
+from bgc.building.recall import recall
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Source
 from bgc.driver import compile_scene
@@ -189,3 +190,13 @@ def test_a_run_in_parts_has_the_same_bits(step):
             assert instance.run(times, rows) == (0, len(times))
         found.append(rows)
     np.testing.assert_array_equal(*found)
+
+
+def test_a_recalled_build_has_the_places_of_jumps_and_held_values(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    path = tmp_path / "m.bg"
+    path.write_text(MODEL.replace("sample T {", "when x > 9 { reset x = 0; }\n  sample T {"))
+    first = compile_scene(path, Options()).built
+    again = recall(path, Options())
+    assert again is not None and again.places == first.places
+    assert first.places.jumps and [place.states for place in first.places.held] == [("i",), ("u",)]
