@@ -61,9 +61,9 @@ class Letters:
 
 
 def _inputs_by_index(opened: Opened) -> Mapping[int, sympy.Expr]:
-    """A letter for each INPUT symbol; zero for that which is added to a parameter."""
+    """A letter for each INPUT symbol; zero for one added to a parameter, or of a removed value."""
     program: Program = opened.program
-    found: dict[int, sympy.Expr] = {}
+    found: dict[int, sympy.Expr] = dict.fromkeys(range(program.inputs), sympy.Integer(0))
     for device in program.devices:
         for k, name in enumerate(channel_names(device), device.first_input):
             found[k] = sympy.Symbol(name)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 
 import bgc
 from bgc.building.recall import recall
@@ -19,6 +20,7 @@ from bgc.grammar.parse import parse
 from bgc.options import Options
 from bgc.printing.stages import show_equations
 from bgc.runtime.linearising.operating import OpenedModel
+from bgc.runtime.linearising.symbolic import transfer_at
 from bgc.runtime.running.run import Method, set_method
 
 MODELS = Path(__file__).parents[1] / "models"
@@ -200,3 +202,12 @@ def test_a_recalled_build_has_the_places_of_jumps_and_held_values(tmp_path, monk
     again = recall(path, Options())
     assert again is not None and again.places == first.places
     assert first.places.jumps and [place.states for place in first.places.held] == [("i",), ("u",)]
+
+
+def test_a_transfer_function_has_letters_for_held_values(tmp_path):
+    """Of `x' = -k u x` with a held u: -u x/(s + k u). Other held values are removed."""
+    path = tmp_path / "m.bg"
+    path.write_text(MODEL.replace("-x + u;", "-x*k*u;").replace("param T", "param k = 2;  param T"))
+    function, _, _ = transfer_at(path, Options(), "x", "k", None)
+    k, u, x = (sympy.Symbol(name) for name in ("k", "u", "x"))
+    assert sympy.simplify(function.expression + u * x / (function.laplace + k * u)) == 0
