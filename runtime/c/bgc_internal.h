@@ -413,6 +413,8 @@ void bgc_reset_modes(const bgc_model *m, bgc_data *d);
 void bgc_perturb_by_tolerances(const bgc_model *m, const bgc_data *d, const double *x,
                                double *moved);
 bgc_status bgc_settle(const bgc_model *m, bgc_data *d);
+
+/* --- at_events.c */
 bgc_status bgc_handle_event(const bgc_model *m, bgc_data *d, double whole);
 
 /* --- sampled.c */
