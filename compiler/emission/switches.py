@@ -6,14 +6,15 @@ which the derivatives or energies depend and which states or time can change, th
 input of the kernels (its mode), and the runtime ends a step where the mode would change. A mode of
 NaN means that the operation itself is evaluated.
 
-Left to error control are `abs(x)`, and a `sign(x)` without a jump, where a root, power or logarithm
-begins at x = 0, as in `sign(x)*sqrt(abs(x))`: its slope is infinite or undefined there, and no
-piece continues beyond. `==` is true at isolated instants only and causes no event.
+Left to error control are operations without a jump at whose threshold a root, power or logarithm
+begins, as in `sign(x)*sqrt(abs(x))` or `if x > 0 then sqrt(x) else 0`: its slope is infinite there,
+and no piece continues beyond. A step of a linearly implicit method that began there would stay
+there. `==` is true at isolated instants only and causes no event.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
@@ -28,6 +29,7 @@ from bgc.ir.program import LoopSolution, Program
 from bgc.ir.program_nodes import map_program, program_roots
 
 _JUMPS = {int(op): op.row.jump for op in Op if op.row.jump is not None}
+_PASSING = frozenset(map(int, (Op.NOT, Op.MUL, Op.NEG, Op.DIV)))
 _ROOTS = frozenset(map(int, (Op.SQRT, Op.CBRT, Op.POW, Op.LOG, Op.LOG10)))
 
 
@@ -158,19 +160,22 @@ def _with_modes(program: Program, number: Mapping[Node, int]) -> tuple[Program, 
 
 def _jumps(dag: Dag, roots: Iterable[Node], found: Iterable[Node]) -> dict[Node, bool]:
     """Whether the roots may jump where each operation changes; False if provably continuous."""
-    roots = list(roots)
+    roots = set(roots)
     sudden = [node for node in found if not ROWS[dag.op[node]].kink]
     readers: dict[Node, list[Node]] = {node: [] for node in sudden}
-    for node in dag.reachable(roots):
+    for node in dag.reachable(roots):  # operands come first
+        passing = dag.op[node] in _PASSING
         for operand in set(dag.operands(node)):
-            if operand in readers or dag.op[operand] == Op.NOT:
-                readers.setdefault(operand, []).append(node)
+            if operand in readers:
+                readers[operand].append(node)
+                if passing:
+                    readers[node] = []
     fingerprints = Fingerprints(dag)
     jumps = dict.fromkeys(found, False)
     jumps |= {
         node: node in roots
         or not any(
-            _are_continuous(dag, fingerprints, node, readers, threshold)
+            _are_continuous(dag, fingerprints, node, readers, threshold, roots)
             for threshold in _thresholds(dag, node)
         )
         for node in sudden
@@ -179,36 +184,69 @@ def _jumps(dag: Dag, roots: Iterable[Node], found: Iterable[Node]) -> dict[Node,
 
 
 def _steep(dag: Dag, roots: Iterable[Node], continuous: Iterable[Node]) -> set[Node]:
-    """The `abs` and continuous `sign` at whose zero a root, power or logarithm begins."""
-    kinks = [node for node in continuous if dag.op[node] in (Op.ABS, Op.SIGN)]
+    """The continuous operations at whose threshold a root, power or logarithm begins.
+
+    Of comparisons, `max` and `min` only those at an infinite slope: where the slope is finite, as
+    of a power of 1.5, their pieces end well.
+    """
+    kinks = [node for node in continuous if ROWS[dag.op[node]].pieces is not None]
     if not kinks:
         return set()
-    bases = {dag.a[node] for node in dag.reachable(roots) if dag.op[node] in _ROOTS}
-    below = {base: frozenset(dag.reachable([base])) for base in bases}
+    found = [node for node in dag.reachable(roots) if dag.op[node] in _ROOTS]
+    begins = {node: frozenset(dag.reachable([dag.a[node]])) for node in found}
     fingerprints = Fingerprints(dag)
+
+    def begins_at(root: Node, threshold: Mapping[Node, Node]) -> bool:
+        if begins[root].isdisjoint(threshold):
+            return False
+        return fingerprints.is_zero(*dag.substitute([dag.a[root]], threshold))
+
     return {
         node
         for node in kinks
+        for threshold in _thresholds(dag, node)
         if any(
-            dag.a[node] in below[base]
-            and fingerprints.is_zero(*dag.substitute([base], {dag.a[node]: dag.zero}))
-            for base in bases
+            begins_at(root, threshold)
+            for root in found
+            if dag.op[node] in (Op.ABS, Op.SIGN) or _has_infinite_slope(dag, root)
         )
     }
+
+
+def _has_infinite_slope(dag: Dag, root: Node) -> bool:
+    """Whether the slope of a root, power or logarithm may be infinite where its argument is 0."""
+    exponent = dag.value(dag.b[root]) if dag.op[root] == Op.POW else None
+    return exponent is None or exponent < 1
 
 
 def _thresholds(dag: Dag, node: Node) -> list[dict[Node, Node]]:
     """Substitutions for the points at which an operation changes its result."""
     a, b = dag.a[node], dag.b[node]
     match _JUMPS[dag.op[node]]:
-        case Jump.ABOVE | Jump.NOT_BELOW:
-            return [{x: y} for x, y in ((a, b), (b, a)) if dag.level[x] > Level.PARAM]
-        case Jump.SIGN:
-            return [{a: dag.zero}]
+        case Jump.ABOVE | Jump.NOT_BELOW if b >= 0:
+            pairs = [(x, y) for x, y in ((a, b), (b, a)) if dag.level[x] > Level.PARAM]
+            return [{x if y != dag.zero else _unscaled(dag, x): y} for x, y in pairs]
+        case Jump.ABOVE | Jump.NOT_BELOW | Jump.SIGN:
+            return [{_unscaled(dag, a): dag.zero}]
         case Jump.FLOOR if is_segment(dag, node):
             return [{}]  # the readers decide
         case Jump.FLOOR | Jump.CEIL | Jump.TRUNC:
             return []
+
+
+def _unscaled(dag: Dag, node: Node) -> Node:
+    """A node without a sign and factors that do not vary; both vanish together."""
+    while True:
+        a, b = dag.a[node], dag.b[node]
+        match dag.op[node]:
+            case Op.NEG:
+                node = a
+            case Op.MUL if dag.level[a] <= Level.PARAM < dag.level[b]:
+                node = b
+            case Op.MUL | Op.DIV if dag.level[b] <= Level.PARAM < dag.level[a]:
+                node = a
+            case _:
+                return node
 
 
 def _are_continuous(
@@ -217,23 +255,42 @@ def _are_continuous(
     node: Node,
     readers: Mapping[Node, list[Node]],
     threshold: Mapping[Node, Node],
+    roots: Collection[Node],
+    *,
+    signed: bool | None = None,
 ) -> bool:
-    """Whether all readers of an operation's result are continuous at its threshold."""
+    """Whether all readers of an operation's result are continuous at its threshold.
+
+    A multiple of a sign, `0.7*sign(x)` or `-sign(x)/b`, jumps as the sign does; what reads it is
+    judged in its place.
+    """
     if is_segment(dag, node):
         return all(joins(dag, node, reader) for reader in readers[node])
+    if signed is None:
+        signed = dag.op[node] == Op.SIGN
     for reader in readers[node]:
         a, b, c = dag.a[reader], dag.b[reader], dag.c[reader]
         match dag.op[reader]:
             case Op.NOT:
-                if not _are_continuous(dag, fingerprints, reader, readers, threshold):
-                    return False
+                passes = True
             case Op.SELECT if node not in (b, c):
                 if not fingerprints.equal(*dag.substitute((b, c), threshold)):
                     return False
-            case Op.MUL if dag.op[node] == Op.SIGN and a != b:
+                continue
+            case Op.MUL if signed and a != b:
                 (other,) = dag.substitute([b if a == node else a], threshold)
-                if not fingerprints.is_zero(other):
-                    return False
+                passes = not fingerprints.is_zero(other)
+            case Op.NEG if signed:
+                passes = True
+            case Op.DIV if signed and b != node:
+                passes = True
             case _:
                 return False
+        if passes and (
+            reader in roots
+            or not _are_continuous(
+                dag, fingerprints, reader, readers, threshold, roots, signed=signed
+            )
+        ):
+            return False
     return True

@@ -8,7 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 from programs import CompiledModel, at, make_program, states
+from scipy.integrate import solve_ivp
 
+import bgc
 from bgc.algebra.dag import Dag, Kind, Op
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.operation import Jump
@@ -193,3 +195,33 @@ def test_one_switch_in_the_argument_of_another(make: Maker) -> None:
     modes = {1: 3.0, 2: math.nan}  # input 0 is the program's own
     values = at([1.0], t=7.5, u=[0.0, modes[1], modes[2]])
     assert evaluate_nodes(held.dag, [switches[1].argument], values) == [1 - (7.5 - 6)]
+
+
+@pytest.mark.parametrize(
+    ("law", "back"),
+    [
+        ("0.7*sign(e)*sqrt(abs(e))", 0.7),
+        ("-sign(-e)*sqrt(abs(e))*0.7", 0.7),
+        ("0.7*sign(e)/2*2*abs(e)^0.5", 0.7),
+        ("if e > 0 then 0.7*sqrt(e) else -0.7*sqrt(-e)", 0.7),
+        ("0.7*(sqrt(max(e, 0)) - sqrt(max(-e, 0)))", 0.7),
+        ("if e > 0 then 0.7*sqrt(e) else 0", 0.0),
+        ("0.7*sqrt(max(e, 0))", 0.0),
+    ],
+)
+def test_orifices_are_crossed_however_they_are_written(law, back, tmp_path):
+    """A step that begins at the infinite slope of a root would stay there, without an error."""
+    path = tmp_path / "m.bg"
+    path.write_text(
+        "model M { feed : Sf(f = cos(2*time)); node : J0; tank : C(0.5);"
+        f"hole : R {{ f = {law}; }}"
+        "feed -> node -> tank, hole; } scene s of M { observe tank.e as e; run 6 s every 0.1 s; }"
+    )
+
+    def slope(t, e):
+        return (np.cos(2 * t) - np.where(e > 0, 0.7, -back) * np.sqrt(np.abs(e))) / 0.5
+
+    result = bgc.compile(path, preview=True).simulate()
+    exact = solve_ivp(slope, (0, 6), [0.0], t_eval=result.time, rtol=1e-9, atol=1e-10)
+    assert np.abs(result["e"] - exact.y[0]).max() < 2e-3
+    assert result.counts["steps"] < 1000 and result.counts["events"] == 0
