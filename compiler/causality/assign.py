@@ -75,7 +75,7 @@ def _sparing(graph: FlatGraph, found: CausalGraph) -> CausalGraph:
         found.class_of[end.bond]
         for row in found.rows
         for end in row.ends
-        if certifier.certify(end.coefficient) is None
+        if certifier.may_vanish(end.coefficient)
     )
     try:
         other = _assigned(graph, frozenset(), carrying)

@@ -64,6 +64,11 @@ class Certifier:
             self._known[node] = self._certify(node)
         return self._known[node]
 
+    def may_vanish(self, node: Node) -> bool:
+        """Test whether a node is never a pivot, or one only where nothing else is left."""
+        certificate = self.certify(node)
+        return certificate is None or certificate.rank is Rank.DOUBTFUL
+
     def size_in(self, node: Node, row: Iterable[Node]) -> Size | None:
         """The size of an entry as the pivot of its row; None if it may vanish."""
         certificate = self.certify(node)
