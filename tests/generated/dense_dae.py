@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import itertools
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -215,7 +216,7 @@ class Reference:
         self, x: list[float], base: np.ndarray, t: float, w: np.ndarray
     ) -> np.ndarray | None:
         """Damped Newton iterations; None where they do not converge."""
-        found = self._system(x, base, t, w)
+        found, before = self._system(x, base, t, w), np.inf
         for count in range(60):
             if count == 6 and self.generic_rank < self.m and not self._exact:
                 self._exact = True
@@ -231,7 +232,7 @@ class Reference:
                 return None
             size = 1e-9 + float(np.abs(w).max())
             change = float(np.abs(step).max()) / size
-            if change < 1e-13:
+            if change < 1e-15:
                 return w + step
             norm, share = float(np.linalg.norm(rows * r)), 1.0
             while True:
@@ -247,8 +248,10 @@ class Reference:
                 if share < 1e-4:
                     return w + step if change < 1e-9 else None
             w = w + share * step
-            if change < 1e-8:  # quadratic convergence leaves the square of it
+            # To the level of rounding: variables of other parts may be much smaller.
+            if change < 1e-9 and change > 0.2 * before:
                 return w
+            before = change
         return None
 
     def _solved(self, table: np.ndarray, target: np.ndarray) -> np.ndarray:
@@ -341,6 +344,30 @@ class Reference:
             [self.cx @ x + self.cc, rows, self._conditions(x.tolist(), z.tolist(), 0.0)]
         )
 
+    def _start_slope(self, x: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """The slope of these residuals by x and w; that of given efforts and flows differenced."""
+        z = self.zx @ x + self.z0 + (self.n @ w if self.m else 0.0)
+        tables = self._jacobians(x.tolist(), z.tolist(), 0.0)
+        by_x = np.hstack([self.cx, np.zeros((len(self.cx), self.m))])
+        parts = [by_x]
+        if self.hidden:
+            through = tables["x"] + tables["z"] @ self.zx
+            parts.append(np.hstack([through, self._by_w(tables["z"])]))
+        if self.raw.conditions:
+            rows = np.zeros((len(self.raw.conditions), self.nx + self.m))
+            for k in range(self.nx):
+                step = 1e-6 * max(abs(x[k]), 1e-3)
+                there, back = x.copy(), x.copy()
+                there[k] += step
+                back[k] -= step
+                change = np.subtract(
+                    self._conditions(there.tolist(), z.tolist(), 0.0),
+                    self._conditions(back.tolist(), z.tolist(), 0.0),
+                )
+                rows[:, k] = change / (2 * step)
+            parts.append(rows)
+        return np.vstack(parts)
+
     def _least_energy(self, x: np.ndarray, free: list[int]) -> np.ndarray:
         """Newton's method on the Lagrangian, with slopes by differences."""
         states = {s.var.index: n for n, s in enumerate(self.raw.storage)}
@@ -355,7 +382,7 @@ class Reference:
         size = len(free) + held
         for _ in range(60):
             residual = self._start_residual(x, w)
-            slope = np.zeros((len(residual), size))
+            slope = self._start_slope(x, w)[:, [*free, *range(self.nx, self.nx + held)]]
             hessian = np.zeros((size, size))
             g = np.zeros(size)
             g[: len(free)] = gradient(x)
@@ -364,16 +391,7 @@ class Reference:
                 there, back = x.copy(), x.copy()
                 there[k] += step
                 back[k] -= step
-                change = self._start_residual(there, w) - self._start_residual(back, w)
-                slope[:, n] = change / (2 * step)
                 hessian[: len(free), n] = (gradient(there) - gradient(back)) / (2 * step)
-            for n in range(held):
-                step = 1e-6
-                there, back = w.copy(), w.copy()
-                there[n] += step
-                back[n] -= step
-                change = self._start_residual(x, there) - self._start_residual(x, back)
-                slope[:, len(free) + n] = change / (2 * step)
             # Variables in units of the root of an energy, residuals in units of variables.
             curvature = np.abs(np.diag(hessian))
             size_of = 1 / np.sqrt(np.where(curvature > 0, curvature, 1.0))
@@ -419,14 +437,11 @@ class Reference:
     def _run(
         self, duration: float, count: int, rtol: float, method: str, most: float
     ) -> Trajectory:
-        from scipy.integrate import solve_ivp
-
         times = np.linspace(0.0, duration, count + 1)
         x = self.start()
         self.solve(x, 0.0)
         y = np.concatenate([x, np.zeros(3)])
         nx, s = self.nx, self.s
-
         latest = time.process_time() + most
 
         def slope(t: float, y: np.ndarray) -> np.ndarray:
@@ -437,34 +452,14 @@ class Reference:
             powers = self._powers(at.tolist(), z.tolist(), t)
             return np.concatenate([s @ z, powers])
 
-        ends = sorted(b for b in self.raw.breaks if 0 < b < duration)
-        points = [0.0, *ends, duration]
-        states = np.empty((len(times), nx + 3))
-        states[0] = y
-        # A break belongs to the stretch before it: the stretch after begins an instant later.
-        for begin, end in itertools.pairwise(points):
-            inside = [k for k, t in enumerate(times) if begin < t <= end]
-            ask = [times[k] for k in inside]
-            if not ask or ask[-1] < end:
-                ask.append(end)
-            early = begin if begin == 0 else begin * (1 + 1e-15)
-            late = end if end == duration else end * (1 - 1e-15)
-            ask = [min(max(t, early), late) for t in ask]
-            size = np.maximum(np.abs(y), 1e-3 * np.abs(y).max(initial=1e-3))
-            found = solve_ivp(
-                slope,
-                (early, late),
-                y,
-                method=method,
-                t_eval=ask,
-                rtol=rtol,
-                atol=1e-3 * rtol * size,
-            )
-            if found.status != 0 or not np.isfinite(found.y).all():
-                raise NoSolution(found.message)
-            for n, k in enumerate(inside):
-                states[k] = found.y[:, n]
-            y = found.y[:, -1]
+        # The sizes of states differ by orders of magnitude; a coarse run finds them.
+        start_w = self._w
+        size = np.maximum(np.abs(y), 1e-9)
+        coarse = self._states(slope, y, times, 1e-4, 1e-3 * size, method)
+        size = np.abs(coarse).max(axis=0)
+        size = np.where(size > 0, size, 1.0)
+        self._w = start_w
+        states = self._states(slope, y, times, rtol, 1e-3 * rtol * size, method)
         names = [name for name, _, _ in self.raw.observed]
         table = np.empty((len(times), len(names)))
         for k, at in enumerate(times):
@@ -477,6 +472,40 @@ class Reference:
         scales = {name: scale for name, _, scale in self.raw.observed}
         return Trajectory(times, columns, scales)
 
+    def _states(
+        self,
+        slope: Callable[[float, np.ndarray], np.ndarray],
+        y: np.ndarray,
+        times: np.ndarray,
+        rtol: float,
+        atol: np.ndarray,
+        method: str,
+    ) -> np.ndarray:
+        """The states at the times, integrated from one break of the sources to the next."""
+        from scipy.integrate import solve_ivp
+
+        duration = float(times[-1])
+        points = [0.0, *sorted(b for b in self.raw.breaks if 0 < b < duration), duration]
+        states = np.empty((len(times), len(y)))
+        states[0] = y
+        # A break belongs to the stretch before it: the stretch after begins an instant later.
+        for begin, end in itertools.pairwise(points):
+            inside = [k for k, t in enumerate(times) if begin < t <= end]
+            ask = [times[k] for k in inside]
+            if not ask or ask[-1] < end:
+                ask.append(end)
+            early = begin if begin == 0 else begin * (1 + 1e-15)
+            late = end if end == duration else end * (1 - 1e-15)
+            ask = [min(max(t, early), late) for t in ask]
+            options = {"method": method, "rtol": rtol, "atol": atol}
+            found = solve_ivp(slope, (early, late), y, t_eval=ask, **options)
+            if found.status != 0 or not np.isfinite(found.y).all():
+                raise NoSolution(found.message)
+            for n, k in enumerate(inside):
+                states[k] = found.y[:, n]
+            y = found.y[:, -1]
+        return states
+
 
 def _total(terms: list[Expr]) -> Expr:
     total: Expr = Num(Fraction(0))
@@ -486,12 +515,15 @@ def _total(terms: list[Expr]) -> Expr:
 
 
 def _equilibrated(table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Factors of rows and columns that bring all entries near one."""
-    rows, columns = np.ones(table.shape[0]), np.ones(table.shape[1])
-    size = np.abs(table)
-    for _ in range(5):
-        high = (rows[:, None] * size * columns).max(axis=1, initial=0.0)
-        rows /= np.sqrt(np.where(high > 0, high, 1.0))
-        high = (rows[:, None] * size * columns).max(axis=0, initial=0.0)
-        columns /= np.sqrt(np.where(high > 0, high, 1.0))
-    return rows, columns
+    """Factors of rows and columns that bring the geometric means of their entries to one.
+
+    Largest entries would not do: beside `f = 1e-9 e` stand rows `e1 = e2` and `f1 = f2`.
+    """
+    there = table != 0
+    logs = np.log(np.abs(np.where(there, table, 1.0)))
+    in_rows, in_columns = np.maximum(there.sum(axis=1), 1), np.maximum(there.sum(axis=0), 1)
+    rows, columns = np.zeros(table.shape[0]), np.zeros(table.shape[1])
+    for _ in range(12):
+        rows = -(logs + there * columns).sum(axis=1) / in_rows
+        columns = -(logs + there * rows[:, None]).sum(axis=0) / in_columns
+    return np.exp(rows), np.exp(columns)
