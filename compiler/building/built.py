@@ -13,8 +13,9 @@ from bgc.diagnostics.source import Span
 from bgc.values.shown import ShownRow
 
 if TYPE_CHECKING:  # a warm start does not import the compiler's own modules
-    from bgc.ir.graph import Observation, Parameter, Requirement, SceneFacts
+    from bgc.ir.graph import Observation, Parameter
     from bgc.ir.program import Program, ProgramState
+    from bgc.ir.scene import Requirement, SceneFacts
     from bgc.ir.shapes import ShapeUse
 
 ENERGY_ACCOUNTS = ("stored", "supplied", "dissipated", "residual")  # as rows of C have them

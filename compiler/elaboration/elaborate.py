@@ -21,9 +21,10 @@ from bgc.elaboration.bonds.values import BondValues
 from bgc.elaboration.bonds.widths import join_nets, settle_widths
 from bgc.elaboration.bonds.wiring import Wiring, wire
 from bgc.elaboration.instances.census import Census
+from bgc.elaboration.instances.components import component_name, indices
 from bgc.elaboration.instances.instantiate import Builder
 from bgc.elaboration.instances.limits import MAX_PARTS
-from bgc.elaboration.instances.quantities import Quantities, component_name, indices
+from bgc.elaboration.instances.quantities import Quantities
 from bgc.elaboration.instances.tree import Instance, Quantity
 from bgc.elaboration.instances.world import Edits, World
 from bgc.elaboration.laws.elements import read_elements
@@ -45,7 +46,8 @@ from bgc.elaboration.scenes.rest import StartAtRest, read_start
 from bgc.elaboration.scenes.run_facts import read_facts, read_kept, read_requirements
 from bgc.elaboration.scenes.scene import Scene, choose_scene
 from bgc.elaboration.scenes.shapes import read_shapes
-from bgc.ir.graph import Bond, DataSource, FlatGraph, Observation, Requirement
+from bgc.ir.graph import Bond, DataSource, FlatGraph, Observation
+from bgc.ir.scene import Requirement
 from bgc.resolution.modules import Package
 from bgc.values.units import shown_of, si_text
 

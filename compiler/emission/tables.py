@@ -8,9 +8,9 @@ from itertools import accumulate
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.emission.switches import few_states_read
 from bgc.ir.defaults import default_values
-from bgc.ir.graph import DeviceUse
 from bgc.ir.lowered import Lowered
 from bgc.ir.program import Closures, Program
+from bgc.ir.scene import DeviceUse
 
 _CHANNELS = {
     "position": "BGC_POSITION",

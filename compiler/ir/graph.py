@@ -23,6 +23,7 @@ from bgc.algebra.nodes import Matrix as Matrix
 from bgc.algebra.nodes import Node as Node
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
+from bgc.ir.scene import DeviceUse, Requirement, SceneFacts
 from bgc.ir.shapes import ShapeUse
 from bgc.language.elements import Form as Form
 from bgc.values.shown import Shown
@@ -391,88 +392,6 @@ class Observation:
     node: Node
     span: Span
     shown: Shown | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Requirement:
-    """The required accuracy (`tolerance`, absolute) of one component of an expression.
-
-    `name` is the output that contains it: a column of the scene, or an additional one.
-    """
-
-    name: str
-    unit: str
-    node: Node
-    tolerance: float
-    span: Span
-    shown: Shown | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class DeviceUse:
-    """A device of the scene: its name, driver, and the driver's options as text.
-
-    `inputs` and `commands` list the channel components in use, numbered from 1:
-    `inputs[k] = (channel, component)` is INPUT symbol `first_input + k`; `commands[k]` is given
-    by node k of `values`.
-    """
-
-    name: str
-    driver: str
-    options: tuple[tuple[str, str], ...]
-    first_input: int
-    inputs: tuple[tuple[str, int], ...]
-    commands: tuple[tuple[str, int], ...]
-    values: tuple[Node, ...]
-    span: Span
-
-
-@dataclass(frozen=True, slots=True)
-class SolverChoice:
-    """A statement `solver name(rtol = ..)`, options in SI units; `auto` chooses by measurement."""
-
-    name: str
-    options: tuple[tuple[str, float], ...]
-    span: Span
-
-
-@dataclass(frozen=True, slots=True)
-class Plot:
-    """A panel of the scene's plot: columns over the column `against`; None means over time."""
-
-    columns: tuple[str, ...]
-    against: str | None
-
-
-@dataclass(frozen=True, slots=True)
-class Rest:
-    """A start at rest: observations whose values are held, and parameters that are varied."""
-
-    hold: tuple[str, ...]
-    vary: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class SceneFacts:
-    """The run of a scene: times in s, None where the scene gives none."""
-
-    name: str
-    model: str
-    solver: SolverChoice | None
-    step: float | None
-    duration: float | None
-    every: float | None
-    deadline: float | None
-    accounts: tuple[str, ...]  # observed energy accounts: stored supplied dissipated residual
-    columns: tuple[str, ...]  # all observed columns in order, the accounts among them
-    plots: tuple[Plot, ...] = ()
-    rest: Rest | None = None  # the start at rest
-
-    @property
-    def needed_accounts(self) -> frozenset[str]:
-        """The accounts among stored, supplied, dissipated in use; the residual needs all."""
-        basic = {"stored", "supplied", "dissipated"}
-        return frozenset(basic if "residual" in self.accounts else basic & set(self.accounts))
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,18 +11,8 @@ from enum import Enum
 from bgc.algebra.dag import Dag
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
-from bgc.ir.graph import (
-    DeviceUse,
-    Guard,
-    Held,
-    Matrix,
-    Node,
-    Observation,
-    Parameter,
-    Requirement,
-    SampleRate,
-    SceneFacts,
-)
+from bgc.ir.graph import Guard, Held, Matrix, Node, Observation, Parameter, SampleRate
+from bgc.ir.scene import DeviceUse, Requirement, SceneFacts
 from bgc.values.shown import Shown
 
 

@@ -18,9 +18,10 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.driver import compile_scene
 from bgc.elaboration.scenes.devices import channel_unit
 from bgc.emission.optimise import number_values
-from bgc.ir.graph import DeviceUse, Element, FlatGraph, Node, Parameter, Source, ports_of
+from bgc.ir.graph import Element, FlatGraph, Node, Parameter, Source, ports_of
 from bgc.ir.program import Program
 from bgc.ir.program_nodes import map_program, program_roots
+from bgc.ir.scene import DeviceUse
 from bgc.options import Options
 from bgc.slicing.slice import without_unread
 

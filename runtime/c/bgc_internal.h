@@ -270,7 +270,8 @@ static inline double bgc_tolerance(const bgc_data *d, int i, double size) {
     return atol + d->core.rtol * size;
 }
 
-/* --- instance.c */
+/* --- layout.c */
+size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from);
 size_t bgc_saved_count(const bgc_model *m);
 
 /* --- linear.c */

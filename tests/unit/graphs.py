@@ -11,7 +11,6 @@ from bgc.diagnostics.source import Source as Text
 from bgc.diagnostics.source import Span
 from bgc.ir.graph import (
     Bond,
-    DeviceUse,
     Element,
     EnergyLaw,
     Equation,
@@ -31,13 +30,13 @@ from bgc.ir.graph import (
     Parameter,
     Port,
     Resistor,
-    SceneFacts,
     Source,
     State,
     Storage,
     Transformer,
     Unknown,
 )
+from bgc.ir.scene import DeviceUse, SceneFacts
 
 SPAN = Span(Text("<test>", "test"), 0, 4)
 

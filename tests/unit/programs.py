@@ -12,8 +12,9 @@ import numpy as np
 from bgc.algebra.dag import Dag, Kind, Op, Symbol
 from bgc.diagnostics.source import Source, Span
 from bgc.emission.emit import EmittedModel
-from bgc.ir.graph import Guard, Observation, Parameter, SceneFacts
+from bgc.ir.graph import Guard, Observation, Parameter
 from bgc.ir.program import Energy, MassEntry, PositiveParameter, Program, ProgramState
+from bgc.ir.scene import SceneFacts
 
 RUNTIME = Path(__file__).parents[2] / "runtime" / "c"
 STRICT = (

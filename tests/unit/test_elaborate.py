@@ -7,16 +7,7 @@ import pytest
 from bgc.algebra.dag import Kind
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.elaboration.elaborate import elaborate
-from bgc.ir.graph import (
-    FlatGraph,
-    Form,
-    Gyrator,
-    Junction,
-    Resistor,
-    Source,
-    Storage,
-    Transformer,
-)
+from bgc.ir.graph import FlatGraph, Form, Gyrator, Junction, Resistor, Source, Storage, Transformer
 from bgc.resolution.resolve import load_text
 
 RLC = """

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import partial, reduce
+from functools import partial
 
 from bgc.algebra.dag import Kind, Level
 from bgc.algebra.evaluate import evaluate_nodes
@@ -27,6 +27,7 @@ from bgc.elaboration.instances.checks import (
     level_of,
     require_level,
 )
+from bgc.elaboration.instances.components import component_name, indices
 from bgc.elaboration.instances.limits import MAX_WIDTH
 from bgc.elaboration.instances.notes import note
 from bgc.elaboration.instances.scopes import find_member
@@ -541,27 +542,3 @@ def dimension_of(text: str, span: Span) -> Dimension:
         conversion = suggest_conversion(text)
         raise BgError([values.unknown_unit(span, text, suggest_unit(text), "", conversion)])
     return Written(unit.dimension, text)
-
-
-def indices(shape: Shape) -> list[tuple[int, ...]]:
-    """The indices of all components, from 1, matrices by rows; `[()]` for a scalar."""
-    found: list[tuple[int, ...]] = [()]
-    for size in shape:
-        found = [(*index, k) for index in found for k in range(1, size + 1)]
-    return found
-
-
-def ordinal(index: tuple[int, ...], shape: Shape) -> int:
-    """The position (from 0, matrices by rows) of the component with an index (from 1)."""
-    steps = zip(index, shape, strict=True)
-    return reduce(lambda before, step: before * step[1] + step[0] - 1, steps, 0)
-
-
-def component_name(name: str, index: tuple[int, ...]) -> str:
-    """The name of a component, `M[1,2]`; the plain name for a scalar."""
-    return f"{name}[{','.join(map(str, index))}]" if index else name
-
-
-def component_names(name: str, shape: Shape) -> Iterator[str]:
-    """The names of all components in order."""
-    return (component_name(name, index) for index in indices(shape))

@@ -9,8 +9,8 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.bonds.scalarise import Scalars
 from bgc.elaboration.bonds.values import BondValues
 from bgc.elaboration.bonds.wiring import Wiring
+from bgc.elaboration.instances.components import component_name
 from bgc.elaboration.instances.notes import note
-from bgc.elaboration.instances.quantities import component_name
 from bgc.elaboration.instances.tree import Element
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.laws.blocks import INITIAL_ARGUMENTS, Laws, arguments_of

@@ -10,7 +10,7 @@ from bgc.diagnostics.catalogue import names
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.checks import check_units, check_value, fit_shape
-from bgc.elaboration.instances.quantities import component_names
+from bgc.elaboration.instances.components import component_names
 from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.tree import Environment
 from bgc.elaboration.instances.world import World

@@ -11,7 +11,7 @@ from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.bonds.domains import JOULE
 from bgc.elaboration.instances.checks import check_units, require_level
-from bgc.elaboration.instances.quantities import component_name
+from bgc.elaboration.instances.components import component_name
 from bgc.elaboration.instances.tree import Element
 from bgc.elaboration.laws.blocks import (
     INITIAL_ARGUMENTS,

@@ -12,8 +12,8 @@ from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.units import SECOND
 from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.checks import check_units, check_value, fit_shape, require_level
+from bgc.elaboration.instances.components import component_names, ordinal
 from bgc.elaboration.instances.notes import note
-from bgc.elaboration.instances.quantities import component_names, ordinal
 from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.tree import Environment, Quantity, SampledPart
 from bgc.elaboration.instances.world import World

@@ -15,8 +15,8 @@ from bgc.elaboration.bonds.domains import Domains
 from bgc.elaboration.bonds.units import SECOND
 from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.checks import check_value, fit_shape
+from bgc.elaboration.instances.components import component_names, ordinal
 from bgc.elaboration.instances.notes import note
-from bgc.elaboration.instances.quantities import component_names, ordinal
 from bgc.elaboration.instances.scopes import find_member, path_of
 from bgc.elaboration.instances.tree import Environment, Instance, PortEntry, Quantity
 from bgc.elaboration.instances.world import World

@@ -9,7 +9,7 @@ from bgc.algebra.linear import linear_coefficients
 from bgc.diagnostics.catalogue import laws as law_messages
 from bgc.diagnostics.catalogue import widths as width_messages
 from bgc.diagnostics.diagnostic import BgError
-from bgc.elaboration.instances.quantities import component_name
+from bgc.elaboration.instances.components import component_name
 from bgc.elaboration.instances.tree import Element
 from bgc.elaboration.laws.blocks import Laws, arguments_of, left_name, missing_law
 from bgc.elaboration.laws.checks import LawChecks, varies

@@ -16,7 +16,7 @@ from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.scenes.scene import Device, Scene, constant_of
 from bgc.grammar import syntax
-from bgc.ir.graph import DeviceUse
+from bgc.ir.scene import DeviceUse
 from bgc.language.scene_tables import DEVICE_COMMANDS, DEVICE_INPUTS, DRIVER_OPTIONS
 from bgc.resolution.modules import Package
 from bgc.values.scope import Namespace

@@ -9,7 +9,8 @@ from fractions import Fraction
 from bgc.diagnostics.catalogue import scenes
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
-from bgc.elaboration.instances.quantities import component_names, dimension_of
+from bgc.elaboration.instances.components import component_names
+from bgc.elaboration.instances.quantities import dimension_of
 from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.tree import Instance, Pending, Quantity
 from bgc.elaboration.instances.world import World

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue import scenes
 from bgc.diagnostics.diagnostic import BgError
-from bgc.elaboration.instances.quantities import component_names
+from bgc.elaboration.instances.components import component_names
 from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.scenes.observed import Observed
 from bgc.elaboration.scenes.scene import Scene
 from bgc.grammar import syntax
-from bgc.ir.graph import Node, Observation, Rest
+from bgc.ir.graph import Node, Observation
+from bgc.ir.scene import Rest
 from bgc.values.units import shown_of, si_text
 
 _WITHOUT_STATE = (Kind.PARAM, Kind.TIME, Kind.INPUT)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from bgc.diagnostics.catalogue import names, scenes
 from bgc.diagnostics.diagnostic import BgError
-from bgc.elaboration.instances.quantities import component_names
+from bgc.elaboration.instances.components import component_names
 from bgc.elaboration.instances.scopes import Names, path_of
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.scenes.edits import canonical_path
 from bgc.elaboration.scenes.observed import Observed
 from bgc.elaboration.scenes.scene import Item, Scene, constant_of
 from bgc.grammar import syntax
-from bgc.ir.graph import Plot, Requirement, Rest, SceneFacts, SolverChoice
+from bgc.ir.scene import Plot, Requirement, Rest, SceneFacts, SolverChoice
 from bgc.language.columns import column_of, name_in_si, vector_of
 from bgc.language.scene_tables import SOLVER_OPTIONS
 from bgc.values.expressions import resolve_path

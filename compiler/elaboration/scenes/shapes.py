@@ -19,8 +19,8 @@ from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.values import BondValues
 from bgc.elaboration.bonds.wiring import Wiring
 from bgc.elaboration.instances.checks import check_value
+from bgc.elaboration.instances.components import component_names
 from bgc.elaboration.instances.notes import note
-from bgc.elaboration.instances.quantities import component_names
 from bgc.elaboration.instances.scopes import ElementView, InstanceView, Names, PortView, path_of
 from bgc.elaboration.instances.tree import Element, Environment, Instance, PortEntry
 from bgc.elaboration.instances.world import World

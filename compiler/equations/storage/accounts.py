@@ -16,16 +16,7 @@ from bgc.algebra.polynomials import antiderivative
 from bgc.equations.storage.kinds import IntegratedState, StorageElement
 from bgc.equations.variables.variables import Variables
 from bgc.ir.causal import CausalGraph
-from bgc.ir.graph import (
-    EnergyLaw,
-    ExplicitLaw,
-    LinearLaw,
-    Matrix,
-    Node,
-    Port,
-    Resistor,
-    Source,
-)
+from bgc.ir.graph import EnergyLaw, ExplicitLaw, LinearLaw, Matrix, Node, Port, Resistor, Source
 
 
 @dataclass(frozen=True, slots=True)

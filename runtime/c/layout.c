@@ -1,0 +1,150 @@
+/* layout.c: the arrays of an instance, one after another in one block of memory. */
+#include "bgc_internal.h"
+
+/* Allocates the arrays of an instance one after another in `from`, each in cache lines of its own;
+ * counts only where `from` is NULL. */
+typedef struct {
+    double *from;
+    size_t used;
+} layout;
+
+static double *place(layout *l, size_t count) {
+    double *at = l->from == NULL ? NULL : l->from + l->used;
+
+    l->used += (count + BGC_LANES - 1) / BGC_LANES * BGC_LANES;
+    return at;
+}
+
+static bgc_range *place_ranges(layout *l, int count) {
+    return (bgc_range *)(void *)place(l, 2 * (size_t)count);
+}
+
+/* Entries of dw/dx and of the responses of closed chains. */
+static size_t closing_rows(const bgc_model *m) {
+    const bgc_closure_info *c = m->closure_info;
+
+    return c == NULL ? 0 : 2 * (size_t)c->n_row * (size_t)c->n_impulse;
+}
+
+/* Allocates all arrays, those that are saved first. Returns their size in doubles. */
+size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
+    const size_t n = (size_t)m->n_state;
+    const size_t checks = (size_t)(m->n_assert > m->n_check ? m->n_assert : m->n_check);
+    const size_t switches = (size_t)m->n_switch;
+    const size_t unknowns = (size_t)m->n_start;
+    layout l = {from, 0};
+
+    d->p = place(&l, (size_t)m->n_param);
+    d->h = place(&l, (size_t)m->n_hoist);
+    d->x = place(&l, n);
+    d->u = place(&l, (size_t)m->n_input + switches);
+    d->u_step = place(&l, (size_t)m->n_input + switches);
+    d->mode = place(&l, switches);
+    d->argument = place(&l, switches);
+    d->extent = place(&l, switches);
+    d->returns = place(&l, switches);
+    d->change_of_mode = place(&l, switches);
+    d->sampling = place(&l, 2 * (size_t)m->n_rate);
+    d->instants = place(&l, (size_t)m->n_rate);
+    d->turned = place(&l, m->n_jump > 0 ? switches : 0);
+    d->holds = place(&l, (size_t)m->n_jump);
+    d->jumped_at = place(&l, (size_t)m->n_jump);
+    d->close_jumps = place(&l, (size_t)m->n_jump);
+    d->faint_phase = place(&l, n);
+    d->faint_from = place(&l, n);
+    d->faint_to = place(&l, n);
+    d->faint_low = place(&l, n);
+    d->faint_at = place(&l, n);
+    d->faint_entered = place(&l, n);
+    d->faint_left = place(&l, n);
+    d->faint = (bgc_faint_state *)(void *)place(&l, n * sizeof *d->faint / sizeof(double));
+    d->divisor_extent = place(&l, (size_t)m->n_divisor);
+    d->divisor_slope = place(&l, (size_t)m->n_divisor);
+    d->u_seen = place(&l, (size_t)m->n_input);
+    d->scale = place(&l, n);
+    d->mass = place(&l, (size_t)m->n_mass);
+    d->h_range = m->n_term > 0 ? place_ranges(&l, m->n_hoist) : NULL;
+    d->u_range = m->n_term > 0 ? place_ranges(&l, m->n_input + m->n_switch) : NULL;
+    d->variation = place(&l, (size_t)m->n_term);
+    d->patience = place(&l, (size_t)m->n_term);
+    d->f_before = m->n_term > 0 ? place(&l, n) : NULL;
+    d->inverse_mass = place(&l, n);
+    d->algebraic = place(&l, n);
+    d->jac = place(&l, (size_t)m->n_jac);
+    d->dfdt = place(&l, n);
+    d->lu = place(&l, (size_t)m->n_lu);
+    d->f = place(&l, n);
+    d->correction = place(&l, n);
+    d->corrected_at = place(&l, n);
+    d->range = place(&l, n);
+    d->dominant = place(&l, n);
+    d->y0 = place(&l, n);
+    d->y1 = place(&l, n);
+    d->k = place(&l, BGC_MAX_DENSE * bgc_padded(m->n_state));
+    d->complex_lu = (bgc_complex *)(void *)place(&l, 2 * (size_t)m->n_lu);
+    d->closed_before = place(&l, closing_rows(m));
+    d->response_size = place(&l, m->closure_info == NULL ? 0 : (size_t)m->closure_info->n_row);
+    d->n_saved = l.used;
+
+    d->stages = place(&l, BGC_MAX_STAGES * bgc_padded(m->n_state));
+    d->implicit = place(&l, 2 * BGC_MAX_IMPLICIT * bgc_padded(m->n_state));
+    d->complex_right = (bgc_complex *)(void *)place(&l, 2 * n);
+    d->complex_b = (bgc_complex *)(void *)place(&l, 2 * n);
+    d->complex_residual = (bgc_complex *)(void *)place(&l, 2 * n);
+    d->complex_work = place(&l, 3 * n);
+    d->next = place(&l, n);
+    d->error = place(&l, n);
+    d->noise = place(&l, n);
+    d->point = place(&l, n);
+    d->right = place(&l, n);
+    d->residual = place(&l, n);
+    d->magnitude = place(&l, n);
+    d->b = place(&l, n);
+    d->output = place(&l, (size_t)m->n_output);
+    d->command = place(&l, (size_t)m->n_command);
+    d->check = place(&l, checks);
+    d->samples = place(&l, BGC_SAMPLES * bgc_padded(m->n_switch));
+    d->divisors = place(&l, (BGC_SAMPLES + 1) * bgc_padded(m->n_divisor));
+    d->probe = place(&l, switches);
+    d->after = place(&l, switches);
+    d->ignored = place(&l, switches);
+    d->held_value = place(&l, (size_t)m->n_held);
+    d->condition = place(&l, (size_t)m->n_jump);
+    d->reset_value = place(&l, m->n_jump > 0 ? (size_t)m->jump_first[m->n_jump] : 0);
+    d->edge_rate = place(&l, (size_t)m->n_edge);
+    d->moved = place(&l, (size_t)m->n_edge);
+    d->watch_sample = place(&l, (BGC_SAMPLES + 1) * (size_t)m->n_watch);
+    d->watch_probe = place(&l, (size_t)m->n_watch);
+    d->term_range = place_ranges(&l, 2 * m->n_term);
+    d->around = place(&l, (size_t)m->n_term);
+    d->widest = place(&l, (size_t)m->n_term);
+    d->first = place(&l, n);
+    d->start = place(&l, n);
+    d->largest = place(&l, n);
+    d->trial = place(&l, n);
+    d->homotopy = place(&l, n);
+    d->change = place(&l, n);
+    d->next_change = place(&l, n);
+    d->block_jac = place(&l, (size_t)m->n_jac);
+    d->work = place(&l, (size_t)m->n_work);
+    d->sparse_work = place(&l, 2 * n);
+    d->start_at = place(&l, unknowns);
+    d->start_from = place(&l, unknowns);
+    d->start_trial = place(&l, unknowns);
+    d->start_change = place(&l, unknowns);
+    d->start_next = place(&l, unknowns);
+    d->start_first = place(&l, unknowns);
+    d->start_magnitude = place(&l, unknowns);
+    d->start_jac = place(&l, unknowns * unknowns);
+    d->start_lu = place(&l, unknowns * unknowns);
+    d->closing = place(&l, bgc_closing_size(m));
+    return l.used;
+}
+
+/* Number of doubles that bgc_save stores. */
+size_t bgc_saved_count(const bgc_model *m) {
+    bgc_data counted;
+
+    bgc_place_all(m, &counted, NULL);
+    return counted.n_saved;
+}
