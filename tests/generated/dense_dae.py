@@ -74,6 +74,8 @@ class Reference:
 
     def _eliminate(self) -> None:
         """`z = zx x + z0 + n w`, and the constraints `cx x + cc = 0` that linear rows imply."""
+        from scipy.linalg import qr
+
         lz, lx, lc = self.lz, self.lx, self.lc
         constraints: list[tuple[np.ndarray, float]] = []
         for _ in range(4):
@@ -87,18 +89,18 @@ class Reference:
             more = []
             for w in left:
                 on_x, constant = w @ lx, float(w @ lc)
-                size = np.abs(w[:, None] * lx).max(initial=0.0)
-                on_x[np.abs(on_x) <= 1e-10 * size] = 0.0
+                on_x[np.abs(on_x) <= 1e-10 * (np.abs(w) @ np.abs(lx))] = 0.0
                 if not on_x.any():
                     if abs(constant) > 1e-9 * np.abs(w * lc).max(initial=1e-300):
                         raise IllPosed("linear rows contradict each other")
                     continue
                 constraints.append((on_x, constant))
                 more.append(on_x @ self.s)
-            keep = u[:, :rank].T * rows
-            lz = np.vstack([keep @ lz, *more]) if more else keep @ lz
-            lx = np.vstack([keep @ lx, np.zeros((len(more), self.nx))])
-            lc = np.concatenate([keep @ lc, np.zeros(len(more))])
+            # Whole rows are kept, for sums of rows have entries that are rounding alone.
+            keep = qr(scaled.T, mode="r", pivoting=True)[1][:rank]
+            lz = np.vstack([lz[keep], *more])
+            lx = np.vstack([lx[keep], np.zeros((len(more), self.nx))])
+            lc = np.concatenate([lc[keep], np.zeros(len(more))])
         else:
             raise IllPosed("linear rows of a high index")
         pseudo = (vt[:rank].T / sizes[:rank]) @ u[:, :rank].T
@@ -108,7 +110,7 @@ class Reference:
         null = vt[rank:].T
         self.n = columns[:, None] * np.where(np.abs(null) < 1e-11, 0.0, null)
         self.m = self.n.shape[1]
-        self.cx = np.array([c for c, _ in constraints]).reshape(-1, self.nx)
+        self.cx = np.array([c for c, _ in constraints]).reshape(len(constraints), self.nx)
         self.cc = np.array([c for _, c in constraints])
         if len(self.nonlinear) < self.m:
             raise IllPosed(f"{self.m - len(self.nonlinear)} variables that nothing determines")
@@ -410,7 +412,7 @@ class Reference:
             if np.all(np.abs(move / size_of) < 1e-12 * (1 + np.abs(missed).max(initial=0.0))):
                 break
         largest = np.abs(np.concatenate([x[free], w if held else []]) / size_of).max(initial=0.0)
-        if np.abs(missed).max(initial=0.0) > 1e-8 * (largest + 1e-6):
+        if not np.abs(missed).max(initial=0.0) <= 1e-8 * (largest + 1e-6):
             raise IllPosed("no initial values satisfy the equations")
         if held:
             self._w = w
@@ -497,7 +499,8 @@ class Reference:
             early = begin if begin == 0 else begin * (1 + 1e-15)
             late = end if end == duration else end * (1 - 1e-15)
             ask = [min(max(t, early), late) for t in ask]
-            options = {"method": method, "rtol": rtol, "atol": atol}
+            # After a stretch of rest a longer step would pass over a source's next pulse.
+            options = {"method": method, "rtol": rtol, "atol": atol, "max_step": duration / 100}
             found = solve_ivp(slope, (early, late), y, t_eval=ask, **options)
             if found.status != 0 or not np.isfinite(found.y).all():
                 raise NoSolution(found.message)

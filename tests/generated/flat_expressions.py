@@ -23,6 +23,7 @@ class Var(Expr):
 
 
 ZERO, ONE = Num(Fraction(0)), Num(Fraction(1))
+LITTLE = Num(Fraction(1, 10**30))  # for slopes where roots begin
 
 # Functions of one argument: value, and derivative as an expression of the argument.
 FUNCTIONS: dict[str, tuple[Callable[[float], float], Callable[[Expr], Expr]]] = {
@@ -34,7 +35,7 @@ FUNCTIONS: dict[str, tuple[Callable[[float], float], Callable[[Expr], Expr]]] = 
     "expm1": (math.expm1, lambda u: call("exp", u)),
     "log1p": (math.log1p, lambda u: 1 / (1 + u)),
     "log": (math.log, lambda u: 1 / u),
-    "sqrt": (math.sqrt, lambda u: call("/", ONE, 2 * call("sqrt", u))),
+    "sqrt": (math.sqrt, lambda u: 1 / (2 * call("sqrt", u + LITTLE))),
     "asinh": (math.asinh, lambda u: 1 / call("sqrt", 1 + u * u)),
     "sinh": (math.sinh, lambda u: call("cosh", u)),
     "cosh": (math.cosh, lambda u: call("sinh", u)),

@@ -204,19 +204,20 @@ def program_of(seed: int) -> Program:
 
 
 def check_seed(seed: int, *, variants: int = 2) -> Outcome:
+    """The outcome of a seed with some variants, and the processor time that it took."""
     began = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
         kind, about = checked(program_of(seed), Path(folder), variants)
     return Outcome(seed, kind, about, time.process_time() - began)
 
 
-def checked(program: Program, place: Path, variants: int) -> tuple[str, str]:
-    """Kind and detail of a program's outcome."""
+def checked(program: Program, place: Path, variants: int, *, most: float = 2.0) -> tuple[str, str]:
+    """Kind and detail of a program's outcome; `most` seconds are given to the reference."""
     scales = scales_of(program)
     expected: Trajectory | None = None
     trouble = ""
     try:
-        expected = reference_of(program)
+        expected = reference_of(program, most=most)
     except IllPosed as err:
         trouble = f"ill-posed: {err}"
     except (NoSolution, np.linalg.LinAlgError) as err:

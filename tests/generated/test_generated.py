@@ -14,14 +14,14 @@ from program_draw import draw_program
 from program_text import Style, write
 
 pytestmark = pytest.mark.slow
-SEEDS = (2, 3, 4, 5, 7, 8, 17, 20, 32, 33, 34, 38, 41, 43, 44, 45, 46, 47, 52, 53, 54, 55)
+SEEDS = (2, 4, 5, 6, 7, 10, 17, 20, 22, 29, 32, 33, 34, 41, 43, 44, 46, 48, 51, 52, 53, 54, 55, 62)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_program_agrees_with_the_reference_and_with_its_variants(
     seed: int, tmp_path: Path
 ) -> None:
-    kind, about = checked(program_of(seed), tmp_path, variants=2)
+    kind, about = checked(program_of(seed), tmp_path, variants=2, most=60.0)
     assert (kind, about) == ("agrees", about)
 
 
