@@ -78,6 +78,7 @@ class Reference:
 
         lz, lx, lc = self.lz, self.lx, self.lc
         constraints: list[tuple[np.ndarray, float]] = []
+        certain = np.arange(len(lz))
         for _ in range(4):
             rows, columns = _equilibrated(lz)
             scaled = rows[:, None] * lz * columns
@@ -98,6 +99,7 @@ class Reference:
                 more.append(on_x @ self.s)
             # Whole rows are kept, for sums of rows have entries that are rounding alone.
             keep = qr(scaled.T, mode="r", pivoting=True)[1][:rank]
+            certain = certain[keep[keep < len(certain)]]
             lz = np.vstack([lz[keep], *more])
             lx = np.vstack([lx[keep], np.zeros((len(more), self.nx))])
             lc = np.concatenate([lc[keep], np.zeros(len(more))])
@@ -109,6 +111,7 @@ class Reference:
         # Rounding must not be taken for a dependence: rows of J are brought to one size later.
         null = vt[rank:].T
         self.n = columns[:, None] * np.where(np.abs(null) < 1e-11, 0.0, null)
+        self.certain = certain  # rows that are none of the constraints
         self.m = self.n.shape[1]
         self.cx = np.array([c for c, _ in constraints]).reshape(len(constraints), self.nx)
         self.cc = np.array([c for _, c in constraints])
@@ -202,7 +205,17 @@ class Reference:
         if w is None:
             w = self._searched(xs, base, t)
         self._w = w
-        return base + self.n @ w
+        z = base + self.n @ w
+        self._check(x, z)
+        return z
+
+    def _check(self, x: np.ndarray, z: np.ndarray) -> None:
+        """Raise NoSolution where the elimination of linear rows has lost their digits."""
+        lz, lx, lc = self.lz[self.certain], self.lx[self.certain], self.lc[self.certain]
+        missed = np.abs(lz @ z + lx @ x + lc)
+        size = np.abs(lz) @ np.abs(z) + np.abs(lx) @ np.abs(x) + np.abs(lc)
+        if not (missed <= 1e-5 * (size + 1e-6 * np.abs(size).max(initial=0.0))).all():
+            raise NoSolution("the elimination of linear rows has lost their digits")
 
     def _searched(self, xs: list[float], base: np.ndarray, t: float) -> np.ndarray:
         """A solution from other first guesses, near to far."""

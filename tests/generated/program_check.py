@@ -158,8 +158,8 @@ def ensemble(program: Program, place: Path) -> Columns:
         model = bgc.compile(path, preview=True)
     except bgc.BgError as err:
         raise Refused(",".join(sorted({d.code for d in err.diagnostics}))) from err
-    free = [p for p in model.parameters if model.parameters[p] != 0][:2]
-    own = {p: float(model.parameters[p]) for p in free}
+    free = [p for p in model.parameters if model.parameters[p].value != 0][:2]
+    own = {p: model.parameters[p].value for p in free}
     sets = [own, {p: 1.1 * value for p, value in own.items()}, own]
     many = model.simulate_many(sets, rtol=RTOL)
     if 2 in many.failures:
