@@ -17,7 +17,10 @@ static inline uint64_t bgc_mixed(uint64_t z) {
     return z ^ z >> 31;
 }
 
-/* A number in [0, 1) with 53 random bits; NaN unless both arguments are whole and below 2^53. */
+/*
+ * A number in [0, 1) with 53 random bits; NaN unless both arguments are whole and below 2^53. The
+ * bits are converted as a signed integer: for an unsigned one tcc calls a function of libgcc.
+ */
 static inline double bgc_random(double seed, double index) {
     const uint64_t step = UINT64_C(0x9E3779B97F4A7C15);
     uint64_t start;
@@ -26,7 +29,7 @@ static inline double bgc_random(double seed, double index) {
         return (double)NAN;
     }
     start = bgc_mixed(bgc_mixed((uint64_t)(int64_t)seed + step) + step);
-    return (double)(bgc_mixed(start + step * ((uint64_t)(int64_t)index + 1)) >> 11) * 0x1p-53;
+    return (double)(int64_t)(bgc_mixed(start + step * ((uint64_t)(int64_t)index + 1)) >> 11) * 0x1p-53;
 }
 
 #endif

@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 import bgc
+from bgc.algebra.random import random
 from bgc.building import preview
 from bgc.building.build import Unit
 from bgc.runtime.cli.app import application
@@ -40,6 +41,19 @@ def test_a_preview_computes_the_same(name, scene, compiler):
             continue
         size = np.abs(usual[column]).max()
         np.testing.assert_allclose(quick[column], usual[column], atol=1e-5 * size)
+
+
+def test_a_preview_draws_the_same_random_numbers(tmp_path, compiler):
+    """tcc has no function that converts an unsigned 64-bit integer to a double."""
+    path = tmp_path / "drawn.bg"
+    path.write_text(
+        "model Drawn { param seed = 1; output x = random(seed, 3); }\n"
+        "scene once of Drawn { keep seed; observe x; run 1 s; }\n",
+        "utf-8",
+    )
+    for seed in (1, 5, -7):
+        found = bgc.compile(path, preview=True).simulate(parameters={"seed": seed})["x"]
+        np.testing.assert_array_equal(found, random(seed, 3))
 
 
 def test_units_name_the_compiler_they_are_for(compiler):
