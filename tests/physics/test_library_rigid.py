@@ -32,7 +32,7 @@ def compliant_locks(file: Path, scene: str) -> dict[str, int]:
 def with_lines(file: Path, scene: str, lines: str, folder: Path) -> Path:
     """A copy of a library file with more lines in one of its scenes."""
     text = file.read_text().replace('"../traces', f'"{file.parents[1] / "traces"}')
-    text = re.sub(rf"^scene {scene} of .*\{{$", rf"\g<0>\n{lines}", text, flags=re.MULTILINE)
+    text = re.sub(rf"^scene {scene} (?:of|is) .*\{{$", rf"\g<0>\n{lines}", text, flags=re.MULTILINE)
     assert lines in text
     copy = folder / f"{scene}.bg"
     copy.write_text(text)

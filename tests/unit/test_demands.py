@@ -122,5 +122,5 @@ def test_deep_expressions_are_read_or_refused(kind: str, depth: int) -> None:
     assert found <= {"BG118", "BG120", "BG318"}
     if depth == 100:
         assert found == set()
-    if depth > 200:
+    if depth > 200 and (kind != "sum" or depth > 5_000):  # sums of any length are read
         assert found

@@ -62,7 +62,7 @@ def test_a_gearbox_reduces_the_inertia_behind_it(tmp_path):
     assert sympy.cancel(found.expression - expected) == 0
     assert found.static_gain == k * n / (b * R + k**2 * n**2)
     assert found.dependent == {R: sympy.Symbol("Ra")}
-    assert found.unit == "1/(s*V)"
+    assert found.unit == "rad/(s*V)"
 
 
 def test_a_factor_of_the_denominator_stays_one(tmp_path):
@@ -366,7 +366,7 @@ def test_tables_show_formulas_and_numbers(tmp_path):
     function = symbolic(tmp_path, GEARBOX).transfer_function("load.f", "supply.e")
     first, second = transfer_tables(function, {}, full=False)
     assert first.rows[0] == (
-        "static gain", "n*motor.k/(n^2*motor.k^2 + b*motor.R)", "0.833333", "1/(s*V)",
+        "static gain", "n*motor.k/(n^2*motor.k^2 + b*motor.R)", "0.833333", "rad/(s*V)",
     )  # fmt: skip
     assert first.rows[1][1].endswith("characters; --full prints them")
     assert first.rows[1][2] == "-1997.91, -2.50261"
