@@ -20,7 +20,7 @@ from bgc.diagnostics.source import Source, Span
 from bgc.grammar.characters import explain_characters
 from bgc.grammar.peers import statement_advice
 from bgc.grammar.tokens import END, end_of, span_of
-from bgc.grammar.words import BLOCK_OF, FORMS, FORMS_IN, PLACES, RESERVED, WORDS
+from bgc.grammar.words import BLOCK_OF, FORMS, FORMS_IN, PLACES, RESERVED, TABLE, WORDS
 
 _CLOSER = {"LPAR": "RPAR", "LSQB": "RSQB", "LBRACE": "RBRACE"}
 _SIGN = {
@@ -48,9 +48,7 @@ _PART_OR_CHAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*(?:\[[^\]\n]*\])?[ \t]*(?::
 _LONGEST_STATEMENT = 200  # characters that a statement of another tool is recognised by
 _DECIMALS = re.compile(r"\d+")
 _POSTFIX = ("LPAR", "LSQB", "DOT", "EQUAL")
-_WORD_KINDS = frozenset(word.upper() for words in WORDS.values() for word in words) | frozenset(
-    "IS OF IN OUT MAIN AS WITHIN EVERY THEN ELSE DER TIME".split()
-)
+_WORD_KINDS = frozenset(word.upper() for word in TABLE)
 _OPERAND_ENDS = frozenset("NAME NUMBER TIME TEXT RPAR RSQB".split())
 _OPERAND_STARTS = frozenset("NAME NUMBER TIME DER TEXT LPAR".split())
 
@@ -338,9 +336,10 @@ def _form(context: ErrorContext) -> str:
     at = len(context.read) - 1
     while not _begins_statement(context.read[at - 1 : at]):
         at -= 1
-    if advice := _peer_form(context, _span_of(context, context.read[at]).start):
-        return advice
-    return FORMS.get(context.read[at].type.lower(), FORMS_IN[block])
+    first = context.read[at].type.lower()
+    if form := FORMS.get(first):
+        return form
+    return _peer_form(context, _span_of(context, context.read[at]).start) or FORMS_IN[block]
 
 
 def _peer_form(context: ErrorContext, begin: int) -> str:

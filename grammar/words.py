@@ -672,5 +672,6 @@ FORMS_IN = {
     "domain": "a variable is `effort name : unit;`, or `flow` or `signal`",
     "law": "a law is `e = expression;`, or the same for another variable of the element",
     "setting": "a setting is `part.name = value`",
+    "when": "a `when` holds statements such as `reset x = value;`",
 }
 """The statements of a block, as messages show them, by kind of block."""

@@ -16,7 +16,7 @@ from bgc.grammar import syntax
 from bgc.grammar.lark_parser import build_parser
 from bgc.grammar.parse import parse, parse_with_tokens, read_source
 from bgc.grammar.syntax import Binary, Call, Index, Member, Name, Number, Range, TypeUse, Unary
-from bgc.grammar.words import RESERVED
+from bgc.grammar.words import BLOCK_OF, FORMS_IN, RESERVED, WORDS
 
 ROOT = Path(__file__).parents[2]
 
@@ -531,3 +531,8 @@ def test_mixed_up_tokens_never_break_the_parser(seed: int) -> None:
         mixed.insert(rng.randrange(len(mixed)), rng.choice(words))
     text = "model A { " + " ".join(mixed)
     assert wrong(text)
+
+
+def test_every_kind_of_block_has_a_form_for_messages():
+    """A statement that no block knows is explained by the form of its block."""
+    assert set(WORDS) | set(BLOCK_OF.values()) <= set(FORMS_IN)
