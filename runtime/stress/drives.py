@@ -266,8 +266,8 @@ def read_drive(
 
     `units` are those of the parameters, `shown` those in which they are shown. A `*` in the name
     matches any text; all matching parameters are driven together. Values may have their own
-    units. A range of three decades or more is spaced by decades, a range from zero by decades
-    below its upper end.
+    units; a lower end without one has that of the upper end. A range of three decades or more is
+    spaced by decades, a range from zero by decades below its upper end.
     """
     name, equals, given = (part.strip() for part in text.partition("="))
     if not (name and equals and given):
@@ -291,7 +291,10 @@ def _values(text: str, name: str, given: str, unit: str) -> tuple[float, ...]:
         return tuple(read_quantity(part.strip(), name, unit) for part in given.split(","))
     low_text, _, rest = given.partition("..")
     high_text, _, count_text = rest.partition(":")
-    low, high = (read_quantity(part.strip(), name, unit) for part in (low_text, high_text))
+    low_text, high_text = low_text.strip(), high_text.strip()
+    if " " not in low_text:
+        low_text = f"{low_text} {high_text.partition(' ')[2]}".strip()
+    low, high = (read_quantity(part, name, unit) for part in (low_text, high_text))
     count = int(count_text) if count_text.strip().isdecimal() else None
     if not low < high or (count_text and (count is None or count < 2)):
         raise BgError([not_a_drive(text)])

@@ -239,6 +239,7 @@ def test_drives_are_read_with_their_units():
         pytest.approx(10.0**n) for n in range(3, 10)
     )
     assert read_drive("k=1 N/m..3 N/m:3", units).values == (1.0, 2.0, 3.0)
+    assert read_drive("k=1..3 kN/m:3", units).values == (1000.0, 2000.0, 3000.0)
     assert read_drive("step=1 ms, 2 ms", {}).values == (0.001, 0.002)
     assert read_drive("k=0..1 N/m", units).values[0] == 0.0
 
