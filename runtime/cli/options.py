@@ -193,8 +193,11 @@ def _read_pairs(texts: tuple[str, ...], example: str) -> tuple[tuple[str, str], 
 
 
 def check_target(path: str | None, kinds: tuple[str, ...]) -> None:
-    """Refuse a file of an unknown kind, or in a missing directory, before any work is done."""
-    if path is None or path == "-":
+    """Refuse a file of an unknown kind, or in a missing directory, before any work is done.
+
+    `-` among the kinds stands for standard output.
+    """
+    if path is None or path in kinds:
         return
     if Path(path).suffix.lower() not in kinds and not _is_special(Path(path)):
         raise BgError([unknown_file_kind(path, kinds)])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +48,12 @@ _SHOWN = 3  # failures
     metavar="N",
     help="Take N points spread over all ranges instead of all combinations.",
 )
-@click.option("--out", metavar="FILE", required=True, help="File to write: .csv or .npz.")
+@click.option(
+    "--out",
+    metavar="FILE",
+    required=True,
+    help="File to write: .csv, .npz, or - for standard output.",
+)
 @method_options
 @click.option("--quiet", "-q", is_flag=True, help="Print no summary and no progress bar.")
 @click.pass_context
@@ -69,7 +76,7 @@ def sweep(
     After Ctrl-C or SIGTERM the instances that are done are written; the same command then
     computes the others.
     """
-    check_target(out, _TABLES)
+    check_target(out, (*_TABLES, "-"))
     arguments = read_method(method)
     model = compile_model(
         file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
@@ -87,8 +94,10 @@ def sweep(
     except KeyboardInterrupt:
         click.echo("interrupted before the first instance: nothing is written", err=True)
         context.exit(INTERRUPTED)
-    print_diagnostics((*ensemble.warnings, *list(ensemble.failures.values())[:_SHOWN]))
-    if Path(out).suffix.lower() == ".npz":
+    print_diagnostics((*ensemble.warnings, *islice(ensemble.placed_failures(), _SHOWN)))
+    if out == "-":
+        ensemble.write_csv(sys.stdout)
+    elif Path(out).suffix.lower() == ".npz":
         ensemble.to_npz(out)
     else:
         ensemble.to_csv(out)
@@ -96,5 +105,6 @@ def sweep(
         counts = {name: ensemble.status.count(name) for name in dict.fromkeys(ensemble.status)}
         ended = ", ".join(f"{count} {name}" for name, count in counts.items())
         earlier = f"; {ensemble.recalled} of them before" if ensemble.recalled else ""
-        click.echo(f"{ended}{earlier}{f'; one by one: {ensemble.alone}' if ensemble.alone else ''}")
+        alone = f"; one by one: {ensemble.alone}" if ensemble.alone else ""
+        click.echo(f"{ended}{earlier}{alone}", err=out == "-")
     context.exit(status or (AT_FAULT if ensemble.failures else 0))

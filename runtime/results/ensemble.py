@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 
@@ -117,15 +117,28 @@ class Ensemble:
 
         Instances that an interruption left undone are omitted; the others keep their numbers.
         """
-        given = [self.parameters[name].tolist() for name in self.parameters]
         with written_whole(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
-            header = ("instance", *self.parameters, "time", *self.names)
-            csv.writer(file, lineterminator="\n").writerow(header)
-            for k in self._written():
-                rows = self.values[k]
-                start = ",".join((str(k), *(repr(values[k]) for values in given)))
-                for time, row in zip(self.time.tolist(), rows.tolist(), strict=True):
-                    file.write(f"{start},{time!r},{','.join(map(repr, row))}\n")
+            self.write_csv(file)
+
+    def write_csv(self, file: TextIO) -> None:
+        """Write as `to_csv` does, to an open file."""
+        given = [self.parameters[name].tolist() for name in self.parameters]
+        header = ("instance", *self.parameters, "time", *self.names)
+        csv.writer(file, lineterminator="\n").writerow(header)
+        for k in self._written():
+            rows = self.values[k]
+            start = ",".join((str(k), *(repr(values[k]) for values in given)))
+            for time, row in zip(self.time.tolist(), rows.tolist(), strict=True):
+                file.write(f"{start},{time!r},{','.join(map(repr, row))}\n")
+
+    def placed_failures(self) -> Iterator[Diagnostic]:
+        """List the errors, each with the number and the values (SI) of its instance."""
+        for k, why in self.failures.items():
+            values = ", ".join(
+                f"`{name}` = {self.parameters[name][k]:.6g}" for name in self.parameters
+            )
+            place = f"in instance {k}, with {values}" if values else f"in instance {k}"
+            yield replace(why, note=f"{why.note}\n{place}" if why.note else place)
 
     def to_npz(self, path: str | Path) -> None:
         """Write NumPy's compressed archive: `values`, `time`, `names`, `status` and `about`.

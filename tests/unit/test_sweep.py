@@ -107,3 +107,24 @@ def test_the_command_runs_what_another_model_in_a_slot_gives(file: Path, tmp_pat
 def test_an_instance_out_of_a_parameters_range_is_refused(file: Path, tmp_path: Path) -> None:
     done = run(str(file), "--vary", "mass=-1..4 kg", "--out", str(tmp_path / "o.csv"))
     assert done.exit_code == 1 and "BG061" in done.output
+
+
+@pytest.mark.slow
+def test_rows_go_to_standard_output_and_errors_name_their_instance(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    model = 'model M { param a = 1; state x = 1; der(x) = a; assert x < 4, "over"; }'
+    Path("m.bg").write_text(f"{model}\nscene s of M {{ observe x; run 1 s every 1 s; }}")
+    done = run("m.bg", "--vary", "a=1..4:3", "--out", "-")
+    assert done.exit_code == 1
+    rows = list(csv.DictReader(done.stdout.splitlines()))
+    assert [float(row["x"]) for row in rows[:4]] == pytest.approx([1, 2, 1, 3.5], abs=1e-6)
+    assert "in instance 2, with `a` = 4" in done.stderr and "1 failed" in done.stderr
+    assert not Path("-").exists()
+
+
+@pytest.mark.parametrize("command", ["trade", "stress"])
+def test_a_command_with_one_kind_of_file_refuses_standard_output(command: str, file: Path) -> None:
+    done = CliRunner().invoke(application, [command, str(file), "--out", "-"])
+    assert done.exit_code and "BG" in done.output and not Path("-").exists()
