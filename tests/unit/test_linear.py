@@ -417,6 +417,21 @@ def test_a_response_ends_where_it_has_faded_into_rounding():
     assert omega[-1] == pytest.approx(1e9**0.25, rel=0.05)
 
 
+def test_an_input_before_a_sampled_part_moves_nothing(tmp_path):
+    """A sampled part holds its values in a linear form; the message names it as a reason."""
+    text = """
+    model M {
+      input wanted = 0; push : Se(e = u); body : I(1); drag : R(1); hub : J1;
+      push -> hub -> body, drag;
+      sample 10 ms { output u = wanted - hub.f; }
+    }
+    scene s of M { observe hub.f; run 1 s; }
+    """
+    with pytest.raises(BgError, match="sampled part") as error:
+        frequency_response(linear(tmp_path, text, ["wanted"]))
+    assert code_of(error) == "BG086"
+
+
 def test_an_output_that_does_not_respond(tmp_path):
     text = """
     model M {

@@ -97,15 +97,17 @@ def no_response(input_: str, output: str) -> Diagnostic:
 
     What: at the operating point the output does not change with the input at any frequency.
     Why: the input does not affect the output, or an element between them has zero slope there: a
-    dead band, an end stop, a shut valve.
+    dead band, an end stop, a shut valve. A sampled part holds its values in a linear form, so
+    that nothing passes through it.
     Example: the tip of a crane as the output and a lever in its dead band as the input.
-    Way out: linearise at another point (`--at 10 s`), or choose an input behind the dead band.
+    Way out: linearise at another point (`--at 10 s`), or choose an input behind the dead band or
+    the sampled part: that of the valve which a sampled controller commands.
     """
     return error(
         "BG086",
         f"`{output}` does not respond to `{input_}` at this operating point",
         help="linearise at another point, for example `--at 10 s`, or choose an input behind the "
-        "dead band",
+        "dead band or sampled part between them",
     )
 
 
