@@ -105,7 +105,8 @@ def arrow_against_port(
 
     Example: `port base in; hub -> base;`
 
-    Way out: reverse the arrow.
+    Way out: reverse the arrow. Two `out` ports, such as those of a force and of the last mass of a
+    chain, meet at a junction that both arrows enter: `force -> tip; mass -> tip;`.
     """
     where = "inside its model the arrow leaves it" if inside else "the arrow points into it"
     if direction == "out":
@@ -115,7 +116,7 @@ def arrow_against_port(
         f"the arrow runs against the port `{port}`",
         span,
         labels=[Label(place, f"an `{direction}` port: {where}")],
-        help="reverse the arrow",
+        help="reverse the arrow" if inside else "reverse the arrow, or put a junction between",
     )
 
 
