@@ -112,7 +112,10 @@ def test_the_estimate_goes_with_the_operations(file: Path) -> None:
 def test_the_spectral_radius_is_that_of_the_emitted_jacobian() -> None:
     file = Path(bgc.library.__path__[0]) / "scenes" / "planar_crane.bg"
     lowered = compile_scene(file, Options("planar"), until="lower").lowered
-    largest = np.abs(bgc.compile(file, "planar").eigenvalues()).max()
+    model = bgc.compile(file, "planar")
+    instance = model.parameters.instance({})
+    instance.reset(0.0)  # the given start, not the start at rest
+    largest = np.abs(model.eigenvalues(instance.state.copy())).max()
     assert spectral_radius(lowered) == pytest.approx(largest, rel=1e-9)
     assert cost_of(lowered).states == 37
 

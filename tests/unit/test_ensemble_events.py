@@ -44,7 +44,7 @@ model Stair {
   state x = 0;
   state y = 0;
   der(x) = a + 0.1*floor(4*x) - 0.05*ceil(3*y) + 0.4*sign(sin(3*x));
-  der(y) = fmod(x, 0.37) - 0.3*y + (if x > 2 then sqrt(x - 2) else 0);
+  der(y) = fmod(x, 0.37) - 0.3*y + (if x > 2 then (x - 2)^1.5 else 0);
 }
 
 scene stair of Stair { observe x, y; run 3 s every 37.1 ms; }

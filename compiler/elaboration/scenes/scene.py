@@ -74,14 +74,14 @@ def models_alone(package: Package) -> Iterator[Package]:
     """Yield, for each complete model that no scene and no other model uses, a package to check it.
 
     Such a model is not reached from the file's scenes. The root file of the package holds this
-    one declaration.
+    one declaration and no scene.
     """
     root = package.root
     reached = {name for d in root.file.declarations for name in _types_in(d)}
     for model in root.own_models:
         if model.syntax.name not in reached and not _is_incomplete(model, frozenset()):
             file = replace(root.file, declarations=(model.syntax,))
-            yield replace(package, root=replace(root, file=file))
+            yield replace(package, root=replace(root, file=file, scenes=()))
 
 
 def _types_in(declaration: syntax.Declaration) -> Iterator[str]:
