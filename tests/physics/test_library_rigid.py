@@ -62,7 +62,7 @@ def test_stiff_joints_give_the_path_and_the_force_of_rigid_ones(scene, tmp_path)
     locks = compliant_locks(CRANES, scene)
     assert len(locks) == 4
     path = "  observe crane.tip.r as path;\n"
-    runs = {"solver": "rodas5p", "rtol": 1e-8, "every": 0.1}
+    runs = {"solver": "rodas5p", "rtol": 1e-8, "every": 0.1, "start": "given"}
     copy = with_lines(CRANES, scene, rigid(locks) + path, tmp_path)
     exact = bgc.compile(copy, scene=scene).simulate(10, **runs)
     assert np.ptp(exact["path"], axis=0).max() > 2, "it has to move"
