@@ -34,6 +34,7 @@ from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.structures import Status
 
 _ITERATIONS = 200
+_STEPS = 400  # of a whole search, each with a singular value decomposition; a crane takes 27
 _HALVINGS = 25
 _FEWER_HALVINGS = 6
 _AT_REST = 1e-9  # of a residual, in the scale of the states that it depends on
@@ -92,6 +93,7 @@ class _Search:
         self.declared = self.start  # y0 at the present parameters
         self.wanted = self._outputs(self.z)[self.held] if self.held else np.empty(0)
         self.rows = np.ones(0)
+        self.steps_left = _STEPS
         status, mass = instance.mass()
         _check(status)
         self.mass = mass * self.scale / self.scale[:, None]
@@ -175,7 +177,7 @@ class _Search:
         if self._restore() > _AT_REST and not self.varied:
             self._relax()
         before = np.inf
-        for _ in range(_ITERATIONS):
+        while self.steps_left > 0:
             along = self._along()
             size = float(np.abs(along).max(initial=0.0))
             if size <= _STILL or (size <= _NEARLY_STILL and size > 0.5 * before):
@@ -218,6 +220,8 @@ class _Search:
         fraction = 1.0
         for _ in range(_FEWER_HALVINGS):
             self.z = begin + fraction * along
+            if self.steps_left <= 0:
+                break
             with suppress(_Undefined):
                 if self._restore() <= _AT_REST:
                     return True
@@ -232,11 +236,12 @@ class _Search:
         remaining = self.residuals(self.z)
         size = np.inf
         for _ in range(_ITERATIONS):
+            self.steps_left -= 1
             slope, _ = self.slopes(self.z)
             self.rows = _row_scales(slope)
             scaled = remaining / self.rows
             size = float(np.abs(scaled).max(initial=0.0))
-            if size <= _ROUNDING:
+            if size <= _ROUNDING or self.steps_left <= 0:
                 break
             left, values, right = np.linalg.svd(slope / self.rows[:, None], full_matrices=False)
             count = _rank(values, rank * size)
