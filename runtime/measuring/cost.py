@@ -151,7 +151,8 @@ def _variant_cost(path: Path, base: Options, package: Package, variant: Change) 
 def spectral_radius(lowered: Lowered) -> float | None:
     """Compute the largest modulus of the eigenvalues of the Jacobian at the given start, 1/s.
 
-    A start at rest is not looked for. Parameters have their defaults, devices are at rest, algebraic unknowns at their guess.
+    A start at rest is not looked for. Parameters have their defaults, devices are at rest,
+    algebraic unknowns at their guess.
     """
     program, jacobian = lowered.program, lowered.jacobian
     size = len(program.states)
