@@ -337,9 +337,10 @@ def _form(context: ErrorContext) -> str:
     while not _begins_statement(context.read[at - 1 : at]):
         at -= 1
     first = context.read[at].type.lower()
-    if form := FORMS.get(first):
-        return form
-    return _peer_form(context, _span_of(context, context.read[at]).start) or FORMS_IN[block]
+    if first in FORMS and first != "model":  # other tools have models without braces
+        return FORMS[first]
+    advice = _peer_form(context, _span_of(context, context.read[at]).start)
+    return advice or FORMS.get(first, FORMS_IN[block])
 
 
 def _peer_form(context: ErrorContext, begin: int) -> str:

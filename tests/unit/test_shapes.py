@@ -346,7 +346,7 @@ def test_all_shapes_of_the_library_are_valid():
     assert having == {
         "Beam", "Revolute", "Prismatic", "Spherical", "Payload", "HangingLoad", "Link", "Handle",
         "Vessel", "SeakeepingVessel", "GuidedVessel", "Quay",
-        "RegularWave", "GivenWaves", "Jonswap",
+        "RegularWave", "GivenWaves", "Jonswap", "Rope",
     }  # fmt: skip
     assert drawn >= {
         "post.box", "pedestal.cylinder", "slide.cylinder", "swivel.sphere", "payload.sphere",
