@@ -213,6 +213,8 @@ def _check_world(world: World, root: Instance) -> None:
     """Report parameters of the scene's model that have the name of one of a file that it uses."""
     first: dict[str, Span] = {}
     for parameter in world.quantities.parameters:
+        if "." in parameter.name:
+            continue  # of a part of the model: `leg[1].mass`
         name = parameter.name.partition("[")[0]
         if first.setdefault(name, parameter.span) != parameter.span:
             member = root.members[name]

@@ -68,6 +68,15 @@ def test_a_constant_of_the_model_hides_it(path):
     assert float(graph.dag.value(own)) == 1.62
 
 
+def test_parts_of_an_array_may_have_several_parameters():
+    text = (
+        "model Leg { param a = 1; param b = 2; state x = a; der(x) = -b*x; }\n"
+        "model Two { for i in 1..2 { leg[i] : Leg; } } scene s of Two { observe leg[2].x; }\n"
+    )
+    names = [p.name for p in elaborate(load_text(text), "s").parameters]
+    assert sorted(names) == ["leg[1].a", "leg[1].b", "leg[2].a", "leg[2].b"]
+
+
 def test_a_zero_of_an_imported_file_is_folded_and_one_of_the_file_is_not(tmp_path):
     (tmp_path / "air.bg").write_text(
         "param drag : N*s/m = 0;\nmodel Air { port p in; r : R(drag); p -> r; }\n"
