@@ -127,7 +127,7 @@ class SampledPart:
     nexts: list[tuple[syntax.Next, Environment]] = field(default_factory=list)
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(slots=True, eq=False, repr=False)  # a tree's repr would repeat shared branches
 class Instance:
     """An instance of a model.
 

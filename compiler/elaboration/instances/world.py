@@ -52,7 +52,7 @@ class Edits:
         return parts
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(slots=True, eq=False, repr=False)
 class World:
     """The shared state of one elaboration."""
 
