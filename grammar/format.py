@@ -58,12 +58,12 @@ class _Piece:
 
     @property
     def is_line_comment(self) -> bool:
-        """Whether the line must end behind this piece."""
+        """Return whether the line must end behind this piece."""
         return self.kind == "COMMENT" and self.text.startswith("//")
 
     @property
     def has_unit(self) -> bool:
-        """Whether an operator directly behind it would be read as part of its unit."""
+        """Return whether an operator directly behind it would be read as part of its unit."""
         return self.kind == "NUMBER" and " " in self.text
 
 

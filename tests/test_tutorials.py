@@ -76,7 +76,7 @@ def commands(text: str) -> Iterator[Command]:
 
 
 def is_alike(shown: str, printed: str) -> bool:
-    """Whether two outputs agree but for measured times, rounding, and a few steps."""
+    """Return whether two outputs agree but for measured times, rounding, and a few steps."""
     lines = [text.splitlines() for text in (shown, printed)]
     return len(lines[0]) == len(lines[1]) and all(map(_is_line_alike, *lines))
 

@@ -37,7 +37,7 @@ def is_segment(dag: Dag, node: Node) -> bool:
 
 
 def joins(dag: Dag, segment: Node, reader: Node) -> bool:
-    """Whether a reader of the segment of a table is continuous where the segment changes."""
+    """Return whether a reader of the segment of a table is continuous where the segment changes."""
     if dag.op[reader] != Op.PIECE or dag.c[reader] != segment:
         return False
     table, place = dag.table_of(reader), dag.a[segment]

@@ -55,7 +55,7 @@ def number_of(content: bytes, degree: int) -> int:
 
 
 def base_of(number: int) -> int:
-    """The number of the table itself, of which `number` may be a derivative."""
+    """Number of the table that holds the function; `number` may be a derivative of it."""
     return number - number % 16
 
 

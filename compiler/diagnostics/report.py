@@ -57,7 +57,7 @@ class Report:
 
     @property
     def is_full(self) -> bool:
-        """Whether more errors would be dropped."""
+        """Return whether more errors would be dropped."""
         return self._errors > MAX_ERRORS
 
     @contextmanager

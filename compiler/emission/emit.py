@@ -257,7 +257,7 @@ def _on_ranges(lowered: Lowered, kernel: Kernel, shared: bool) -> KernelText:
 
 
 def is_large(program: Program) -> bool:
-    """Whether a model is split into several units, which are compiled in parallel."""
+    """Return whether a model is split into several units, which are compiled in parallel."""
     return len(program.dag) > _SPLIT
 
 

@@ -104,7 +104,7 @@ def number_values(dag: Dag, roots: Sequence[Node]) -> tuple[Dag, dict[Node, Node
 
 
 def _is_folded(dag: Dag, simple: Dag, node: Node, new: dict[Node, Node], folded: set[Node]) -> bool:
-    """Whether constant folding changes the fingerprint of a node.
+    """Return whether constant folding changes the fingerprint of a node.
 
     The fingerprint of a function is a hash of its operands, so it changes where an operand becomes
     a constant: `max(a - a + 2, 1)` becomes 2. Nodes that depend on such a function change too.

@@ -45,7 +45,7 @@ def literal(value: Fraction) -> str:
 
 
 def is_number_test(dag: Dag, node: Node) -> bool:
-    """Whether a condition is `x == x`, which is false if x is NaN."""
+    """Return whether a condition is `x == x`, which is false if x is NaN."""
     return dag.op[node] == Op.EQ and dag.a[node] == dag.b[node]
 
 

@@ -159,7 +159,7 @@ def _with_modes(program: Program, number: Mapping[Node, int]) -> tuple[Program, 
 
 
 def _jumps(dag: Dag, roots: Iterable[Node], found: Iterable[Node]) -> dict[Node, bool]:
-    """Whether the roots may jump where each operation changes; False if provably continuous."""
+    """Find where the roots may jump: True for operations not proven continuous at a change."""
     roots = set(roots)
     sudden = [node for node in found if not ROWS[dag.op[node]].kink]
     readers: dict[Node, list[Node]] = {node: [] for node in sudden}
@@ -214,7 +214,7 @@ def _steep(dag: Dag, roots: Iterable[Node], continuous: Iterable[Node]) -> set[N
 
 
 def _has_infinite_slope(dag: Dag, root: Node) -> bool:
-    """Whether the slope of a root, power or logarithm may be infinite where its argument is 0."""
+    """Return whether the slope of a root, power or logarithm may be infinite at argument 0."""
     exponent = dag.value(dag.b[root]) if dag.op[root] == Op.POW else None
     return exponent is None or exponent < 1
 
@@ -259,7 +259,7 @@ def _are_continuous(
     *,
     signed: bool | None = None,
 ) -> bool:
-    """Whether all readers of an operation's result are continuous at its threshold.
+    """Return whether all readers of an operation's result are continuous at its threshold.
 
     A multiple of a sign, `0.7*sign(x)` or `-sign(x)/b`, jumps as the sign does; what reads it is
     judged in its place.

@@ -56,7 +56,7 @@ def power_defect(program: Program) -> float | None:
 
 
 def _couples_rates(program: Program) -> bool:
-    """Whether the mass matrix couples rates, or the energy depends on algebraic states."""
+    """Return whether the mass matrix couples rates, or the energy depends on algebraic states."""
     one = program.dag.one
     if any(m.row != m.column or m.value != one for m in program.mass or ()):
         return True

@@ -82,7 +82,7 @@ def _inertia(dag: Dag, element: StorageElement, position: int) -> Node | None:
 
 
 def _is_alone(dag: Dag, element: StorageElement, position: int) -> bool:
-    """Whether no other momentum of the element moves the flow of this one."""
+    """Return whether no other momentum of the element moves the flow of this one."""
     row = (element.law.capacity or ())[position]
     return all(entry == dag.zero for k, entry in enumerate(row) if k != position)
 

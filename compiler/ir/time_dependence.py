@@ -7,7 +7,7 @@ from bgc.ir.program import Program
 
 
 def depends_on_time(program: Program) -> bool:
-    """Whether the rates, or the powers of observed accounts, depend explicitly on time."""
+    """Return whether the rates, or the powers of observed accounts, depend explicitly on time."""
     dag = program.dag
     nodes = [state.derivative for state in program.states]
     if program.scene.accounts:

@@ -19,7 +19,7 @@ class Takes(Enum):
 
 
 class Ends(Enum):
-    """Whether a shape stands between two frames: `from a to b`."""
+    """Return whether a shape stands between two frames: `from a to b`."""
 
     NEVER = "never"
     MAY = "may"

@@ -134,7 +134,7 @@ def _of_block(matrix: Numbers, places: Sequence[int], strictly: bool) -> Indefin
 
 
 def _is_above(matrix: Numbers, places: Sequence[int], limit: float) -> bool:
-    """Whether a Cholesky factorisation proves all eigenvalues of the scaled block above a limit."""
+    """Return whether Cholesky factors prove all eigenvalues of the scaled block above a limit."""
     scale = [math.sqrt(matrix[i][i]) if matrix[i][i] > 0 else 0.0 for i in places]
     if 0.0 in scale:
         return False

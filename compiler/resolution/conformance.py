@@ -69,7 +69,7 @@ def _missing(item: syntax.Value | syntax.Port | syntax.Part, member: syntax.Item
 
 
 def _same_kind(wanted: str | None, given: str | None) -> bool:
-    """Whether two units have one dimension; an absent or unknown unit matches any."""
+    """Return whether two units have one dimension; an absent or unknown unit matches any."""
     one = parse_unit(wanted) if wanted else None
     two = parse_unit(given) if given else None
     return one is None or two is None or one.dimension == two.dimension

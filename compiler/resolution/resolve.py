@@ -173,7 +173,7 @@ class _Loader:
 
 
 def _is_file(path: Path) -> bool:
-    """Whether a path names a file; False for a path that the system rejects."""
+    """Return whether a path names a file; False for a path that the system rejects."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -272,7 +272,7 @@ def _check_root(use: syntax.TypeUse, module: Module, report: Report) -> None:
 
 
 def check_type(use: syntax.TypeUse, module: Module, report: Report) -> bool:
-    """Whether the type of a part is declared; an undeclared type is reported."""
+    """Return whether the type of a part is declared; an undeclared type is reported."""
     if use.name in module.models or use.name in ELEMENTS:
         return True
     if use.name in module.domains:

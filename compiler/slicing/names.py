@@ -6,5 +6,5 @@ from collections.abc import Iterable
 
 
 def is_kept(name: str, kept: Iterable[str]) -> bool:
-    """Whether `keep` names it, a part that it belongs to, or the vector of which it is an entry."""
+    """Return whether `keep` names it, a part that holds it, or the vector that it belongs to."""
     return any(name == k or name.startswith((f"{k}.", f"{k}[")) for k in kept)

@@ -143,7 +143,7 @@ def _without_invariants(program: Program, values: Mapping[int, Node]) -> Program
 
 
 def _holds(program: Program, guard: Guard) -> bool:
-    """Whether a condition is now always true."""
+    """Return whether a condition is now always true."""
     return bool(program.dag.value(guard.condition))
 
 

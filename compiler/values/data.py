@@ -115,7 +115,7 @@ class Column:
 
 
 def may_be_data(expr: syntax.Expr | None) -> bool:
-    """Whether an expression is a path, or the call of `data` at the start of one."""
+    """Return whether an expression is a path, or the call of `data` at the start of one."""
     while isinstance(expr, syntax.Member | syntax.Index):
         expr = expr.base
     return isinstance(expr, syntax.Name) or (

@@ -192,7 +192,7 @@ def make_table(knots: Known, values: Known, options: Mapping[str, str]) -> Table
 
 
 def _differ(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
-    """Where two slopes are not one but for rounding."""
+    """Find the knots at which two slopes differ by more than rounding."""
     import numpy as np
 
     found: NDArray[Any] = np.abs(a - b) > _SAME * np.maximum(np.abs(a), np.abs(b))

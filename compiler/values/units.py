@@ -62,7 +62,7 @@ def times_seconds(dimension: Dimension, exponent: int) -> Dimension:
 
 
 def preferred(one: Dimension | None, two: Dimension | None) -> Dimension | None:
-    """Of two equal dimensions, or one that is unknown, the one that says most."""
+    """Choose the more specific of two equal dimensions, or the known one."""
     if one is None or (isinstance(two, Written) and not isinstance(one, Written)):
         return one if two is None else two
     return one

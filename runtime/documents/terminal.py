@@ -93,7 +93,7 @@ def _print_entry(console: Console, entry: Entry) -> None:
 
 
 def _opens_with(entry: Entry) -> bool:
-    """Whether the body says the summary again."""
+    """Return whether the body says the summary again."""
     return any(
         isinstance(block, Text) and block.text.startswith(entry.summary) for block in entry.body
     )

@@ -75,7 +75,7 @@ def _slope(linear: Linearisation, log_omega: float) -> float:
 def _crossings(
     response: Callable[[float], complex], at: Array, value: Complex
 ) -> Iterator[Landmark]:
-    """Where |G| = 1, with the phase margin, and where G is real and negative."""
+    """Find where |G| = 1, with the phase margin, and where G is real and negative."""
     size = np.abs(value)
     for x in _roots(
         lambda x: math.log(abs(response(x)) or 1e-300), at, np.log(np.maximum(size, 1e-300))

@@ -102,18 +102,18 @@ class Library:
 
     @property
     def has_chains(self) -> bool:
-        """Whether the model has closed chains of rigid connections, or conditions on positions."""
+        """Return whether the model has closed rigid chains, or conditions on positions."""
         names = (self.functions.bgc_chain_name, self.functions.bgc_condition_name)
         return any(name(self.pointer, 0) is not None for name in names)
 
     @property
     def has_jumps(self) -> bool:
-        """Whether states of the model jump."""
+        """Return whether states of the model jump."""
         return bool(self.functions.bgc_count_jumps(self.pointer))
 
     @property
     def is_sampled(self) -> bool:
-        """Whether the model has sampled parts."""
+        """Return whether the model has sampled parts."""
         return bool(self.functions.bgc_count_rates(self.pointer))
 
     def _declare(self, name: str, result: Any, arguments: tuple[Any, ...]) -> None:
@@ -311,7 +311,7 @@ class Instance:
         return x if status is Status.OK else np.full_like(x, np.nan)
 
     def faint(self, index: int) -> FaintState | None:
-        """How a state fell below its tolerance and grew again in this run, if it did."""
+        """Report how a state fell below its tolerance and grew again in this run."""
         found = FaintState()
         return found if self._call("bgc_get_faint", index, byref(found)) else None
 

@@ -63,7 +63,7 @@ class Undecided:
 
 
 def is_repeatable(model: LoadedModel) -> bool:
-    """Whether a run can be repeated: without devices, and inputs that the caller writes."""
+    """Return whether a run can be repeated: without devices, and inputs that the caller writes."""
     info = model.library.model
     return not (info.n_device or info.n_input)
 
@@ -148,7 +148,7 @@ class Probe:
     parameters: Mapping[str, ParameterValue] = field(default_factory=dict)
 
     def change(self, rows: Array, states: Sequence[Faint], reached: float = 1.0) -> float:
-        """How far shifts by their tolerance move the rows, relative to the range of each column.
+        """Measure how far shifts by their tolerance move the rows, relative to each range.
 
         A shift with which the run fails shows nothing. A column whose range is below what the
         tolerance resolves, at states that `reached` a part of their scales, is noise.
@@ -165,13 +165,13 @@ class Probe:
         return largest
 
     def shifted(self, states: Sequence[Faint]) -> Iterator[Array]:
-        """What is observed with the states shifted up, then down, by their tolerance."""
+        """Compute the rows with the states shifted up, then down, by their tolerance."""
         for sign in (1.0, -1.0):
             with self._started() as instance:
                 yield self._rows(instance, states, sign)[:, : len(self.model.measured)]
 
     def settled(self, state: Faint) -> tuple[Array, float] | None:
-        """What is observed, and a state at the end, unless rounding decides that here too."""
+        """Compute the rows and a state at the end, unless rounding decides that here too."""
         with self._started() as instance:
             rows = self._rows(instance, (), 0.0)
             if not np.isfinite(rows).all():

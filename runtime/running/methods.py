@@ -61,12 +61,12 @@ class MethodInfo:
 
     @property
     def fixed(self) -> bool:
-        """Whether its steps have a given length."""
+        """Return whether its steps have a given length."""
         return self.error_order == 0
 
     @property
     def explicit(self) -> bool:
-        """Whether its steps need no Jacobian."""
+        """Return whether its steps need no Jacobian."""
         return not self.jacobian
 
     @property

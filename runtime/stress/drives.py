@@ -52,7 +52,7 @@ _MOST = 16  # values of a wider range
 
 
 def is_extreme(value: float) -> bool:
-    """Whether a value is one at which numbers overflow or underflow, of no use in practice."""
+    """Return whether numbers overflow or underflow at a value, so that no user needs it."""
     return value != 0 and not 1 / _BEYOND_USE < abs(value) < _BEYOND_USE
 
 

@@ -193,7 +193,7 @@ class Judge:
         return self._unless_ringing(error, residual, reference.rows, reference.counts["steps"])
 
     def _depends_on_rounding(self, run: Run, method: Method) -> float:
-        """How far shifts of states below their tolerance move a run, relative to the ranges."""
+        """Measure how far shifts of states below their tolerance move a run, relative to ranges."""
         if not run.faint or not is_repeatable(self.model):
             return 0.0
         probe = Probe(self.model, method, self.times)

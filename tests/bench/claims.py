@@ -80,7 +80,7 @@ class TooManyEvaluations(Exception):
 
 
 def bdf_evaluations(model: Model, parameters: dict[str, float]) -> float:
-    """How often SciPy's BDF evaluates f over the scene; infinite beyond the bound."""
+    """Count SciPy's evaluations of f by BDF over the scene; infinite beyond the bound."""
     count = 0
 
     def rates(time: float, state: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Where a run advises an explicit method, is that faster and as right?
+"""Compare explicit methods with the default, in runs that advise one.
 
 `python tests/bench/explicit.py [NAME ..]` runs the scenes of the library, the published problems
 and the models of the tests by the default method at three tolerances (fixed steps: at the scene's).

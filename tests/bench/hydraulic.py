@@ -77,14 +77,14 @@ def program(folder: Path, scene: str, file: str) -> Path:
 
 
 def steps_and_seconds(made: Path, method: str) -> tuple[int, float]:
-    """Of one run."""
+    """Steps and processor time, s, of one run."""
     run = subprocess.run((made, method, str(DURATION)), check=True, capture_output=True, text=True)
     steps, seconds = run.stdout.split()
     return int(steps), float(seconds)
 
 
 def instructions(made: Path, method: str, until: float) -> int:
-    """Of the whole program, by callgrind."""
+    """Instructions of the whole program, by callgrind."""
     command = ("valgrind", "--tool=callgrind", f"--callgrind-out-file={made}.cg")
     run = subprocess.run(
         (*command, made, method, str(until)), check=True, capture_output=True, text=True

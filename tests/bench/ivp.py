@@ -61,7 +61,7 @@ def measure(name: str, solver: str) -> tuple[Curve, Curve, list[int]]:
 
 
 def slope(errors: Curve) -> float:
-    """Of log error over log tolerance, where the error is above rounding."""
+    """Slope of log error over log tolerance, where the error is above rounding."""
     good = np.isfinite(errors) & (errors > 1e-13)
     if good.sum() < 2:
         return float("nan")

@@ -186,6 +186,6 @@ def cold_compilation() -> list[Row]:
 
 
 def rows() -> list[Row]:
-    """What the compiled code has to reach by itself."""
+    """Targets of the compiled code by itself."""
     report()
     return [uniform_accuracy(0.1), uniform_accuracy(1.0), equal_dampers(), *cold_compilation()]

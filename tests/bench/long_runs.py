@@ -1,4 +1,4 @@
-"""What adds up over 1,000 s of the crane of `crane.bg`: the gaps of its joints, its energies.
+"""Drift over 1,000 s of the crane of `crane.bg`: the gaps of its joints, its energies.
 
 Rules: the scene `long`, drives swinging all the time, springs critically damped and unloaded at the
 start, deflections that follow the poses with a lag of 1 s. The gap is by how much the places of two

@@ -31,7 +31,7 @@ _PARTS = ("body.body.p", "pose.attitude.h", "pose.r", "spring.q")
 
 
 def order(names: Sequence[str]) -> NDArray[np.intp]:
-    """Where the states are that this module lays out by kind, then by body or joint."""
+    """Places of the states, which this module lays out by kind, then by body or joint."""
     bodies, joints = ("vessel", "column", "boom", "jib"), ("slew", "luff", "fold")
     wanted = [
         f"{owner}.{part}[{k}]"

@@ -27,7 +27,7 @@ class Entry:
 
     @property
     def weight(self) -> float:
-        """How often the text is drawn: small files are quicker to answer, right ones go further."""
+        """Weight in drawing: small files are quicker to answer, right ones go further."""
         share = _SHARE_OF_WRONG if "wrong/" in self.name else 1.0
         share *= _SHARE_OF_CRANES if "import crane" in self.text else 1.0
         return share / (_LARGE + len(self.text))

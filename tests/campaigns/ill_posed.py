@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 @dataclass(frozen=True, slots=True)
 class Core:
-    """What is wrong: items of a model, names to observe in it, declarations and scene statements.
+    """A fault: items of a model, names to observe in it, declarations and scene statements.
 
     In `scene`, `{at}` stands for the path of the items in the scene's model. `warns` marks models
     that run, and of which a warning is the right answer.

@@ -43,7 +43,7 @@ def case(seed: int, number: int) -> tuple[corpus.Entry, bytes]:
 
 
 def is_syntax(data: bytes) -> bool:
-    """Whether a text can be parsed; mutants that cannot are quick to answer, and much alike."""
+    """Return whether a text can be parsed; other mutants are quick to answer, and alike."""
     try:
         lark_parser().parse(data.decode(), start="start")
     except (UnicodeDecodeError, LarkError):

@@ -605,7 +605,7 @@ def mutant(rng: random.Random, text: str, other: str) -> bytes:
 
 
 def _encodable(text: str) -> bool:
-    """Whether bytes that were not UTF-8 can be written as they were."""
+    """Return whether bytes that were not UTF-8 can be written as they were."""
     try:
         text.encode("utf-8", errors="surrogateescape")
     except UnicodeEncodeError:

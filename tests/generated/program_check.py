@@ -143,7 +143,7 @@ def _constant(program: Program, place: Path, seed: int) -> Columns:
 
 
 def _set_at_run_time(program: Program, place: Path, seed: int) -> Columns:
-    """What the scene sets, set at run time."""
+    """Move the settings of the scene to the run."""
     sets = program.scene.sets
     writer = Writer(program)
     values = {writer.path(path): float(value.value) for path, value in sets}  # type: ignore[attr-defined]
@@ -247,7 +247,7 @@ def checked(program: Program, place: Path, variants: int, *, most: float = 2.0) 
 def _variant(
     program: Program, place: Path, scales: Mapping[str, float], name: str, base: Columns
 ) -> tuple[str, str] | None:
-    """What is wrong with a variant, None if nothing is."""
+    """Describe the fault of a variant; None if it has none."""
     try:
         other = VARIANTS[name](program, place, program.seed)
     except Refused as err:
@@ -263,7 +263,7 @@ def _variant(
 def _confirmed(
     program: Program, place: Path, scales: Mapping[str, float], where: str
 ) -> tuple[str, str]:
-    """Whether a difference stays at tighter tolerances; else it is of the tolerances."""
+    """Return whether a difference stays at tighter tolerances; else it is of the tolerances."""
     try:
         tight = reference_of(program, rtol=1e-11, most=20.0)
         base = run_text(write(program), place, rtol=1e-11)

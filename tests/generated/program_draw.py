@@ -107,7 +107,7 @@ class Template:
 
 @dataclass(frozen=True)
 class Wishes:
-    """What a program may have."""
+    """Features that a program may have."""
 
     initials: bool = True
     size: int = 5

@@ -130,7 +130,7 @@ def _steering_map(crane: Crane, angles: Array) -> Array:
 
 
 def drive_torques(crane: Crane, state: State) -> Array:
-    """What the drives give: they hold the weights outboard and yield to the steering."""
+    """Efforts of the drives, which hold the weights outboard and yield to the steering."""
     down = -GRAVITY * state.orientation[2]
     torques = -_steering_map(crane, state.angles).T @ state.steering
     for k, beam_map in enumerate(_twist_maps(crane, state.angles)[1:]):

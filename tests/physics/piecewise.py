@@ -55,7 +55,7 @@ def _stays(
 def _time_to_leave(
     matrix: Floats, edge: Floats, y: Floats, inside: bool, end: float, scan: float
 ) -> float:
-    """How long until `edge @ y` has the other sign; beyond the end if it keeps it."""
+    """Time until `edge @ y` has the other sign; beyond the end if it keeps it."""
 
     def over(t: float) -> float:
         return float(edge @ expm(matrix * t) @ y)

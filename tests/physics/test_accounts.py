@@ -64,7 +64,7 @@ def test_good_runs_are_not_warned_of_whatever_moves(load, scene, solver):
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6])
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_a_long_run_balances_within_the_tolerance(load, solver, rtol):
-    """What each step leaves is of one sign: without control of the sum, four tolerances here."""
+    """The errors of the steps have one sign: without control of their sum, four tolerances."""
     result = load("accounts", "shaken").simulate(solver=solver, rtol=rtol)
     assert np.abs(result["energy.residual"]).max() < rtol * result["energy.dissipated"][-1]
 

@@ -44,7 +44,7 @@ def circuit(tmp_path_factory: pytest.TempPathFactory) -> bgc.Model:
 
 
 def voltage(time: Array, capacity: float) -> Array:
-    """Of the capacitor in V, from the differential equation of the circuit."""
+    """Voltage of the capacitor, V, from the differential equation of the circuit."""
     decay = R / (2.0 * L)
     rate = np.sqrt(1.0 / (L * capacity) - decay**2)
     swing = np.cos(rate * time) + decay / rate * np.sin(rate * time)

@@ -158,7 +158,7 @@ def test_shut_ports_hold_a_rod_for_ever(load):
         return strain(p, 1e-6) - given
 
     def force(x):
-        """Of both chambers on the rod."""
+        """Force of both chambers on the rod."""
         oil = np.array([(0.01 + AREA * 0.8), (0.01 + RING * 0.8)])
         oil *= 1 + strain(np.array([28.125, 64.2857142857]) * BAR, 1e-6)
         s = oil / np.array([0.01 + AREA * x, 0.01 + RING * (1.6 - x)]) - 1
@@ -187,7 +187,7 @@ def test_end_stops_take_energy_and_never_give_it(load, extension, speed):
     stiffness = 300 * BAR * AREA / 0.01
 
     def slope(_, state):
-        """Of the mass on the stop alone: the oil is 200 times as soft."""
+        """Motion of the mass on the stop alone: the oil is 200 times as soft."""
         depth, inwards = state
         return [inwards, -stiffness * depth * (1 + 2 * inwards) / 2000]
 

@@ -61,7 +61,7 @@ def test_a_saturated_controller(load, follower_end, scene, method):
 
 
 def rain(level: float) -> float:
-    """What falls in 100 s: 18 humps of a sine above the level."""
+    """Rain of 100 s: 18 humps of a sine above the level."""
     start = math.asin(level)
     return 18 * (2 * math.cos(start) - level * (math.pi - 2 * start)) / 1.1
 

@@ -1,4 +1,4 @@
-"""What a run says about its steps: rounding that limits them, explicit methods that would do."""
+"""Advice of a run on its steps: rounding that limits them, explicit methods that suffice."""
 
 from __future__ import annotations
 

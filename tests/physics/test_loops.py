@@ -17,7 +17,7 @@ def test_the_resistors_around_a_capacitor(load):
 
 
 def diode_current(v: float) -> float:
-    """Of the two diodes in series behind 1 kOhm; the loop as one equation in the sharp one's e."""
+    """Solve the loop of two diodes behind 1 kOhm as one equation in the sharp one's e."""
 
     def current(e: float) -> float:
         return 1e-14 * math.expm1(e / 0.02585)

@@ -27,7 +27,7 @@ def compiled(name: str) -> Model:
 
 
 def relaxation() -> End:
-    """Of the test set, scaled back."""
+    """Digits of the test set, scaled back."""
     return {"x": 1.706167732170469, "v": -0.8928097010248125e-3}
 
 

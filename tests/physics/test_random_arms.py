@@ -22,7 +22,7 @@ def test_accelerations_are_those_of_pinocchio(seed, tmp_path):
 
 @pytest.mark.parametrize("seed", OBLIQUE)
 def test_mounts_nearly_at_right_angles_are_no_worse(seed, tmp_path):
-    """Where a tenth of a degree is missing, elimination has numbers of 0.002 to divide by."""
+    """A tenth of a degree off, elimination divides by numbers of 0.002."""
     check(random_arm(seed, BODIES, angles=[0, 30, 45, 90, -90, 90.1, -90.1, 0.1]), seed, tmp_path)
 
 

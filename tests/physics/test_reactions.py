@@ -1,4 +1,4 @@
-"""What rigid joints bear: rates of merged momenta, against Newton's law and MuJoCo."""
+"""Loads of rigid joints: rates of merged momenta, against Newton's law and MuJoCo."""
 
 import mujoco
 import numpy as np

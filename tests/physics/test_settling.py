@@ -30,7 +30,7 @@ def test_springs_start_with_the_deflection_of_the_slow_motion(load: Load) -> Non
 
 @pytest.mark.parametrize("stiffness", [10.0**k for k in range(3, 15)])
 def test_a_start_settles_at_every_stiffness(load: Load, stiffness: float) -> None:
-    """What the slow motion leaves out is its own curvature, soft/stiff."""
+    """The slow motion leaves out its own curvature, soft/stiff."""
     model = load("settling", "hanger")
     result = model.simulate(1e-6, settle=1, parameters={"k": stiffness})
     fall = (LOAD * GRAVITY - SOFT * result["place"][0]) / (CART + LOAD)

@@ -1,4 +1,4 @@
-"""What depends on time alone is found, however narrow it is, at no cost to what is slow."""
+"""Features in time alone are found, however narrow, at no cost to slow ones."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def test_a_swell_grows_from_rest(load):
 
 
 def test_periods_of_three_degrees_of_freedom(load):
-    """Of G x = w^2 M x, with the cargo's inertia about the vessel's origin."""
+    """Eigenvalues of G x = w^2 M x, with the cargo's inertia about the vessel's origin."""
     model = load("vessel_levels", "upright")
 
     def matrix(name: str, rows: range) -> np.ndarray:

@@ -55,7 +55,7 @@ def held(account):
 
 @pytest.mark.parametrize("account", ["stored", "dissipated"])
 def test_an_account_is_kept_without_those_that_are_not_read(account):
-    """What the device supplies would need its acceleration, which it does not give."""
+    """The power of the device would need its acceleration, which it does not give."""
     energy = held(f"energy.{account}").energy
     zero = {name: getattr(energy, name) == 0 for name in ("stored", "supplied", "dissipated")}
     assert zero == {"stored": True, "supplied": True, "dissipated": True, account: False}

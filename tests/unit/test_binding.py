@@ -32,7 +32,7 @@ SIZES = {c_int: "int", c_size_t: "size_t", c_double: "double", None: "void"}
 
 
 def header_layout(tmp_path: Path) -> list[str]:
-    """What a C program prints of all fields: name, offset and size; and of the sizes of structs."""
+    """Name, offset and size of all fields by a C program, and the sizes of structs."""
     lines = [
         f'printf("{name}.{field} %zu %zu\\n", offsetof({name}, {field}), '
         f"sizeof((({name} *)0)->{field}));"

@@ -1,4 +1,4 @@
-"""What a refused graph is told: both causes, and the way between them, in the source."""
+"""Messages about refused graphs: both causes, and the way between them, in the source."""
 
 import pytest
 

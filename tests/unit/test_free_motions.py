@@ -172,7 +172,7 @@ def test_stiffnesses_that_cancel_are_refused(second: float) -> None:
 
 @pytest.mark.parametrize("springs", [1, 2])
 def test_a_lever_that_only_moduli_hold_is_refused(springs: int) -> None:
-    """Where all its moduli vanish its speed is undetermined."""
+    """Its speed is undetermined where all its moduli vanish."""
     g = GraphBuilder()
     angle = g.state("angle", 0.5)
     g.derivative(angle, g.dag.one)

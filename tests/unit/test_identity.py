@@ -1,4 +1,4 @@
-"""What results that are kept between runs belong to."""
+"""The identity of results that are kept between runs."""
 
 from __future__ import annotations
 

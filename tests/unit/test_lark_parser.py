@@ -135,7 +135,7 @@ def test_a_start_at_rest_is_read() -> None:
 
 
 def recovered(text: str) -> tuple[tuple[syntax.Declaration, ...], list[str]]:
-    """What is read of a text with errors, and their codes."""
+    """Parse a text with errors; return the tree and their codes."""
     file, found = parse(Source("test.bg", text))
     return file.declarations, [d.code for d in found]
 

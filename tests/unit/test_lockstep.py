@@ -1,4 +1,4 @@
-"""What guards the steps that instances take together: errors, pivots, states that are set."""
+"""Guards of the steps that instances take together: errors, pivots, states that are set."""
 
 from __future__ import annotations
 

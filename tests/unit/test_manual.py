@@ -144,7 +144,7 @@ def commands(block: Block) -> Iterator[tuple[str, list[str]]]:
 
 
 def agrees(shown: str, found: str) -> bool:
-    """Whether a line is as shown: the words alike, numbers to the digits shown."""
+    """Return whether a line is as shown: the words alike, numbers to the digits shown."""
     if NUMBER.sub("#", " ".join(shown.split())) != NUMBER.sub("#", " ".join(found.split())):
         return False
     return all(
@@ -161,7 +161,7 @@ def _last_digit(number: str) -> float:
 
 
 def matches(shown: list[str], found: list[str]) -> bool:
-    """Whether lines are as shown, `...` standing for any number of them."""
+    """Return whether lines are as shown, `...` standing for any number of them."""
     if not shown:
         return not found
     first, *rest = shown

@@ -44,7 +44,7 @@ def pieces(pushed_from: float = np.inf) -> Iterator[tuple[float, Floats, Floats]
 
 
 def next_touch(matrix: Floats, y: Floats, stopped: bool) -> float:
-    """How long until the stop is left, or met."""
+    """Time until the stop is left, or met."""
     scan = 1e-3
     step = expm(matrix * scan)
     k, ahead = 0, y

@@ -151,7 +151,7 @@ def test_a_model_that_breaks_static_pivots_is_solved(
 
 @pytest.mark.slow
 def test_the_fallback_solves_it_and_nothing_else_would(folder: Path) -> None:
-    """Which values break the pivots depends on the order of elimination; some do."""
+    """Some values break the pivots, depending on the order of elimination."""
     guarded, blind = emitted(True, folder), emitted(False, folder)
     broken = [e for e in ENTRIES if run_emitted(guarded, e)[2]["fallbacks"] > 0]
     assert broken

@@ -62,7 +62,7 @@ def test_every_data_file_is_covered_by_a_pattern(setuptools_table):
 
 
 def test_the_top_level_holds_only_what_was_decided():
-    """Of what git keeps: a user may have written results beside it."""
+    """Files that git keeps; a user may have written results beside them."""
     if shutil.which("git") is None or not (ROOT / ".git").exists():
         pytest.skip("not a checkout")
     listed = subprocess.run(

@@ -38,7 +38,7 @@ def test_a_choice_at_its_edge_is_taken_as_it_stands() -> None:
 
 
 def test_the_bound_covers_the_error_of_long_sums() -> None:
-    """Of tenths, against their exact sum."""
+    """Sums of tenths, against their exact values."""
     dag = Dag()
     total, exact = dag.mul(dag.symbol(Kind.PARAM, 1), dag.zero), Fraction(0)
     values = RoundedEvaluator(dag, VALUES.__getitem__)

@@ -205,7 +205,7 @@ def test_a_recalled_build_has_the_places_of_jumps_and_held_values(tmp_path, monk
 
 
 def test_a_transfer_function_has_letters_for_held_values(tmp_path):
-    """Of `x' = -k u x` with a held u: -u x/(s + k u). Other held values are removed."""
+    """The response of `x' = -k u x` to k, with a held u, is -u x/(s + k u)."""
     path = tmp_path / "m.bg"
     path.write_text(MODEL.replace("-x + u;", "-x*k*u;").replace("param T", "param k = 2;  param T"))
     function, _, _ = transfer_at(path, Options(), "x", "k", None)

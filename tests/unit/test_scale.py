@@ -1,4 +1,4 @@
-"""What compiling costs grows no faster than the model: counted in nodes and operations."""
+"""The cost of compiling grows no faster than the model: counted in nodes and operations."""
 
 from __future__ import annotations
 

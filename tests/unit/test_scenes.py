@@ -1,4 +1,4 @@
-"""What scenes say: edits, devices, observations, the facts of a run."""
+"""Statements of scenes: edits, devices, observations, the facts of a run."""
 
 import math
 

@@ -30,7 +30,7 @@ def sequenced(dag: Dag, rows: list[Entries], dependents: list[int]) -> tuple[Ste
 
 
 def check(dag: Dag, rows: list[Entries], dependents: list[int]) -> tuple[Step, ...]:
-    """What `Step` promises: rows are put together again, no dependent class is used later."""
+    """The guarantees of `Step`: rows are put together again, no dependent class is used later."""
     steps = sequenced(dag, rows, dependents)
     fingerprints = Fingerprints(dag)
     assert sorted(step.dependent for step in steps) == sorted(dependents)

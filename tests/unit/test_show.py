@@ -1,4 +1,4 @@
-"""What `bgc show` prints after each pass."""
+"""The output of `bgc show` after each pass."""
 
 from pathlib import Path
 

@@ -28,7 +28,7 @@ MODELS = Path(__file__).parents[1] / "models" / "stress.bg"
 
 @pytest.fixture(autouse=True)
 def points(monkeypatch):
-    """What is found is kept for the test alone, by key."""
+    """Keep results for the test alone, by key."""
     kept = {}
     monkeypatch.setattr("bgc.runtime.stress.store.read_note", lambda _, key: kept.get(key))
     monkeypatch.setattr(

@@ -1,4 +1,4 @@
-"""What `bgc stress` holds numbers against, and how far it drives."""
+"""References of `bgc stress`, and the limits of its drives."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def oscillator(folder: Path, statement: str) -> Model:
 
 
 def verdict(model: Model, step: str, within: float | None = None) -> Verdict:
-    """Of rk4 with a step."""
+    """Result of rk4 with a step."""
     found = stress(model, [f"step={step}, {step}"], solver="rk4", step=1e-3, within=within,
                    fresh=True)  # fmt: skip
     return found.points[0].judgement.verdict

@@ -1,4 +1,4 @@
-"""Which operations become modes, and what kernels make of them."""
+"""Operations that become modes, and the kernels that read them."""
 
 from __future__ import annotations
 

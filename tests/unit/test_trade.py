@@ -404,7 +404,7 @@ def test_a_column_may_be_required_by_its_name_or_by_what_it_is(tmp_path: Path) -
 
 
 class Links(HTMLParser):
-    """What a page refers to, and its tables' rows."""
+    """References of a page, and the rows of its tables."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -107,7 +107,7 @@ class BondUnits:
         self._pseudo.add(self._sets.find(bond))
 
     def is_power(self, bond: int) -> bool:
-        """Whether effort times flow is a power."""
+        """Return whether effort times flow is a power."""
         return self._sets.find(bond) not in self._pseudo
 
     def set_unit(self, variable: str, bond: int, dimension: Dimension, span: Span) -> bool:

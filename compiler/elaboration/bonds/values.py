@@ -124,7 +124,7 @@ class BondValues:
         return self.domains.facts(domain.declared) if domain is not None else None
 
     def has_pose(self, place: PortEntry | Element) -> bool:
-        """Whether a port or 1-junction is a frame: its domain carries `r[3]` and `A[3, 3]`."""
+        """Return whether a port or 1-junction is a frame, with signals `r[3]` and `A[3, 3]`."""
         if isinstance(place, PortEntry):
             face = place.inner if place.inner.joints else place.outer
         elif place.basic == "J1":
@@ -136,7 +136,7 @@ class BondValues:
         return shapes.get("r") == (3,) and shapes.get("A") == (3, 3)
 
     def is_power(self, bond: int) -> bool:
-        """Whether effort times flow of a scalar bond is a power."""
+        """Return whether effort times flow of a scalar bond is a power."""
         return self.units is not None and self.units.is_power(bond)
 
     # --- variables of faces ---------------------------------------------------------

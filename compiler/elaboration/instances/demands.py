@@ -111,7 +111,7 @@ class Demands:
 
 
 def _is_stack_short() -> bool:
-    """Whether one more computation might exceed Python's stack."""
+    """Return whether one more computation might exceed Python's stack."""
     try:
         sys._getframe(sys.getrecursionlimit() - _FRAMES)
     except ValueError:  # the stack is not that deep

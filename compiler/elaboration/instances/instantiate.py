@@ -196,7 +196,7 @@ class Builder:
         return isinstance(member, Pending) and self.is_slot(member)
 
     def is_slot(self, pending: Pending) -> bool:
-        """Whether a part is replaceable: its type is an interface, or it has a default."""
+        """Return whether a part is replaceable: its type is an interface, or it has a default."""
         declared = pending.env.module.models.get(pending.part.type.name)
         return pending.part.default is not None or (
             declared is not None and declared.syntax.interface

@@ -70,7 +70,7 @@ class Evaluates(Protocol):
         """The component that an indexed target such as `x[2]` names."""
 
     def is_zero_by_default(self, expr: syntax.Expr, env: Environment) -> bool:
-        """Whether an expression names a parameter or input of a part that is zero by default."""
+        """Return whether an expression names a value of a part that is zero by default."""
 
 
 class ReadsBonds(Protocol):

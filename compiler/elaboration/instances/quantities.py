@@ -272,7 +272,7 @@ class Quantities:
         return Value(value.shape, tuple(self.world.dag.add(*pair) for pair in pairs), value.units)
 
     def is_zero_by_default(self, expr: syntax.Expr, env: Environment) -> bool:
-        """Whether an expression names a parameter or input of a part with a default of zero.
+        """Return whether an expression names a parameter or input of a part with a default of zero.
 
         An argument that is itself a name is followed to its own quantity. Parameters and inputs of
         the scene's own model do not count, since the user chose their defaults.
@@ -422,7 +422,7 @@ class Quantities:
         return Value(default.shape, tuple(nodes), default.units)
 
     def _is_own(self, env: Environment) -> bool:
-        """Whether a value belongs to the scene's own model or file, not to a part or an import."""
+        """Return whether the scene's model or file declares a value, not a part or an import."""
         if env.instance is None:
             return env.module is self.world.package.root
         return env.instance.parent is None

@@ -42,7 +42,7 @@ class Names:
 
     @property
     def allows_rates(self) -> bool:
-        """Whether `der(x)` is permitted here."""
+        """Return whether `der(x)` is permitted here."""
         return self.rates
 
     def lookup(self, name: str, span: Span) -> Value | Namespace | None:
@@ -73,7 +73,7 @@ class Names:
         return ChainMap(*(cast(dict[str, object], table) for table in tables))
 
     def is_value(self, name: str) -> bool:
-        """Whether a name denotes a variable of the law, a local, a quantity or a constant."""
+        """Return whether a name is a variable of the law, a local, a quantity or a constant."""
         if name in self.extra or name in self.env.locals:
             return True
         return isinstance(find_member(self.env, name), Quantity | Declared)

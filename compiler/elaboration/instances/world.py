@@ -97,6 +97,6 @@ class World:
         return evaluate_whole(expr, Names(self, env, {}, False), self.dag, what, low, high)
 
     def holds(self, condition: syntax.Expr, env: Environment) -> bool:
-        """Whether the condition of a compile-time `if` holds."""
+        """Return whether the condition of a compile-time `if` holds."""
         scope = Names(self, env, {}, False)
         return evaluate_condition(condition, scope, self.dag, "the condition")

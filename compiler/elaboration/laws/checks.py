@@ -36,7 +36,7 @@ class LawChecks:
         )
 
     def inverts(self, inverse: Matrix, matrix: Matrix) -> bool:
-        """Whether `inverse * matrix` is the identity."""
+        """Return whether `inverse * matrix` is the identity."""
         dag = self._world.dag
         columns = list(zip(*matrix, strict=True))
         if len(inverse) != len(columns) or len(inverse[0]) != len(matrix):
@@ -50,7 +50,7 @@ class LawChecks:
         return all(abs(number) <= _TOLERANCE for number in self._numbers(left))
 
     def is_finite(self, matrix: Matrix) -> bool:
-        """Whether all entries are finite at the defaults of the parameters."""
+        """Return whether all entries are finite at the defaults of the parameters."""
         return all(map(math.isfinite, self._numbers([node for row in matrix for node in row])))
 
     def _first_nonzero(
@@ -86,12 +86,12 @@ class LawChecks:
 
 
 def varies(dag: Dag, matrix: Matrix) -> bool:
-    """Whether an entry depends on time, an input or a state."""
+    """Return whether an entry depends on time, an input or a state."""
     return any(dag.level[node] > Level.PARAM for row in matrix for node in row)
 
 
 def depends_on_others(laws: Laws, law: Law, element: Element, own: set[Kind]) -> bool:
-    """Whether the law of an element with ports on one side depends on foreign symbols.
+    """Return whether the law of an element with ports on one side depends on foreign symbols.
 
     Parameters and the element's own variables of the kinds `own` are permitted.
     """

@@ -121,6 +121,6 @@ def _require_edge(dag: Dag, condition: Node, span: Span) -> None:
 
 
 def _moves(dag: Dag, node: Node) -> bool:
-    """Whether a node may change between the instants at which held values change."""
+    """Return whether a node may change between the instants at which held values change."""
     symbols = (dag.symbol_of(inner) for inner in dag.reachable([node]))
     return any(s is not None and s.kind not in {Kind.PARAM, Kind.INPUT} for s in symbols)

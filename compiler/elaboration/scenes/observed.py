@@ -121,7 +121,7 @@ def _account(item: syntax.Observe, root: Instance) -> str | None:
 
 
 def is_path(expr: syntax.Expr) -> bool:
-    """Whether an expression is a path, which can serve as the name of its column."""
+    """Return whether an expression is a path, which can serve as the name of its column."""
     match expr:
         case syntax.Name():
             return True

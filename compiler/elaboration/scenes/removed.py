@@ -80,7 +80,7 @@ def _reduced(item: syntax.SceneItem, columns: Sequence[str]) -> syntax.SceneItem
 
 
 def _is_column(path: syntax.Expr, columns: Sequence[str]) -> bool:
-    """Whether a path names one of these columns or a component of one."""
+    """Return whether a path names one of these columns or a component of one."""
     name = text_of(path)
     return any(name == c or name.startswith((f"{c}.", f"{c}[")) for c in columns)
 
@@ -92,7 +92,7 @@ def _slot_above(path: syntax.Expr, slots: Sequence[str]) -> str | None:
 
 
 def _is_missing(world: World, scene: Scene, path: syntax.Expr) -> bool:
-    """Whether a path leads to a part or value that the model does not have."""
+    """Return whether a path leads to a part or value that the model does not have."""
     steps: list[syntax.Expr] = []
     while isinstance(path, syntax.Member | syntax.Index):
         steps.append(path)

@@ -60,7 +60,7 @@ class Scene:
 
 
 def stands_alone(package: Package) -> bool:
-    """Whether a file can be compiled by itself: it has a scene, or its last model is complete.
+    """Return whether a file compiles by itself: it has a scene, or its last model is complete.
 
     A file of library parts cannot: its models have ports to bond and values to be supplied.
     """
@@ -104,7 +104,7 @@ def _types_in(declaration: syntax.Declaration) -> Iterator[str]:
 
 
 def _is_incomplete(model: Declared[syntax.Model], given: frozenset[str]) -> bool:
-    """Whether a model has ports, or dimensions or values without a default."""
+    """Return whether a model has ports, or dimensions or values without a default."""
     if any(formal.default is None for formal in model.syntax.formals):
         return True
     for item in model.syntax.items:

@@ -275,7 +275,7 @@ class _Reader:
     # --- frames ---------------------------------------------------------------------
 
     def _names_a_frame(self, expr: syntax.Expr) -> bool:
-        """Whether an expression is a path to a part or port, or to the position `r` of one."""
+        """Return whether an expression is a path to a part, a port, or the position `r` of one."""
         if not isinstance(expr, syntax.Name | syntax.Member | syntax.Index):
             return False
         if not isinstance(self._resolved(expr), Value):
@@ -366,7 +366,7 @@ def _frame_port(bonds: BondValues, instance: Instance) -> PortEntry | None:
 
 
 def _is_rotation(m: Sequence[float]) -> bool:
-    """Whether nine numbers, by rows, are a right-handed rotation to six digits."""
+    """Return whether nine numbers, by rows, are a right-handed rotation to six digits."""
     rows = [m[0:3], m[3:6], m[6:9]]
     products = [sum(x * y for x, y in zip(a, b, strict=True)) for a in rows for b in rows]
     square = all(abs(p - (k % 4 == 0)) < _ROUNDING for k, p in enumerate(products))

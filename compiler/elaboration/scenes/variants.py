@@ -29,7 +29,7 @@ class Change:
         return f"{'use' if self.is_use else 'set'} {self.name} = {self.value};"
 
     def excludes(self, other: Change) -> bool:
-        """Whether both changes have one target, or one fills the slot that contains the other."""
+        """Return whether both changes have one target, or one fills a slot around the other."""
         return (
             self.name == other.name
             or (self.is_use and other.name.startswith(f"{self.name}."))

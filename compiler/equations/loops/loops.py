@@ -408,7 +408,7 @@ class _Loop:
 
 
 def _is_flat(dag: Dag, slope: Node) -> bool:
-    """Whether a slope is zero on one side of a condition."""
+    """Return whether a slope is zero on one side of a condition."""
     while dag.op[slope] in {Op.NEG, Op.MUL, Op.DIV}:
         operands = dag.operands(slope)
         varying = [x for x in operands if dag.level[x] > Level.PARAM]

@@ -97,7 +97,7 @@ class Resolver:
                     yield from self._rates_behind(node, self.final[of])
 
     def _is_free(self, symbol: Symbol) -> bool:
-        """Whether a symbol stays as it is; the rate of a declared state in an equation does."""
+        """Return whether a symbol stays: the rate of a declared state in an equation does."""
         declared = symbol.kind is Kind.RATE and symbol.index < self._declared
         return symbol.kind in _FREE or declared
 
@@ -207,7 +207,7 @@ class Resolver:
         return rate_terms(self._dag, self._variables.causal.fingerprints, of, rates, unknown)
 
     def _is_one_law(self, members: Sequence[Node]) -> bool:
-        """Whether a cycle is only the inverse law of one element, and not a loop of the graph."""
+        """Return whether a cycle is the inverse law of one element, not a loop of the graph."""
         ports = self._variables.ports_among(members)
         if len({self._variables.causal.ports[k].element for k in ports}) != 1:
             return False
@@ -238,7 +238,7 @@ class Resolver:
         return terms
 
     def _leads_to(self, node: Node, terms: Iterable[Node], inside: Collection[Node]) -> bool:
-        """Whether terms need a node, by way of the nodes inside."""
+        """Return whether terms need a node, by way of the nodes inside."""
         stack = [term for term in terms if term in inside]
         seen = set(stack)
         while stack:

@@ -154,7 +154,7 @@ def _conditions_on_charges(
 
 
 def _is_beside(dag: Dag, port: StoragePort, initial: Initial) -> bool:
-    """Whether a value belongs to an IC's other state, or is a zero that imposes nothing."""
+    """Return whether a value belongs to an IC's other state, or is a zero that imposes nothing."""
     return port.has_momentum or initial.value == dag.zero
 
 

@@ -52,7 +52,7 @@ class Slot:
 
     @property
     def is_charge(self) -> bool:
-        """Whether it belongs to a compliance (in the terms of its region)."""
+        """Return whether it belongs to a compliance (in the terms of its region)."""
         return self.port is not None and self.port.port.role is Role.COMPLIANCE
 
     @property
@@ -61,7 +61,7 @@ class Slot:
         return self.element.ports[0].port.element
 
     def kind(self, dag: Dag) -> Kind:
-        """Whether it is a charge or a momentum of its element."""
+        """Return whether it is a charge or a momentum of its element."""
         symbol = dag.symbol_of(self.state.symbol)
         assert symbol is not None
         return symbol.kind

@@ -190,7 +190,7 @@ class _Search:
                 row[column] = dag.add(row.get(column, dag.zero), dag.mul(weight, entry))
 
     def _is_resistance(self, source: Source, port: int) -> bool:
-        """Whether a source of effort holds its own flow in its value."""
+        """Return whether a source of effort holds its own flow in its value."""
         causal, dag = self._causal, self._dag
         if causal.ports[port].role is not Role.EFFORT_SOURCE:
             return False

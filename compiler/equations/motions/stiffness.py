@@ -69,7 +69,7 @@ def _scaled(table: Sequence[Sequence[float]], sizes: Sequence[float]) -> list[li
 
 
 def _is_definite(table: Sequence[Sequence[float]]) -> bool:
-    """Whether a matrix is symmetric, and less a little of the identity has Cholesky's factors."""
+    """Return whether a matrix is symmetric and positive, by Cholesky with a small margin."""
     factors: list[list[float]] = []
     for i, row in enumerate(table):
         if any(abs(row[j] - table[j][i]) > _EQUAL for j in range(i)):

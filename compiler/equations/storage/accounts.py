@@ -112,7 +112,7 @@ def _stored(variables: Variables, element: StorageElement) -> Node | None:
 
 
 def is_symmetric(variables: Variables, matrix: Matrix) -> bool:
-    """Whether a law derives from an energy: proven, or true at the parameters' defaults."""
+    """Return whether a law derives from an energy: proven, or true at the parameters' defaults."""
     for i, row in enumerate(matrix):
         for j in range(i):
             pair = (row[j], matrix[j][i])

@@ -34,7 +34,7 @@ class Condition:
 
     @property
     def is_default(self) -> bool:
-        """Whether it is a zero by default, ignored where it contradicts given values."""
+        """Return whether it is a zero by default, ignored where it contradicts given values."""
         return self.initial is not None and self.initial.is_default
 
 

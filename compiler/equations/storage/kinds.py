@@ -53,7 +53,7 @@ class StoragePort:
 
     @property
     def has_momentum(self) -> bool:
-        """Whether it answers with a flow to its momentum, rather than with an effort."""
+        """Return whether it answers with a flow to its momentum, rather than with an effort."""
         return _has_momentum(self.port)
 
 
@@ -126,7 +126,7 @@ def columns_of(elements: Sequence[StorageElement], role: Role) -> dict[int, list
 def is_independent(
     causal: CausalGraph, element: StorageElement, columns: dict[int, list[StoragePort]]
 ) -> bool:
-    """Whether an element's inertias can keep their own states: each has its own independent flow.
+    """Return whether each inertia of an element has a state and an independent flow of its own.
 
     A compliance always can at first; storage that free motions join is merged later.
     """

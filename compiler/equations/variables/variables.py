@@ -234,7 +234,7 @@ class Variables:
         return self._certifier.certify(node)
 
     def may_divide(self, node: Node, message: str) -> bool:
-        """Whether a node never vanishes; the parameters that this takes are noted."""
+        """Return whether a node never vanishes; the parameters that this takes are noted."""
         certificate = self._certifier.certify(node)
         if certificate is None:
             return False
