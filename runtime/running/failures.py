@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import assert_never
 
 from bgc.building.built import Place, Places
-from bgc.diagnostics.catalogue import run
+from bgc.diagnostics.catalogue import closures, jumps, run, samples, starts
 from bgc.diagnostics.catalogue.arguments import parameter_out_of_range
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.result import Result
@@ -78,14 +78,14 @@ def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Di
             what = text(model.divisor[instance.failed_divisor])
             return run.divisor_vanishes(instance.failed_time, what, place.states, place.span)
         case Status.SINGULAR_CHAIN:
-            return run.singular_chain(time, instance.failed_chain)
+            return closures.singular_chain(time, instance.failed_chain)
         case Status.OPEN_CHAIN:
-            return run.open_chain(instance.failed_condition)
+            return closures.open_chain(instance.failed_condition)
         case Status.ENDLESS_JUMPS:
-            return run.endless_jumps(time, _at(places.jumps, instance.failed_jump).span)
+            return jumps.endless_jumps(time, _at(places.jumps, instance.failed_jump).span)
         case Status.BAD_SAMPLE:
             place = _at(places.held, instance.failed_held)
-            return run.bad_sample(time, place.states, place.span)
+            return samples.bad_sample(time, place.states, place.span)
         case Status.OK | Status.BAD_ARGUMENT:
             raise AssertionError(f"the runtime returned {status.name}")
         case _:
@@ -111,7 +111,7 @@ def _bad_parameter(instance: Instance, places: Places) -> Diagnostic:
     model = instance.library.model
     index = instance.failed_parameter
     if index == model.n_param + model.n_check:
-        return run.no_start(places.start)
+        return starts.no_start(places.start)
     if index >= model.n_param:
         return run.parameters_refused(text(model.param_check[index - model.n_param]))
     info = model.param[index]

@@ -25,7 +25,7 @@ from contextlib import suppress
 import numpy as np
 
 from bgc.building.built import Rest
-from bgc.diagnostics.catalogue.run import no_rest, rest_not_found
+from bgc.diagnostics.catalogue.starts import no_rest, rest_not_found
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.equilibrium import find_equilibrium
 from bgc.runtime.results.arrays import Array

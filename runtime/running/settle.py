@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from bgc.diagnostics.catalogue.run import not_separable, not_settled
+from bgc.diagnostics.catalogue.starts import not_separable, not_settled
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.fast_modes import balancing, fast_projector
 from bgc.runtime.linear.state_space import without_algebraic

@@ -129,3 +129,45 @@ def input_moves_chain(names: Sequence[str]) -> Diagnostic:
         None,
         help="take another input, or make one joint of the chain compliant",
     )
+
+
+def singular_chain(time: float, parts: str) -> Diagnostic:
+    """BG735: a closed chain at a singular position
+
+    What: a closed chain of rigid connections has reached a position at which its constraints depend
+    on each other, and the run cannot go on.
+
+    Why: at a change point the chain could continue in more than one way; at a dead centre the
+    efforts in it have no bound. Which way it goes depends on play and elasticity, which a rigid
+    model does not have.
+
+    Example: a parallelogram linkage of rigid bars whose bars come to lie in one line.
+
+    Way out: make one joint of the chain compliant, or keep the motion away from the position.
+    """
+    chain = f" through {listed(parts.split(', '))}" if parts else ""
+    return error(
+        "BG735",
+        f"at t = {time:.9g} s the closed chain{chain} is at a singular position",
+        help="make one of its joints compliant, or keep the motion away from this position",
+    )
+
+
+def open_chain(condition: str) -> Diagnostic:
+    """BG736: parameters for which a chain does not close at the start
+
+    What: with these parameters the initial values leave a gap in a closed chain of rigid
+    connections, and those that are not given cannot close it.
+
+    Why: the connection is rigid, so a gap at the start would remain.
+
+    Example: a four-bar linkage whose coupler is set longer than the others can reach.
+
+    Way out: give other lengths or initial values; leave as many initial values ungiven as the chain
+    has constraints (an `angle0` that nothing sets).
+    """
+    return error(
+        "BG736",
+        f"the chain is not closed at the start: no initial values satisfy `{condition}`",
+        help="give other lengths or initial values, or leave more initial values ungiven",
+    )

@@ -79,3 +79,28 @@ def condition_without_edge(span: Span, why: str, help: str) -> Diagnostic:
     Way out: compare by `<`, `<=`, `>` or `>=`: `when x >= 1 { reset v = 0; }`.
     """
     return error("BG483", f"the condition of this `when` {why}", span, help=help)
+
+
+def endless_jumps(time: float, place: Span | None = None) -> Diagnostic:
+    """BG770: jumps that follow each other ever faster
+
+    What: a `when` becomes true again and again in ever shorter intervals, or two jumps cause each
+    other without end at one instant, so the run cannot advance. The intervals have sunk to a part
+    of 1e-9 of the time. The rows up to there are right.
+
+    Why: a jump ends a contact at once, however often it returns; a ball that loses part of its
+    speed at each bounce makes infinitely many bounces in a finite time. At rest it needs a force of
+    the floor, which a jump does not give.
+
+    Example: `when height < 0 m { reset ball.p = -0.8*ball.p; }` once the ball has come to rest.
+
+    Way out: end the run before; let the last jump start a rest, `when height < 0 m and speed <
+    1 mm/s { reset resting = 1; }`, where `resting` switches the weight off; or model the contact by
+    a spring and a damper.
+    """
+    return error(
+        "BG770",
+        f"at t = {time:.9g} s jumps follow each other ever faster, without end",
+        place,
+        help="end the run before, or model the contact by a spring (C) and a damper (R)",
+    )

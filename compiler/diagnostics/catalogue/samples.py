@@ -108,3 +108,24 @@ def held_too_early(span: Span, held: str, what: str, declared: Span) -> Diagnost
         labels=[Label(declared, "held between instants")],
         help="use the expression or the parameter that it starts from",
     )
+
+
+def bad_sample(time: float, names: Sequence[str], place: Span | None = None) -> Diagnostic:
+    """BG771: a sampled value that is not finite
+
+    What: at an instant of a sampled part, an output or the next value of a state is infinite or
+    undefined. The rows up to there are right.
+
+    Why: a value that is held would carry it into everything that reads it.
+
+    Example: `sample 1 s { state n = 2; next(n) = n - 1; output u = 1/n; }` at the third instant.
+
+    Way out: guard the expression, for example by `if abs(n) > 0 then 1/n else 0`.
+    """
+    name = f" `{names[0]}`" if names else ""
+    return error(
+        "BG771",
+        f"at t = {time:.9g} s the sampled value{name} is not finite",
+        place,
+        help="guard the expression that gives it, for example by an `if`",
+    )

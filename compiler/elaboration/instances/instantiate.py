@@ -15,7 +15,7 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import already_reported
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.faces import Face
-from bgc.elaboration.instances.fills import as_type_use
+from bgc.elaboration.instances.fills import choose_fill
 from bgc.elaboration.instances.limits import MAX_DEPTH, MAX_PARTS, MAX_TURNS, MAX_WIDTH
 from bgc.elaboration.instances.notes import note, note_of
 from bgc.elaboration.instances.sampled import enter_sampled
@@ -35,7 +35,7 @@ from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.ir.graph import Slot
 from bgc.language.elements import ELEMENTS
-from bgc.resolution.modules import Declared, ancestors, fitting_models
+from bgc.resolution.modules import Declared
 from bgc.values.value import Value
 
 _LEVELS_SHOWN = 6  # levels of the path that a message shows for endlessly nested models
@@ -421,7 +421,8 @@ class Builder:
         """Instantiate the model that fills a slot, and check its dimensions."""
         part, env = pending.part, pending.env
         self._check_law(part)
-        fill, fill_env, model = self._choose_fill(pending, interface)
+        used = self.world.edits.take("uses", pending.path)
+        fill, fill_env, model = choose_fill(pending, interface, used)
         arguments = self.arguments_by_name(fill, fill_env, fill.name)
         for name, given in self.arguments_by_name(part.type, env, part.type.name).items():
             if name in arguments:
@@ -442,36 +443,6 @@ class Builder:
             )
         self.slots.append(Slot(pending.path, part.type.name, required, fill.name))
         return built
-
-    def _choose_fill(
-        self, pending: Pending, interface: Declared[syntax.Model]
-    ) -> tuple[syntax.TypeUse, Environment, Declared[syntax.Model]]:
-        """The type that fills a slot, the environment of its arguments, and its model.
-
-        A `use` of the scene takes precedence over an argument, an argument over the default.
-        """
-        part, env = pending.part, pending.env
-        used = self.world.edits.take("uses", pending.path)
-        fill, fill_env = part.default, env
-        for given in (pending.fill, used):
-            if given is not None:
-                fill, fill_env = as_type_use(given, part.name), given.env
-        if fill is None:
-            fitting = fitting_models(interface.syntax, env.module.models)
-            raise BgError(
-                [slots.slot_not_filled(part.name_span, part.name, part.type.name, fitting)]
-            )
-        model = fill_env.module.models.get(fill.name)
-        if model is None and fill.name not in ELEMENTS:
-            raise BgError([names.unknown_type(fill.name_span, fill.name, fill_env.module.models)])
-        if (
-            model is None
-            or model.syntax.interface
-            or all(a.syntax is not interface.syntax for a in ancestors(model))
-        ):
-            fitting = fitting_models(interface.syntax, fill_env.module.models)
-            raise BgError([slots.does_not_fit(fill.name_span, fill.name, part.type.name, fitting)])
-        return fill, fill_env, model
 
     def _build_element(self, pending: Pending) -> Element:
         part, env = pending.part, pending.env
