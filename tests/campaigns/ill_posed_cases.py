@@ -5,10 +5,21 @@ from __future__ import annotations
 import random
 from pathlib import Path
 
-from ill_posed import GENERATORS, drafted
+import ill_posed_equations as equations
+import ill_posed_graphs as graphs
+import ill_posed_runs as runs
+import ill_posed_values as values
+from ill_posed import drafted
 from judging import Verdict, judged, run_briefly
 
 RUN_SECONDS = 20.0  # of processor time
+
+GENERATORS = {
+    generator.__name__: generator
+    for module in (graphs, values, equations, runs)
+    for generator in module.GENERATORS
+}
+"""The generators by name, in the order of the numbers of their cases."""
 
 
 def text_of(seed: int, number: int) -> tuple[str, bytes]:

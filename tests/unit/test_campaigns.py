@@ -8,7 +8,7 @@ import ill_posed_cases
 import mutants
 import pytest
 import workers
-from ill_posed import GENERATORS
+from ill_posed_cases import GENERATORS
 from judging import Verdict
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="limits the resources of a process")
