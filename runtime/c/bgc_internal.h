@@ -239,6 +239,7 @@ struct bgc_data {
     double *around;         /* n_term: variations to compare with, */
     double *widest;         /* and in the window ahead */
     double *sparse_work;    /* 2 n_state: elimination by tables */
+    double *reach;          /* n_state: sizes of a solution that count in its check */
     double *dense_lu;       /* n by n: dense factors */
     bgc_complex *dense_complex; /* n by n; NULL before a method with complex stages is chosen */
     int *pivot, *complex_pivot;
@@ -248,7 +249,7 @@ struct bgc_data {
     int *block;             /* their numbers */
     int *place;             /* of each state: its position in the block, or -1 */
     int *block_pivot;
-    double *block_lu, *block_jac;
+    double *block_lu, *block_jac; /* n_block by n_block; n_jac */
     double *block_search;   /* of a search for a start, for at most BGC_MAX_SEARCHED unknowns */
     double *first, *start, *largest, *trial, *homotopy, *change, *next_change;
 
@@ -282,6 +283,7 @@ bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b);
 int bgc_factorise_dense(int n, double *a, int *pivot, double *weight);
 int bgc_rounded_pivot(int n, const double *lu);
 void bgc_solve_dense(int n, const double *lu, const int *pivot, double *b);
+void bgc_raise_to_least_part(const bgc_model *m, bgc_data *d);
 void bgc_multiply_mass(const bgc_model *m, const bgc_data *d, const double *v, double *out);
 
 /* --- least_squares.c */

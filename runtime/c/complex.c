@@ -159,29 +159,32 @@ static bgc_complex *scratch_of(const bgc_data *d) {
 
 /* --- checked solutions -------------------------------------------------------------------------- */
 
-/* d->complex_residual = b - W x; returns the componentwise backward error of x. */
+/* d->complex_residual = b - W x; returns the componentwise backward error of x, as in linear.c. */
 static double residual_of(const bgc_model *m, bgc_data *d, const bgc_complex *b,
                           const bgc_complex *x) {
     const bgc_complex c = d->core.complex_c;
+    const double size = bgc_size_of(c), *reach = d->reach;
     bgc_complex *r = d->complex_residual;
     double worst = 0.0;
 
     for (int i = 0; i < m->n_state; i++) {
-        const bgc_complex term = m->n_mass == 0 ? bgc_times(c, x[i]) : (bgc_complex){0.0, 0.0};
-        r[i] = bgc_minus(b[i], term);
-        d->magnitude[i] = bgc_size_of(b[i]) + bgc_size_of(term);
+        d->reach[i] = bgc_size_of(x[i]);
+    }
+    bgc_raise_to_least_part(m, d);
+    for (int i = 0; i < m->n_state; i++) {
+        const int alone = m->n_mass == 0;
+        r[i] = alone ? bgc_minus(b[i], bgc_times(c, x[i])) : b[i];
+        d->magnitude[i] = bgc_size_of(b[i]) + (alone ? size * reach[i] : 0.0);
     }
     for (int k = 0; k < m->n_mass; k++) {
-        const int i = m->mass_row[k];
-        const bgc_complex term = bgc_scaled(d->mass[k], bgc_times(c, x[m->mass_col[k]]));
-        r[i] = bgc_minus(r[i], term);
-        d->magnitude[i] += bgc_size_of(term);
+        const int i = m->mass_row[k], j = m->mass_col[k];
+        r[i] = bgc_minus(r[i], bgc_scaled(d->mass[k], bgc_times(c, x[j])));
+        d->magnitude[i] += fabs(d->mass[k]) * size * reach[j];
     }
     for (int k = 0; k < m->n_jac; k++) {
-        const int i = m->jac_row[k];
-        const bgc_complex term = bgc_scaled(-d->jac[k], x[m->jac_col[k]]);
-        r[i] = bgc_minus(r[i], term);
-        d->magnitude[i] += bgc_size_of(term);
+        const int i = m->jac_row[k], j = m->jac_col[k];
+        r[i] = bgc_minus(r[i], bgc_scaled(-d->jac[k], x[j]));
+        d->magnitude[i] += fabs(d->jac[k]) * reach[j];
     }
     for (int i = 0; i < m->n_state; i++) {
         if (d->magnitude[i] > bgc_underflow) {

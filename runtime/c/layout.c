@@ -128,6 +128,7 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->block_jac = place(&l, (size_t)m->n_jac);
     d->work = place(&l, (size_t)m->n_work);
     d->sparse_work = place(&l, 2 * n);
+    d->reach = place(&l, n);
     d->start_at = place(&l, unknowns);
     d->start_from = place(&l, unknowns);
     d->start_trial = place(&l, unknowns);

@@ -21,28 +21,44 @@ static void solve_static(const bgc_model *m, bgc_data *d, double *b) {
     }
 }
 
-/* out = W v, and magnitude = |W| |v|. */
-static void multiply(const bgc_model *m, const bgc_data *d, const double *v, double *out,
-                     double *magnitude) {
-    const double c = d->core.c;
+/* Turns the sizes in d->reach into those that count in the check of a solution. */
+void bgc_raise_to_least_part(const bgc_model *m, bgc_data *d) {
+    double largest = 0.0;
 
     for (int i = 0; i < m->n_state; i++) {
+        const double part = d->reach[i] / d->scale[i];
+        largest = part > largest ? part : largest;
+    }
+    for (int i = 0; i < m->n_state; i++) {
+        d->reach[i] += bgc_least_part * largest * d->scale[i];
+    }
+}
+
+/* out = W v, and magnitude = |W| reach, with the sizes of v that count. */
+static void multiply(const bgc_model *m, bgc_data *d, const double *v, double *out,
+                     double *magnitude) {
+    const double c = d->core.c, *reach = d->reach;
+
+    for (int i = 0; i < m->n_state; i++) {
+        d->reach[i] = fabs(v[i]);
+    }
+    bgc_raise_to_least_part(m, d);
+    for (int i = 0; i < m->n_state; i++) {
         out[i] = m->n_mass == 0 ? c * v[i] : 0.0;
-        magnitude[i] = fabs(out[i]);
+        magnitude[i] = m->n_mass == 0 ? fabs(c) * reach[i] : 0.0;
     }
     for (int k = 0; k < m->n_mass; k++) {
-        const double term = c * d->mass[k] * v[m->mass_col[k]];
-        out[m->mass_row[k]] += term;
-        magnitude[m->mass_row[k]] += fabs(term);
+        const double entry = c * d->mass[k];
+        out[m->mass_row[k]] += entry * v[m->mass_col[k]];
+        magnitude[m->mass_row[k]] += fabs(entry) * reach[m->mass_col[k]];
     }
     /* Entries of a row are contiguous: their sums stay in registers. */
     for (int k = 0; k < m->n_jac;) {
         const int row = m->jac_row[k];
         double sum = 0.0, size = 0.0;
         for (; k < m->n_jac && m->jac_row[k] == row; k++) {
-            const double term = d->jac[k] * v[m->jac_col[k]];
-            sum += term;
-            size += fabs(term);
+            sum += d->jac[k] * v[m->jac_col[k]];
+            size += fabs(d->jac[k]) * reach[m->jac_col[k]];
         }
         out[row] -= sum;
         magnitude[row] += size;
@@ -226,7 +242,7 @@ bgc_status bgc_factorise(const bgc_model *m, bgc_data *d, double c) {
     return BGC_OK;
 }
 
-/* d->residual = b - W x; returns the componentwise backward error of x. */
+/* d->residual = b - W x; returns the componentwise backward error of x, with a floor for small x. */
 static double backward_error(const bgc_model *m, bgc_data *d, const double *b, const double *x) {
     double worst = 0.0;
 

@@ -8,6 +8,11 @@
 
 static const double bgc_growth_limit = 1e5; /* of static pivots; above, solutions are checked */
 static const double bgc_acceptable = 1e-11; /* componentwise backward error of a solution */
+/* A component counts in the check with at least this part of the largest, each over the scale of its
+ * state: a component that is zero but for rounding leaves rows whose terms are rounding, too, and
+ * would fail every check. After Arioli, Demmel and Duff, Solving sparse linear systems with sparse
+ * backward error, SIAM J. Matrix Anal. Appl. 10 (1989), 165-190. */
+static const double bgc_least_part = 1e-3;
 static const double bgc_underflow = DBL_MIN / DBL_EPSILON; /* smaller terms lose digits */
 
 /* Refinements of a solution; factorisations from one check to the next; factorisations that are

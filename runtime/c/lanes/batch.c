@@ -45,6 +45,7 @@ static size_t place_all(bgc_batch *b, lane *from) {
     b->point = place(&at, n);
     b->b = place(&at, n);
     b->residual = place(&at, n);
+    b->reach = place(&at, n);
     b->magnitude = place(&at, n);
     b->output = place(&at, m->n_output + 4);
     b->check = place(&at, m->n_assert);

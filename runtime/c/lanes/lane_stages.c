@@ -24,26 +24,40 @@ static void factorise(bgc_batch *b, double c) {
     b->watched -= b->watched > 0;
 }
 
-/* Adds a term to a row of W x, and its absolute value to b->magnitude. */
-static void add_term(bgc_batch *b, int row, lane term) {
-    b->residual[row] += term;
-    b->magnitude[row] += lane_fabs(term);
+/* Adds the product of an entry of W and x[col] to a row of W x, and its size to b->magnitude. */
+static void add_term(bgc_batch *b, int row, int col, lane entry, const lane *x) {
+    b->residual[row] += entry * x[col];
+    b->magnitude[row] += lane_fabs(entry) * b->reach[col];
 }
 
-/* The componentwise backward error of the solution x of W x = right. */
+/* b->reach = the sizes of x that count in its check, as in linear.c. */
+static void measure_reach(bgc_batch *b, const lane *x) {
+    lane largest = lane_of(0.0);
+
+    for (int i = 0; i < b->m->n_state; i++) {
+        b->reach[i] = lane_fabs(x[i]);
+        largest = lane_max(b->reach[i] / b->scale[i], largest);
+    }
+    for (int i = 0; i < b->m->n_state; i++) {
+        b->reach[i] += bgc_least_part * largest * b->scale[i];
+    }
+}
+
+/* The componentwise backward error of the solution x of W x = right, as in linear.c. */
 static lane backward_error(bgc_batch *b, const lane *right, const lane *x) {
     const bgc_model *m = b->m;
     lane worst = lane_of(0.0);
 
+    measure_reach(b, x);
     for (int i = 0; i < m->n_state; i++) {
         b->residual[i] = m->n_mass == 0 ? b->c * x[i] : lane_of(0.0);
-        b->magnitude[i] = lane_fabs(b->residual[i]);
+        b->magnitude[i] = m->n_mass == 0 ? lane_fabs(lane_of(b->c)) * b->reach[i] : lane_of(0.0);
     }
     for (int k = 0; k < m->n_mass; k++) {
-        add_term(b, m->mass_row[k], b->c * b->mass[k] * x[m->mass_col[k]]);
+        add_term(b, m->mass_row[k], m->mass_col[k], b->c * b->mass[k], x);
     }
     for (int k = 0; k < m->n_jac; k++) {
-        add_term(b, m->jac_row[k], -(b->jac[k] * x[m->jac_col[k]]));
+        add_term(b, m->jac_row[k], m->jac_col[k], -b->jac[k], x);
     }
     for (int i = 0; i < m->n_state; i++) {
         const lane size = b->magnitude[i] + lane_fabs(right[i]);
