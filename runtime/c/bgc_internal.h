@@ -241,6 +241,7 @@ struct bgc_data {
     double *sparse_work;    /* 2 n_state: elimination by tables */
     double *reach;          /* n_state: sizes of a solution that count in its check */
     double *dense_lu;       /* n by n: dense factors */
+    size_t dense_room, block_room; /* rows and columns that dense_lu and block_lu have room for */
     bgc_complex *dense_complex; /* n by n; NULL before a method with complex stages is chosen */
     int *pivot, *complex_pivot;
 
@@ -283,6 +284,8 @@ bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b);
 int bgc_factorise_dense(int n, double *a, int *pivot, double *weight);
 int bgc_rounded_pivot(int n, const double *lu);
 void bgc_solve_dense(int n, const double *lu, const int *pivot, double *b);
+int bgc_reserve_dense(const bgc_model *m, bgc_data *d);
+int bgc_make_room(double **matrix, size_t *room, size_t n);
 void bgc_raise_to_least_part(const bgc_model *m, bgc_data *d);
 void bgc_multiply_mass(const bgc_model *m, const bgc_data *d, const double *v, double *out);
 

@@ -118,9 +118,13 @@ static void assemble_block(const bgc_model *m, const bgc_data *d, const double *
 /* Factorises the matrix of the block. */
 static bgc_status factorise_block(const bgc_model *m, bgc_data *d, const double *jac) {
     const size_t n = (size_t)d->n_block;
-    double *a = d->block_lu;
+    double *a;
     int bad;
 
+    if (!bgc_make_room(&d->block_lu, &d->block_room, n)) {
+        return BGC_NO_MEMORY;
+    }
+    a = d->block_lu;
     assemble_block(m, d, jac, 1.0, a);
     if (bgc_first_bad((int)(n * n), a) >= 0) {
         return BGC_NOT_FINITE;

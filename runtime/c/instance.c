@@ -22,22 +22,18 @@ bgc_data *bgc_new(const bgc_model *m) {
         return NULL;
     }
 
-    /* One block for the vectors, and matrices by themselves: the system maps pages of these only where
-     * a dense factorisation or algebraic equations use them. */
     size = (bgc_place_all(m, d, NULL) + 8) * sizeof(double);
     d->memory = bgc_aligned_zeros(size, &d->allocated);
     d->is_set = calloc((size_t)m->n_param + 1, 1);
     d->device = calloc((size_t)m->n_device + 1, sizeof *d->device);
-    d->dense_lu = calloc(n * n + 1, sizeof *d->dense_lu);
-    d->block_lu = calloc(n * n + 1, sizeof *d->block_lu);
     d->block_search = calloc((8 + 3 * searched) * searched + 1, sizeof *d->block_search);
     d->pivot = calloc(n + 1, sizeof *d->pivot);
     d->closing_pivot = calloc(bgc_closing_size(m) + 1, sizeof *d->closing_pivot);
     d->block = calloc(3 * n + 1, sizeof *d->block);
     d->start_pivot = calloc((size_t)m->n_start + 1, sizeof *d->start_pivot);
-    if (d->memory == NULL || d->is_set == NULL || d->device == NULL || d->dense_lu == NULL ||
-        d->block_lu == NULL || d->pivot == NULL || d->block == NULL ||
-        d->start_pivot == NULL || d->block_search == NULL || d->closing_pivot == NULL) {
+    if (d->memory == NULL || d->is_set == NULL || d->device == NULL || !bgc_reserve_dense(m, d) ||
+        d->pivot == NULL || d->block == NULL || d->start_pivot == NULL || d->block_search == NULL ||
+        d->closing_pivot == NULL) {
         bgc_free(m, d);
         return NULL;
     }

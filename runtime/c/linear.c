@@ -190,6 +190,9 @@ bgc_status bgc_refactorise_dense(const bgc_model *m, bgc_data *d) {
     const int n = m->n_state;
     int bad;
 
+    if (!bgc_make_room(&d->dense_lu, &d->dense_room, (size_t)n)) {
+        return BGC_NO_MEMORY;
+    }
     assemble_dense(m, d);
     for (int i = 0; i < n; i++) {
         if (bgc_first_bad(n, d->dense_lu + (size_t)i * (size_t)n) >= 0) {

@@ -95,6 +95,18 @@ def test_units_of_the_rows_do_not_pick_the_pivots(c_library: Any) -> None:
     np.testing.assert_array_equal(same, found)
 
 
+def test_room_grows_and_a_lack_of_memory_is_seen(c_library: Any) -> None:
+    library = c_library("kaps")
+    matrix, room = ctypes.POINTER(ctypes.c_double)(), ctypes.c_size_t(0)
+    make = library.bgc_make_room
+    make.argtypes = (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t)
+    for n, wanted in ((3, 3), (2, 3), (5, 5)):
+        assert make(ctypes.byref(matrix), ctypes.byref(room), n) == 1
+        assert room.value == wanted and matrix[wanted * wanted - 1] == 0.0
+    assert make(ctypes.byref(matrix), ctypes.byref(room), 2**31) == 0
+    assert room.value == 0 and not matrix
+
+
 ENTRIES = [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, -1.0)]  # one of them vanishes at each
 
 

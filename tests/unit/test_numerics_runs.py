@@ -411,6 +411,7 @@ def test_nothing_is_allocated_or_printed_while_running(runtime_objects: list[Pat
     for item in runtime_objects:
         done = subprocess.run(["nm", "-u", item], capture_output=True, text=True, check=True)
         used = {line.split()[-1].split("@")[0] for line in done.stdout.splitlines()}
-        if item.stem not in ("instance", "trace", "complex"):  # the last when a method is chosen
+        # complex.c when a method is chosen; matrices.c for dense factors of over 1,000 states
+        if item.stem not in ("instance", "trace", "complex", "matrices"):
             assert not used & {"malloc", "calloc", "realloc", "free", "aligned_alloc"}, item
         assert not used & {"printf", "puts", "fprintf", "exit", "abort", "stdout", "stderr"}, item
