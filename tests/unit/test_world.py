@@ -124,3 +124,29 @@ def test_the_library_has_one_gravity():
         if "9.81" in path.read_text() and "examples" not in path.parts
     ]
     assert found == ["mechanics/frame.bg"]
+
+
+def test_the_unit_of_a_default_binds_every_value_that_replaces_it(tmp_path):
+    path = tmp_path / "a.bg"
+    path.write_text(
+        "param rate = 2 s^-1; model M { param k = 3 N/mm; state x = 1; der(x) = -k*x*rate; }"
+        "scene s of M { set k = 3; set rate = 4; observe x; run 1 s; }"
+    )
+    model = bgc.compile(path)
+    k = model.parameters["k"]
+    assert (k.value, k.unit, str(k.shown.unit)) == (3, "N/m", "N/mm")
+    for name, wrong in (("k", "3 kg"), ("rate", "1 m")):
+        with pytest.raises(bgc.BgError, match="BG063"):
+            model.simulate(parameters={name: wrong})
+        with pytest.raises(bgc.BgError, match="BG063"):
+            bgc.compile(path, parameters={name: wrong})
+        with pytest.raises(bgc.BgError, match="BG266"):
+            elaborate(load_text(path.read_text()), None, ((name, wrong),))
+
+
+def test_a_long_chain_of_defaults_is_read():
+    links = " ".join(f"param p{k} = p{k - 1};" for k in range(1, 1500))
+    text = f"model M {{ param p0 = 1 m; {links} state x = 1; der(x) = -x; }}"
+    scene = "scene s of M { set p1499 = 3 kg; observe x; run 1 s; }"
+    with pytest.raises(bgc.BgError, match="BG266"):
+        elaborate(load_text(text + scene))

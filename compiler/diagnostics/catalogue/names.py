@@ -316,6 +316,31 @@ def cannot_be_given(span: Span, name: str, kind: str) -> Diagnostic:
     )
 
 
+def replaces_other_unit(
+    span: Span, name: str, expected: str, found: str, default: Span
+) -> Diagnostic:
+    """BG266: a value in another unit than the default that it replaces
+
+    What: a `set`, `--set`, argument or `drive` has a unit of another kind than the default of the
+    parameter, constant or input.
+
+    Why: the unit of a default belongs to the declaration as if it were written after a colon.
+    The model was written for it, also where its equations contain no unit that would contradict.
+
+    Example: `param k = 3 N/m;` in a model, and `set k = 3 kg;` in a scene.
+
+    Way out: give a value in the unit of the default or a multiple of it, or a number alone, which
+    is taken in SI units. For a parameter that may have any unit, write its default without a unit.
+    """
+    return error(
+        "BG266",
+        f"`{name}` must be {expected} as its default is, not {found}",
+        span,
+        labels=[Label(default, "the default")],
+        help="give a value in the unit of the default, or a number alone in SI units",
+    )
+
+
 def positional_argument(span: Span, owner: str, candidates: Iterable[str]) -> Diagnostic:
     """BG232: an argument without its name
 

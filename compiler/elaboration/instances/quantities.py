@@ -28,6 +28,7 @@ from bgc.elaboration.instances.checks import (
     require_level,
 )
 from bgc.elaboration.instances.components import component_name, indices
+from bgc.elaboration.instances.defaults import Defaults
 from bgc.elaboration.instances.limits import MAX_WIDTH
 from bgc.elaboration.instances.notes import note
 from bgc.elaboration.instances.scopes import find_member
@@ -60,6 +61,7 @@ class Quantities:
     def __init__(self, world: World, varied: Sequence[str] = ()) -> None:
         """Take the inputs that are `varied`: each has a parameter of its name added, which is 0."""
         self.world = world
+        self._defaults = Defaults(world)
         self._varied = {*varied, *(_COMPONENT.sub("", text) for text in varied)}
         self._variations: dict[Quantity, tuple[int, ...]] = {}  # nodes, by component
         self.parameters: list[Parameter] = []
@@ -203,13 +205,14 @@ class Quantities:
     def _data(self, quantity: Quantity) -> Namespace | None:
         """The data that a constant is; None for one whose value is an expression.
 
-        A constant of declared size, unit or range is a value, also of numbers of a file.
+        A constant of a given size, unit or range is a value, also of numbers of a file.
         """
         declaration, given = quantity.declaration, quantity.given
         expr, env = declaration.value, quantity.env
+        plain = declaration.unit is None and not declaration.dims and declaration.range is None
         if given is not None:
             expr, env = given.value, given.env
-        plain = declaration.unit is None and not declaration.dims and declaration.range is None
+            plain = plain and not self._defaults.have_unit(quantity)
         if not plain or quantity.parts or not may_be_data(expr):
             return None
         assert expr is not None
@@ -253,6 +256,8 @@ class Quantities:
             given = Given(declaration.value, quantity.env, declaration.value.span)
         value = self.world.evaluate(given.value, given.env)
         value = self.fit(quantity, value, given.value.span)
+        if quantity.given is not None:
+            value = self._defaults.apply(quantity, value, given.value.span)
         return self._with_parts(quantity, value)
 
     def _with_variation(self, quantity: Quantity, value: Value) -> Value:
