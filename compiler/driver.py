@@ -19,7 +19,7 @@ from bgc.building.toolchain import find_toolchain
 from bgc.causality.assign import assign_causality
 from bgc.diagnostics.catalogue.arguments import unknown_driver
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, as_error
-from bgc.elaboration.elaborate import elaborate
+from bgc.elaboration.elaborate import check_file_values, elaborate
 from bgc.elaboration.scenes.observed import with_accounts
 from bgc.elaboration.scenes.scene import models_alone, stands_alone
 from bgc.emission.emit import EmittedModel, content_of, emit_lowered
@@ -242,10 +242,10 @@ def build_model(
 def check_source(path: Path, scene: str | None = None, verify: bool = False) -> list[Diagnostic]:
     """All that is wrong with a file's scenes, or with one of them, up to their equations.
 
-    Without `scene`, complete models that no scene reaches are checked too. Of a file of parts,
-    which has no scene and no model that runs alone, only the syntax, names and interfaces are
-    checked. `verify` checks the invariants of every intermediate result too. Drivers of devices are
-    compared with those of this installation.
+    Without `scene`, complete models that no scene reaches are checked too, and the file's own
+    constants and parameters. Of the models of a file of parts, which has no scene and no model that
+    runs alone, only the syntax, names and interfaces are checked. `verify` checks the invariants of
+    every intermediate result too. Drivers of devices are compared with those of this installation.
     """
     try:
         package = load(path)
@@ -268,6 +268,10 @@ def check_source(path: Path, scene: str | None = None, verify: bool = False) -> 
             found += err.diagnostics
         else:
             found += [*_unknown_drivers(stages.graph), *stages.warnings]
+    if scene is None:
+        known = {(d.code, d.span, d.message) for d in found}
+        values = check_file_values(package)
+        found += [d for d in values if (d.code, d.span, d.message) not in known]
     return found
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 
 from bgc.algebra.dag import Dag
 from bgc.diagnostics.catalogue import graph as messages
 from bgc.diagnostics.catalogue.names import hides_parameter_of_file
 from bgc.diagnostics.catalogue.scenes import device_name_taken
-from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import Report
 from bgc.diagnostics.source import Span
 from bgc.elaboration.bonds.carried import Carried
@@ -104,10 +104,8 @@ def _elaborate(
     """
     report = Report()
     world = World(package, Dag(), report, Edits())
-    builder, quantities = Builder(world), Quantities(world, inputs)
-    domains, carried = Domains(world), Carried(world)
-    bonds = BondValues(world, domains, carried)
-    world.connect(builder, quantities, bonds)
+    builder, quantities, bonds = _connect(world, inputs)
+    domains, carried = bonds.domains, bonds.carried
 
     for declared in package.root.domains.values():
         with report.collecting():
@@ -191,6 +189,29 @@ def _elaborate(
     )
     refuse_held_early(graph)
     return replace(graph, guards=(*graph.guards, *guards_of_tables(graph)))
+
+
+def check_file_values(package: Package) -> tuple[Diagnostic, ...]:
+    """Return the errors and warnings of the root file's own constants and parameters.
+
+    They are evaluated with their defaults, also those that no scene uses.
+    """
+    world = World(package, Dag(), Report(), Edits())
+    _, quantities, _ = _connect(world, ())
+    with suppress(BgError):  # the report is full
+        for declared in package.root.constants.values():
+            if declared.module is package.root:
+                with world.report.collecting():
+                    quantities.constant(declared, declared.syntax.name_span)
+    return (*world.report.errors, *world.report.warnings)
+
+
+def _connect(world: World, inputs: Sequence[str]) -> tuple[Builder, Quantities, BondValues]:
+    """Construct the services of a world."""
+    builder, quantities = Builder(world), Quantities(world, inputs)
+    bonds = BondValues(world, Domains(world), Carried(world))
+    world.connect(builder, quantities, bonds)
+    return builder, quantities, bonds
 
 
 def _root(world: World, builder: Builder, scene: Scene) -> Instance:

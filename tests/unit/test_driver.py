@@ -104,3 +104,24 @@ def test_a_model_that_no_scene_reaches_is_checked_too(tmp_path) -> None:
         assert [d.code for d in check_source(file)] == ["BG423"] * text.count("3 kg")
     file.write_text(part + right + scene)
     assert check_source(file) == []
+
+
+def test_check_evaluates_values_of_the_file_that_no_scene_uses(tmp_path):
+    path = tmp_path / "a.bg"
+    wrong = {
+        'const table = data("none.csv");': "BG250",
+        "param gravity : m/s^2 = 9.81 kg;": "BG306",
+        "param ranged = 3 in 4 .. 5;": "BG239",
+        "const one = two; const two = one;": "BG214",
+        "const mixed = 3 m + 2 kg;": "BG303",
+    }
+    scene = "model M { state x = 1; der(x) = -x%s; } scene s of M { observe x; run 1 s; }"
+    path.write_text("\n".join((*wrong, scene % "")))
+    found = check_source(path)
+    assert [d.code for d in found] == list(wrong.values())
+    assert [d.span.source.position(d.span.start)[0] for d in found if d.span] == [1, 2, 3, 4, 5]
+    assert check_source(path, "s") == [], "of one scene, what it uses"
+    path.write_text("\n".join((*wrong, scene % "*two*mixed")))
+    assert sorted(d.code for d in check_source(path)) == sorted(wrong.values()), "each once"
+    path.write_text("\n".join(wrong))
+    assert [d.code for d in check_source(path)] == list(wrong.values()), "without a model too"

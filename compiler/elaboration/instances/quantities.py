@@ -132,9 +132,8 @@ class Quantities:
             raise already_reported()
         if quantity.status is Status.OPEN:
             under_way = self.world.demands.under_way
-            cycle = [*under_way[under_way.index(quantity) :], quantity]
-            paths = [each.path for each in cycle if isinstance(each, Quantity)]
-            raise BgError([names.defined_by_itself(quantity.declaration.name_span, paths)])
+            demands = under_way[under_way.index(quantity) :]
+            raise BgError([_defined_by_itself([d for d in demands if isinstance(d, Quantity)])])
         return self.world.demands.meet(quantity, partial(self._compute, quantity))
 
     def forget_provisional(self) -> None:
@@ -528,6 +527,14 @@ class Quantities:
         value = fit_shape(self.world.dag, value, shape, span, what)
         check_units(value, unit, span, what)
         return value.with_unit(unit) if unit is not None else value
+
+
+def _defined_by_itself(cycle: list[Quantity]) -> Diagnostic:
+    """Report a cyclic definition at its first declaration, wherever the evaluation entered it."""
+    spans = [quantity.declaration.name_span for quantity in cycle]
+    first = min(range(len(cycle)), key=lambda k: (spans[k].source.name, spans[k].start))
+    paths = [quantity.path for quantity in (*cycle[first:], *cycle[: first + 1])]
+    return names.defined_by_itself(spans[first], paths)
 
 
 def _range_excludes(
