@@ -40,9 +40,9 @@ def without_unused_divisors(program: Program) -> Program:
     below = {dag.b[node] for node in used if dag.op[node] == Op.DIV}
     left: dict[Node, Divisor] = {}
     for divisor in program.divisors:
-        parts = [divisor.node] if divisor.node in used else _factors_below(dag, divisor.node)
-        for node in parts:
-            if dag.level[node] > Level.PARAM and (node == divisor.node or node in below):
+        present = divisor.node in used
+        for node in [divisor.node] if present else _factors_below(dag, divisor.node):
+            if dag.level[node] > Level.PARAM and (present or node in below):
                 left.setdefault(node, replace(divisor, node=node))
     return replace(program, divisors=tuple(left.values()))
 

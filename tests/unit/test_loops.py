@@ -105,6 +105,20 @@ def test_divisors_that_change_their_sign_are_left_to_newton(compilation):
     assert (loop.kind, loop.solution) == (LoopKind.VARYING, LoopSolution.NEWTON)
 
 
+def test_checks_of_divisors_that_nothing_divides_by_any_more_are_removed(written):
+    """Nothing moves, so that the modulus, and the state that it depends on, are left out."""
+    path = written(
+        "model M { hub : J0; node : J0; a : C(stiffness = 2); b : C(stiffness = 3);"
+        " state angle = 0.3; der(angle) = 1; motor : MGY(ratio = 1.5 + sin(angle));"
+        " hub -> a; hub -> motor; motor -> node; node -> b; }"
+        "scene still of M { observe a.e; run 1 s; }"
+    )
+    stages = compile_scene(path, Options(), until="optimise")
+    assert stages.equations.divisors
+    assert "angle" not in [state.name for state in stages.optimised.states]
+    assert not stages.optimised.divisors
+
+
 def test_divisors_that_change_their_sign_do_no_harm(written):
     path = written(
         "model M { state x = -1; der(x) = 1; pair : MR[2] { e = [x*f[1] + cos(x)*f[2],"
