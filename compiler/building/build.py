@@ -15,7 +15,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from threading import Event
 from types import MappingProxyType
 
 from bgc.building.cache import Cache, digest_of, digest_of_bytes
@@ -26,7 +25,7 @@ from bgc.building.toolchain import (
     LOOP_FLAGS,
     NO_FILE,
     RUNTIME_FLAGS,
-    Started,
+    Compilations,
     Toolchain,
     try_compiler,
 )
@@ -242,11 +241,10 @@ def _compile_all(
     found = [cache.blob("objects", f"{key}.o") for key in keys]
     missing = [k for k, path in enumerate(found) if path is None]
     missing.sort(key=lambda k: -len(units[k].text))
-    started: set[Started] = set()
-    stopping = Event()
+    compilations = Compilations()
 
     def compile_one(k: int) -> str:
-        if stopping.is_set():
+        if compilations.ended:
             return ""
         unit = units[k]
         (work / f"{unit.name}.c").write_text(unit.text, encoding="utf-8")
@@ -257,12 +255,13 @@ def _compile_all(
         flags = unit_flags(unit, compiler)
         made = f"{unit.name}.o"
         rest = (include, "-c", f"{unit.name}.c", "-o", made)
-        done = compiler.run((*flags, *rest), work, started)
-        if done.returncode != 0 and (plain := _without_passes(flags)) != flags:
+        done = compiler.run((*flags, *rest), work, compilations)
+        plain = _without_passes(flags)
+        if done.returncode != 0 and plain != flags and not compilations.ended:
             done = compiler.run(
-                (*plain, *rest), work, started
+                (*plain, *rest), work, compilations
             )  # a gcc that has not all those passes
-        if done.returncode != 0 or stopping.is_set():
+        if done.returncode != 0 or compilations.ended:
             return done.stdout or f"{compiler.name} ended with status {done.returncode}"
         if not (work / made).is_file():
             return NO_FILE
@@ -273,9 +272,7 @@ def _compile_all(
         try:
             outputs = [output for output in pool.map(compile_one, missing) if output]
         except BaseException:  # Ctrl-C: the pool waits for its threads
-            stopping.set()
-            for process in tuple(started):
-                process.kill()
+            compilations.end()
             raise
     if outputs:
         raise BgError([_failure(toolchain, "\n".join(outputs), cache, work)])

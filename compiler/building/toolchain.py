@@ -11,12 +11,10 @@ import tempfile
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TypeAlias
+from threading import Lock
 
 from bgc.diagnostics.catalogue.machine import chosen_compiler_missing, no_c_compiler
 from bgc.diagnostics.diagnostic import BgError
-
-Started: TypeAlias = "subprocess.Popen[str]"
 
 NO_FILE = "it ended with status 0 and wrote no file"
 CANDIDATES = ("cc", "gcc", "clang")
@@ -57,6 +55,34 @@ double bgc_probe(double x) { char t[8]; memset(t, 0, sizeof t); return sqrt(x) +
 """
 
 
+class Compilations:
+    """The compilers that several threads run, for one thread to end them all."""
+
+    def __init__(self) -> None:
+        self.ended = False
+        self._lock = Lock()
+        self._running: set[subprocess.Popen[str]] = set()
+
+    def add(self, process: subprocess.Popen[str]) -> None:
+        """Note a process that was started; kill it if the compilations were ended meanwhile."""
+        with self._lock:
+            self._running.add(process)
+            if self.ended:
+                process.kill()
+
+    def discard(self, process: subprocess.Popen[str]) -> None:
+        """Forget a process that has ended."""
+        with self._lock:
+            self._running.discard(process)
+
+    def end(self) -> None:
+        """Kill the processes that run, and those that other threads still start."""
+        with self._lock:
+            self.ended = True
+            for process in self._running:
+                process.kill()
+
+
 @dataclass(frozen=True, slots=True)
 class Toolchain:
     """A C compiler: its command, its kind and the first line of its version.
@@ -74,14 +100,14 @@ class Toolchain:
         return shlex.join(self.command)
 
     def run(
-        self, arguments: tuple[str, ...], directory: Path, started: set[Started] | None = None
+        self, arguments: tuple[str, ...], directory: Path, among: Compilations | None = None
     ) -> subprocess.CompletedProcess[str]:
         """Run the compiler in a directory; return its output and errors as one text.
 
-        The process is in `started` while it runs, for another thread to kill it.
+        The process is one of the compilations `among` which it runs.
         """
         command = [*self.command, *arguments]
-        started = set() if started is None else started
+        among = among or Compilations()
         try:
             with subprocess.Popen(
                 command,
@@ -94,14 +120,14 @@ class Toolchain:
                 # Diagnostics quote the compiler, so it has to answer in English.
                 env={**os.environ, "LC_ALL": "C"},
             ) as process:
-                started.add(process)
+                among.add(process)
                 try:
                     output, _ = process.communicate()
                 except BaseException:
                     process.kill()
                     raise
                 finally:
-                    started.discard(process)
+                    among.discard(process)
                 return subprocess.CompletedProcess(command, process.returncode, output)
         except OSError as problem:  # not a program after all
             return subprocess.CompletedProcess(command, 127, str(problem))

@@ -1,9 +1,17 @@
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from bgc.building import toolchain
-from bgc.building.toolchain import ZIGLANG, Toolchain, find_toolchain, try_compiler
+from bgc.building.toolchain import (
+    ZIGLANG,
+    Compilations,
+    Toolchain,
+    find_toolchain,
+    try_compiler,
+)
 from bgc.diagnostics.diagnostic import BgError
 
 
@@ -82,3 +90,17 @@ def test_a_compiler_named_by_a_relative_path_is_found_from_other_directories(
     found = find_toolchain()
     assert found.command == (str(bare_machine / "mine"), "-m64")
     assert found.kind == "gcc"
+
+
+@pytest.mark.parametrize("started_first", [True, False])
+def test_ending_compilations_ends_those_that_start_meanwhile_too(started_first):
+    compilations = Compilations()
+    if not started_first:
+        compilations.end()
+    with subprocess.Popen(
+        [sys.executable, "-c", "import time; time.sleep(60)"], text=True
+    ) as process:
+        compilations.add(process)
+        if started_first:
+            compilations.end()
+        assert process.wait(timeout=20) != 0
