@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from processes import started
 
 from bgc.building.build import Unit, build_shared_object
 from bgc.building.built import Built, RunFacts
@@ -282,15 +283,17 @@ def script(built: Built, tmp_path: Path) -> list[str]:
 @pytest.mark.parametrize(
     ("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 )
+@pytest.mark.usefixtures("terminal_signals")
 @pytest.mark.slow
 def test_an_interrupted_run_has_its_status_and_keeps_the_rows(oscillator, tmp_path, number, status):
     out = tmp_path / "r.csv"
     command = [*script(oscillator, tmp_path), "run", "x.bg", "--rtol", "1e-12", "--out", str(out)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    assert process.stdout.readline() == "ready\n"
-    threading.Timer(0.6, process.send_signal, (number,)).start()
-    stdout, stderr = process.communicate(timeout=30)
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with started(command, text=True, **streams) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        threading.Timer(0.6, process.send_signal, (number,)).start()
+        stdout, stderr = process.communicate(timeout=30)
     assert process.returncode == status, stderr
     assert "BG709" in stderr and "interrupted at t =" in stderr
     assert "(interrupted)" in stdout
@@ -314,18 +317,19 @@ def test_a_closed_pipe_ends_it_quietly(oscillator, tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX terminals")
+@pytest.mark.usefixtures("terminal_signals")
 @pytest.mark.slow
 def test_a_long_run_shows_its_progress_on_a_terminal(oscillator, tmp_path):
     master, slave = os.openpty()
     command = [*script(oscillator, tmp_path), "run", "x.bg", "--rtol", "1e-13"]
     terminal = {**os.environ, "TERM": "xterm", "COLUMNS": "80"}
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=slave, env=terminal)
-    os.close(slave)
-    seen = b""
-    while b"simulating" not in seen:
-        seen += os.read(master, 4096)  # ends with an error where the process ends without it
-    process.send_signal(signal.SIGINT)
-    assert process.wait(timeout=30) == 130
+    with started(command, stdout=subprocess.DEVNULL, stderr=slave, env=terminal) as process:
+        os.close(slave)
+        seen = b""
+        while b"simulating" not in seen:
+            seen += os.read(master, 4096)  # ends with an error where the process ends without it
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=30) == 130
     os.close(master)
 
 

@@ -14,6 +14,7 @@ from typing import TypeVar
 
 import pytest
 from click.testing import CliRunner
+from processes import started
 
 import bgc
 import bgc.grammar
@@ -346,9 +347,10 @@ _interruptible(lambda: ctypes.CDLL(None).sleep(60))
 
 
 @promise("Ctrl-C, SIGTERM and SIGHUP are answered while files are read and while a model runs.")
+@pytest.mark.usefixtures("terminal_signals")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_signals_are_answered_while_c_waits_for_a_file(number):
-    with subprocess.Popen(
+    with started(
         [sys.executable, "-c", _WAITS], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
         assert process.stdout is not None
@@ -485,6 +487,7 @@ def test_tests_of_other_files_exist(place):
     assert f"def {name}(" in Path(__file__).with_name(path).read_text("utf-8")
 
 
+@pytest.mark.usefixtures("terminal_signals")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
 def test_a_file_is_written_whole_or_not_at_all(tmp_path, number):
     out = tmp_path / "rows.csv"

@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+from processes import started
 
 from bgc.diagnostics.catalogue.machine import system_refuses
 
@@ -110,6 +111,7 @@ def test_what_memory_lacks_has_the_same_code():
     assert system_refuses("there is not enough memory", "").code == "BG048"
 
 
+@pytest.mark.usefixtures("terminal_signals")
 @pytest.mark.parametrize(
     ("name", "status"),
     [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)],
@@ -145,46 +147,48 @@ def test_an_ignored_signal_stays_ignored(model):
     assert done.stdout == "goes on\n"
 
 
+@pytest.mark.usefixtures("terminal_signals")
 @pytest.mark.slow
 def test_a_terminal_that_is_closed_keeps_the_rows(model):
     model.write_text(MODEL.replace("run 1 s", "run 1e7 s every 100 s"))
     master, slave = os.openpty()
     command = [sys.executable, "-c", "from bgc.runtime.cli import main; main()", "run", "m.bg"]
-    process = subprocess.Popen(
+    with started(
         [*command, "--solver", "rk4", "--step", "1 ms", "--out", "r.csv"],
         cwd=model.parent,
         stdout=slave,
         stderr=slave,
         env={**os.environ, "TERM": "xterm"},
-    )
-    os.close(slave)
-    seen = b""
-    while b"simulating" not in seen:
-        seen += os.read(master, 4096)  # ends with an error where the process ends without it
-    os.close(master)
-    time.sleep(0.3)  # the bar is drawn on a terminal that is gone
-    process.send_signal(signal.SIGHUP)
-    assert process.wait(timeout=30) == 129
+    ) as process:
+        os.close(slave)
+        seen = b""
+        while b"simulating" not in seen:
+            seen += os.read(master, 4096)  # ends with an error where the process ends without it
+        os.close(master)
+        time.sleep(0.3)  # the bar is drawn on a terminal that is gone
+        process.send_signal(signal.SIGHUP)
+        assert process.wait(timeout=30) == 129
     assert (model.parent / "r.csv").read_text().startswith("time,x\n0.0,1.0\n")
 
 
+@pytest.mark.usefixtures("terminal_signals")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_compilers_too(model, number):
-    started, compiler = model.parent / "started", model.parent / "cc"
+    begun, compiler = model.parent / "begun", model.parent / "cc"
     compiler.write_text(
-        f'#!/bin/sh\n[ "$1" = --version ] && exit\necho $$ >> {started}\nexec sleep 60\n'
+        f'#!/bin/sh\n[ "$1" = --version ] && exit\necho $$ >> {begun}\nexec sleep 60\n'
     )
     compiler.chmod(0o755)
-    process = subprocess.Popen(
+    with started(
         [sys.executable, "-c", "from bgc.runtime.cli import main; main()", "run", "m.bg"],
         cwd=model.parent,
         env={**os.environ, "CC": str(compiler), "BGC_CACHE_DIR": str(model.parent / "cache")},
-    )
-    while not (started.exists() and started.read_text().endswith("\n")):
-        assert process.poll() is None
-        time.sleep(0.05)
-    process.send_signal(number)
-    assert process.wait(timeout=20) == 128 + number
-    for compiling in started.read_text().split():
+    ) as process:
+        while not (begun.exists() and begun.read_text().endswith("\n")):
+            assert process.poll() is None
+            time.sleep(0.05)
+        process.send_signal(number)
+        assert process.wait(timeout=20) == 128 + number
+    for compiling in begun.read_text().split():
         with pytest.raises(ProcessLookupError):
             os.kill(int(compiling), 0)
