@@ -1,4 +1,4 @@
-"""Checks of the parameters that the equations of a program divide by.
+"""Checks of the parameters that the equations of a program divide by or draw numbers with.
 
 Every quotient whose divisor depends on parameters alone is found, whether the model wrote it or the
 compiler inverted a law. A quotient that only a branch of `if` needs is not checked, since the
@@ -16,6 +16,7 @@ from bgc.algebra.expanded import expanded_text
 from bgc.ir.evaluated import always_evaluated
 from bgc.ir.graph import Node
 from bgc.ir.program import PositiveParameter, Program
+from bgc.ir.program_nodes import program_roots
 
 _LONGEST = 60  # characters of an expression in a message
 
@@ -23,7 +24,8 @@ _LONGEST = 60  # characters of an expression in a message
 def with_divisor_checks(program: Program) -> Program:
     """Add checks for the divisors of PARAM level, which run whenever parameters are set.
 
-    Takes time linear in the number of nodes. Divisors that are checked already are left out.
+    Takes time linear in the number of nodes. Divisors that are checked already are left out. Seeds
+    and indices of `random` are checked to be whole numbers.
     """
     dag = program.dag
     known = {node for check in program.positive for node in _factors(dag, check.node)}
@@ -40,7 +42,7 @@ def with_divisor_checks(program: Program) -> Program:
                 continue
             message = _message(text, owner, finite=finite)
             added[node] = PositiveParameter(node, message, strictly_positive=False, finite=finite)
-    checks = [*added.values(), *_together(dag, unnamed)]
+    checks = [*added.values(), *_together(dag, unnamed), *_whole_numbers(program)]
     return replace(program, positive=(*program.positive, *checks)) if checks else program
 
 
@@ -51,6 +53,21 @@ def _together(dag: Dag, unnamed: Mapping[Node, str]) -> list[PositiveParameter]:
     total = dag.sum(dag.call(Op.ABS, node) for node in unnamed)
     message = _message(None, next(iter(unnamed.values())), finite=True)
     return [PositiveParameter(total, message, strictly_positive=False, finite=True)]
+
+
+def _whole_numbers(program: Program) -> Iterator[PositiveParameter]:
+    """Check the seeds and indices of `random`, which is undefined for other than whole numbers."""
+    dag, names = program.dag, _names(program)
+    drawn = [n for n in dag.reachable(program_roots(program)) if dag.op[n] == Op.RANDOM]
+    for what, operands in (("seed", dag.a), ("index", dag.b)):
+        for node in dict.fromkeys(operands[n] for n in drawn):
+            if dag.level[node] != Level.PARAM:
+                continue
+            text = expanded_text(dag, node, names, _LONGEST)
+            shown = "an expression of parameters" if text is None else f"`{text}`"
+            message = f"{shown} must be a whole number: it is the {what} of `random`"
+            finite = dag.call(Op.RANDOM, node, dag.zero)
+            yield PositiveParameter(finite, message, strictly_positive=False, finite=True)
 
 
 def _equations(program: Program) -> Iterator[tuple[str, Sequence[Node]]]:

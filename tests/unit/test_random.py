@@ -9,6 +9,7 @@ import pytest
 from fake_scope import World
 from programs import CompiledModel, make_program, states
 
+import bgc
 from bgc.algebra.dag import Dag, Op
 from bgc.algebra.random import _mixed, random
 from bgc.emission.emit import emit_model
@@ -94,3 +95,19 @@ def test_chi_square_of_values_and_pairs(stride: int) -> None:
             expected, freedom = counts.sum() / len(counts), len(counts) - 1
             chi = ((counts - expected) ** 2).sum() / expected
             assert abs(chi - freedom) < 4 * math.sqrt(2 * freedom)
+
+
+def test_a_seed_that_is_not_whole_is_refused_by_name(tmp_path) -> None:
+    path = tmp_path / "a.bg"
+    path.write_text(
+        "model M { param seed = 3; param first = 1; "
+        "sample 1 s { state x = 0; next(x) = random(2*seed, first); } }"
+        "scene s of M { observe x; run 2 s; }"
+    )
+    model = bgc.compile(path)
+    assert model.simulate(parameters={"seed": 2.5})["x"][-1] == random(5, 1)
+    for name, operand, what in (("seed", "2*seed", "seed"), ("first", "first", "index")):
+        with pytest.raises(bgc.BgError, match="BG707") as caught:
+            model.simulate(parameters={name: 1.25})
+        message = caught.value.diagnostics[0].message
+        assert message == f"`{operand}` must be a whole number: it is the {what} of `random`"

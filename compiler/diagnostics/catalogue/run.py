@@ -175,7 +175,8 @@ def parameters_refused(message: str) -> Diagnostic:
 
     What: a quantity computed from the parameters has an impossible value.
 
-    Why: a mass, a compliance or another divisor is zero or negative.
+    Why: a mass, a compliance or another divisor is zero or negative, or a seed or index of `random`
+    is not a whole number.
 
     Example: `--set m=0` where `m` is the parameter of an I.
 
