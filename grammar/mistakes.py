@@ -15,6 +15,7 @@ from lark import Token
 
 from bgc.diagnostics.catalogue import did_you_mean
 from bgc.diagnostics.catalogue import syntax as wrong
+from bgc.diagnostics.catalogue.jumps import incomplete_head
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar.characters import explain_characters
@@ -48,6 +49,8 @@ _PART_OR_CHAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_.]*(?:\[[^\]\n]*\])?[ \t]*(?::
 _LONGEST_STATEMENT = 200  # characters that a statement of another tool is recognised by
 _DECIMALS = re.compile(r"\d+")
 _POSTFIX = ("LPAR", "LSQB", "DOT", "EQUAL")
+_HEADS = {"sample": "period", "when": "condition"}
+_RESET = re.compile(r"(?:reset\b|[A-Za-z_][A-Za-z0-9_.]*(?:\[[^\]\n]*\])?\s*=(?!=))")
 _WORD_KINDS = frozenset(word.upper() for word in TABLE)
 _OPERAND_ENDS = frozenset("NAME NUMBER TIME TEXT RPAR RSQB".split())
 _OPERAND_STARTS = frozenset("NAME NUMBER TIME DER TEXT LPAR".split())
@@ -152,6 +155,35 @@ def _end_of_block(context: ErrorContext, found: Token) -> Explanation | None:
         place = context.describe_found()
         return Explanation(wrong.unclosed_block(context.span(), opened, place), "RBRACE")
     return None
+
+
+def _head_of_block(context: ErrorContext, found: Token) -> Explanation | None:
+    """Explain a `when` without its condition or `{`, and a `sample` without its period or `{`."""
+    previous = context.previous
+    if previous is None or _block(context) != "model":
+        return None
+    if found.type == "LBRACE":
+        word = str(previous)
+        if word in _HEADS and _begins_statement(context.read[:-1]):
+            span = _span_of(context, previous)
+            return Explanation(incomplete_head(span, word, _HEADS[word], FORMS[word]))
+        return None
+    if "LBRACE" not in context.accepted or previous.type not in _OPERAND_ENDS:
+        return None
+    *_, first = _types_of_statement(context)
+    word = first.lower()
+    ends = found.type in ("RBRACE", "SEMICOLON", END)
+    if word in _HEADS and (ends or _begins_contents(context, found)):
+        behind = end_of(previous)
+        end = Span(context.source, behind, behind)
+        return Explanation(incomplete_head(end, word, "`{`", FORMS[word]))
+    return None
+
+
+def _begins_contents(context: ErrorContext, found: Token) -> bool:
+    """Return whether a statement of a `when` or `sample` begins here."""
+    begins = str(found) in WORDS["model"] or _RESET.match(context.source.text, context.offset)
+    return _WORD.fullmatch(found) is not None and bool(begins)
 
 
 def _statement_unfinished(context: ErrorContext, found: Token) -> Explanation | None:
@@ -310,6 +342,7 @@ def reciprocal_unit(text: str) -> str:
 
 
 _KINDS_OF_ERROR: tuple[Callable[[ErrorContext, Token], Explanation | None], ...] = (
+    _head_of_block,
     _end_of_block,
     _first_word,
     _statement_unfinished,

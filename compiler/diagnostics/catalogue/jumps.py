@@ -1,4 +1,4 @@
-"""Diagnostics of jumps: `when` and `reset`."""
+"""Diagnostics of `when` and `reset`, and of the first line of `when` and `sample`."""
 
 from __future__ import annotations
 
@@ -7,6 +7,17 @@ from collections.abc import Sequence
 from bgc.diagnostics.catalogue import error, listed
 from bgc.diagnostics.diagnostic import Diagnostic, Label
 from bgc.diagnostics.source import Span
+
+
+def incomplete_head(span: Span, word: str, missing: str, form: str) -> Diagnostic:
+    """BG267: a `when` or `sample` whose first line is not complete
+
+    What: a `when` has no condition, a `sample` has no period, or the `{` behind it is missing.
+    Why: the statements in the braces apply when the condition becomes true, or once in each period.
+    Example: `when height < 0 m reset speed = 0;`
+    Way out: write `when height < 0 m { reset speed = 0; }` and `sample 10 ms { .. }`.
+    """
+    return error("BG267", f"the {missing} of `{word}` is missing", span, help=form)
 
 
 def empty_when(span: Span) -> Diagnostic:
