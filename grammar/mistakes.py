@@ -16,11 +16,13 @@ from lark import Token
 from bgc.diagnostics.catalogue import did_you_mean
 from bgc.diagnostics.catalogue import syntax as wrong
 from bgc.diagnostics.catalogue.jumps import incomplete_head
+from bgc.diagnostics.catalogue.values import unit_with_parentheses
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar.characters import explain_characters
 from bgc.grammar.peers import statement_advice
 from bgc.grammar.tokens import END, end_of, span_of
+from bgc.grammar.unit_spelling import GROUPED, ungrouped
 from bgc.grammar.words import BLOCK_OF, FORMS, FORMS_IN, PLACES, RESERVED, TABLE, WORDS
 
 _CLOSER = {"LPAR": "RPAR", "LSQB": "RSQB", "LBRACE": "RBRACE"}
@@ -246,6 +248,19 @@ def _derivative(context: ErrorContext, found: Token) -> Explanation | None:
     return Explanation(wrong.derivative_of_nothing(_span_of(context, previous)))
 
 
+def _unit_with_parentheses(context: ErrorContext, found: Token) -> Explanation | None:
+    """Explain the parentheses of a unit that stands behind a colon or `in`: `: J/(kg*K)`."""
+    previous = context.previous
+    if found.type != "OVER" or previous is None or "OVER" in context.accepted:
+        return None
+    start = _span_of(context, previous).start
+    unit = GROUPED.match(context.source.text, start)
+    if unit is None:
+        return None
+    span = Span(context.source, start, unit.end())
+    return Explanation(unit_with_parentheses(span, ungrouped(unit)))
+
+
 def _empty_statement(context: ErrorContext, found: Token) -> Explanation | None:
     """Explain a `;` with no statement before it."""
     if found.type != "SEMICOLON" or not _begins_statement(context.read):
@@ -349,6 +364,7 @@ _KINDS_OF_ERROR: tuple[Callable[[ErrorContext, Token], Explanation | None], ...]
     _bracket,
     _operator,
     _derivative,
+    _unit_with_parentheses,
     _empty_statement,
     _reserved,
     _decimal_comma,

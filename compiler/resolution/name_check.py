@@ -11,10 +11,10 @@ from collections.abc import Iterable, Iterator
 from bgc.diagnostics.catalogue import names, ranges, values
 from bgc.diagnostics.report import Report
 from bgc.grammar import syntax
-from bgc.grammar.peers import value_advice
 from bgc.language.elements import ELEMENTS
 from bgc.resolution.modules import Declared, Module, ancestors, flatten
 from bgc.values.functions import BUILTINS
+from bgc.values.unknown_names import unknown_name
 
 _ALWAYS = {"time", "pi"}
 _LAW_VARIABLES = {"e", "f", "p", "q", "e1", "f1", "e2", "f2", "H"}
@@ -133,11 +133,8 @@ class _Checker:
         match expr:
             case syntax.Name():
                 if expr.name not in seen and expr.name not in self._module.constants:
-                    candidates = [*seen, *self._module.constants]
-                    advice = value_advice(expr.name)
-                    self._report.add(
-                        names.unknown_name(expr.span, expr.name, sorted(candidates), advice)
-                    )
+                    candidates = sorted([*seen, *self._module.constants])
+                    self._report.add(unknown_name(expr, candidates))
             case syntax.Call():
                 known = expr.function in BUILTINS
                 if not known and expr.function not in self._module.functions:

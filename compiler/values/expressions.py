@@ -15,13 +15,11 @@ from typing import TypeAlias, assert_never
 from bgc.algebra.angles import PI
 from bgc.algebra.dag import Dag, Kind, Op
 from bgc.diagnostics.catalogue import data as data_messages
-from bgc.diagnostics.catalogue import names
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.catalogue import values as catalogue
 from bgc.diagnostics.catalogue.syntax import empty_vector
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
-from bgc.grammar.peers import value_advice
 from bgc.values import arithmetic, components, functions
 from bgc.values.arithmetic import Operand, failure
 from bgc.values.blocks import join_blocks
@@ -45,6 +43,7 @@ from bgc.values.units import (
     suggest_unit,
     times_seconds,
 )
+from bgc.values.unknown_names import unknown_name
 from bgc.values.value import Value, describe_shape
 
 __all__ = ["FunctionUse", "Namespace", "Scope", "evaluate", "evaluate_condition"]
@@ -238,8 +237,7 @@ class _Evaluator:
             return found
         if expr.name == "pi":
             return Value.scalar(self.dag.const(PI), DIMENSIONLESS)
-        near = self.scope.names()
-        raise failure(names.unknown_name(expr.span, expr.name, near, value_advice(expr.name)))
+        raise failure(unknown_name(expr, self.scope.names()))
 
     def index(
         self,

@@ -16,6 +16,7 @@ from functools import lru_cache
 from typing import TypeAlias
 
 from bgc.algebra.angles import PI
+from bgc.grammar.unit_spelling import GROUPED, ungrouped
 from bgc.values.shown import Shown
 
 Exponent: TypeAlias = int | Fraction
@@ -434,6 +435,18 @@ def spaced_product(text: str, is_value: Callable[[str], bool]) -> str:
         if parse_unit(unit) is not None and all(map(is_value, re.findall(r"[A-Za-z_]\w*", rest))):
             return f"{unit} {sign[0]} {rest}"
     return ""
+
+
+def ungrouped_unit(text: str, start: int = 0) -> tuple[int, int, str] | None:
+    """The unit with parentheses that holds the name at `start`: its place and its right spelling.
+
+    `K` in `3 W/(K*s)` gives the place of `W/(K*s)` and `W/K/s`; None where the text is not a unit.
+    """
+    for found in GROUPED.finditer(text, text.rfind("\n", 0, start) + 1):
+        if found.start() <= start < found.end():
+            spelled = ungrouped(found)
+            return (found.start(), found.end(), spelled) if parse_unit(spelled) else None
+    return None
 
 
 def _correct_word(word: str) -> str:

@@ -38,11 +38,12 @@ def spelled_time(seconds: float) -> str:
 def _factor(given: str, name: str, unit: str) -> float:
     """Return the factor from the unit `given` to SI; it must have the dimension of `unit`."""
     # The compiler's units are slow to load, and SI numbers do without them.
-    from bgc.values.units import DIMENSIONLESS, parse_unit
+    from bgc.values.units import DIMENSIONLESS, parse_unit, ungrouped_unit
 
     parsed = parse_unit(given)
     if parsed is None:
-        raise BgError([not_a_value(given, name)])
+        grouped = ungrouped_unit(given)
+        raise BgError([not_a_value(given, name, grouped[2] if grouped else "")])
     wanted = parse_unit(unit) if unit else None
     if parsed.dimension != (wanted.dimension if wanted else DIMENSIONLESS):
         raise BgError([wrong_unit(name, given, unit)])

@@ -114,12 +114,13 @@ def test_check_evaluates_values_of_the_file_that_no_scene_uses(tmp_path):
         "param ranged = 3 in 4 .. 5;": "BG239",
         "const one = two; const two = one;": "BG214",
         "const mixed = 3 m + 2 kg;": "BG303",
+        "const h = 3 W/(m^2*K);": "BG268",
     }
     scene = "model M { state x = 1; der(x) = -x%s; } scene s of M { observe x; run 1 s; }"
     path.write_text("\n".join((*wrong, scene % "")))
     found = check_source(path)
     assert [d.code for d in found] == list(wrong.values())
-    assert [d.span.source.position(d.span.start)[0] for d in found if d.span] == [1, 2, 3, 4, 5]
+    assert [d.span.source.position(d.span.start)[0] for d in found if d.span] == [1, 2, 3, 4, 5, 6]
     assert check_source(path, "s") == [], "of one scene, what it uses"
     path.write_text("\n".join((*wrong, scene % "*two*mixed")))
     assert sorted(d.code for d in check_source(path)) == sorted(wrong.values()), "each once"

@@ -71,7 +71,7 @@ def parameter_out_of_range(
     )
 
 
-def not_a_value(text: str, name: str) -> Diagnostic:
+def not_a_value(text: str, name: str, unit: str = "") -> Diagnostic:
     """BG062: a parameter value that cannot be read
 
     What: the text after `=` is neither a number nor a number, a blank and a unit.
@@ -85,7 +85,9 @@ def not_a_value(text: str, name: str) -> Diagnostic:
     return error(
         "BG062",
         f"`{text}` is not a value for `{name}`",
-        help="write a number, or a number, one blank and a unit: `7`, `7 t`, `45 deg`",
+        help=f"a unit has no parentheses: write `{unit}`"
+        if unit
+        else "write a number, or a number, one blank and a unit: `7`, `7 t`, `45 deg`",
     )
 
 

@@ -37,6 +37,26 @@ def unknown_unit(
     return error("BG301", f"`{text}` is not a unit", span, help=way_out)
 
 
+def unit_with_parentheses(span: Span, spelled: str) -> Diagnostic:
+    """BG268: a unit with parentheses
+
+    What: a product of units in the denominator stands in parentheses.
+
+    Why: a unit is a chain of words from the left, in which each `/` divides by the next word
+    alone. Parentheses belong to expressions, and the words in them would be names of values.
+
+    Example: `param h = 3 W/(m^2*K);`
+
+    Way out: write a `/` before each word of the denominator: `3 W/m^2/K`.
+    """
+    return error(
+        "BG268",
+        "a unit has no parentheses",
+        span,
+        help=f"write `{spelled}`: each `/` divides by one word",
+    )
+
+
 def cannot_combine(
     operator: str,
     context: str,
