@@ -271,13 +271,15 @@ def _run_all(work: _Work, progress: bool) -> None:
 
 
 def _why_alone(model: LoadedModel, method: Method, count: int, vectorised: bool) -> str:
-    """Return the reason for running instances one by one; empty where batches are supported."""
+    """Return the reason for running instances one by one; empty where batches are supported.
+
+    A small number of instances is the reason only where more of them would run in batches.
+    """
     info = model.library.model
     rates = set(info.mass_row[: info.n_mass]) if info.n_mass else set(range(info.n_state))
     solver = model.library.methods.get(method.name)  # None: one of a backend
     reasons = {
         "vector registers are not wanted": not vectorised,
-        f"{count} instances are too few to compile for": count < _FEWEST,
         "the model's source is not at hand": model.origin is None,
         "the model has no states": info.n_state == 0,
         "the model has algebraic equations": len(rates) < info.n_state,
@@ -289,6 +291,7 @@ def _why_alone(model: LoadedModel, method: Method, count: int, vectorised: bool)
         "the model is so large that its matrix is factorised in loops": not (
             info.factor or (solver and solver.explicit)
         ),
+        f"{count} instances are too few to compile for": count < _FEWEST,
     }
     return next((reason for reason, holds in reasons.items() if holds), "")
 

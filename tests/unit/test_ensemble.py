@@ -261,6 +261,8 @@ def test_an_ensemble_tells_why_its_instances_ran_one_by_one(oscillator, options,
 def test_algebraic_equations_and_few_instances_run_one_by_one(oscillator):
     loops = bgc.compile(MODELS / "loops.bg", scene="diodes").simulate_many([{}] * 4, 0.1)
     assert (loops.together, loops.alone) == (0, "the model has algebraic equations")
+    two = bgc.compile(MODELS / "loops.bg", scene="diodes").simulate_many([{}] * 2, 0.1)
+    assert two.alone == loops.alone, "more instances would not change it"
     few = oscillator.simulate_many({"k": [5.0, 6.0, 7.0]})
     assert (few.together, few.alone) == (0, "3 instances are too few to compile for")
 
