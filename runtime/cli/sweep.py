@@ -26,7 +26,7 @@ from bgc.runtime.results.ensemble import EnsembleInterrupted
 from bgc.runtime.running.sweep import points, read_range
 
 _TABLES = (".csv", ".npz")
-_SHOWN = 3  # failures
+_SHOWN = 3  # failures, and warnings of instances
 
 
 @click.command()
@@ -94,7 +94,9 @@ def sweep(
     except KeyboardInterrupt:
         click.echo("interrupted before the first instance: nothing is written", err=True)
         context.exit(INTERRUPTED)
-    print_diagnostics((*ensemble.warnings, *islice(ensemble.placed_failures(), _SHOWN)))
+    placed = (ensemble.placed_failures(), ensemble.placed_warnings())
+    shown = (diagnostic for each in placed for diagnostic in islice(each, _SHOWN))
+    print_diagnostics((*ensemble.warnings, *shown))
     if out == "-":
         ensemble.write_csv(sys.stdout)
     elif Path(out).suffix.lower() == ".npz":
@@ -104,6 +106,8 @@ def sweep(
     if not quiet:
         counts = {name: ensemble.status.count(name) for name in dict.fromkeys(ensemble.status)}
         ended = ", ".join(f"{count} {name}" for name, count in counts.items())
+        undefined = len(ensemble.not_finite)
+        ended += f"; {undefined} with values that are not finite" if undefined else ""
         earlier = f"; {ensemble.recalled} of them before" if ensemble.recalled else ""
         alone = f"; one by one: {ensemble.alone}" if ensemble.alone else ""
         click.echo(f"{ended}{earlier}{alone}", err=out == "-")

@@ -6,6 +6,7 @@ import csv
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -16,6 +17,7 @@ from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_arrays, written_whole
+from bgc.runtime.results.finite import not_finite
 from bgc.runtime.results.result import UnknownColumn
 from bgc.values.shown import Shown
 
@@ -45,6 +47,9 @@ class Ensemble:
         `done`, `failed` or `interrupted`, for each instance.
     failures
         The errors, by the number of the instance (from 0).
+    not_finite
+        The warnings about instances that are done and have a value that is not finite in their
+        rows (BG712), by the number of the instance, as a single run gives them.
     together
         The number of instances computed in the lanes of vector registers, not alone.
     alone
@@ -95,6 +100,16 @@ class Ensemble:
             f"{len(self.time)} rows to {end}{ended}>"
         )
 
+    @cached_property
+    def not_finite(self) -> Mapping[int, Diagnostic]:
+        """The warnings about values that are not finite, by instance; found when first asked."""
+        marked = np.flatnonzero(self.done & ~np.isfinite(self.values).all(axis=(1, 2)))
+        found: dict[int, Diagnostic] = {}
+        for k in marked.tolist():
+            columns = dict(zip(self.names, self.values[k].T, strict=True))
+            found[k] = next(not_finite(self.time, columns))
+        return found
+
     @property
     def done(self) -> Array:
         """Mask of the instances with all their rows, (n,) of bool: an index for `values`."""
@@ -133,7 +148,14 @@ class Ensemble:
 
     def placed_failures(self) -> Iterator[Diagnostic]:
         """List the errors, each with the number and the values (SI) of its instance."""
-        for k, why in self.failures.items():
+        return self._placed(self.failures)
+
+    def placed_warnings(self) -> Iterator[Diagnostic]:
+        """List the warnings about rows, each with the number and the values of its instance."""
+        return self._placed(self.not_finite)
+
+    def _placed(self, diagnostics: Mapping[int, Diagnostic]) -> Iterator[Diagnostic]:
+        for k, why in diagnostics.items():
             values = ", ".join(
                 f"`{name}` = {self.parameters[name][k]:.6g}" for name in self.parameters
             )
@@ -145,13 +167,14 @@ class Ensemble:
 
         `instance` has the numbers of the instances; those that an interruption left undone are
         omitted. Each varied parameter is an array `parameter:<name>`. `about` is a JSON text with
-        the units, the scene, the solver and the failures.
+        the units, the scene, the solver, the failures and the values that are not finite.
         """
         about = {
             "scene": self.scene,
             "solver": self.solver,
             "units": {"time": "s", **self.units},
             "failures": {str(k): why.message for k, why in self.failures.items()},
+            "not_finite": {str(k): why.message for k, why in self.not_finite.items()},
         }
         written = self._written()
         arrays = {

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any, TextIO
 import numpy as np
 
 from bgc.building.built import Panel
-from bgc.diagnostics.catalogue.accuracy import out_of_balance, value_not_finite
+from bgc.diagnostics.catalogue.accuracy import out_of_balance
 from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.language.columns import column_of, component_of
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_arrays, written_whole
+from bgc.runtime.results.finite import not_finite
 from bgc.runtime.results.rest import AtRest
 from bgc.runtime.results.shapes import Shape, arrays_of, described
 from bgc.values.shown import Shown
@@ -115,7 +116,7 @@ class Result(Mapping[str, Array]):
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
         """The notices, and warnings about the rows: BG712, BG716."""
-        return (*self.notices, *self._not_finite(), *self._unbalanced())
+        return (*self.notices, *not_finite(self.time, self.columns), *self._unbalanced())
 
     def _unbalanced(self) -> Iterator[Diagnostic]:
         if "residual" in self.accounts and len(self.time):
@@ -124,17 +125,6 @@ class Result(Mapping[str, Array]):
                 first = int(np.argmax(residual > _UNBALANCED * exchanged))
                 share = float(residual.max()) / exchanged
                 yield out_of_balance(float(self.time[first]), share)
-
-    def _not_finite(self) -> Iterator[Diagnostic]:
-        worst: tuple[int, str, bool] | None = None
-        for name, column in self.columns.items():
-            finite = np.isfinite(column)
-            row = int(np.argmin(finite)) if len(finite) else 0  # the first that is not
-            if not finite.all() and (worst is None or row < worst[0]):
-                worst = row, name, not finite[row:].any()
-        if worst is not None:
-            row, name, to_the_end = worst
-            yield value_not_finite(name, float(self.time[row]), to_the_end)
 
     def ended(self, status: str, message: str) -> Result:
         """Return the same rows, marked as those of a run that ended early."""

@@ -303,6 +303,28 @@ def test_under_error_control_the_lane_at_fault_leaves(oscillator):
     np.testing.assert_allclose(ensemble["q"][4], exact["q"], atol=1e-4)
 
 
+def test_values_that_are_not_finite_are_reported_as_by_a_single_run(tmp_path):
+    path = tmp_path / "a.bg"
+    path.write_text(
+        "model M { param k = 1; state q = 1; der(q) = -k; output root = sqrt(q); }"
+        "scene s of M { observe q, root; run 2 s every 0.5 s; }"
+    )
+    model = bgc.compile(path)
+    values = [0.1, 0.7, 0.1, 3.0]
+    ensemble = model.simulate_many({"k": values})
+    assert ensemble.status == ("done",) * 4 and ensemble.together == 4
+    assert sorted(ensemble.not_finite) == [1, 3]
+    for k, warning in ensemble.not_finite.items():
+        (alone,) = model.simulate(parameters={"k": values[k]}).warnings
+        assert warning == alone and alone.code == "BG712"
+    notes = [d.note for d in ensemble.placed_warnings()]
+    assert notes == ["in instance 1, with `k` = 0.7", "in instance 3, with `k` = 3"]
+    command = ["sweep", str(path), "--vary", "k=0.1..3:2", "--out", "-"]
+    done = CliRunner().invoke(application, command)
+    assert done.exit_code == 0 and done.stderr.count("BG712") == 1
+    assert "2 done; 1 with values that are not finite" in done.stderr
+
+
 # --- other registers --------------------------------------------------------------------------
 
 _X86 = os.uname().machine == "x86_64"
