@@ -197,6 +197,105 @@ def test_modes_of_supply_at_a_frequency(load, met):
     np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), rtol=1e-6)
 
 
+MEMORY = SUPPLY["memory"]
+
+
+def memory_of(s: np.ndarray) -> np.ndarray:
+    """Matrix of the cells at complex frequencies s, and the added mass at infinite frequency."""
+    w, z, c = (np.array(MEMORY[k]) for k in ("frequency", "damping_ratio", "coupling"))
+    cell = s[:, None] / (s[:, None] ** 2 + 2 * z * w * s[:, None] + w**2)
+    return np.einsum("fn,ni,nj->fij", cell, c, c)
+
+
+def radiation(key: str) -> np.ndarray:
+    return np.reshape(SUPPLY["radiation"][key], (-1, 6, 6))
+
+
+def test_fluid_memory_fits_the_data():
+    """From 0.25 to 2.6 rad/s: damping within 5 % of its peak, added mass 2.5 % of all mass."""
+    w = np.array(SUPPLY["radiation"]["frequency"])
+    band = (w > 0.25) & (w < 2.6)
+    found = memory_of(1j * w)
+    mass, damping = radiation("mass"), radiation("damping")
+    peak = np.sqrt(np.einsum("fii->fi", damping).max(axis=0))
+    error = (found.real - damping)[band] / np.outer(peak, peak)
+    assert np.abs(error).max() < 0.05
+    assert np.abs(error[w[band] < 2][:, 2:5:2, 2:5:2]).max() < 0.025
+    whole = np.array(SUPPLY["M_RB"]) + mass
+    scale = np.sqrt(np.einsum("fii->fi", whole))
+    error = np.array(MEMORY["added_mass"]) + found.imag / w[:, None, None] - mass
+    error = (error / (scale[:, :, None] * scale[:, None]))[band]
+    assert np.abs(error).max() < 0.025
+
+
+def test_fluid_memory_is_passive():
+    """Its real part is positive semidefinite at all frequencies, and the mass is positive."""
+    assert min(MEMORY["frequency"]) > 0 and min(MEMORY["damping_ratio"]) > 0
+    real = memory_of(1j * np.geomspace(1e-3, 1e3, 400)).real
+    least = np.linalg.eigvalsh(real).min(axis=1)
+    assert (least > -1e-12 * np.abs(real).max(axis=(1, 2))).all()
+    mass = np.array(MEMORY["added_mass"])
+    np.testing.assert_array_equal(mass, mass.T)
+    assert np.linalg.eigvalsh(mass).min() > 0
+
+
+@pytest.mark.parametrize(("period", "met"), [(5.5, np.pi), (9, np.pi / 2), (9, 0), (14, np.pi)])
+def test_a_ship_with_memory_moves_by_the_motion_responses(load, period, met):
+    """In regular waves of any period, without a frequency being given: 1 % of the peak."""
+    found, result = heave_and_pitch(load("ship_levels", "memory"), period, met)
+    expected = published("motion", 2 * np.pi / period, met)[[2, 4]]
+    assert (np.abs(found - expected) < 1e-2 * largest(met)).all()
+    assert np.abs(result["energy.residual"]).max() < 1e-6 * result["energy.supplied"].max()
+
+
+def test_memory_against_convolution_with_the_data(load):
+    """Let go from 0.5 m: heave and pitch against Cummins's equation with K(t) of the damping.
+
+    K(t) = 2/pi times the integral of B(w) cos(w t) dw, of the data with a tail of w^-3; the added
+    mass at infinite frequency follows from the data and K at 1 rad/s.
+    """
+    given = {"vessel.r0[3]": 0.5, "vessel.sea.height": 0}
+    result = load("ship_levels", "memory").simulate(60, every=0.5, parameters=given)
+    upright = [0, 2, 4]
+    w = np.array([0, *SUPPLY["radiation"]["frequency"]])
+    B = np.concatenate([np.zeros((1, 6, 6)), radiation("damping")])[:, upright][:, :, upright]
+    fine = np.linspace(0, 12, 1201)
+    B = np.stack([[np.interp(fine, w, B[:, i, j]) for j in range(3)] for i in range(3)])
+    B = B * np.where(fine > w[-1], (w[-1] / np.maximum(fine, 1)) ** 3, 1)
+    step = 0.05
+    lags = np.arange(0, 40, step)
+    K = 2 / np.pi * np.trapezoid(B[..., None, :] * np.cos(np.outer(lags, fine)), fine, axis=-1)
+    K = K.transpose(2, 0, 1)
+    at = 20  # 0.661 rad/s
+    shifted = np.trapezoid(K.transpose(1, 2, 0) * np.sin(w[at + 1] * lags), lags, axis=-1)
+    M = np.array(SUPPLY["M_RB"])[np.ix_(upright, upright)]
+    M = M + radiation("mass")[at][np.ix_(upright, upright)] + shifted / w[at + 1]
+    D = np.array(SUPPLY["D"])[np.ix_(upright, upright)]
+    C = np.zeros((3, 3))
+    C[1:, 1:] = np.array(SUPPLY["G"])[::2, ::2]
+
+    x, v = np.array([[0, -0.5, 0], [0, 0, 0.0]])  # surge, heave down, pitch
+    rates, places = [v], [x]
+
+    def accelerated(x: np.ndarray, past: list[np.ndarray]) -> np.ndarray:
+        n = min(len(past), len(lags))
+        weights = np.full(n, step)
+        weights[0] = weights[-1] = step / 2
+        memory = np.einsum("t,tij,tj->i", weights, K[:n], np.array(past[: -n - 1 : -1]))
+        return -np.linalg.solve(M, memory + D @ past[-1] + C @ x)
+
+    for _ in range(round(60 / step)):
+        first = accelerated(x, rates)
+        guess = v + step * first
+        second = accelerated(x + step * v, [*rates, guess])
+        x, v = x + step / 2 * (v + guess), v + step / 2 * (first + second)
+        rates.append(v)
+        places.append(x)
+    expected = np.array(places)[:: round(0.5 / step)]
+    np.testing.assert_allclose(result["motion"][:, 0], -expected[:, 1], atol=0.5 * 0.012)
+    np.testing.assert_allclose(result["motion"][:, 2], -expected[:, 2], atol=1e-4)
+
+
 BARGE = """
 import marine.ship_in_sea;
 import marine.gunnerus;
