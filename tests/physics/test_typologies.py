@@ -45,3 +45,29 @@ def test_closed_forms_at_the_start(load):
     position = [telescoping[f"position[{k}]"] for k in (1, 2, 3)]
     np.testing.assert_allclose(position, 2.7 * along)
     assert telescoping["torque[3]"] == pytest.approx(along @ [30, -20, 50])
+
+
+OTHERS = {"planar": 2, "knuckle": 3, "gantry": 3, "column": 3, "scara": 3, "six": 3}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_other_typologies_move_their_tips_and_pass_all_power(load, name):
+    """In the position form, and in the full form of SCARA and six-joint arm."""
+    result = load("typologies", "others").simulate()
+    for k in range(OTHERS[name]):
+        position = result[f"{name}_J.position[{k + 1}]"]
+        travelled = result[f"{name}.travelled[{k + 1}]"]
+        np.testing.assert_allclose(travelled, position - position[0], atol=1e-8)
+    np.testing.assert_allclose(result[f"{name}.power"], 0, atol=1e-11)
+
+
+def test_the_knuckle_boom_is_made_of_two_links_and_two_triangles(load):
+    result = load("typologies", "others").simulate()
+    for k in (1, 2, 3):
+        own = result[f"knuckle_J.position[{k}]"]
+        assert np.abs(own - own[0]).max() > 0.3
+        np.testing.assert_allclose(result[f"links.position[{k}]"], own, atol=1e-7)
+    np.testing.assert_allclose(result["boom_rate"], 0.3, rtol=1e-9)
+    for k, name in enumerate(("slewing", "luffing", "folding")):
+        np.testing.assert_allclose(result[name], result[f"knuckle.torque[{k + 1}]"], rtol=1e-6)
+        assert result[f"gantry.torque[{k + 1}]"][-1] == [30, -20, 50][k]

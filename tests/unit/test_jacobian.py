@@ -18,10 +18,21 @@ from bgc.ir.program import Program
 from bgc.options import Options
 from bgc.resolution.resolve import load_text
 
+PINS = (
+    "boom_pins = [1.485 m, 2.831 m], boom_offset = 0.8, jib_pins = [2.955 m, 1.002 m], "
+    "jib_offset = 1.1"
+)
+# Arguments, coordinates, joints, and the forms.
 TYPOLOGIES = {
-    "Planar2R": ("l1 = 2 m, l2 = 1.5 m, angles = q", 2, 2),
-    "Slew2R": ("l1 = 2 m, l2 = 1.5 m, angles = q", 3, 3),
-    "SlewLuffTelescope": ("length = 2 m, coordinates = q", 3, 3),
+    "Planar2R": ("l1 = 2 m, l2 = 1.5 m", "angles", 2, (2, 3)),
+    "Planar3R": ("links = [2 m, 1.5 m, 0.7 m]", "angles", 3, (2, 3)),
+    "Slew2R": ("l1 = 2 m, l2 = 1.5 m", "angles", 3, (3, 6)),
+    "SlewLuffTelescope": ("length = 2 m", "coordinates", 3, (3, 6)),
+    "KnuckleBoom": (f"l1 = 2 m, l2 = 1.5 m, {PINS}", "coordinates", 3, (3, 6)),
+    "Gantry": ("", "coordinates", 3, (3, 6)),
+    "Cylindrical": ("", "coordinates", 3, (3, 6)),
+    "Scara": ("l1 = 2 m, l2 = 1.5 m", "coordinates", 4, (3, 4, 6)),
+    "Anthropomorphic6R": ("l1 = 2 m, l2 = 1.5 m, l3 = 0.4 m", "angles", 6, (3, 6)),
 }
 SINGULAR = (0.0, math.pi / 2, math.pi, -math.pi / 2, -2.0)  # -2: a telescope of length 0
 
@@ -42,34 +53,74 @@ def observed(program: Program, states: list[float]) -> dict[str, float]:
     return {o.name: x for o, x in zip(program.observations, found, strict=True)}
 
 
+def postures(name: str, count: int) -> list[tuple[float, ...]]:
+    """Random and singular ones: every combination of angles that are so, or 100 of these."""
+    rng = np.random.default_rng(5)
+    if name == "KnuckleBoom":  # jib in line with the boom at 2.70 m; luffed by 90 deg at 3.92 m
+        straight = math.sqrt(2.955**2 + 1.002**2 - 2 * 2.955 * 1.002 * math.cos(1.1))
+        upright = math.sqrt(1.485**2 + 2.831**2 - 2 * 1.485 * 2.831 * math.cos(math.pi / 2 + 0.8))
+        lengths = rng.uniform((-4, 1.5, 2.1), (4, 4.1, 3.8), (20, 3))
+        return [(0.3, 2.5, straight), (0.0, upright, straight), *map(tuple, lengths)]
+    singular = list(itertools.product(SINGULAR, repeat=count))
+    if len(singular) > 125:
+        singular = [tuple(rng.choice(SINGULAR, count)) for _ in range(100)]
+    return [*singular, *map(tuple, rng.uniform(-4, 4, (20, count)))]
+
+
 @pytest.mark.parametrize("name", TYPOLOGIES)
 def test_typologies_are_the_jacobians_of_their_positions(name: str) -> None:
-    arguments, count, size = TYPOLOGIES[name]
-    joints = arguments.split()[-3]
+    """In each form; rates of the axes R are those of the angular velocity: R' = S(w) R."""
+    arguments, joints, count, forms = TYPOLOGIES[name]
+    arms = "".join(
+        f"arm{m} : {name}[{m}]({joints} = q{', ' if arguments else ''}{arguments});\n"
+        f"load{m} : Se[{m}](e = zeros({m})); drive{m} : Sf[{count}](f = zeros({count}));\n"
+        f"drive{m} -> arm{m} -> load{m};\n"
+        for m in forms
+    )
+    first, last = f"arm{forms[0]}", f"arm{forms[-1]}"
     program = program_of(f"""
-import crane.kinematics;
+import arms.kinematics;
 model Arm {{
   state q[{count}];
-  der(q) = drive.f;
-  drive : Sf[{count}](f = zeros({count}));
-  arm : {name}({arguments});
-  load : Se[{size}](e = zeros({size}));
-  drive -> arm -> load;
+  der(q) = zeros({count});
+  {arms}
 }}
 scene s of Arm {{
-  observe arm.jacobian as own, jacobian(arm.position, arm.{joints}) as made,
-    jacobian(arm.position, q) as by_state;
+  observe {", ".join(f"arm{m}.jacobian as form{m}" for m in forms)},
+    jacobian({first}.position, {first}.{joints}) as made, jacobian({first}.position, q) as by_state,
+    {last}.axes as axes, jacobian({last}.axes*[1, 0, 0], q) as forward,
+    jacobian({last}.axes*[0, 1, 0], q) as aside;
   run 1;
 }}
 """)
-    rng = np.random.default_rng(5)
-    points = [*itertools.product(SINGULAR, repeat=count), *rng.uniform(-4, 4, (20, count))]
-    for point in points:
+    for point in postures(name, count):
         found = observed(program, [float(x) for x in point])
-        for i, j in itertools.product(range(1, size + 1), range(1, count + 1)):
-            own = found[f"own[{i},{j}]"]
-            assert abs(found[f"made[{i},{j}]"] - own) <= 1e-14 * max(1, abs(own)), point
-            assert abs(found[f"by_state[{i},{j}]"] - own) <= 1e-14 * max(1, abs(own)), point
+
+        def matrix(key: str, found: dict[str, float] = found) -> np.ndarray:
+            rows = max(
+                int(n[len(key) + 1 :].split(",")[0]) for n in found if n.startswith(f"{key}[")
+            )
+            return np.array(
+                [
+                    [found[f"{key}[{i + 1},{j + 1}]"] for j in range(count if key != "axes" else 3)]
+                    for i in range(rows)
+                ]
+            )
+
+        velocity, axes = matrix("made"), matrix("axes")
+        np.testing.assert_allclose(matrix("by_state"), velocity, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-14)
+        for m in forms:
+            own = matrix(f"form{m}")
+            linear = own[: len(velocity)]
+            np.testing.assert_allclose(linear, velocity, rtol=0, atol=1e-14)
+            if m == len(velocity):
+                continue
+            turning = np.zeros((3, count))
+            turning[3 - m + len(velocity) :] = own[len(velocity) :]
+            for key, column in (("forward", 0), ("aside", 1)):
+                expected = np.cross(turning.T, axes[:, column]).T
+                np.testing.assert_allclose(matrix(key), expected, rtol=0, atol=1e-14)
 
 
 def test_inputs_that_are_constant_or_equal_have_derivatives_of_their_own() -> None:
