@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import random
 
-from bgc.algebra.dag import Kind, Symbol
+from bgc.algebra.dag import Dag, Kind, Op, Symbol
 from bgc.algebra.derivatives import gradient
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.algebra.newton import Rows
@@ -20,6 +20,9 @@ from bgc.ir.program import Program
 
 _TOLERANCE = 1e-6  # of all powers; far above rounding, far below the effect of a wrong sign
 _REST = 1e-9  # of the stored energy in a second: less power than that is rounding
+_CANCELLED = (
+    1e-8  # of the powers of single sources and resistors: less is what rounding leaves of them
+)
 _SOLVED = 1e-9  # of the powers that unsolved unknowns have: less is the error of their solution
 
 
@@ -44,15 +47,30 @@ def power_defect(program: Program) -> float | None:
     slopes = gradient(dag, energy.stored, moving)
     shares = [dag.mul(slope, rate) for slope, rate in zip(slopes, rates, strict=True)]
     shares += [dag.neg(energy.supplied), energy.dissipated]
-    unsolved, solved = (evaluate_nodes(dag, [*shares, energy.stored], x) for x in points)
-    *powers, stored = solved
-    size = sum(map(abs, powers)) + _REST * abs(stored)
-    typical = sum(map(abs, unsolved[:-1])) if implicit else 0.0
+    single = [*_terms(dag, energy.supplied), *_terms(dag, energy.dissipated)]
+    unsolved, solved = (evaluate_nodes(dag, [*shares, energy.stored, *single], x) for x in points)
+    powers, (stored, *parts) = solved[: len(shares)], solved[len(shares) :]
+    size = sum(map(abs, powers)) + _REST * abs(stored) + _CANCELLED * sum(map(abs, parts))
+    typical = sum(map(abs, unsolved[: len(shares)])) if implicit else 0.0
     if math.isfinite(typical):
         size += _SOLVED * typical
     if not math.isfinite(size):
         return None
     return abs(sum(powers)) / size if size else 0.0
+
+
+def _terms(dag: Dag, total: int) -> list[int]:
+    """The terms of a sum, each once."""
+    found, seen, open_ = [], {total}, [total]
+    while open_:
+        node = open_.pop()
+        if Op(dag.op[node]) in {Op.ADD, Op.SUB, Op.NEG}:
+            fresh = [n for n in dag.operands(node) if n not in seen]
+            seen.update(fresh)
+            open_ += fresh
+        else:
+            found.append(node)
+    return found
 
 
 def _couples_rates(program: Program) -> bool:
