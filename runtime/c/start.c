@@ -6,6 +6,7 @@
  */
 #include "bgc_internal.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -13,6 +14,7 @@ enum { MAX_START_ITERATIONS = 60, MAX_START_STRIDES = 200 };
 
 static const double start_converged = 1e-9;       /* correction, relative to the unknowns */
 static const double start_floor = 1e-9;      /* of an unknown, for the relative correction */
+static const double start_rounding = 64.0;        /* roundings in a residual */
 static const double least_start_damping = 1e-8;
 static const double least_start_stride = 1e-6;    /* of the homotopy */
 
@@ -39,6 +41,22 @@ static int start_residual(const bgc_model *m, bgc_data *d, const double *s, doub
     return bgc_first_bad(n, residual) < 0 && bgc_first_bad(n * n, d->start_jac) < 0;
 }
 
+/* Whether each residual is within the rounding of its terms, |r| <= c eps |J| |s|: s then solves
+ * equations that differ by rounding (Oettli and Prager 1964). Corrections of unknowns that are zero
+ * but for rounding stop shrinking there. */
+static int is_start_rounded(const bgc_data *d, int n, const double *s) {
+    for (int i = 0; i < n; i++) {
+        double terms = 0.0;
+        for (int k = 0; k < n; k++) {
+            terms += fabs(d->start_jac[i * n + k] * s[k]);
+        }
+        if (!(fabs(d->start_change[i]) <= start_rounding * DBL_EPSILON * terms)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
 /* s := s + damping * correction, to `to`. */
 static void move_start(int n, const double *s, double damping, const double *change, double *to) {
     for (int k = 0; k < n; k++) {
@@ -53,11 +71,13 @@ static int solve_start_from(const bgc_model *m, bgc_data *d, double part, double
 
     for (int k = 0; k < MAX_START_ITERATIONS; k++) {
         double length;
+        int rounded;
 
         /* Newton correction. */
         if (!start_residual(m, d, s, part, d->start_change)) {
             return 0;
         }
+        rounded = is_start_rounded(d, n, s);
         memcpy(d->start_lu, d->start_jac, (size_t)n * (size_t)n * sizeof *d->start_lu);
         if (bgc_factorise_dense(n, d->start_lu, d->start_pivot, d->start_magnitude) >= 0) {
             return 0;
@@ -67,7 +87,7 @@ static int solve_start_from(const bgc_model *m, bgc_data *d, double part, double
             return 0;
         }
         length = start_norm(n, d->start_change, s);
-        if (length <= start_converged) {
+        if (length <= start_converged || rounded) {
             move_start(n, s, 1.0, d->start_change, s);
             return 1;
         }
