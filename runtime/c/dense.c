@@ -111,12 +111,12 @@ static void evaluate_polynomial(const bgc_model *m, bgc_data *d, double t, doubl
 /* x at time t inside the last step. States without a rate follow from the algebraic equations, in the
  * modes and inputs of that step; where no solution is found, they are interpolated. */
 void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
+    double *present = d->u;
+
     evaluate_polynomial(m, d, t, x);
+    d->u = d->u_step;
     if (d->core.algebraic > 0) {
-        double *present = d->u;
-        d->u = d->u_step;
         bgc_satisfy(m, d, t, x);
-        d->u = present;
     }
     if (m->project != NULL) {
         m->project(d->h, t, x, d->work);
@@ -127,6 +127,7 @@ void bgc_interpolate(const bgc_model *m, bgc_data *d, double t, double *x) {
             memcpy(x, d->magnitude, (size_t)m->n_state * sizeof *x);
         }
     }
+    d->u = present;
 }
 
 /* The same with the states without a rate interpolated: a step that jumps to other roots of the

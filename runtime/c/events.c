@@ -226,6 +226,16 @@ static void hold_watched(const bgc_model *m, bgc_data *d) {
     }
 }
 
+/* Rows within the step under way compare the kinks whose change is negligible for f: outputs may depend
+ * on them more. */
+static void release_in_step(const bgc_model *m, bgc_data *d) {
+    for (int k = 0; k < m->n_switch; k++) {
+        if (d->ignored[k] == released) {
+            d->u_step[m->n_input + k] = (double)NAN;
+        }
+    }
+}
+
 /* Whether kinks of states, and nothing else, have left their modes by the arguments z. */
 static int only_kinks_left(const bgc_model *m, const bgc_data *d, const double *z) {
     int kinks = 0;
@@ -298,6 +308,7 @@ static void ignore_negligible(const bgc_model *m, bgc_data *d, double at, int i,
     }
     if (!matter) {
         hold_watched(m, d);
+        release_in_step(m, d);
         for (int j = i; j <= BGC_SAMPLES; j++) {
             evaluate_sample(m, d, j, t[j]);
         }
