@@ -1,16 +1,21 @@
-"""Compare generated programs with the reference, and with themselves written in other ways.
+"""The outcome of a program drawn from a seed.
 
-`check_seed` gives an outcome in one word and what it is about. The classes are
+Two checks are there. `by_equations` observes every variable of a program and puts the columns into
+its raw equations (`equation_check.py`). `by_reference` compares a few columns with the
+integrated raw equations (`dense_dae.py`). Both can try variants (`program_variants.py`).
 
 ========== ========================================================================
-agrees     reference and compiled program give the same trajectories and energies,
-           and so do the variants that were tried
+agrees     equations or reference are satisfied, and the variants give the same numbers
+rest       the same, but nothing moves: all columns are zero
+loose      numbers differ, though less than 30 times the tolerance at default settings, and
+           agree at tighter ones
 same       the reference did not get through, but all variants give the same numbers
 refused    the compiler refuses or the run ends, and the reference has a solution
+reference  the compiler refuses, and the reference does not get through
 open       the reference finds the program ill-posed, the compiler runs it
 ill        both refuse
-differs    numbers differ: of the reference, or between variants
-crash      an exception that is no diagnostic
+differs    numbers differ: from equations or reference, or between variants
+crash      an exception that is not a diagnostic
 ========== ========================================================================
 """
 
@@ -19,25 +24,36 @@ from __future__ import annotations
 import random
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from dense_dae import IllPosed, NoSolution, Reference, Trajectory
+from equation_check import Checked, check_columns
+from observed_variables import with_all_observed
 from program_draw import Wishes, draw_program
-from program_text import Style, Writer, write
-from program_tree import Num, Program, Value
-from raw_equations import raw_equations
+from program_runs import (
+    CLOSE,
+    Columns,
+    Refused,
+    difference,
+    first_row,
+    run_text,
+    scales_of,
+    scales_of_columns,
+)
+from program_text import write
+from program_tree import Program
+from program_variants import VARIANTS
+from raw_equations import Raw, raw_equations
 
-import bgc
-from bgc.diagnostics.source import Source
-from bgc.grammar.format import format_source
-
-RTOL = 1e-9
-CLOSE = 1e-5  # of the largest value of a column, or of a hundredth of its size in the program
-ACCOUNTS = ("energy.stored", "energy.supplied", "energy.dissipated")
-Columns = dict[str, np.ndarray]
+DEFAULT_RTOL = 1e-6
+PROMISED = 30 * DEFAULT_RTOL  # of the size of a column, the most that a run with defaults may err
+ROWS = 200  # of a table whose rates are integrated
+RESIDUAL = 1e-7  # of the size of a row
+RATE = 1e-5  # of the change of a state
+START = 1e-9
 
 
 @dataclass(frozen=True)
@@ -49,139 +65,6 @@ class Outcome:
 
     def row(self) -> str:
         return f"{self.seed}\t{self.kind}\t{self.about}\t{self.seconds:.2f}"
-
-
-class Refused(Exception):
-    """A diagnostic of the compiler or of the run; the text is its code."""
-
-
-def run_text(
-    text: str,
-    place: Path,
-    *,
-    rtol: float = RTOL,
-    solver: str | None = None,
-    parameters: Mapping[str, float] | None = None,
-    whole: bool = False,
-) -> Columns:
-    """Compile a program and run its scene."""
-    path = place / "program.bg"
-    path.write_text(text, encoding="utf-8")
-    try:
-        model = bgc.compile(path, preview=True, whole=whole)
-        result = model.simulate(rtol=rtol, solver=solver, parameters=parameters)
-    except bgc.BgError as err:
-        raise Refused(",".join(sorted({d.code for d in err.diagnostics}))) from err
-    return {name.removesuffix("[1]"): np.asarray(column) for name, column in result.columns.items()}
-
-
-def difference(
-    a: Columns, b: Columns, scales: Mapping[str, float], *, first: int = 0
-) -> tuple[float, str]:
-    """The largest difference from a row on, relative to the size of its column, and the column."""
-    worst, where = 0.0, ""
-    for name in sorted(set(a) & set(b) & set(scales)):
-        size = np.abs(a[name]).max() + 1e-2 * scales[name]
-        error = float(np.abs(a[name] - b[name])[first:].max() / size)
-        if not error <= worst:
-            worst, where = error, name
-    return worst, where
-
-
-def scales_of(program: Program) -> dict[str, float]:
-    """The sizes of the columns; energies are those of a second in the least powerful domain."""
-    return {o.name: o.scale for o in program.scene.observed} | dict.fromkeys(ACCOUNTS, 1.0)
-
-
-def first_row(program: Program) -> int:
-    """The first row to compare with the reference.
-
-    States that start at 0 start at the kink of many laws, and what depends on the slope of such a
-    law (reactions of dependent storage) has two values there.
-    """
-    return int(any(word in write(program) for word in (" if ", "(if", "abs(", "min(", "max(")))
-
-
-# --- variants ---------------------------------------------------------------------------------
-
-
-def _styled(**choices: bool) -> Callable[[Program, Path, int], Columns]:
-    def run(program: Program, place: Path, seed: int) -> Columns:
-        return run_text(write(program, Style(seed=seed, **choices)), place)
-
-    return run
-
-
-def _formatted(program: Program, place: Path, seed: int) -> Columns:
-    return run_text(format_source(Source("program.bg", write(program))), place)
-
-
-def _whole(program: Program, place: Path, seed: int) -> Columns:
-    return run_text(write(program), place, whole=True)
-
-
-def _sliced(program: Program, place: Path, seed: int) -> Columns:
-    """One thing observed."""
-    one = random.Random(seed).choice(list(program.scene.observed))
-    return run_text(write(program.with_scene(observed=(one,))), place)
-
-
-def _constant(program: Program, place: Path, seed: int) -> Columns:
-    """Every second parameter a constant, where its value is one."""
-    rng = random.Random(seed)
-    models = []
-    for model in program.models:
-        statements = []
-        for s in model.statements:
-            fixed = isinstance(s, Value) and s.word == "param" and isinstance(s.value, Num)
-            if fixed and rng.random() < 0.5:
-                s = Value("const", s.name, s.unit, s.value, s.shape)  # type: ignore[union-attr]
-            statements.append(s)
-        models.append(type(model)(model.name, tuple(statements), model.interface, model.dimension))
-    changed = Program(tuple(models), program.interfaces, program.scene, program.seed)
-    return run_text(write(changed), place)
-
-
-def _set_at_run_time(program: Program, place: Path, seed: int) -> Columns:
-    """Move the settings of the scene to the run."""
-    sets = program.scene.sets
-    writer = Writer(program)
-    values = {writer.path(path): float(value.value) for path, value in sets}  # type: ignore[attr-defined]
-    return run_text(write(program.with_scene(sets=())), place, parameters=values)
-
-
-def ensemble(program: Program, place: Path) -> Columns:
-    """A lane of an ensemble, among others with other values of two parameters."""
-    path = place / "program.bg"
-    path.write_text(write(program), encoding="utf-8")
-    try:
-        model = bgc.compile(path, preview=True)
-    except bgc.BgError as err:
-        raise Refused(",".join(sorted({d.code for d in err.diagnostics}))) from err
-    free = [p for p in model.parameters if model.parameters[p].value != 0][:2]
-    own = {p: model.parameters[p].value for p in free}
-    sets = [own, {p: 1.1 * value for p, value in own.items()}, own]
-    many = model.simulate_many(sets, rtol=RTOL)
-    if 2 in many.failures:
-        raise Refused(many.failures[2].code)
-    return dict(zip(many.names, many.values[2].T, strict=True))
-
-
-VARIANTS: dict[str, Callable[[Program, Path, int], Columns]] = {
-    "units": _styled(units=True),
-    "unrolled": _styled(unrolled=True),
-    "shuffled": _styled(shuffled=True),
-    "renamed": _styled(renamed=True),
-    "rewritten": _styled(units=True, unrolled=True, shuffled=True, renamed=True),
-    "formatted": _formatted,
-    "whole": _whole,
-    "sliced": _sliced,
-    "constant": _constant,
-    "set": _set_at_run_time,
-}
-
-
-# --- one seed -----------------------------------------------------------------------------------
 
 
 def reference_of(
@@ -204,14 +87,110 @@ def program_of(seed: int) -> Program:
 
 
 def check_seed(seed: int, *, variants: int = 2) -> Outcome:
-    """The outcome of a seed with some variants, and the processor time that it took."""
+    """The outcome of a seed by the reference, and the processor time that it took."""
     began = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
-        kind, about = checked(program_of(seed), Path(folder), variants)
+        kind, about = by_reference(program_of(seed), Path(folder), variants)
     return Outcome(seed, kind, about, time.process_time() - began)
 
 
-def checked(program: Program, place: Path, variants: int, *, most: float = 2.0) -> tuple[str, str]:
+def check_equations(seed: int, *, variants: int = 0) -> Outcome:
+    """The outcome of a seed by its equations, and the processor time that it took.
+
+    A program that the compiler refuses for its initial values is checked without them too.
+    """
+    began = time.process_time()
+    with tempfile.TemporaryDirectory() as folder:
+        program, place = draw_program(seed), Path(folder)
+        kind, about = by_equations(program, place, variants)
+        if about.startswith("BG516"):
+            if kind == "refused":
+                return Outcome(seed, kind, about, time.process_time() - began)
+            bare = draw_program(seed, Wishes(initials=False))
+            kind, about = by_equations(bare, place, variants)
+            about = f"{about} (without initial values)"
+    return Outcome(seed, kind, about, time.process_time() - began)
+
+
+# --- by equations -----------------------------------------------------------------------------
+
+
+def by_equations(program: Program, place: Path, variants: int) -> tuple[str, str]:
+    """Kind and detail of a program's outcome by its raw equations."""
+    program = with_all_observed(program).with_scene(rows=ROWS)
+    raw = raw_equations(program)
+    try:
+        base = run_text(write(program), place)
+    except Refused as err:
+        return _judged(program, str(err))
+    except Exception as err:
+        return "crash", f"{type(err).__name__}: {err}"[:100]
+    found = check_columns(raw, base, float(program.scene.duration))
+    kind, about = _satisfied(found)
+    if kind == "differs":
+        kind, about = _confirmed_by_equations(program, raw, place, about)
+    if kind != "agrees":
+        return kind, about
+    tried = _variants(program, place, scales_of_columns(base), base, variants)
+    if tried is not None:
+        return tried
+    if all(not column.any() for column in base.values()):
+        return "rest", ""
+    return "agrees", about
+
+
+def _satisfied(found: Checked) -> tuple[str, str]:
+    missed = []
+    if not found.residual <= RESIDUAL:
+        missed.append(f"row of {found.row} by {found.residual:.1e}")
+    if not found.rate <= RATE:
+        missed.append(f"rate of {found.state} by {found.rate:.1e}")
+    if not found.start <= START:
+        missed.append(f"start of {found.given} by {found.start:.1e}")
+    if missed:
+        return "differs", "; ".join(missed)
+    left = f", {len(found.unknown)} not checked" if found.unknown else ""
+    return "agrees", f"{found.checked} rows{left}"
+
+
+def _confirmed_by_equations(program: Program, raw: Raw, place: Path, about: str) -> tuple[str, str]:
+    """Whether equations that a run misses are satisfied at tighter tolerances."""
+    duration = float(program.scene.duration)
+    try:
+        tight = run_text(write(program), place, rtol=1e-12)
+    except Refused:
+        tight = None
+    if tight is not None and _satisfied(check_columns(raw, tight, duration))[0] == "agrees":
+        about = f"{about}; none at 1e-12"
+    try:
+        usual = run_text(write(program), place, rtol=DEFAULT_RTOL)
+    except Refused as err:
+        return "differs", f"{about}; with defaults {err}"
+    found = check_columns(raw, usual, duration, floor=1.0)
+    missed = max(found.residual, found.rate, found.start)
+    return ("loose" if missed <= PROMISED else "differs"), f"{about}; with defaults {missed:.1e}"
+
+
+def _judged(program: Program, codes: str) -> tuple[str, str]:
+    """Whether a program that the compiler refuses has a solution."""
+    try:
+        if codes == "BG516":  # initial values contradict each other
+            Reference(raw_equations(program)).start()
+        else:
+            reference_of(program.with_scene(rows=20), most=2.0, rtol=1e-6)
+    except IllPosed as err:
+        return "ill", f"{codes}; {err}"[:120]
+    except (NoSolution, np.linalg.LinAlgError) as err:
+        return "reference", f"{codes}; {err}"[:120]
+    return "refused", codes
+
+
+# --- by the reference ---------------------------------------------------------------------------
+
+
+def by_reference(
+    program: Program, place: Path, variants: int, *, most: float = 2.0
+) -> tuple[str, str]:
     """Kind and detail of a program's outcome; `most` seconds are given to the reference."""
     scales = scales_of(program)
     expected: Trajectory | None = None
@@ -234,42 +213,47 @@ def checked(program: Program, place: Path, variants: int, *, most: float = 2.0) 
         error, where = difference(expected.columns, base, scales, first=first_row(program))
         if not error <= CLOSE:
             return _confirmed(program, place, scales, where)
-    names = random.Random(program.seed).sample(sorted(VARIANTS), variants)
-    for name in names:
-        found = _variant(program, place, scales, name, base)
-        if found is not None:
-            return found
+    tried = _variants(program, place, scales, base, variants)
+    if tried is not None:
+        return tried
     if expected is None:
         return ("open" if trouble.startswith("ill") else "same"), trouble[:80]
-    return "agrees", " ".join(names)
-
-
-def _variant(
-    program: Program, place: Path, scales: Mapping[str, float], name: str, base: Columns
-) -> tuple[str, str] | None:
-    """Describe the fault of a variant; None if it has none."""
-    try:
-        other = VARIANTS[name](program, place, program.seed)
-    except Refused as err:
-        return "differs", f"{name}: refused {err}"
-    except Exception as err:
-        return "crash", f"{name}: {type(err).__name__}: {err}"[:100]
-    error, where = difference(base, other, scales)
-    if error <= CLOSE:
-        return None
-    return "differs", f"{name}: {where} by {error:.1e}"
+    return "agrees", ""
 
 
 def _confirmed(
     program: Program, place: Path, scales: Mapping[str, float], where: str
 ) -> tuple[str, str]:
-    """Return whether a difference stays at tighter tolerances; else it is of the tolerances."""
+    """Whether a difference stays at tighter tolerances; else how large it is with defaults."""
+    first = first_row(program)
     try:
         tight = reference_of(program, rtol=1e-11, most=20.0)
         base = run_text(write(program), place, rtol=1e-11)
+        usual = run_text(write(program), place, rtol=DEFAULT_RTOL)
     except (IllPosed, NoSolution, Refused) as err:
         return "differs", f"{where}; unconfirmed: {err}"
-    error, where = difference(tight.columns, base, scales, first=first_row(program))
-    if error <= CLOSE:
-        return "agrees", "at tighter tolerances"
-    return "differs", f"{where} by {error:.1e}"
+    error, where = difference(tight.columns, base, scales, first=first)
+    if not error <= CLOSE:
+        return "differs", f"{where} by {error:.1e}"
+    error, where = difference(tight.columns, usual, scales, first=first)
+    return ("loose" if error <= PROMISED else "differs"), f"{where} by {error:.1e} with defaults"
+
+
+# --- variants -----------------------------------------------------------------------------------
+
+
+def _variants(
+    program: Program, place: Path, scales: Mapping[str, float], base: Columns, count: int
+) -> tuple[str, str] | None:
+    """What is wrong with some variants, None if nothing is."""
+    for name in random.Random(program.seed).sample(sorted(VARIANTS), count):
+        try:
+            other = VARIANTS[name](program, place, program.seed)
+        except Refused as err:
+            return "differs", f"{name}: refused {err}"
+        except Exception as err:
+            return "crash", f"{name}: {type(err).__name__}: {err}"[:100]
+        error, where = difference(base, other, scales)
+        if not error <= CLOSE:
+            return "differs", f"{name}: {where} by {error:.1e}"
+    return None

@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
+import itertools
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from program_check import checked, program_of
+from program_check import by_reference, program_of
 from program_text import write
 from program_tree import Assign, Model, Part, Program, Statement, Value
 
 
 def shrunk(program: Program, keeps: Callable[[Program], bool]) -> Program:
-    """The smallest program reached by removing one name, or one observation, after the other."""
+    """The smallest program reached by removing one name, or one observation, after the other.
+
+    What could not be removed is tried again only after a round over all the others.
+    """
     again = True
     while again:
-        again = False
-        for smaller in _smaller(program):
+        again, place = False, 0
+        while True:
+            smaller = next(itertools.islice(_smaller(program), place, None), None)
+            if smaller is None:
+                break
             if keeps(smaller):
                 program, again = smaller, True
-                break
+            else:
+                place += 1
     return program
 
 
@@ -64,11 +72,11 @@ def shrink_seed(seed: int) -> str:
     """Text of a small program with the outcome of a seed."""
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
-        kind, about = checked(program_of(seed), place, 0)
+        kind, about = by_reference(program_of(seed), place, 0)
 
         def keeps(program: Program) -> bool:
             try:
-                now = checked(program, place, 0)
+                now = by_reference(program, place, 0)
             except Exception:
                 return False
             return now[0] == kind and (kind not in ("refused", "crash") or now[1] == about)

@@ -1,0 +1,75 @@
+"""Run programs, and compare the tables of two runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from program_text import write
+from program_tree import Program
+
+import bgc
+
+RTOL = 1e-9
+CLOSE = 1e-5  # of the largest value of a column, or of a hundredth of its size in the program
+ACCOUNTS = ("energy.stored", "energy.supplied", "energy.dissipated")
+Columns = dict[str, np.ndarray]
+
+
+class Refused(Exception):
+    """A diagnostic of the compiler or of the run; the text is its code."""
+
+
+def run_text(
+    text: str,
+    place: Path,
+    *,
+    rtol: float = RTOL,
+    solver: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    whole: bool = False,
+) -> Columns:
+    """Compile a program and run its scene."""
+    path = place / "program.bg"
+    path.write_text(text, encoding="utf-8")
+    try:
+        model = bgc.compile(path, preview=True, whole=whole)
+        result = model.simulate(rtol=rtol, solver=solver, parameters=parameters)
+    except bgc.BgError as err:
+        raise Refused(",".join(sorted({d.code for d in err.diagnostics}))) from err
+    return {name.removesuffix("[1]"): np.asarray(column) for name, column in result.columns.items()}
+
+
+def difference(
+    a: Columns, b: Columns, scales: Mapping[str, float], *, first: int = 0
+) -> tuple[float, str]:
+    """The largest difference from a row on, relative to the size of its column, and the column."""
+    worst, where = 0.0, ""
+    for name in sorted(set(a) & set(b) & set(scales)):
+        size = np.abs(a[name]).max() + 1e-2 * scales[name]
+        error = float(np.abs(a[name] - b[name])[first:].max() / size)
+        if not error <= worst:
+            worst, where = error, name
+    return worst, where
+
+
+def scales_of(program: Program) -> dict[str, float]:
+    """The sizes of the columns; energies are those of a second in the least powerful domain."""
+    return {o.name: o.scale for o in program.scene.observed} | dict.fromkeys(ACCOUNTS, 1.0)
+
+
+def scales_of_columns(columns: Columns) -> dict[str, float]:
+    """The sizes of columns of unknown scale: what they reach, or a little of what others reach."""
+    sizes = {name: float(np.abs(column).max(initial=0.0)) for name, column in columns.items()}
+    least = 1e-6 * max(sizes.values(), default=0.0) or 1.0
+    return {name: max(size, least) for name, size in sizes.items()}
+
+
+def first_row(program: Program) -> int:
+    """The first row to compare with the reference.
+
+    States that start at 0 start at the kink of many laws, and what depends on the slope of such a
+    law (reactions of dependent storage) has two values there.
+    """
+    return int(any(word in write(program) for word in (" if ", "(if", "abs(", "min(", "max(")))
