@@ -183,7 +183,7 @@ def not_bonded(span: Span, name: str, what: str) -> Diagnostic:
     )
 
 
-def arrows_meet(span: Span, name: str, other: Span) -> Diagnostic:
+def arrows_meet(span: Span, name: str, other: Span, *, leave: bool) -> Diagnostic:
     """BG408: arrows in opposite directions
 
     What: a port without a direction has two bonds, inside and outside, and both point into it or
@@ -191,16 +191,18 @@ def arrows_meet(span: Span, name: str, other: Span) -> Diagnostic:
 
     Why: inside and outside are one bond with one direction.
 
-    Example: `port p;` with `hub -> p` inside and `j -> part.p` outside.
+    Example: `port p;` with `hub -> p` inside and `j -> part.p` outside; or `p -> hub` and
+    `part.p -> j`.
 
-    Way out: reverse one of the two arrows.
+    Way out: reverse one of the two arrows. With `port p in;` the message comes at the arrow that is
+    wrong.
     """
     return error(
         "BG408",
-        f"the bonds on both sides of `{name}` point in opposite directions",
+        f"the arrows on both sides of `{name}` point {'out of' if leave else 'into'} it",
         span,
         labels=[Label(other, "the other one")],
-        help="reverse one of them",
+        help="reverse one of them: they are one bond with one direction",
     )
 
 

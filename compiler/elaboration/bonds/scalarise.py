@@ -54,7 +54,7 @@ class Scalars:
 
 
 def scalarise(world: World, wiring: Wiring) -> Scalars:
-    """Number the scalar bonds, and report half arrows that meet head to head at a port."""
+    """Number the scalar bonds, and report half arrows that meet head to head or tail to tail."""
     scalars = Scalars()
     opposite = _opposite_faces(wiring)
     met: set[Face] = set()
@@ -67,6 +67,7 @@ def scalarise(world: World, wiring: Wiring) -> Scalars:
             index = len(scalars.bonds)
             scalars.bonds.append(ScalarBond(name, k + 1, len(bond.tail.at), bond.span))
             scalars.of.update(dict.fromkeys(passed, index))
+    _report_parting(world, wiring, opposite)
     if not world.report.errors:
         for bond in wiring.bonds:
             if (bond, 0) not in scalars.of:
@@ -74,6 +75,22 @@ def scalarise(world: World, wiring: Wiring) -> Scalars:
                 break
     world.report.raise_new_errors()
     return scalars
+
+
+def _report_parting(world: World, wiring: Wiring, opposite: dict[Face, Face]) -> None:
+    """Report ports and Muxes that the bonds on both sides leave."""
+    seen: set[Face] = set()
+    for bond in wiring.bonds:
+        face = bond.tail.face
+        beyond = opposite.get(face)
+        if beyond is None or face in seen:
+            continue
+        for joint in beyond.joints:
+            if not joint.is_head and set(joint.at) & set(bond.tail.at):
+                seen |= {face, beyond}
+                parting = graph.arrows_meet(bond.span, face.name, joint.bond.span, leave=True)
+                world.report.add(parting, note=note(wiring.owners[beyond].env))
+                break
 
 
 def _opposite_faces(wiring: Wiring) -> dict[Face, Face]:
@@ -116,7 +133,7 @@ def _follow(
                 return passed, head.face
             met |= {head.face, beyond}
             world.report.add(
-                graph.arrows_meet(head.bond.span, head.face.name, joint.bond.span),
+                graph.arrows_meet(head.bond.span, head.face.name, joint.bond.span, leave=False),
                 note=note(owner.env),
             )
             return passed, head.face
