@@ -6,15 +6,12 @@ depends on itself is reported.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 
 from bgc.algebra.dag import Kind, Level
-from bgc.algebra.evaluate import evaluate_nodes
-from bgc.algebra.evaluate import to_double as as_float
-from bgc.diagnostics.catalogue import names, ranges, values
+from bgc.diagnostics.catalogue import names, values
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import already_reported
@@ -31,28 +28,24 @@ from bgc.elaboration.instances.components import component_name, indices
 from bgc.elaboration.instances.defaults import Defaults
 from bgc.elaboration.instances.limits import MAX_WIDTH
 from bgc.elaboration.instances.notes import note
+from bgc.elaboration.instances.numbering import Numbering
 from bgc.elaboration.instances.scopes import find_member
 from bgc.elaboration.instances.tree import Environment, Given, Quantity, Status
 from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
-from bgc.ir.graph import Parameter
 from bgc.resolution.modules import Declared
 from bgc.values.data import MOST_NODES, Column, Table, may_be_data
 from bgc.values.scope import Namespace
-from bgc.values.shown import Shown
 from bgc.values.units import (
     Dimension,
     Written,
     parse_unit,
-    shown_of,
-    si_text,
     suggest_conversion,
     suggest_unit,
 )
 from bgc.values.value import Shape, Value, describe_shape
 
 _FIXED = frozenset({"param", "const", "state", "unknown"})
-_COMPONENT = re.compile(r"\[[\d, ]+\]$")
 
 
 class Quantities:
@@ -62,10 +55,9 @@ class Quantities:
         """Take the inputs that are `varied`: each has a parameter of its name added, which is 0."""
         self.world = world
         self._defaults = Defaults(world)
-        self._varied = {*varied, *(_COMPONENT.sub("", text) for text in varied)}
-        self._variations: dict[Quantity, tuple[int, ...]] = {}  # nodes, by component
-        self.parameters: list[Parameter] = []
-        self.ungiven: set[int] = set()  # parameters of parts that keep their declared default
+        self._numbering = Numbering(world, varied)
+        self.parameters = self._numbering.parameters
+        self.ungiven = self._numbering.ungiven
         self.states: list[Quantity] = []
         self.unknowns: list[Quantity] = []
         self.held: list[Quantity] = []
@@ -226,13 +218,13 @@ class Quantities:
             return self._symbols(quantity, Kind.INPUT)
         match declaration.kind:
             case "param":
-                return self._parameter(quantity)
+                return self._numbering.number(quantity, self._given(quantity))
             case "const":
                 value = self._given(quantity)
                 require_level(
                     self.world.dag, value, Level.CONST, declaration.name_span, "a `const`"
                 )
-                self._check_constant(quantity, value)
+                self._numbering.check_constant(quantity, value)
                 return value
             case "state":
                 return self._symbols(quantity, Kind.STATE)
@@ -240,8 +232,8 @@ class Quantities:
                 return self._symbols(quantity, Kind.UNKNOWN)
             case "output" | "signal" if declaration.value is None:
                 return self._assigned(quantity)
-            case "input" if quantity.path in self._varied:
-                return self._with_variation(quantity, self._given(quantity))
+            case "input" if self._numbering.varies(quantity):
+                return self._numbering.with_variation(quantity, self._given(quantity))
             case _:
                 return self._given(quantity)
 
@@ -258,22 +250,6 @@ class Quantities:
         if quantity.given is not None:
             value = self._defaults.apply(quantity, value, given.value.span)
         return self._with_parts(quantity, value)
-
-    def _with_variation(self, quantity: Quantity, value: Value) -> Value:
-        """Add a parameter to each component of an input; it has the component's name."""
-        if quantity not in self._variations:
-            first = len(self.parameters)
-            for k, index in enumerate(indices(value.shape)):
-                name, unit = component_name(quantity.path, index), value.units[k]
-                span, zero = quantity.declaration.name_span, self.world.dag.zero
-                self.parameters.append(
-                    Parameter(first + k, name, si_text(unit), zero, None, None, span)
-                )
-            added = range(first, len(self.parameters))
-            nodes = tuple(self.world.dag.symbol(Kind.PARAM, k) for k in added)
-            self._variations[quantity] = nodes
-        pairs = zip(value.nodes, self._variations[quantity], strict=True)
-        return Value(value.shape, tuple(self.world.dag.add(*pair) for pair in pairs), value.units)
 
     def is_zero_by_default(self, expr: syntax.Expr, env: Environment) -> bool:
         """Return whether an expression names a parameter or input of a part with a default of zero.
@@ -380,87 +356,6 @@ class Quantities:
             raise BgError([names.no_such_index(target.span, name, index, describe_shape(shape))])
         return index
 
-    def _parameter(self, quantity: Quantity) -> Value:
-        default = self._given(quantity)
-        declaration = quantity.declaration
-        span = quantity.given.span if quantity.given else declaration.name_span
-        help = (
-            f"declare `{declaration.name}` as an `input` in its model"
-            if quantity.given is not None
-            else ""
-        )
-        what = f"parameter `{declaration.name}`"
-        require_level(self.world.dag, default, Level.PARAM, span, what, help)
-        low, high = self._range(quantity, default)
-        first = len(self.parameters)
-        is_own = self._is_own(quantity.env)
-        is_set = ("sets", quantity.path) in self.world.edits.used
-        nodes = []
-        for k, index in enumerate(indices(default.shape)):
-            dimension = default.units[k]
-            symbol = si_text(dimension)
-            name = component_name(quantity.path, index)
-            exact = self.world.dag.value(default.nodes[k])
-            if exact is not None:
-                number = as_float(exact)
-                if low is not None and high is not None and not low <= number <= high:
-                    raise BgError([_range_excludes(span, name, number, low, high, dimension)])
-            self.parameters.append(
-                Parameter(
-                    first + k,
-                    name,
-                    symbol,
-                    default.nodes[k],
-                    low,
-                    high,
-                    declaration.name_span,
-                    is_own,
-                    is_set or index in quantity.parts,
-                    shown_of(dimension),
-                )
-            )
-            nodes.append(self.world.dag.symbol(Kind.PARAM, first + k))
-            if quantity.given is None and index not in quantity.parts and not is_own:
-                self.ungiven.add(first + k)
-        quantity.first = first
-        return Value(default.shape, tuple(nodes), default.units)
-
-    def _is_own(self, env: Environment) -> bool:
-        """Return whether the scene's model or file declares a value, not a part or an import."""
-        if env.instance is None:
-            return env.module is self.world.package.root
-        return env.instance.parent is None
-
-    def _check_constant(self, quantity: Quantity, value: Value) -> None:
-        """Refuse a constant outside its declared range."""
-        low, high = self._range(quantity, value)
-        if low is None or high is None:
-            return
-        span = quantity.given.span if quantity.given else quantity.declaration.name_span
-        numbers = evaluate_nodes(self.world.dag, value.nodes, {})
-        for k, index in enumerate(indices(value.shape)):
-            if not low <= numbers[k] <= high:
-                name, unit = component_name(quantity.path, index), value.units[k]
-                raise BgError([_range_excludes(span, name, numbers[k], low, high, unit)])
-
-    def _range(self, quantity: Quantity, default: Value) -> tuple[float | None, float | None]:
-        """The bounds of the declared range in SI units; None where no range is declared."""
-        ends = quantity.declaration.range
-        if ends is None:
-            return None, None
-        found: list[float] = []
-        unit = default.unit
-        for end in ends:
-            value = self.world.evaluate(end, quantity.env)
-            check_value(value, (), unit, end.span, "an end of the range")
-            require_level(self.world.dag, value, Level.CONST, end.span, "an end of the range")
-            found.append(evaluate_nodes(self.world.dag, value.nodes, {})[0])
-        low, high = found
-        if not low <= high:
-            span = ends[0].span.to(ends[1].span)
-            raise BgError([ranges.empty_range(span, quantity.declaration.name, low, high)])
-        return low, high
-
     def _symbols(self, quantity: Quantity, kind: Kind) -> Value:
         """Create symbols for a state or unknown, in its declared shape or that of its start."""
         shape = self.declared_shape(quantity)
@@ -535,16 +430,6 @@ def _defined_by_itself(cycle: list[Quantity]) -> Diagnostic:
     first = min(range(len(cycle)), key=lambda k: (spans[k].source.name, spans[k].start))
     paths = [quantity.path for quantity in (*cycle[first:], *cycle[: first + 1])]
     return names.defined_by_itself(spans[first], paths)
-
-
-def _range_excludes(
-    span: Span, name: str, value: float, low: float, high: float, unit: Dimension | None
-) -> Diagnostic:
-    """Report a value outside a range, in the unit as written."""
-    shown = shown_of(unit) or Shown(si_text(unit))
-    return ranges.range_excludes(
-        span, name, shown.number(value), shown.number(low), shown.number(high), shown.unit
-    )
 
 
 def dimension_of(text: str, span: Span) -> Dimension:
