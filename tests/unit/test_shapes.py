@@ -345,7 +345,8 @@ def test_all_shapes_of_the_library_are_valid():
     }
     assert having == {
         "Beam", "Revolute", "Prismatic", "Spherical", "Payload", "HangingLoad", "Link", "Handle",
-        "Vessel", "SeakeepingVessel", "GuidedVessel", "Quay",
+        "FloatingHull", "Vessel", "SeakeepingHull", "SeakeepingVessel", "GuidedVessel", "Quay",
+        "ShipGuided", "OffshoreLift",
         "RegularWave", "GivenWaves", "Jonswap", "Rope",
     }  # fmt: skip
     assert drawn >= {
