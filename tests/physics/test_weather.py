@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
+
+from bgc.driver import compile_scene
+from bgc.options import Options
 
 
 def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
@@ -156,6 +160,7 @@ def test_thrusters_keep_their_limits_and_the_integral_does_not_wind_up(load):
     thrust = np.abs(result["thrust"]) / [5e5, 3e5, 1.5e7]
     assert 0.999 < thrust.max() < 1 + 1e-9
     assert result["r"][:, 0].max() > 30
+    assert result["r"][:, 0].min() > -120, "without anti-windup it overshoots by 474 m"
     assert np.abs(result["r"][-1, :2] - [5, -3]).max() < 0.1
 
 
@@ -175,3 +180,21 @@ def test_wind_and_current_push_a_moored_ship_to_its_static_place(load):
     area = 0.2 * 19.2 * 6 / 3
     force = 1025 / 2 * area * np.sum(current**2)
     assert result["r"][-1, 0] == pytest.approx(force / 1e5, rel=1e-2)
+
+
+MODELS = Path(__file__).parents[1] / "models"
+
+
+@pytest.mark.parametrize(
+    "level",
+    [
+        "OsvAtRest", "Osv", "OsvSeakeeping", "OsvInSwell", "GunnerusAtRest", "Gunnerus",
+        "SupplyAtRest", "SupplyGuided[5]", "SupplySeakeeping[5]", "Supply[5]",
+        "SupplyWithMemory[5]", "SupplyInWeather[5]",
+    ],
+)  # fmt: skip
+def test_each_level_of_each_ship_fills_one_slot(level):
+    """A change of ship is one line, here `--use vessel=..`."""
+    options = Options("any_ship", uses=(("vessel", level),))
+    stages = compile_scene(MODELS / "weather.bg", options, until="causality")
+    assert stages.causal is not None
