@@ -65,3 +65,4 @@ def test_a_winch_holds_the_tension(load):
     assert np.abs(result["energy.residual"]).max() < 1
     loose = model.simulate(parameters={"on": 0})["tension"][late]
     assert np.ptp(tension) < 0.1 * np.ptp(loose)
+    assert loose.min() == 0  # slack, never pushed

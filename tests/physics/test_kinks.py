@@ -139,3 +139,21 @@ def test_a_switch_of_time_behind_another_that_begins_at_the_same_instant(
     )
     result = bgc.compile(path).simulate(**method)
     assert result["x"][-1] == pytest.approx(end, rel=1e-4)
+
+
+@pytest.mark.parametrize("method", [{}, {"solver": "dopri5"}, {"solver": "rk4", "step": 0.1}])
+def test_a_kink_that_no_state_feels_is_right_in_the_rows(tmp_path, method):
+    """The step that passes it over shows the value of the branch at each row."""
+    path = tmp_path / "slack.bg"
+    path.write_text("""
+model Slack {
+  state q = 0.5;
+  der(q) = cos(time);
+  output pull = 1000*max(q, 0);
+  state total = 1e13;
+  der(total) = pull;
+}
+scene s of Slack { observe pull, q, total; run 12 s every 0.05 s; }
+""")
+    result = bgc.compile(path).simulate(**method)
+    np.testing.assert_allclose(result["pull"], 1000 * np.maximum(result["q"], 0), atol=1e-9)
