@@ -31,7 +31,22 @@ from bgc.grammar.parse import parse, read_source
 from bgc.grammar.syntax import Scene
 
 EXAMPLES = Path(__file__).parents[1] / "library" / "examples"
-MODELS = ("motor_gearbox", "two_tanks", "quarter_car", "hydraulic_cylinder", "hanging_load")
+TUTORIALS = ("motor_gearbox", "two_tanks", "quarter_car", "hydraulic_cylinder", "hanging_load")
+EXAMPLES_OF_PARTS = (
+    "rlc_filter",
+    "rectifier",
+    "dc_servo",
+    "heated_wall",
+    "two_mass",
+    "clutch",
+    "backlash",
+    "stick_slip",
+    "pendulum_swing",
+    "bouncing_ball",
+    "beam_modes",
+    "wave_buoy",
+)
+MODELS = (*TUTORIALS, *EXAMPLES_OF_PARTS)
 PAGES = ("README", *MODELS)
 
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
