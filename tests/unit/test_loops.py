@@ -105,6 +105,28 @@ def test_divisors_that_change_their_sign_are_left_to_newton(compilation):
     assert (loop.kind, loop.solution) == (LoopKind.VARYING, LoopSolution.NEWTON)
 
 
+def test_cycles_that_share_what_follows_a_torn_variable_are_all_torn(written):
+    """Four rates of inertias lead to one effort, over the same nodes."""
+    path = written(
+        "model M { loop : J1; gap : J0; motor : GY(ratio = -200000 Pa*s/m); loop -> motor -> gap;"
+        " state slow : Pa; der(slow) = (gap.e - slow) / 0.36 s; gap -> cell[1];"
+        " feed : MSf(39e-10 m^3/s/Pa * (72000 Pa - slow)); feed -> gap;"
+        " ends : J1[2]; map : TF[1, 2] { f2 = [[0.33], [0.17]] * f1; } loop -> map -> ends;"
+        " param k = 0.47 N; param b = 0.49 N/m^3; let a : m = 0.65 m * (1 + k / 0.47 N);"
+        " spring : C[2] { e[1] = 0.55 N/m * q[1] + b * q[1]^3;"
+        " e[2] = 0.62 N * atan(q[2] / a) + 2.6 N/m * q[2]; } ends -> spring;"
+        " let inertia : Pa*s^2/m^3 = 150000000 Pa*s^2/m^3 * (1 + b / 0.49 N/m^3);"
+        " for i in 1..4 { cell[i] : J1; mass[i] : I(inertia * (1 + i / 3)); cell[i] -> mass[i]; }"
+        " for i in 1..3 { couple[i] : J0; buffer[i] : C(stiffness = 31000000 Pa/m^3);"
+        " cell[i] -> couple[i] -> cell[i + 1]; couple[i] -> buffer[i]; } }"
+        "scene s1 of M { observe energy.stored, energy.supplied; run 4 s every 1 s; }"
+    )
+    model = bgc.compile(path, preview=True)
+    result = model.simulate(rtol=1e-8)
+    supplied, stored = result["energy.supplied"], result["energy.stored"]
+    np.testing.assert_allclose(stored, supplied, rtol=1e-6, atol=1e-6 * max(supplied))
+
+
 def test_checks_of_divisors_that_nothing_divides_by_any_more_are_removed(written):
     """Nothing moves, so that the modulus, and the state that it depends on, are left out."""
     path = written(

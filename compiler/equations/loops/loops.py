@@ -144,6 +144,7 @@ class _Loop:
         """Choose the torn variables: unknowns of equations, and a symbol of each other cycle."""
         torn = {s for s in self._symbols if s in self._equation_of}
         done: set[Node] = set()
+        again: set[Node] = set()  # on a cycle beyond its torn symbol: other symbols may enter it
         for start in self._symbols:
             if start in done or start in torn:
                 continue
@@ -155,7 +156,10 @@ class _Loop:
                     if needed in torn or needed in done:
                         continue
                     if needed in path:
-                        torn.add(self._last_symbol(path, needed))
+                        last = self._last_symbol(path, needed)
+                        torn.add(last)
+                        beyond = list(path)
+                        again.update(beyond[beyond.index(last) + 1 :])
                         continue
                     path[needed] = None
                     stack.append((needed, self._inside(needed)))
@@ -163,7 +167,7 @@ class _Loop:
                 else:
                     stack.pop()
                     path.pop(node)
-                    done.add(node)
+                    (again.discard if node in again else done.add)(node)
         return sorted(torn)
 
     def _last_symbol(self, path: Mapping[Node, None], start: Node) -> Node:
