@@ -12,3 +12,6 @@ Array: TypeAlias = NDArray[np.float64]
 
 Complex: TypeAlias = NDArray[np.complex128]
 """Complex numbers in double precision."""
+
+Mask: TypeAlias = NDArray[np.bool_]
+"""Truth values, as an index of other arrays."""

@@ -15,7 +15,7 @@ import numpy as np
 from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.arrays import Array, Mask
 from bgc.runtime.results.files import write_arrays, written_whole
 from bgc.runtime.results.finite import not_finite
 from bgc.runtime.results.result import UnknownColumn
@@ -111,7 +111,7 @@ class Ensemble:
         return found
 
     @property
-    def done(self) -> Array:
+    def done(self) -> Mask:
         """Mask of the instances with all their rows, (n,) of bool: an index for `values`."""
         return np.array([status == DONE for status in self.status])
 

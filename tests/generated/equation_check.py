@@ -1,4 +1,4 @@
-"""Whether the columns of a run satisfy the raw equations of their program.
+"""Check that the columns of a run satisfy the raw equations of their program.
 
 Nothing is solved but single equations: every named variable is a column, each other one follows
 from a row in which it alone is not known yet, and all rows left over have to hold. That

@@ -154,7 +154,7 @@ def _satisfied(found: Checked) -> tuple[str, str]:
 
 
 def _confirmed_by_equations(program: Program, raw: Raw, place: Path, about: str) -> tuple[str, str]:
-    """Whether equations that a run misses are satisfied at tighter tolerances."""
+    """Return whether equations that a run misses are satisfied at tighter tolerances."""
     duration = float(program.scene.duration)
     try:
         tight = run_text(write(program), place, rtol=1e-12)
@@ -172,7 +172,7 @@ def _confirmed_by_equations(program: Program, raw: Raw, place: Path, about: str)
 
 
 def _judged(program: Program, codes: str) -> tuple[str, str]:
-    """Whether a program that the compiler refuses has a solution."""
+    """Return whether a program that the compiler refuses has a solution."""
     try:
         if codes == "BG516":  # initial values contradict each other
             Reference(raw_equations(program)).start()
@@ -224,7 +224,7 @@ def by_reference(
 def _confirmed(
     program: Program, place: Path, scales: Mapping[str, float], where: str
 ) -> tuple[str, str]:
-    """Whether a difference stays at tighter tolerances; else how large it is with defaults."""
+    """Return whether a difference stays at tighter tolerances, else its size with defaults."""
     first = first_row(program)
     try:
         tight = reference_of(program, rtol=1e-11, most=20.0)

@@ -53,7 +53,7 @@ class Defaults:
         self._symbols = 0
 
     def have_unit(self, quantity: Quantity) -> bool:
-        """Whether the default of a quantity has a unit."""
+        """Return whether the default of a quantity has a unit."""
         value = self._value(quantity, quantity.declaration, quantity.env)
         return value is not None and any(unit is not None for unit in value.units)
 

@@ -43,7 +43,7 @@ class Numbering:
         self.ungiven: set[int] = set()
 
     def varies(self, quantity: Quantity) -> bool:
-        """Whether a quantity is one of the inputs that are varied."""
+        """Return whether a quantity is one of the inputs that are varied."""
         return quantity.path in self._varied
 
     def number(self, quantity: Quantity, default: Value) -> Value:
@@ -123,7 +123,7 @@ class Numbering:
         return Value(value.shape, tuple(self._world.dag.add(*pair) for pair in pairs), value.units)
 
     def _is_own(self, env: Environment) -> bool:
-        """Whether a value belongs to the scene's own model or file, not to a part or an import."""
+        """Return whether the scene's own model or file declares a value."""
         if env.instance is None:
             return env.module is self._world.package.root
         return env.instance.parent is None
