@@ -7,7 +7,9 @@ import random
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize
 
 import bgc
@@ -277,3 +279,24 @@ def test_a_flow_that_follows_from_rates_cannot_be_given(tmp_path: Path) -> None:
     scene s of M { observe a.q; run 1 s; }"""
     code, message = refused(tmp_path, text)
     assert (code, "does not follow from charges" in message) == ("BG515", True)
+
+
+def test_a_given_rate_holds_beside_a_held_one(load):
+    """The momenta of least energy among those of the given rate would move the held coordinate."""
+    result = load("held_start", "start").simulate(rtol=1e-9)
+    assert result["free.f"][0] == pytest.approx(0.5, rel=1e-12)
+    np.testing.assert_allclose(result["zero"], 0, atol=1e-12)
+
+    def across(b):  # of f = 1, with the second coordinate held
+        return np.array([[0.6, 0.8], [-0.8, 0.6]]) @ [np.cos(b), np.sin(b)]
+
+    def inertia(b):
+        return across(b) @ np.diag([2, 3]) @ across(b)
+
+    def rate(t, f):
+        b = 0.4 + 0.7 * t
+        turned = 0.7 * np.array([[0.6, 0.8], [-0.8, 0.6]]) @ [-np.sin(b), np.cos(b)]
+        return -across(b) @ np.diag([2, 3]) @ turned * f / inertia(b)
+
+    exact = solve_ivp(rate, (0, 1), [0.5], t_eval=result.time, rtol=1e-11, atol=1e-12)
+    np.testing.assert_allclose(result["free.f"], exact.y[0], rtol=1e-8)

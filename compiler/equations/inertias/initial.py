@@ -52,6 +52,7 @@ class _Together:
     elements: tuple[StorageElement, ...]
     flows: tuple[int, ...]
     junctions: tuple[_Given, ...]
+    closing: tuple[Row, ...]  # over the independent flows: each sums up to zero
 
 
 def start_inertias(
@@ -93,20 +94,43 @@ def _find_blocks(variables: Variables, inertial: Sequence[StorageElement]) -> li
         for e in inertial
     ]
     given = _given_junctions(variables, {k for found in flows for k in found})
+    closing = _closing_rows(variables, {k for found in flows for k in found})
     sets = DisjointSets(len(inertial) + len(basis))
     for index, found in enumerate(flows):
         sets.join([index, *(len(inertial) + k for k in found)])
-    for one in given:
-        own = (k for k in one.row if basis[k].kind is BasisKind.INERTIA)
+    for row in (*(one.row for one in given), *closing):
+        own = (k for k in row if basis[k].kind is BasisKind.INERTIA)
         sets.join([len(inertial) + k for k in own])
     return [
         _Together(
             tuple(inertial[i] for i in indices),
             tuple(sorted({k for i in indices for k in flows[i]})),
             tuple(g for g in given if not {k for i in indices for k in flows[i]}.isdisjoint(g.row)),
+            tuple(c for c in closing if not {k for i in indices for k in flows[i]}.isdisjoint(c)),
         )
         for indices in sets.groups(range(len(inertial)))
     ]
+
+
+def _closing_rows(variables: Variables, moved: set[int]) -> list[Row]:
+    """The rows over the independent flows that close chains by their rates alone.
+
+    Where positions close a chain too, the runtime closes the start: its rows are not known before.
+    """
+    causal, dag = variables.causal, variables.dag
+    if causal.graph.conditions:
+        return []
+    found = []
+    for closure in causal.closures:
+        total: Row = {}
+        for end in causal.rows[closure.row].ends:
+            for k, entry in dict(causal.flows[causal.class_of[end.bond]]).items():
+                term = dag.mul(end.coefficient, entry)
+                total[k] = dag.add(total.get(k, dag.zero), term)
+        free = {k for k in total if causal.basis[k].kind is not BasisKind.FLOW_SOURCE}
+        if free and moved.issuperset(free):
+            found.append(total)
+    return found
 
 
 def _given_junctions(variables: Variables, moved: set[int]) -> list[_Given]:
@@ -146,9 +170,16 @@ def _initial_momenta(variables: Variables, block: _Together) -> dict[int, Node] 
     joints = [_condition_on_junction(variables, given, order) for given in block.junctions]
     default = [c for c in own if c.is_default]
     conditions = [*(c for c in own if not c.is_default), *joints, *default]
-    chosen = independent_conditions(variables, conditions)
+    closing = independent_conditions(
+        variables, [_condition_of_closing(variables, row, order) for row in block.closing]
+    )
+    if closing is None:
+        return None
+    known = [(condition.row, condition.value) for condition in closing]
+    chosen = independent_conditions(variables, conditions, known)
     if chosen is None:
         return None
+    chosen = [*closing, *chosen]
     if not chosen:
         return dict.fromkeys(flows, dag.zero)
     if all(condition.value == dag.zero for condition in chosen) and len(chosen) == len(flows):
@@ -211,13 +242,25 @@ def _by_equations(
 def _condition_on_junction(
     variables: Variables, given: _Given, order: Mapping[int, int]
 ) -> Condition:
-    dag = variables.dag
-    known = (
-        dag.mul(entry, variables.independent(k)) for k, entry in given.row.items() if k not in order
-    )
-    row = {order[k]: entry for k, entry in given.row.items() if k in order}
-    value = dag.sub(given.initial.value, dag.sum(known))
+    row, known = _over(variables, given.row, order)
+    value = variables.dag.sub(given.initial.value, known)
     return Condition(row, value, given.junction.name, given.initial)
+
+
+def _condition_of_closing(
+    variables: Variables, closing: Row, order: Mapping[int, int]
+) -> Condition:
+    row, known = _over(variables, closing, order)
+    return Condition(row, variables.dag.neg(known), "", None)
+
+
+def _over(
+    variables: Variables, row: Mapping[int, Node], order: Mapping[int, int]
+) -> tuple[Row, Node]:
+    """The row over the flows of a block, and the part that sources contribute."""
+    dag = variables.dag
+    known = (dag.mul(entry, variables.independent(k)) for k, entry in row.items() if k not in order)
+    return {order[k]: entry for k, entry in row.items() if k in order}, dag.sum(known)
 
 
 def _conditions_on_flows(
