@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from program_check import by_reference, program_of
+from program_check import by_equations, by_reference, program_of
 from program_text import write
 from program_tree import Assign, Model, Part, Program, Statement, Value
 
@@ -72,11 +72,12 @@ def shrink_seed(seed: int) -> str:
     """Text of a small program with the outcome of a seed."""
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
-        kind, about = by_reference(program_of(seed), place, 0)
+        check = by_reference if seed % 20 == 0 else by_equations  # as a campaign does
+        kind, about = check(program_of(seed), place, 0)
 
         def keeps(program: Program) -> bool:
             try:
-                now = by_reference(program, place, 0)
+                now = check(program, place, 0)
             except Exception:
                 return False
             return now[0] == kind and (kind not in ("refused", "crash") or now[1] == about)
