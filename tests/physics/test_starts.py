@@ -300,3 +300,24 @@ def test_a_given_rate_holds_beside_a_held_one(load):
 
     exact = solve_ivp(rate, (0, 1), [0.5], t_eval=result.time, rtol=1e-11, atol=1e-12)
     np.testing.assert_allclose(result["free.f"], exact.y[0], rtol=1e-8)
+
+
+@pytest.mark.parametrize(("rate", "refused"), [("5 m/s", True), ("-0.3/cos(0.1)*1 m/s", False)])
+def test_a_rate_that_a_closed_chain_contradicts_is_refused(tmp_path, rate, refused):
+    """The modulus may vanish, so that the source closes a chain; `f0` of the body holds or fails."""
+    path = tmp_path / "chain.bg"
+    path.write_text(f"""
+model M {{
+  state x : m = 0.1 m; der(x) = way.f;
+  way : J1; node : J0; gear : MTF(cos(x / 1 m));
+  body : I(2 kg, f0 = {rate});
+  feed : Sf(f = 0.3 m/s);
+  feed -> node; way -> gear -> node; way -> body;
+}}
+scene s of M {{ observe way.f; run 1 s; }}
+""")
+    if refused:
+        with pytest.raises(bgc.BgError, match="BG516"):
+            bgc.compile(path)
+    else:
+        assert bgc.compile(path).simulate()["way.f"][0] == pytest.approx(-0.3 / np.cos(0.1))

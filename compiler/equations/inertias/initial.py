@@ -69,7 +69,8 @@ def start_inertias(
     start: dict[Node, Node] = {}
     for block in _find_blocks(variables, inertial):
         alone = [e for e in block.elements if is_independent(variables.causal, e, columns)]
-        if not block.junctions and len(alone) == len(block.elements):
+        is_held = bool(block.junctions) or (bool(block.closing) and _has_given_values(block))
+        if not is_held and len(alone) == len(block.elements):
             continue
         momenta = _initial_momenta(variables, block)
         if momenta is None:
@@ -110,6 +111,12 @@ def _find_blocks(variables: Variables, inertial: Sequence[StorageElement]) -> li
         )
         for indices in sets.groups(range(len(inertial)))
     ]
+
+
+def _has_given_values(block: _Together) -> bool:
+    """Return whether an element of the block has a given value, not a default."""
+    initials = (i for element in block.elements for i in element.storage.initial)
+    return any(not initial.is_default for initial in initials)
 
 
 def _closing_rows(variables: Variables, moved: set[int]) -> list[Row]:
