@@ -265,7 +265,8 @@ def check_source(path: Path, scene: str | None = None, verify: bool = False) -> 
             options = Options(name, verify=verify)
             stages = compile_scene(path, options, package=reached, until="equations")
         except BgError as err:
-            found += err.diagnostics
+            only_values = reached is not package and _fills_slots(reached)
+            found += [d for d in err.diagnostics if not (only_values and d.code == "BG453")]
         else:
             found += [*_unknown_drivers(stages.graph), *stages.warnings]
     if scene is None:
@@ -273,6 +274,11 @@ def check_source(path: Path, scene: str | None = None, verify: bool = False) -> 
         values = check_file_values(package)
         found += [d for d in values if (d.code, d.span, d.message) not in known]
     return found
+
+
+def _fills_slots(alone: Package) -> bool:
+    """Return whether a model implements an interface: it may hold values and nothing to compute."""
+    return alone.root.own_models[-1].syntax.base is not None
 
 
 def _unknown_drivers(graph: FlatGraph) -> list[Diagnostic]:
