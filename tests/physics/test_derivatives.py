@@ -40,7 +40,9 @@ ENTIRE: Mapping[Op, Callable[[complex], complex]] = {
     Op.TANH: cmath.tanh, Op.SINH: cmath.sinh, Op.COSH: cmath.cosh, Op.ATAN: cmath.atan,
     Op.ASIN: cmath.asin, Op.ACOS: cmath.acos, Op.LOG: cmath.log, Op.SQRT: cmath.sqrt,
 }  # fmt: skip
-STEPS = {Op.SIGN, Op.FLOOR, Op.CEIL, Op.LT, Op.LE, Op.EQ, Op.AND, Op.OR, Op.NOT}
+STEPS = {
+    Op.SIGN, Op.FLOOR, Op.CEIL, Op.LT, Op.LE, Op.EQ, Op.AND, Op.OR, Op.NOT, Op.RANDOM,
+}  # fmt: skip
 
 
 def complex_value(op: Op, x: tuple[complex, ...]) -> complex:

@@ -308,6 +308,28 @@ SHOWN = """
 import crane.session;
 import crane.hanging;
 import arms.link;
+import mechanics.flexible;
+import mechanics.pairs;
+import mechanics.solids;
+model Pairs {
+  base  : Ground;
+  rod   : CylindricalJoint;
+  nut   : ScrewJoint;
+  table : Planar;
+  cross : Universal;
+  plank : SectionBeam(axis = x, length = 1 m, section = Rectangle);
+  frame : SectionBeam(axis = x, length = 1 m, section = BoxSection);
+  pipe  : SectionBeam(axis = x, length = 1 m, section = TubeSection);
+  rail  : SectionBeam(axis = x, length = 1 m, section = ISection);
+  boom  : FlexibleBeam[2](axis = x, length = 4 m);
+  base -> rod -> plank -> nut -> frame -> table -> pipe -> cross -> rail -> boom;
+  hub  : J1;
+  boom -> hub;
+  block : SolidBox;
+  drum  : SolidCylinder;
+  ball  : SolidSphere;
+  hub -> block, drum, ball;
+}
 model Others {
   quay   : OsvAtRest;
   link   : Link(mass = 5 kg, origin = [0, 0, 0.3 m], inertia = eye(3));
@@ -323,6 +345,7 @@ model Others {
 scene session of Session { observe crane.reach; }
 scene swell of Session { use vessel = OsvInSwell; observe crane.reach; }
 scene others of Others { observe load.ball.centre; }
+scene pairs of Pairs { observe boom.deflection; }
 """
 
 
@@ -331,7 +354,7 @@ def test_all_shapes_of_the_library_are_valid():
     text = SHOWN.replace("motor -> link.shaft", "link.shaft -> motor")
     package = load_text(text)
     drawn: set[str] = set()
-    for scene in ("session", "swell", "others"):
+    for scene in ("session", "swell", "others", "pairs"):
         found = elaborate(package, scene, shapes=True)
         assert [w for w in found.warnings if w.code == "BG499"] == []
         assert all(SHAPES[use.kind] and use.values is not None for use in found.shapes)
@@ -346,13 +369,17 @@ def test_all_shapes_of_the_library_are_valid():
     assert having == {
         "Beam", "Revolute", "Prismatic", "Spherical", "Payload", "HangingLoad", "Link", "Handle",
         "FloatingHull", "Vessel", "SeakeepingHull", "SeakeepingVessel", "GuidedVessel", "Quay",
-        "ShipGuided", "OffshoreLift",
+        "ShipGuided", "OffshoreLift", "CylindricalJoint", "ScrewJoint", "Planar", "Universal",
+        "Rectangle", "BoxSection", "TubeSection", "ISection", "GivenSection",
+        "SolidBox", "SolidCylinder", "SolidSphere",
         "RegularWave", "GivenWaves", "Jonswap", "Rope",
     }  # fmt: skip
     assert drawn >= {
         "post.box", "pedestal.cylinder", "slide.cylinder", "swivel.sphere", "payload.sphere",
         "ball.sphere", "load.rope", "load.sphere", "link.capsule", "handle.handle", "vessel.box",
         "vessel.sea", "sailing.box", "quay.box",
+        "rod.cylinder", "nut.cylinder", "table.box", "cross.cylinder", "section.box",
+        "section.cylinder", "block.box", "drum.cylinder", "ball.sphere",
     }  # fmt: skip
 
 
