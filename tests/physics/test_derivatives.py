@@ -19,8 +19,9 @@ import pytest
 
 import bgc
 import bgc.library
-from bgc.algebra.dag import Dag, Kind, Op, Symbol
+from bgc.algebra.dag import TABLE_OPS, Dag, Kind, Op, Symbol
 from bgc.algebra.evaluate import apply, to_double
+from bgc.algebra.table import Grid, orders_of
 from bgc.driver import compile_scene
 from bgc.ir.defaults import default_values
 from bgc.ir.program import Program
@@ -82,6 +83,24 @@ def complex_value(op: Op, x: tuple[complex, ...]) -> complex:
             return complex(apply(op, *(a.real for a in x)))  # piecewise constant
 
 
+def looked_up(dag: Dag, node: int, operands: tuple[complex, ...]) -> complex:
+    """A look-up in a table: the value there, and its slopes along the imaginary axis."""
+    table, (one, two) = dag.table_of(node), orders_of(int(operands[0].real))
+    x, y = operands[1], operands[-1]
+    if isinstance(table, Grid):
+        value = table.value((one, two), x.real, y.real)
+        by_x, by_y = (table.value(o, x.real, y.real) for o in ((one + 1, two), (one, two + 1)))
+        return complex(value, by_x * x.imag + by_y * y.imag)
+    match Op(dag.op[node]):
+        case Op.PLACE:
+            return complex(table.place(x.real))
+        case Op.PIECE:
+            value, slope = (table.piece(one + k, x.real, int(y.real)) for k in (0, 1))
+        case _:
+            value, slope = (table.value(one + k, x.real) for k in (0, 1))
+    return complex(value, slope * x.imag)
+
+
 def rates(program: Program, values: Mapping[Symbol, complex]) -> list[complex]:
     """The rates of all states."""
     dag: Dag = program.dag
@@ -94,8 +113,9 @@ def rates(program: Program, values: Mapping[Symbol, complex]) -> list[complex]:
         elif symbol is not None:
             done[node] = complex(values[symbol])
         else:
-            operands = tuple(done[x] for x in dag.operands(node))
-            done[node] = complex_value(Op(dag.op[node]), operands)
+            operands, op = tuple(done[x] for x in dag.operands(node)), Op(dag.op[node])
+            looks_up = op in TABLE_OPS
+            done[node] = looked_up(dag, node, operands) if looks_up else complex_value(op, operands)
     return [done[node] for node in nodes]
 
 

@@ -304,7 +304,7 @@ def test_a_given_rate_holds_beside_a_held_one(load):
 
 @pytest.mark.parametrize(("rate", "refused"), [("5 m/s", True), ("-0.3/cos(0.1)*1 m/s", False)])
 def test_a_rate_that_a_closed_chain_contradicts_is_refused(tmp_path, rate, refused):
-    """The modulus may vanish, so that the source closes a chain; `f0` of the body holds or fails."""
+    """The modulus may vanish: the source closes a chain, at the start with `f0` of the body."""
     path = tmp_path / "chain.bg"
     path.write_text(f"""
 model M {{

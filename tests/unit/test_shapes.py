@@ -379,7 +379,7 @@ def test_all_shapes_of_the_library_are_valid():
         "ball.sphere", "load.rope", "load.sphere", "link.capsule", "handle.handle", "vessel.box",
         "vessel.sea", "sailing.box", "quay.box",
         "rod.cylinder", "nut.cylinder", "table.box", "cross.cylinder", "section.box",
-        "section.cylinder", "block.box", "drum.cylinder", "ball.sphere",
+        "section.cylinder", "block.box", "drum.cylinder",
     }  # fmt: skip
 
 
