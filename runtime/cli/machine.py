@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import platform
 import re
 import shutil
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 from importlib.metadata import requires, version
 from importlib.util import find_spec
+from pathlib import Path
 
 from bgc.building.cache import open_cache
 from bgc.building.toolchain import find_toolchain, try_compiler
@@ -98,8 +101,17 @@ def _cache() -> Finding:
     if cache.warnings:
         (warning,) = cache.warnings
         return Finding("cache", Health.OPTIONAL, warning.message, warning.help)
-    sizes = [path.stat().st_size for path in cache.root.rglob("*") if path.is_file()]
-    return Finding("cache", Health.GOOD, f"{cache.root} ({sum(sizes) / 1e6:.1f} MB)")
+    return Finding("cache", Health.GOOD, f"{cache.root} ({_size_of(cache.root) / 1e6:.1f} MB)")
+
+
+def _size_of(folder: Path) -> int:
+    """Return the bytes of all files; those that another command removes meanwhile are left out."""
+    total = 0
+    for place, _, names in os.walk(folder):
+        for name in names:
+            with suppress(OSError):
+                total += Path(place, name).stat().st_size
+    return total
 
 
 def _graphviz() -> Finding:

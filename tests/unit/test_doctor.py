@@ -1,3 +1,8 @@
+import tempfile
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
 import pytest
 
 from bgc.building import toolchain
@@ -60,3 +65,23 @@ def test_missing_packages_are_named(monkeypatch):
 def test_the_report_puts_remedies_below_what_they_are_for():
     findings = (Finding("a", Health.GOOD, "here"), Finding("bcd", Health.MISSING, "no", "get it"))
     assert report(findings).splitlines() == ["ok  a    here", "!!  bcd  no", "         -> get it"]
+
+
+def test_a_cache_that_another_command_works_in_is_examined(tmp_path):
+    """Folders come and go while the files are counted."""
+    cache, over = tmp_path / "cache", threading.Event()
+    (cache / "kept").mkdir(parents=True)
+    (cache / "kept" / "file").write_bytes(bytes(3_000_000))
+
+    def work() -> None:
+        while not over.is_set():
+            with tempfile.TemporaryDirectory(dir=cache) as folder:
+                Path(folder, "a").write_text("a")
+
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(work)
+        try:
+            found = [str(named((machine._cache(),), "cache").found) for _ in range(300)]
+        finally:
+            over.set()
+    assert all(text.endswith("(3.0 MB)") for text in found)
