@@ -2,105 +2,113 @@
 
 from __future__ import annotations
 
+import csv
 import sys
-from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
+from typing import Any, TextIO
 
 import click
 import numpy as np
 
-from bgc.diagnostics.catalogue.analysis import several_components
 from bgc.diagnostics.diagnostic import BgError
-from bgc.options import Options
 from bgc.printing.tables import Table
-from bgc.runtime.cli.app import print_diagnostics
-from bgc.runtime.cli.options import (
-    check_target,
-    input_option,
-    model_file,
-    output_option,
-    point_options,
-    read_assignments,
-    read_point,
-    read_uses,
-    scene_option,
-    set_option,
-    use_option,
+from bgc.runtime.cli.linear_options import (
+    PICTURES,
+    closed_option,
+    gain_option,
+    in_loop,
+    open_linear,
+    plot_option,
+    range_options,
+    require_one,
+    scene_options,
 )
+from bgc.runtime.cli.options import check_target, input_option, output_option
 from bgc.runtime.cli.printing import print_tables
-from bgc.runtime.linear.frequency import Response, frequency_response
-from bgc.runtime.linearising.operating import OpenedModel
-
-_TABLES = (".csv",)
-_PICTURES = (".png", ".svg", ".pdf")
+from bgc.runtime.linear.frequency import HEADER, Response, frequency_response
+from bgc.runtime.linear.state_space import Linearisation
+from bgc.runtime.results.files import written_whole
 
 
 @click.command()
-@model_file
-@scene_option
-@set_option
-@use_option
-@input_option(multiple=False)
-@output_option(multiple=False)
-@point_options
-@click.option(
-    "--from", "low", type=float, help="Lowest frequency, rad/s; by default from the modes."
-)
-@click.option(
-    "--to", "high", type=float, help="Highest frequency, rad/s; by default from the modes."
-)
+@scene_options
+@input_option(multiple=True)
+@output_option(multiple=True)
+@gain_option
+@closed_option
+@range_options
 @click.option("--out", metavar="FILE", help="Write the response: .csv, or - for standard output.")
-@click.option("--plot", metavar="FILE", help="Draw magnitude and phase: .png, .svg or .pdf.")
+@plot_option("magnitude and phase")
 def bode(
-    file: Path,
-    scene: str | None,
-    assignments: tuple[str, ...],
-    uses: tuple[str, ...],
-    input_: str,
-    output: str,
-    at: str | None,
-    steady: bool,
+    inputs: tuple[str, ...],
+    outputs: tuple[str, ...],
+    gain: str | None,
+    closed: bool,
     low: float | None,
     high: float | None,
     out: str | None,
     plot: str | None,
+    **scene: Any,
 ) -> None:
     """Compute the frequency response of an output of a scene of FILE to an input.
 
     The scene is linearised at the initial state, at a time (--at) or in equilibrium (--steady).
     The input is the effort or flow of a source (supply.e), a parameter (mass) or a channel of a
-    device.
+    device. Several inputs and outputs, and vectors, give a curve for each pair.
     """
-    check_target(out, (*_TABLES, "-"))
-    check_target(plot, _PICTURES)
-    point = read_point(at, steady)
-    options = Options(scene, read_assignments(assignments), uses=read_uses(uses))
-    opened = OpenedModel(file, options, [input_], [output])
-    linear = opened.linearise(opened.operating_point(point))
-    _require_one("input", input_, linear.inputs)
-    _require_one("output", output, linear.outputs)
-    print_diagnostics(opened.warnings)
-    response = frequency_response(linear, low, high)
+    if not (inputs and outputs):
+        raise click.UsageError("give an --input and an --output")
+    check_target(out, (".csv", "-"))
+    check_target(plot, PICTURES)
+    linear = open_linear(**scene, inputs=inputs, outputs=outputs)
+    if gain is not None or closed:
+        require_one("input", ", ".join(inputs), linear.inputs)
+        require_one("output", ", ".join(outputs), linear.outputs)
+        linear = in_loop(linear, gain, closed)
+    responses = _responses(linear, low, high)
     if out == "-":
-        response.write_csv(sys.stdout)
+        _write(responses, sys.stdout)
     elif out is not None:
-        response.to_csv(Path(out))
+        with written_whole(Path(out)) as aside, aside.open("w", encoding="utf-8", newline="") as f:
+            _write(responses, f)
     if plot is not None:
         # Loads matplotlib.
         from bgc.runtime.linear.bode_plot import plot_bode
 
-        plot_bode(response, Path(plot))
+        plot_bode(responses, Path(plot))
     if out != "-":
-        _summarise(response)
+        print_tables([_summary(response) for response in responses])
 
 
-def _require_one(option: str, text: str, names: Sequence[str]) -> None:
-    if len(names) != 1:
-        raise BgError([several_components(option, text, names)])
+def _responses(linear: Linearisation, low: float | None, high: float | None) -> list[Response]:
+    """Compute the response of each pair; a pair without one is left out where another has one."""
+    found: list[Response] = []
+    refused: list[BgError] = []
+    for k, j in product(range(len(linear.inputs)), range(len(linear.outputs))):
+        try:
+            found.append(frequency_response(linear.channel(j, k), low, high))
+        except BgError as problem:
+            refused.append(problem)
+    if not found:
+        raise refused[0]
+    return found
 
 
-def _summarise(response: Response) -> None:
-    """Print a line for each decade, for the peak, and for each crossover with its margin."""
+def _write(responses: list[Response], file: TextIO) -> None:
+    """Write one response, or several with the names of output and input before each line."""
+    if len(responses) == 1:
+        responses[0].write_csv(file)
+        return
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(("output", "input", *HEADER))
+    for response in responses:
+        for row in response.rows().tolist():
+            writer.writerow((response.output, response.input, *map(repr, row)))
+
+
+def _summary(response: Response) -> Table:
+    """Tabulate a line for each decade, for the peak, and for each crossover with its margin."""
     rows = response.rows()
     decades = np.arange(
         np.ceil(np.log10(response.omega[0]) - 1e-9), np.log10(response.omega[-1]) + 1e-9
@@ -121,7 +129,7 @@ def _summarise(response: Response) -> None:
     unit = f" re 1 {response.unit}" if response.unit else ""
     title = f"{response.output} by {response.input}"
     header = ("frequency rad/s", f"magnitude dB{unit}", "phase deg", "")
-    print_tables([Table(title, header, tuple(lines[omega] for omega in sorted(lines)))])
+    return Table(title, header, tuple(lines[omega] for omega in sorted(lines)))
 
 
 def _digits(value: float) -> str:

@@ -2,41 +2,55 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Sequence
+from itertools import cycle
 
 import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from bgc.runtime.linear.frequency import Response
-from bgc.runtime.results.plot import COLOURS, STYLE, write_figure
+from bgc.runtime.results.plot import COLOURS, STYLE, Target, write_figure
 
 _WIDTH, _HEIGHT = 8.0, 5.6  # inches
 _PHASE_STEPS = (15.0, 30.0, 45.0, 90.0, 180.0, 360.0)
 _MOST_TICKS = 8
 
 
-def plot_bode(response: Response, path: Path) -> Figure:
-    """Draw a response, and write it as .png, .svg or .pdf."""
+def plot_bode(responses: Sequence[Response], path: Target = None) -> Figure:
+    """Draw responses in one chart, and write it as .png, .svg or .pdf."""
+    several = len(responses) > 1
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(_WIDTH, _HEIGHT), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True)
-        upper.semilogx(response.omega, response.magnitude, color=COLOURS[0])
-        lower.semilogx(response.omega, response.phase, color=COLOURS[0])
-        unit = f" re 1 {response.unit}" if response.unit else ""
-        upper.set_ylabel(f"magnitude [dB{unit}]")
+        for response, colour in zip(responses, cycle(COLOURS), strict=False):
+            label = f"{response.output} by {response.input}"
+            upper.semilogx(response.omega, response.magnitude, color=colour, label=label)
+            lower.semilogx(response.omega, response.phase, color=colour)
+        units = {response.unit for response in responses}
+        unit = units.pop() if len(units) == 1 else "1 SI unit"
+        upper.set_ylabel(f"magnitude [dB{_reference(unit)}]")
         lower.set_ylabel("phase [deg]")
         lower.set_xlabel("frequency [rad/s]")
-        lower.yaxis.set_major_locator(MultipleLocator(_phase_step(response)))
+        lower.yaxis.set_major_locator(MultipleLocator(_phase_step(responses)))
         for axes in (upper, lower):
             axes.margins(x=0)
             axes.grid(True, which="minor", axis="x", alpha=0.15)
-        figure.suptitle(f"{response.output} by {response.input}")
-        write_figure(figure, path)
+        if several:
+            upper.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, fontsize="small")
+        else:
+            figure.suptitle(f"{responses[0].output} by {responses[0].input}")
+        if path is not None:
+            write_figure(figure, path)
     return figure
 
 
-def _phase_step(response: Response) -> float:
+def _reference(unit: str) -> str:
+    return f" re {unit if unit.startswith('1 ') else f'1 {unit}'}" if unit else ""
+
+
+def _phase_step(responses: Sequence[Response]) -> float:
     """Choose the degrees between ticks, so that there are at most eight."""
-    span = float(response.phase.max() - response.phase.min())
+    low = min(float(response.phase.min()) for response in responses)
+    span = max(float(response.phase.max()) for response in responses) - low
     return next((s for s in _PHASE_STEPS if span / s <= _MOST_TICKS), 360.0 * (1 + span // 2880))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -16,18 +17,27 @@ _MOST_CROSSINGS = 6  # of each kind
 _REAL = 1e-6  # a response is real where its imaginary part is a smaller share of it
 
 
+Kind: TypeAlias = Literal["peak", "unbounded peak", "phase margin", "gain margin"]
+
+
 @dataclass(frozen=True, slots=True)
 class Landmark:
-    """A frequency (rad/s) of interest with the response there, and its meaning.
+    """A frequency (rad/s) of interest with the response there, its kind, and its margin.
 
-    The meaning is `peak`, `unbounded peak`, `phase margin 40.2 deg` (where |G| = 1) or
-    `gain margin 9.54 dB` (where the phase is -180 deg, modulo 360). A margin holds for unit
-    negative feedback around G.
+    A phase margin, deg, is that where |G| = 1; a gain margin, dB, that where the phase is
+    -180 deg, modulo 360. Both hold for unit negative feedback around G. `amount` is 0 at a peak.
     """
 
     omega: float
     value: complex
-    meaning: str
+    kind: Kind
+    amount: float = 0.0
+
+    @property
+    def meaning(self) -> str:
+        """The kind with the margin: `phase margin 40.2 deg`."""
+        unit = {"phase margin": "deg", "gain margin": "dB"}.get(self.kind)
+        return f"{self.kind} {self.amount:.4g} {unit}" if unit else self.kind
 
 
 def landmarks(linear: Linearisation, omega: Array, value: Complex) -> list[Landmark]:
@@ -82,13 +92,13 @@ def _crossings(
     ):
         point = response(x)
         margin = math.remainder(math.degrees(math.atan2(point.imag, point.real)) + 180, 360)
-        yield Landmark(math.exp(x), point, f"phase margin {margin:.4g} deg")
+        yield Landmark(math.exp(x), point, "phase margin", margin)
     behind = np.where(value.real < 0, value.imag, np.nan)
     for x in _roots(lambda x: response(x).imag, at, behind):
         point = response(x)
         if abs(point.imag) < _REAL * abs(point):  # else a pole on the axis lies between
             margin = -20 * math.log10(abs(point))
-            yield Landmark(math.exp(x), point, f"gain margin {margin:.4g} dB")
+            yield Landmark(math.exp(x), point, "gain margin", margin)
 
 
 def _roots(function: Callable[[float], float], at: Array, values: Array) -> Iterator[float]:

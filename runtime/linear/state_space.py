@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,6 +91,17 @@ class Linearisation:
     def is_explicit(self) -> bool:
         """True if E is the identity."""
         return np.array_equal(self.E, np.eye(len(self.E)))
+
+    def channel(self, output: int, input_: int) -> Linearisation:
+        """Take one output and one input, by their places, and all states."""
+        return replace(
+            self,
+            B=self.B[:, [input_]],
+            C=self.C[[output]],
+            D=self.D[[output]][:, [input_]],
+            inputs=(self.inputs[input_],),
+            outputs=(self.outputs[output],),
+        )
 
     def eigenvalues(self) -> Complex:
         """Eigenvalues in 1/s, by rising real part, then rising imaginary part."""

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Sequence
 from itertools import cycle
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 import matplotlib
 import numpy as np
@@ -44,6 +44,10 @@ STYLE: dict[Any, Any] = {
     "lines.linewidth": 1.3,
     "svg.hashsalt": "bgc",  # the same bytes for the same result
 }
+
+
+Target: TypeAlias = str | Path | None
+"""A file to draw to, or None for the figure alone."""
 
 
 class Columns(Protocol):

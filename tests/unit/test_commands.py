@@ -353,18 +353,66 @@ def test_bode_writes_rows_and_a_plot(rc):
     assert "magnitude dB" in bgc("bode", rc, *names).stdout
 
 
-def test_bode_is_of_one_input_and_one_output(rc):
-    rc.write_text("""
-        model M {
-          push : Se[2](e = [1, 2]); hub : J1; body : I[2](1 kg); drag : R[2](1);
-          push -> hub -> body, drag;
-        }
-        scene s of M { observe body.f as v; run 1 s; }
-    """)
+def test_bode_has_a_curve_for_each_pair_that_responds(rc):
+    rc.write_text(TWO_BODIES)
+    result = bgc("bode", rc, "--input", "push.e", "--output", "v", "--out", "-", "--plot", "b.svg")
+    header, *lines = result.stdout.splitlines()
+    assert header == "output,input,omega,magnitude_db,phase_deg,real,imag"
+    assert {tuple(line.split(",")[:2]) for line in lines} == {
+        ("v[1]", "push.e[1]"),
+        ("v[2]", "push.e[2]"),
+    }
+    assert "v[2] by push.e[2]" in Path("b.svg").read_text()
+    assert bgc("bode", rc, "--input", "push.e[1]", "--output", "v[2]").exit_code == 1
+
+
+TWO_BODIES = """
+    model M {
+      push : Se[2](e = [1, 2]); hub : J1; body : I[2](1 kg); drag : R[2](1);
+      push -> hub -> body, drag;
+    }
+    scene s of M { observe body.f as v; run 1 s; }
+"""
+
+
+@pytest.mark.parametrize("command", ["margins", "poles", "locus"])
+def test_a_loop_has_one_input_and_one_output(rc, command):
+    rc.write_text(TWO_BODIES)
     for names in (("push.e", "v[1]"), ("push.e[1]", "v")):
-        result = bgc("bode", rc, "--input", names[0], "--output", names[1])
+        result = bgc(command, rc, "--input", names[0], "--output", names[1])
         assert result.exit_code == 1 and "error[BG084]" in result.stderr
-    assert bgc("bode", rc, "--input", "push.e[2]", "--output", "v[2]").exit_code == 0
+    assert bgc(command, rc, "--input", "push.e[2]", "--output", "v[2]").exit_code == 0
+
+
+def test_linear_commands_print_and_draw(rc):
+    """The circuit is 1/(6 s + 1)."""
+    names = ("--input", "supply.e", "--output", "voltage")
+    found = bgc("modes", rc, "--out", "m.csv", "--plot", "m.png").stdout
+    assert "-0.166667" in found and Path("m.csv").read_text().startswith("real,imag,period")
+    assert "-0.166667" in bgc("poles", rc, *names, "--plot", "p.png").stdout
+    found = bgc("poles", rc, *names, "--gain", "5", "--closed").stdout
+    assert "-1\n" in found and "0.833333" in found
+    found = bgc("margins", rc, *names, "--gain", "2", "--nyquist", "n.png", "--nichols", "o.png")
+    assert "the closed loop is stable" in found.stdout and "120 deg" in found.stdout
+    found = bgc("step", rc, *names, "--time", "12 s", "--out", "s.csv", "--plot", "s.png").stdout
+    assert "0.864665" in found  # 1 - exp(-2)
+    assert Path("s.csv").read_text().startswith("time,voltage")
+    found = bgc("locus", rc, *names, "--out", "l.csv", "--plot", "l.png").stdout
+    assert "no pole crosses" in found
+    assert len(list(Path().glob("*.png"))) == 6
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["step", "--output", "voltage", "--time", "0 s"], "BG797"),
+        (["step", "--output", "supply.e", "--gain", "-1", "--closed"], "BG795"),
+        (["margins", "--output", "voltage", "--gain", "2 N"], "BG063"),
+    ],
+)
+def test_linear_commands_refuse(rc, arguments, code):
+    result = bgc(arguments[0], rc, "--input", "supply.e", *arguments[1:])
+    assert result.exit_code == 1 and f"error[{code}]" in result.stderr
 
 
 @pytest.mark.parametrize(

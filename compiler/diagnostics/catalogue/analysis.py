@@ -80,9 +80,9 @@ def account_as_output(name: str) -> Diagnostic:
 def several_components(option: str, text: str, names: Sequence[str]) -> Diagnostic:
     """BG084: a vector where one scalar is needed
 
-    What: a Bode plot has one input and one output, but the name given has several components.
-    Why: each pair of components has its own curve.
-    Example: `bgc bode crane.bg --input hand.position --output tip_height`
+    What: a loop has one input and one output, but the name given has several components.
+    Why: a gain closes a loop around one output and one input.
+    Example: `bgc margins crane.bg --input hand.position --output tip_height`
     Way out: name one component: `--input hand.position[3]`.
     """
     return error(
@@ -123,4 +123,53 @@ def no_range(low: float, high: float) -> Diagnostic:
         "BG085",
         f"{low:g} to {high:g} rad/s is not a valid range of frequencies",
         help="give `--from` below `--to`, both positive, in rad/s",
+    )
+
+
+def no_loop(gain: float, input_: str, output: str) -> Diagnostic:
+    """BG795: a feedback loop without a solution
+
+    What: with this gain, no value of the input solves the loop.
+    Why: the output answers the input at once, by exactly -1/gain. The input `gain*(reference -
+    output)` would have to be equal to itself plus the reference.
+    Example: `bgc step amplifier.bg --input supply.e --output inverted --feedback 1`, for an
+    output equal to -supply.e
+    Way out: choose another gain, or an output behind a storage element.
+    """
+    return error(
+        "BG795",
+        f"no `{input_}` solves the loop: `{output}` answers it at once by -1/{gain:.6g}",
+        help="choose another gain, or an output behind a storage element",
+    )
+
+
+def no_time_response(output: str) -> Diagnostic:
+    """BG796: algebraic equations that remain in a linear model
+
+    What: a step response or a root locus is asked of a linear model whose algebraic equations
+    cannot be eliminated at the operating point.
+    Why: the response would hold impulses, or its initial values would not be determined.
+    Example: a mass matrix that is singular without a row of zeros.
+    Way out: `bgc bode`, `bgc nyquist` and `bgc run` accept such a model.
+    """
+    return error(
+        "BG796",
+        f"the response of `{output}` is not computed: algebraic equations remain in the "
+        "linear model",
+        help="`bgc bode`, `bgc nyquist` and `bgc run` accept such a model",
+    )
+
+
+def bad_duration(duration: float) -> Diagnostic:
+    """BG797: a step response of no duration
+
+    What: the duration of a step response is not positive.
+    Why: there is nothing to draw.
+    Example: `bgc step rlc.bg --input supply.e --output loop.f --time "0 s"`
+    Way out: a positive time, or none: six time constants of the slowest mode are taken then.
+    """
+    return error(
+        "BG797",
+        f"a step response needs a positive duration, not {duration:g} s",
+        help="without `--time`, six time constants of the slowest mode are taken",
     )

@@ -1,0 +1,47 @@
+"""`bgc margins`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from bgc.runtime.cli.linear_options import PICTURES, channel_command, range_options
+from bgc.runtime.cli.options import check_target
+from bgc.runtime.cli.printing import print_tables
+from bgc.runtime.linear.frequency import frequency_response
+from bgc.runtime.linear.margins import margins as margins_of
+from bgc.runtime.linear.state_space import Linearisation
+from bgc.runtime.linear.tables import margin_table
+
+
+@click.command()
+@channel_command(closable=False)
+@range_options
+@click.option("--nyquist", metavar="FILE", help="Draw the Nyquist curve: .png, .svg or .pdf.")
+@click.option("--nichols", metavar="FILE", help="Draw the Nichols chart: .png, .svg or .pdf.")
+def margins(
+    linear: Linearisation,
+    low: float | None,
+    high: float | None,
+    nyquist: str | None,
+    nichols: str | None,
+) -> None:
+    """Print the stability margins of a loop around an input and an output of a scene of FILE.
+
+    The loop is closed by input = gain*(reference - output). The table has all crossovers with
+    their margins, the delay margin, the least distance of the curve from -1, and the verdict.
+    """
+    check_target(nyquist, PICTURES)
+    check_target(nichols, PICTURES)
+    response = frequency_response(linear, low, high)
+    print_tables([margin_table(margins_of(linear, response))])
+    if nyquist is None and nichols is None:
+        return
+    # Loads matplotlib.
+    from bgc.runtime.linear.loop_charts import plot_nichols, plot_nyquist
+
+    if nyquist is not None:
+        plot_nyquist(response, Path(nyquist))
+    if nichols is not None:
+        plot_nichols(response, Path(nichols))

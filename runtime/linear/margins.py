@@ -1,0 +1,90 @@
+"""Stability margins of a loop with unit negative feedback."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from bgc.runtime.linear.feedback import close_loop
+from bgc.runtime.linear.frequency import Response, frequency_response
+from bgc.runtime.linear.landmarks import Landmark
+from bgc.runtime.linear.state_space import Linearisation
+
+_RIGHT = 1e-9  # of the largest eigenvalue: real parts below it are rounding
+
+
+@dataclass(frozen=True, slots=True)
+class Margins:
+    """Margins of `L(i omega)`, an open loop, and the poles of the loops right of the axis.
+
+    Attributes
+    ----------
+    gain, phase
+        The crossovers, by rising frequency, as landmarks with their margins in dB and degrees.
+    delay
+        The dead time, s, at which the closed loop reaches the limit of stability; infinite where
+        the magnitude nowhere crosses 1, NaN where the closed loop is not stable without it.
+    modulus
+        The least distance of L from -1, the inverse of the largest sensitivity.
+    modulus_omega
+        The frequency of that, rad/s.
+    open_right, closed_right
+        Numbers of poles with a positive real part of the open and the closed loop.
+    """
+
+    gain: tuple[Landmark, ...]
+    phase: tuple[Landmark, ...]
+    delay: float
+    modulus: float
+    modulus_omega: float
+    open_right: int
+    closed_right: int
+
+    @property
+    def encirclements(self) -> int:
+        """Clockwise encirclements of -1 by the Nyquist curve: `closed_right - open_right`."""
+        return self.closed_right - self.open_right
+
+
+def margins(linear: Linearisation, response: Response | None = None) -> Margins:
+    """Compute the margins of an open loop with one input and one output.
+
+    The crossovers are those in the range of `response`, by default the range of all modes.
+    """
+    response = response or frequency_response(linear)
+    phase = tuple(mark for mark in response.landmarks if mark.kind == "phase margin")
+    gain = tuple(mark for mark in response.landmarks if mark.kind == "gain margin")
+    closed_right = _right(close_loop(linear))
+    delay = math.nan if closed_right else min((_delay(mark) for mark in phase), default=math.inf)
+    omega, modulus = _nearest(linear, response)
+    return Margins(gain, phase, delay, modulus, omega, _right(linear), closed_right)
+
+
+def _delay(crossover: Landmark) -> float:
+    """The dead time that turns the response at a crossover to -1."""
+    return math.radians(crossover.amount % 360.0) / crossover.omega
+
+
+def _nearest(linear: Linearisation, response: Response) -> tuple[float, float]:
+    """Find where the curve passes nearest to -1, between the points beside the nearest one."""
+    # Slow to load; most commands do without it.
+    from scipy.optimize import minimize_scalar
+
+    distance = np.abs(1 + response.value)
+    k = int(np.argmin(distance))
+    ends = np.log(response.omega[[max(k - 1, 0), min(k + 1, len(distance) - 1)]])
+
+    def away(log_omega: float) -> float:
+        return abs(1 + complex(linear.response(np.array([math.exp(log_omega)]))[0, 0, 0]))
+
+    found = minimize_scalar(away, bounds=tuple(ends), method="bounded", options={"xatol": 1e-10})
+    if found.fun < distance[k]:
+        return math.exp(found.x), float(found.fun)
+    return float(response.omega[k]), float(distance[k])
+
+
+def _right(linear: Linearisation) -> int:
+    values = linear.eigenvalues()
+    return int((values.real > _RIGHT * np.abs(values).max(initial=0.0)).sum())

@@ -1,0 +1,34 @@
+"""The chart of a step or impulse response."""
+
+from __future__ import annotations
+
+import math
+
+import matplotlib
+from matplotlib.figure import Figure
+
+from bgc.runtime.linear.time_response import TimeResponse
+from bgc.runtime.results.plot import COLOURS, STYLE, Target, write_figure
+
+_GUIDE = "#999999"
+
+
+def plot_time_response(response: TimeResponse, title: str, path: Target = None) -> Figure:
+    """Draw each output in a panel of its own, with its steady value as a dotted line."""
+    count = len(response.outputs)
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(8.0, 0.8 + 2.8 * count), layout="constrained")
+        every = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
+        for k, axes in enumerate(every):
+            axes.plot(response.time, response.value[:, k], color=COLOURS[0])
+            steady = float(response.steady[k])
+            if math.isfinite(steady):
+                axes.axhline(steady, color=_GUIDE, linestyle=":", linewidth=0.9)
+            unit = f" [{response.units[k]}]" if response.units[k] else ""
+            axes.set_ylabel(f"{response.outputs[k]}{unit}")
+            axes.margins(x=0)
+        every[-1].set_xlabel("time [s]")
+        figure.suptitle(title)
+        if path is not None:
+            write_figure(figure, path)
+    return figure
