@@ -321,3 +321,16 @@ scene s of M {{ observe way.f; run 1 s; }}
             bgc.compile(path)
     else:
         assert bgc.compile(path).simulate()["way.f"][0] == pytest.approx(-0.3 / np.cos(0.1))
+
+
+def test_a_given_position_holds_where_a_loop_has_several_solutions(tmp_path: Path) -> None:
+    """Beside a plain spring, up to five positions of this one have the same total charge."""
+    text = """model Snap { param at : m = 1.6 m; node : J0; plain : C(stiffness = 1 N/m);
+      snap : C(q0 = at) { e = 0.2 N/m * q + 1 N * sin(q/0.5 m); } leak : R(10 N*s/m);
+      node -> plain, snap, leak; }
+    scene s of Snap { observe snap.q, snap.e, plain.q; run 1 s; }"""
+    model = compiled(tmp_path, text)
+    for at in (-5.0, -4.0, -1.0, 0.7, 1.2, 1.6, 2.4, 4.6, 5.2):
+        found = list(model.observe(parameters={"at": at}).values())
+        effort = 0.2 * at + math.sin(at / 0.5)
+        assert found == pytest.approx([at, effort, effort], rel=1e-12, abs=1e-12)

@@ -153,7 +153,7 @@ class _Search:
         inner = states_in(dag, read, residuals)
         algebraic = [k for k in sorted(inner) if inner[k] in residuals]
         numbers = [*problem.free, *algebraic]
-        self._free = problem.free
+        self._free, self._inner = problem.free, algebraic
         given = program.start.guess if program.start else ()
         self._first = len(given)
         self._symbols = [dag.symbol(Kind.START, self._first + j) for j in range(len(numbers))]
@@ -252,7 +252,10 @@ class _Search:
     # --- the system ---------------------------------------------------------------------------
 
     def started(self, chosen: Sequence[_Condition]) -> Program:
-        """The program that starts at the solution."""
+        """The program that starts at the solution, with the unknowns of loops there.
+
+        A loop may have several solutions, and given values hold at one of them alone.
+        """
         if not self._free:
             return self._program  # the conditions hold, with no state to move
         residuals = [*(c.residual for c in chosen), *self._rows]
@@ -265,7 +268,7 @@ class _Search:
             if found is None:
                 rows, found = self._with_least_change(residuals, first)
             point = found or [*first, *(0.0 for _ in residuals)]
-        values = tuple((k, self._symbols[j]) for j, k in enumerate(self._free))
+        values = tuple(zip((*self._free, *self._inner), self._symbols, strict=True))
         names = [c.given.condition.name for c in chosen]
         return _with_values(self._program, rows, point, values, names)
 
