@@ -159,8 +159,9 @@ typedef struct {
 
     /* Step control. */
     double h_next, error_old;
-    int rejected;      /* the last attempt was rejected, */
+    int rejected;      /* attempts in a row that were rejected, the last one */
     bgc_status reason; /* for this reason */
+    int left;          /* the attempt leaves a root (bgc_leave_root) */
 
     /* Energy accounts, J: stored at the reset, integrals at t and at t_old, residual at t. */
     double stored0, supplied, dissipated, supplied_old, dissipated_old;
@@ -390,10 +391,12 @@ void bgc_report_correction(const bgc_model *m, bgc_data *d);
 /* --- consistent.c */
 void bgc_classify_states(const bgc_model *m, bgc_data *d);
 bgc_status bgc_satisfy(const bgc_model *m, bgc_data *d, double t, double *x);
+bgc_status bgc_satisfy_beside(const bgc_model *m, bgc_data *d, double t, double *x);
 bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d);
 
 /* --- consistent_steps.c */
 bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, const bgc_method *method, double t);
+int bgc_leave_root(const bgc_model *m, bgc_data *d, double h);
 
 /* --- start.c */
 bgc_status bgc_solve_start(const bgc_model *m, bgc_data *d);

@@ -400,7 +400,7 @@ static int worst_row(const bgc_model *m, bgc_data *d, double t, const double *x)
 /* Solves the algebraic equations at t for the block's states in x, from the values it has.
  * BGC_SINGULAR where they do not determine the states, BGC_INCONSISTENT where no solution is found:
  * then x does not change. */
-static bgc_status satisfy(const bgc_model *m, bgc_data *d, double t, double *x, int attempts) {
+static bgc_status satisfy(const bgc_model *m, bgc_data *d, double t, double *x, int from, int attempts) {
     const size_t size = (size_t)m->n_state * sizeof *x;
     bgc_status first = BGC_OK;
 
@@ -408,7 +408,7 @@ static bgc_status satisfy(const bgc_model *m, bgc_data *d, double t, double *x, 
         return BGC_OK;
     }
     memcpy(d->start, x, size);
-    for (int attempt = 0; attempt < attempts; attempt++) {
+    for (int attempt = from; attempt < attempts; attempt++) {
         bgc_status status;
         if (attempt % 2 == 1) {
             perturb(d, x);
@@ -420,7 +420,7 @@ static bgc_status satisfy(const bgc_model *m, bgc_data *d, double t, double *x, 
             d->core.failed_state = -1;
             return BGC_OK;
         }
-        first = attempt == 0 ? status : first;
+        first = attempt == from ? status : first;
         memcpy(x, d->start, size);
     }
     if (first != BGC_SINGULAR) {
@@ -432,7 +432,12 @@ static bgc_status satisfy(const bgc_model *m, bgc_data *d, double t, double *x, 
 
 /* Within a run, where the present values are near a solution. */
 bgc_status bgc_satisfy(const bgc_model *m, bgc_data *d, double t, double *x) {
-    return satisfy(m, d, t, x, NEWTON_ATTEMPTS);
+    return satisfy(m, d, t, x, 0, NEWTON_ATTEMPTS);
+}
+
+/* The same from perturbed values alone: at the present ones a law has no finite slope. */
+bgc_status bgc_satisfy_beside(const bgc_model *m, bgc_data *d, double t, double *x) {
+    return satisfy(m, d, t, x, 1, NEWTON_ATTEMPTS);
 }
 
 /* --- calls of a run ------------------------------------------------------------------------ */
@@ -444,5 +449,5 @@ bgc_status bgc_make_consistent(const bgc_model *m, bgc_data *d) {
         return BGC_OK;
     }
     d->core.f_valid = d->core.jac_valid = d->core.held = 0;
-    return satisfy(m, d, d->core.t, d->x, ALL_ATTEMPTS);
+    return satisfy(m, d, d->core.t, d->x, 0, ALL_ATTEMPTS);
 }

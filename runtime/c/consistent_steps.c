@@ -13,6 +13,7 @@ static const double adaptive_allowance = 0.1;     /* adaptive step: over the tol
 static const double rejection_limit = 100.0;      /* adaptive step: over the allowance */
 static const double negligible_correction = 1e-5; /* relative to scale plus state */
 static const double nonlinearity_limit = 0.03;    /* fixed step: relative to the change in the step */
+static const double near_root = 1e-3;             /* a step off a root: relative to scale plus state */
 
 /* The defect of d->next in the algebraic rows: the correction that the factors of the step give. */
 typedef struct {
@@ -89,4 +90,35 @@ bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, const bgc_method
         return BGC_INCONSISTENT;
     }
     return BGC_OK;
+}
+
+/* A step of length h to d->next off a state at which a law has no finite slope, such as a throttle
+ * without flow: there the linearisation misses the motion of the algebraic states in steps of any length.
+ * Newton's method finds these from values beside the present ones, Euler's method moves the others; its
+ * error goes to d->error. Returns 0 where a state has moved far, which another solution would be. */
+int bgc_leave_root(const bgc_model *m, bgc_data *d, double h) {
+    const int failed = d->core.failed_state;
+    const double t = d->core.t + h;
+
+    if (failed >= 0 && d->algebraic[failed] == 0.0) {
+        return 0;
+    }
+    for (int i = 0; i < m->n_state; i++) {
+        d->next[i] = d->x[i] + h * d->f[i] * d->inverse_mass[i];
+        if (d->algebraic[i] == 0.0 && d->inverse_mass[i] == 0.0) {
+            return 0;
+        }
+    }
+    if (bgc_satisfy_beside(m, d, t, d->next) != BGC_OK) {
+        return 0;
+    }
+    m->rhs(d->h, t, d->next, d->u, d->error, d->work);
+    d->core.counts.rhs++;
+    for (int i = 0; i < m->n_state; i++) {
+        if (!(fabs(d->next[i] - d->x[i]) <= near_root * (d->scale[i] + fabs(d->x[i])))) {
+            return 0;
+        }
+        d->error[i] = 0.5 * h * d->inverse_mass[i] * (d->error[i] - d->f[i]);
+    }
+    return bgc_norm(m, d, d->error, d->x, d->next) <= 1.0;
 }

@@ -27,7 +27,8 @@ void bgc_store_dense(const bgc_model *m, bgc_data *d, const bgc_method *method, 
     memcpy(d->u_step, d->u, (size_t)(m->n_input + m->n_switch) * sizeof(double));
     memcpy(d->y0, d->x, size);
     memcpy(d->y1, d->next, size);
-    if (method->family->interpolate != NULL && method->family->interpolate(m, d, method)) {
+    if (!d->core.left && method->family->interpolate != NULL &&
+        method->family->interpolate(m, d, method)) {
         d->core.dense = BGC_DENSE_READY;
     } else {
         memcpy(d->k, d->f, size);

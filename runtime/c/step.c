@@ -10,6 +10,10 @@
 #include <math.h>
 #include <string.h>
 
+enum {
+    REJECTIONS_BY_DEFECT = 3, /* in a row, before the algebraic equations are solved at the present */
+    REJECTIONS_AT_ROOT = 5    /* the same, before a step by Euler's method is tried */
+};
 static const double short_of_pole = 1e-3; /* relative: time before a divisor vanishes */
 
 /* Completes a step to d->next at *t_new: normalises quaternions, satisfies the algebraic equations,
@@ -225,7 +229,7 @@ static double limit_step(const bgc_core *core, double *t_new) {
 /* Rejects the attempt: the next one has the length h. */
 static bgc_status reject(bgc_data *d, bgc_status reason, double h) {
     d->core.counts.rejected++;
-    d->core.rejected = 1;
+    d->core.rejected++;
     d->core.reason = reason;
     d->core.h_next = h;
     return BGC_OK;
@@ -271,7 +275,7 @@ static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *met
     const double middle = 0.5 * (d->core.t_old + d->core.t_end);
     const double h = d->core.t_end - d->core.t_old;
 
-    if (!method->check_dense || d->core.dense != BGC_DENSE_READY) {
+    if (!method->check_dense || d->core.left || d->core.dense != BGC_DENSE_READY) {
         return 0.0;
     }
     if (method->family->rows == BGC_ROWS_SOLVED) {
@@ -298,6 +302,15 @@ static double dense_error(const bgc_model *m, bgc_data *d, const bgc_method *met
     return bgc_norm(m, d, d->right, d->x, d->next);
 }
 
+/* A step in held modes. Where many attempts in a row have failed, it leaves a state at which a law has
+ * no finite slope. */
+static bgc_status advance_or_leave(const bgc_model *m, bgc_data *d, const bgc_method *method,
+                                   double h) {
+    d->core.left = d->core.rejected >= REJECTIONS_AT_ROOT && d->core.algebraic > 0 &&
+                   bgc_leave_root(m, d, h);
+    return d->core.left ? BGC_OK : advance_held(m, d, method, h);
+}
+
 /* From the present to the end of a step of the length that step control chooses, or a rejection. */
 static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     bgc_core *core = &d->core;
@@ -307,6 +320,12 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     bgc_status status;
     int bad, sampled;
 
+    /* The last step left a small defect in the algebraic equations. Where a law is much steeper at its end
+     * than at its start, that is more than the tolerance, and no shorter step has a smaller error. */
+    if (core->rejected == REJECTIONS_BY_DEFECT && core->algebraic > 0) {
+        (void)bgc_satisfy(m, d, core->t, d->x);
+        core->f_valid = core->jac_valid = 0;
+    }
     bgc_evaluate_f(m, d);
     bad = bgc_first_bad(m->n_state, d->f);
     if (bad >= 0) {
@@ -346,7 +365,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
 
     /* The step, and its error estimate. */
     sampled = bgc_samples_rounding(m, d, method) && bgc_try_perturbed(m, d, method, h);
-    status = advance_held(m, d, method, h);
+    status = advance_or_leave(m, d, method, h);
     if (status != BGC_OK) {
         return reject(d, status, 0.25 * h);
     }
@@ -427,7 +446,7 @@ bgc_status bgc_attempt(const bgc_model *m, bgc_data *d) {
     const bgc_method *method = &bgc_methods[d->core.method];
     bgc_status status;
 
-    d->core.f_ahead = d->core.too_coarse = d->core.passes_singular = 0;
+    d->core.f_ahead = d->core.too_coarse = d->core.passes_singular = d->core.left = 0;
     status = bgc_is_adaptive(method) ? attempt_adaptive(m, d, method)
                                      : attempt_fixed(m, d, method);
     bgc_hold_modes(m, d);

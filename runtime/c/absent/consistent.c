@@ -25,3 +25,8 @@ bgc_status bgc_keep_consistent(const bgc_model *m, bgc_data *d, const bgc_method
     (void)m, (void)d, (void)method, (void)t;
     return BGC_OK;
 }
+
+int bgc_leave_root(const bgc_model *m, bgc_data *d, double h) {
+    (void)m, (void)d, (void)h;
+    return 0;
+}
