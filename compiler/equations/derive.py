@@ -13,6 +13,7 @@ from dataclasses import replace
 from bgc.algebra.dag import Kind, Level
 from bgc.equations.audit import assert_power_balance
 from bgc.equations.closures.close import close_chains
+from bgc.equations.closures.given import given_flows
 from bgc.equations.closures.multipliers import closing_rows
 from bgc.equations.impulses import impulse_warnings
 from bgc.equations.inertias.initial import start_inertias
@@ -85,6 +86,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     jumps = resolve_jumps(graph, resolver, numbers, stored)
     divisors = [replace(d, node=resolver.resolve(d.node)) for d in variables.raw_divisors]
     closing = closing_rows(variables, resolver)
+    given = given_flows(variables, resolver, elements)
     states += _loop_states(variables, resolver.algebraic)
     program = Program(
         dag=dag,
@@ -115,7 +117,7 @@ def derive_equations(causal: CausalGraph) -> Program:
     program = replace(program, warnings=impulse_warnings(variables, resolver.rates_read, jumps))
     if causal.closures:
         require_representable(graph, program)  # closing a chain computes with its numbers
-    program = close_chains(program, variables, closing)
+    program = close_chains(program, variables, closing, given)
     require_free(graph, program)
     loops = range(len(states) - len(resolver.algebraic), len(program.states))
     program = with_start_values(program, loops)

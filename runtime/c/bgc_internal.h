@@ -404,6 +404,7 @@ bgc_status bgc_solve_start(const bgc_model *m, bgc_data *d);
 /* --- closures.c */
 size_t bgc_closing_size(const bgc_model *m);
 bgc_status bgc_close_chains(const bgc_model *m, bgc_data *d, double t, double *x);
+bgc_status bgc_close_chains_at_start(const bgc_model *m, bgc_data *d);
 
 /* --- closed_start.c */
 bgc_status bgc_close_start(const bgc_model *m, bgc_data *d);

@@ -10,6 +10,7 @@
 
 enum { MAX_CLOSING = 100 };
 static const double closed_gap = 1e-9; /* of a condition: m, rad */
+static const double closed_flow = 1e-12; /* the last change of a momentum, relative to scale plus state */
 static const double redundant_gap = 1e-6; /* the same for conditions that follow from others */
 static const double first_damping = 1e-2; /* of the normal equations at the start, to their trace */
 static const double least_of_damping = 1e-4; /* after a step that did not help */
@@ -160,4 +161,29 @@ bgc_status bgc_close_start(const bgc_model *m, bgc_data *d) {
         return BGC_OPEN_CHAIN;
     }
     return BGC_OK;
+}
+
+/* Projects the start onto the closed chains, repeatedly: momenta of laws that are not linear follow from
+ * the flows by Newton's method. */
+bgc_status bgc_close_chains_at_start(const bgc_model *m, bgc_data *d) {
+    const size_t size = (size_t)m->n_state * sizeof *d->x;
+    bgc_status status = BGC_OK;
+
+    if (m->closure_info == NULL) {
+        return BGC_OK;
+    }
+    for (int i = 0; i < MAX_CLOSING && status == BGC_OK; i++) {
+        int moves = 0;
+        memcpy(d->start, d->x, size);
+        status = bgc_close_chains(m, d, d->core.t, d->x);
+        for (int k = 0; k < m->closure_info->n_impulse; k++) {
+            const int state = m->closure_info->impulse[k];
+            const double change = fabs(d->x[state] - d->start[state]);
+            moves |= change > closed_flow * (d->scale[state] + fabs(d->x[state]));
+        }
+        if (!moves) {
+            break;
+        }
+    }
+    return status;
 }

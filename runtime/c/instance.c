@@ -168,7 +168,7 @@ static bgc_status start_from_present(const bgc_model *m, bgc_data *d) {
     if (m->project != NULL) {
         m->project(d->h, core->t, d->x, d->work);
     }
-    status = bgc_close_chains(m, d, core->t, d->x);
+    status = bgc_close_chains_at_start(m, d);
     if (status == BGC_OK) {
         status = bgc_watch_chains(m, d, core->t, d->x);
     }

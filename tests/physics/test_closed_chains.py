@@ -272,3 +272,44 @@ def test_a_linearisation_by_a_length_of_the_chain_is_refused(load):
     with pytest.raises(bgc.BgError) as error:
         load("closed_chains", "slider_crank").linearise(["rod_length"])
     assert [d.code for d in error.value.diagnostics] == ["BG534"]
+
+
+@pytest.mark.parametrize("feed", ["0.1 A * cos(4 rad/s * time)", "0.02 A"])
+def test_a_saturating_coil_in_a_closed_chain_starts_closed(feed: str, tmp_path: Path) -> None:
+    """The source closes the chain through a modulus that may vanish; the momentum follows."""
+    text = """model M {
+      motion : J1;
+      loop : J1;
+      state angle = 0.024;
+      der(angle) = loop.f/1 A/10 s;
+      body : I { f = 0.0032 A/V/s * p/sqrt(1 + (p/26 V*s)^2) + 0.00032 A/V/s * p; }
+      gear : MTF(1.5 + sin(10*angle));
+      feed : Sf(FEED);
+      motion -> body;
+      motion -> gear -> loop;
+      feed -> loop;
+    }
+    scene s of M {
+      observe body.f, body.p, loop.f, angle, energy.residual, energy.supplied;
+      run 4 s every 0.1 s;
+    }"""
+    path = tmp_path / "coil.bg"
+    path.write_text(text.replace("FEED", feed))
+    result = bgc.compile(path).simulate(rtol=1e-9)
+    assert result["loop.f"] == pytest.approx(
+        (1.5 + np.sin(10 * result["angle"])) * result["body.f"]
+    )
+    p = result["body.p"]
+    assert result["body.f"] == pytest.approx(0.0032 * p / np.sqrt(1 + (p / 26) ** 2) + 0.00032 * p)
+    supplied = np.abs(result["energy.supplied"]).max()
+    np.testing.assert_allclose(result["energy.residual"], 0, atol=1e-6 * supplied)
+
+
+def test_flows_that_close_a_projected_chain_are_kept(tmp_path: Path) -> None:
+    """One of them alone would be moved (BG546, `wrong/chain_that_moves_a_given_flow.bg`)."""
+    wrong = Path(__file__).parents[1] / "wrong" / "chain_that_moves_a_given_flow.bg"
+    text = wrong.read_text().replace("mass_y : I(2 kg)", "mass_y : I(2 kg, f0 = 0.75 m/s)")
+    path = tmp_path / "pendulum.bg"
+    path.write_text(text)
+    start = bgc.compile(path).observe()
+    assert list(start.values()) == pytest.approx([1, 0.75], rel=1e-12)

@@ -131,6 +131,27 @@ def input_moves_chain(names: Sequence[str]) -> Diagnostic:
     )
 
 
+def moved_start(span: Span, name: str, variable: str, value: float) -> Diagnostic:
+    """BG546: a given flow or momentum that closing a chain moves
+
+    What: at the initial value the flows of a closed chain do not close it, and the start would be
+    another one.
+
+    Why: the momenta of the start are projected onto the flows that keep the chain closed. Which of
+    its rows are independent is known only where its positions are closed.
+
+    Example: a pendulum whose rod `project` holds, with `f0` of its horizontal momentum alone.
+
+    Way out: give values to all inertias of the chain that together keep it closed, or give none.
+    """
+    return error(
+        "BG546",
+        f"the closed chain moves `{variable}` of `{name}`, which would start at {value:.6g}",
+        span,
+        help="give all inertias of the chain values that keep it closed, or give this value",
+    )
+
+
 def singular_chain(time: float, parts: str) -> Diagnostic:
     """BG735: a closed chain at a singular position
 

@@ -20,6 +20,7 @@ from bgc.diagnostics.catalogue import listed
 from bgc.diagnostics.catalogue.equations import unrepresentable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.equations.closures.dense import independent_in, least_change
+from bgc.equations.closures.given import GivenFlow, require_given
 from bgc.equations.closures.manifold import (
     CLOSED,
     Conditions,
@@ -49,7 +50,9 @@ _ROUNDED = 1e-3  # m or rad: given values of this accuracy are moved until the c
 _KEPT = 1e-6  # rate of a condition, relative to its terms
 
 
-def close_chains(program: Program, variables: Variables, rows: ClosingRows) -> Program:
+def close_chains(
+    program: Program, variables: Variables, rows: ClosingRows, given: Sequence[GivenFlow]
+) -> Program:
     """Solve for the multipliers, and note what keeps the chains closed.
 
     Raises
@@ -57,10 +60,11 @@ def close_chains(program: Program, variables: Variables, rows: ClosingRows) -> P
     BgError
         BG526: the start does not close. BG527: it is at a singular position. BG528: a projected
         signal is not kept by the bonds. BG502: the rows that close a chain change their rank.
+        BG546: the closed chain moves a `given` flow.
     """
     if not (rows.flows or rows.conditions):
         return program
-    return _Closing(program, variables, rows).closed()
+    return _Closing(program, variables, rows).closed(given)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +86,7 @@ class _Closing:
         self._conditions = self._conditions_on_states()
         self._start = self._start_parameters()
 
-    def closed(self) -> Program:
+    def closed(self, given: Sequence[GivenFlow]) -> Program:
         """The program with its multipliers solved for, and its `closures`."""
         program = self._program
         values = default_values(self._dag, program.parameters)
@@ -94,6 +98,8 @@ class _Closing:
         dropped = sorted(set(range(len(self._rows.flows))) - set(chosen.flows))
         warnings = (*program.warnings, *self._warn(dropped))
         made = replace(made, closures=self._closures(chosen), warnings=warnings)
+        declared = start_of(program, start)
+        require_given(made, given, start, rounded=any(start[k] != declared[k] for k in start))
         return self._with_start(made, values, found)
 
     # --- conditions and the start ---------------------------------------------------------------

@@ -23,6 +23,8 @@ RANK = 1e-7  # rows closer than this to a combination of others depend on them
 _ITERATIONS = 100
 _DAMPING = 1e-2  # of the normal equations at first, relative to their diagonal
 _LEAST_DAMPING = 1e-4  # after a step that did not help
+_PROJECTIONS = 20  # of momenta, at most
+_PROJECTED = 1e-9  # relative change of a momentum after which none follows
 _POINTS = 6
 _TRIES = 8  # starts from which the free states are moved until a chain is closed
 _SPREAD = 1.5  # of the random configurations around the start
@@ -150,21 +152,31 @@ def _close_start(
 
 
 def closed_flows(program: Program, point: Point) -> Point:
-    """The point with its momenta moved along the multipliers until the closing rows hold."""
+    """The point with its momenta moved along the multipliers until the closing rows hold.
+
+    One step does for linear inertias; with other laws it is one of Newton's method.
+    """
     closures = program.closures
     assert closures is not None
     point = dict(point)
-    numbers = Evaluator(program.dag, point.__getitem__)
-    left = [numbers.values(row) for row in closures.by_impulse]
-    right = [numbers.values(row) for row in closures.response]
     size = range(closures.kept)
-    matrix = [
-        [-sum(a * action[j] for a, action in zip(row, right, strict=True)) for j in size]
-        for row in left
-    ]
-    weights = least_change(matrix, numbers.values(closures.flows[: closures.kept]), 1e-14)
-    for k, actions in zip(closures.impulses, right, strict=True):
-        point[Symbol(Kind.STATE, k)] += sum(a * x for a, x in zip(actions, weights, strict=True))
+    for _ in range(_PROJECTIONS):
+        numbers = Evaluator(program.dag, point.__getitem__)
+        left = [numbers.values(row) for row in closures.by_impulse]
+        right = [numbers.values(row) for row in closures.response]
+        matrix = [
+            [-sum(a * action[j] for a, action in zip(row, right, strict=True)) for j in size]
+            for row in left
+        ]
+        weights = least_change(matrix, numbers.values(closures.flows[: closures.kept]), 1e-14)
+        largest = 0.0
+        for k, actions in zip(closures.impulses, right, strict=True):
+            change = sum(a * x for a, x in zip(actions, weights, strict=True))
+            point[Symbol(Kind.STATE, k)] += change
+            moved = abs(point[Symbol(Kind.STATE, k)])
+            largest = max(largest, abs(change) / moved if moved else 0.0)
+        if not largest > _PROJECTED:
+            break
     return point
 
 

@@ -21,6 +21,11 @@ bgc_status bgc_close_chains(const bgc_model *m, bgc_data *d, double t, double *x
     return BGC_OK;
 }
 
+bgc_status bgc_close_chains_at_start(const bgc_model *m, bgc_data *d) {
+    (void)m, (void)d;
+    return BGC_OK;
+}
+
 bgc_status bgc_close_start(const bgc_model *m, bgc_data *d) {
     (void)m, (void)d;
     return BGC_OK;
