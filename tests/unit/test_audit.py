@@ -9,9 +9,11 @@ from graphs import rlc
 import bgc
 from bgc.causality.assign import assign_causality
 from bgc.diagnostics.diagnostic import BgError
+from bgc.driver import compile_scene
 from bgc.elaboration.elaborate import elaborate
 from bgc.equations.audit import assert_power_balance, power_defect
 from bgc.equations.derive import derive_equations
+from bgc.options import Options
 from bgc.resolution.resolve import load_text
 
 
@@ -103,3 +105,19 @@ def test_a_loop_through_a_gyrator_that_its_own_effort_turns(tmp_path):
     ratio = np.array([[1.1, 0.31], [-1.57, -1.17 / (2 + e)]])
     assert np.allclose(ratio @ into, e) and np.allclose(ratio.T @ out, e)
     assert np.isclose(3 + sum(out), sum(into) + e / 2.5) and residual < 1e-12
+
+
+def test_numbers_whose_powers_are_rounding_are_no_broken_balance(tmp_path):
+    """A centre of mass 2e9 m away: 1/6 kg m^2 of 9e18 are below the last digit."""
+    path = tmp_path / "far.bg"
+    path.write_text("""import mechanics.joints;
+import mechanics.body;
+model Far {
+  ground : Ground;
+  hinge  : Revolute(axis = y, angle0 = 30 deg, friction = 0.05 N*m*s, lock = Rigid[5]);
+  rod    : HeavyBody(mass = 2 kg, com = [0, 2147483648, -0.5], inertia = diag([1/6, 1/6, 1e-3]));
+  ground -> hinge -> rod;
+}
+scene far of Far { observe hinge.angle, energy.residual; run 1 s; }""")
+    program = compile_scene(path, Options(), until="equations").equations
+    assert power_defect(program) is None
