@@ -296,11 +296,13 @@ def _first_word(context: ErrorContext, found: Token) -> Explanation | None:
             return Explanation(wrong.misplaced_statement(span, word, place))
     if word in RESERVED or not _WORD.fullmatch(word):
         return None
-    near = did_you_mean(word, WORDS[here])
+    known = WORDS[here]
+    near = did_you_mean(word, known)
     if not near and span == context.span():
-        near = did_you_mean(word, [each for words in WORDS.values() for each in words])
+        known = [each for words in WORDS.values() for each in words]
+        near = did_you_mean(word, known)
     if near or (span == context.span() and "NAME" not in context.accepted):
-        return Explanation(wrong.unknown_statement(span, word, near, _form(context)))
+        return Explanation(wrong.unknown_statement(span, word, near, _form(context), known))
     return None
 
 

@@ -15,7 +15,7 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity
 from bgc.diagnostics.render import render
 from bgc.driver import compile_scene
 from bgc.options import Options
-from bgc.resolution.resolve import load
+from bgc.resolution.resolve import load, load_text
 
 WRONG = sorted((Path(__file__).parent / "wrong").glob("*.bg"))
 EXPECTED = re.compile(r"// (error|warning|info): (BG\d+)")
@@ -50,6 +50,22 @@ def test_wrong_model_gives_its_code_at_its_line(path):
     assert all(d.help for d in diagnostics)
     shown = render(diagnostics, colour=False)
     assert "^" in shown and path.name in shown
+
+
+@pytest.mark.parametrize("path", WRONG, ids=lambda p: p.stem)
+def test_each_edit_removes_its_diagnostic(path, monkeypatch):
+    monkeypatch.chdir(path.parent)
+    found = diagnostics_of(load, Path(path.name))
+    for diagnostic in found:
+        for edit in diagnostic.edits[:1]:
+            text = edit.span.source.text
+            after = text[: edit.span.start] + edit.text + text[edit.span.end :]
+            left = diagnostics_of(load_text, after, path.name)
+            assert alike(left, diagnostic) == alike(found, diagnostic) - 1, edit
+
+
+def alike(diagnostics: list[Diagnostic], one: Diagnostic) -> int:
+    return [(d.code, d.message) for d in diagnostics].count((one.code, one.message))
 
 
 @pytest.mark.parametrize("path", WRONG, ids=lambda p: p.stem)

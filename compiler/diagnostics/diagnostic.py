@@ -26,12 +26,21 @@ class Label:
 
 
 @dataclass(frozen=True, slots=True)
+class Edit:
+    """A way out that an editor can apply: the text that replaces a span, empty to remove it."""
+
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class Diagnostic:
     """One cause, one message.
 
     `code` is stable (`BG201`). `message` is lower case, without a full stop, in the user's
     terms. `span` is the smallest place at fault, None without a place in a source (a missing
-    file, a missing compiler). `help` is the way out, an imperative.
+    file, a missing compiler). `help` is the way out, an imperative; `edits` are the texts
+    that it proposes, each an alternative of its own, the most likely first.
     """
 
     code: str
@@ -41,6 +50,7 @@ class Diagnostic:
     note: str = ""
     labels: tuple[Label, ...] = ()
     help: str = ""
+    edits: tuple[Edit, ...] = ()
 
 
 def as_error(diagnostic: Diagnostic) -> Diagnostic:

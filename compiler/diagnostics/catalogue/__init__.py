@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
-from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
+from bgc.diagnostics.diagnostic import Diagnostic, Edit, Label, Severity
 from bgc.diagnostics.source import Span
 
 # Words, then numbers; shorter names of elements are spelled by their letters.
@@ -28,9 +28,10 @@ def error(
     note: str = "",
     labels: Sequence[Label] = (),
     help: str = "",
+    edits: Sequence[Edit] = (),
 ) -> Diagnostic:
     """Make a diagnostic that ends the compilation."""
-    return Diagnostic(code, Severity.ERROR, message, span, note, tuple(labels), help)
+    return Diagnostic(code, Severity.ERROR, message, span, note, tuple(labels), help, tuple(edits))
 
 
 def warning(
@@ -40,9 +41,12 @@ def warning(
     note: str = "",
     labels: Sequence[Label] = (),
     help: str = "",
+    edits: Sequence[Edit] = (),
 ) -> Diagnostic:
     """Make a diagnostic that does not end the compilation."""
-    return Diagnostic(code, Severity.WARNING, message, span, note, tuple(labels), help)
+    return Diagnostic(
+        code, Severity.WARNING, message, span, note, tuple(labels), help, tuple(edits)
+    )
 
 
 def info(
@@ -52,9 +56,10 @@ def info(
     note: str = "",
     labels: Sequence[Label] = (),
     help: str = "",
+    edits: Sequence[Edit] = (),
 ) -> Diagnostic:
     """Make a diagnostic that reports a fact, and is no warning in strict mode either."""
-    return Diagnostic(code, Severity.INFO, message, span, note, tuple(labels), help)
+    return Diagnostic(code, Severity.INFO, message, span, note, tuple(labels), help, tuple(edits))
 
 
 def listed(names: Sequence[str], limit: int = 8) -> str:
@@ -100,6 +105,28 @@ def did_you_mean(name: str, candidates: Iterable[str]) -> str:
 
     The closest comes first; letter case is ignored.
     """
+    near = _near(name, candidates)
+    if not near:
+        return ""
+    *first, last = (f"`{candidate}`" for candidate in near)
+    return f"did you mean {', '.join(first)} or {last}?" if first else f"did you mean {last}?"
+
+
+def respelt(span: Span, name: str, candidates: Iterable[str]) -> list[Edit]:
+    """Return the edits that put the candidates of `did_you_mean` in the place of `name`.
+
+    The name is the span, or stands at one of its ends, as in a path or an argument.
+    """
+    if span.text.endswith(name):
+        place = Span(span.source, span.end - len(name), span.end)
+    elif span.text.startswith(name):
+        place = Span(span.source, span.start, span.start + len(name))
+    else:
+        return []
+    return [Edit(place, candidate) for candidate in _near(name, candidates)]
+
+
+def _near(name: str, candidates: Iterable[str]) -> list[str]:
     by_folded: dict[str, str] = {}
     for candidate in candidates:
         if candidate != name:
@@ -108,8 +135,5 @@ def did_you_mean(name: str, candidates: Iterable[str]) -> str:
         length, letter = len(name), name[:1].casefold()
         alike = [n for n in by_folded if n[:1] == letter and abs(len(n) - length) < 3]
         by_folded = {n: by_folded[n] for n in alike[:_COMPARED]}
-    near = [by_folded[f] for f in get_close_matches(name.casefold(), by_folded, n=3, cutoff=0.7)]
-    if not near:
-        return ""
-    *first, last = (f"`{candidate}`" for candidate in near)
-    return f"did you mean {', '.join(first)} or {last}?" if first else f"did you mean {last}?"
+    near = get_close_matches(name.casefold(), by_folded, n=3, cutoff=0.7)
+    return [by_folded[folded] for folded in near]

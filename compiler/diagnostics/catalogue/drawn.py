@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from bgc.diagnostics.catalogue import did_you_mean, error, warning
+from bgc.diagnostics.catalogue import did_you_mean, error, respelt, warning
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
 
@@ -26,6 +26,7 @@ def unknown_shape(span: Span, name: str, kinds: Iterable[str]) -> Diagnostic:
         f"there is no shape `{name}`",
         span,
         help=did_you_mean(name, kinds) or f"the shapes are {', '.join(kinds)}",
+        edits=respelt(span, name, kinds),
     )
 
 

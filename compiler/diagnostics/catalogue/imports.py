@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.diagnostics.catalogue import did_you_mean, error
+from bgc.diagnostics.catalogue import did_you_mean, error, respelt
 from bgc.diagnostics.diagnostic import Diagnostic, Label
 from bgc.diagnostics.source import Span
 
@@ -41,6 +41,9 @@ def library_module_missing(span: Span, name: str, modules: Sequence[str]) -> Dia
         f"the library has no module `{name}`",
         span,
         help=near or 'import a file of your own by its path: `import "joints.bg";`',
+        edits=respelt(Span(span.source, span.start, span.end - 1), name, modules)
+        if span.text.endswith(";")
+        else respelt(span, name, modules),
     )
 
 

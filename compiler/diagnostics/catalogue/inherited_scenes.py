@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.diagnostics.catalogue import did_you_mean, error, info, listed
+from bgc.diagnostics.catalogue import did_you_mean, error, info, listed, respelt
 from bgc.diagnostics.diagnostic import Diagnostic, Label
 from bgc.diagnostics.source import Span
 
@@ -47,7 +47,8 @@ def unknown_base_scene(
     way = f"name one of the scenes: {listed(known)}" if known else "import the file of the scene"
     if is_model:
         near = f"a scene of a model is `scene name of {name} {{ .. }}`"
-    return error("BG244", f"there is no scene `{name}`", span, help=near or way)
+    edits = [] if is_model else respelt(span, name, known)
+    return error("BG244", f"there is no scene `{name}`", span, help=near or way, edits=edits)
 
 
 def scene_extends_itself(span: Span, names: Sequence[str]) -> Diagnostic:

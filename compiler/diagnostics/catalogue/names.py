@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 
-from bgc.diagnostics.catalogue import did_you_mean, error, with_article
-from bgc.diagnostics.diagnostic import Diagnostic, Label
-from bgc.diagnostics.source import Span
+from bgc.diagnostics.catalogue import did_you_mean, error, respelt, with_article
+from bgc.diagnostics.diagnostic import Diagnostic, Edit, Label
+from bgc.diagnostics.source import Source, Span
+
+_IMPORT = re.compile(r"^(?=import\b)", re.MULTILINE)
+_AFTER_COMMENTS = re.compile(r"\ufeff?(?:[ \t]*//(?!/)[^\n]*\n)*(?:[ \t]*\n)*")
 
 # --- declarations -----------------------------------------------------------------------
 
@@ -22,6 +26,16 @@ def duplicate_name(span: Span, name: str, first: Span | None) -> Diagnostic:
     """
     labels = [Label(first, "first declared here")] if first else []
     return error("BG200", f"`{name}` is declared twice", span, labels=labels, help="rename one")
+
+
+def import_place(source: Source) -> Span:
+    """Return the place of a further import: before the first one, else where the text begins.
+
+    Comments that begin the file stay above it.
+    """
+    found = _IMPORT.search(source.text) or _AFTER_COMMENTS.match(source.text)
+    at = found.end() if found else 0
+    return Span(source, at, at)
 
 
 def unknown_type(
@@ -40,14 +54,18 @@ def unknown_type(
     Way out: correct the name, or import the file that declares it. `advice` is that for a word of
     another tool, such as `OneJunction`.
     """
+    candidates = list(candidates)
     near = did_you_mean(name, candidates)
+    edits = respelt(span, name, candidates)
     if library is not None:
         near = f"import it from the library: `import {library};`"
+        edits = [Edit(import_place(span.source), f"import {library};\n")]
     return error(
         "BG201",
         f"there is no element, model or interface called `{name}`",
         span,
         help=near or advice or "import the file that declares it",
+        edits=edits,
     )
 
 
@@ -60,12 +78,14 @@ def unknown_domain(span: Span, name: str, candidates: Iterable[str]) -> Diagnost
     Way out: correct the name, import the file that declares it, or omit the domain: the port then
     takes it from its bonds.
     """
+    candidates = list(candidates)
     near = did_you_mean(name, candidates)
     return error(
         "BG202",
         f"there is no domain called `{name}`",
         span,
         help=near or "import the file that declares it, or omit the domain",
+        edits=respelt(span, name, candidates),
     )
 
 
@@ -160,7 +180,8 @@ def unknown_member(span: Span, name: str, owner: str, candidates: Iterable[str])
     near = did_you_mean(name, candidates) or (
         f"use one of its members: {listing}" if listing else "remove it: there are no members"
     )
-    return error("BG210", f"{owner} has no `{name}`", span, help=near)
+    edits = respelt(span, name, candidates)
+    return error("BG210", f"{owner} has no `{name}`", span, help=near, edits=edits)
 
 
 def unknown_name(span: Span, name: str, candidates: Iterable[str], advice: str = "") -> Diagnostic:
@@ -172,9 +193,11 @@ def unknown_name(span: Span, name: str, candidates: Iterable[str], advice: str =
     Example: `supply -> lop;`
     Way out: correct the name, declare it, or give its path, for example `boom.mass`.
     """
+    candidates = list(candidates)
     near = did_you_mean(name, candidates)
     way_out = advice or near or "declare it, or give its path, for example `boom.mass`"
-    return error("BG211", f"there is no `{name}` here", span, help=way_out)
+    edits = [] if advice else respelt(span, name, candidates)
+    return error("BG211", f"there is no `{name}` here", span, help=way_out, edits=edits)
 
 
 def part_by_equals(span: Span, name: str, type_name: str) -> Diagnostic:
@@ -295,6 +318,7 @@ def unknown_argument(span: Span, name: str, owner: str, candidates: Iterable[str
             if listing
             else "remove it: it takes no arguments"
         ),
+        edits=respelt(span, name, candidates),
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from bgc.diagnostics.catalogue import did_you_mean, error
+from bgc.diagnostics.catalogue import did_you_mean, error, respelt
 from bgc.diagnostics.diagnostic import Diagnostic, Label
 from bgc.diagnostics.source import Span
 
@@ -107,6 +107,7 @@ def unknown_channel(span: Span, name: str, device: str, have: Iterable[str]) -> 
         f"device `{device}` has no channel `{name}` here",
         span,
         help=did_you_mean(name, have) or f"use one of its channels: {listing}",
+        edits=respelt(span, name, have),
     )
 
 
@@ -199,6 +200,7 @@ def unknown_account(span: Span, name: str, have: Sequence[str]) -> Diagnostic:
         f"there is no energy account `{name}`",
         span,
         help=did_you_mean(name, have) or f"use one of {listing}",
+        edits=respelt(span, name, have),
     )
 
 
@@ -256,6 +258,7 @@ def plot_unobserved(span: Span, name: str, columns: Sequence[str]) -> Diagnostic
         f"`{name}` is plotted, but the scene does not observe it",
         span,
         help=did_you_mean(name, columns) or f"add `observe {name};`",
+        edits=respelt(span, name, columns),
     )
 
 
@@ -279,6 +282,7 @@ def unknown_option(span: Span, name: str, have: Sequence[str]) -> Diagnostic:
         f"solvers have no option `{name}`",
         span,
         help=did_you_mean(name, have) or f"use one of {listing}",
+        edits=respelt(span, name, have),
     )
 
 

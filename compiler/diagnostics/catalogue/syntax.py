@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bgc.diagnostics.catalogue import error
-from bgc.diagnostics.diagnostic import Diagnostic, Label
+from bgc.diagnostics.catalogue import error, respelt
+from bgc.diagnostics.diagnostic import Diagnostic, Edit, Label
 from bgc.diagnostics.source import Span
 
 
@@ -33,7 +33,13 @@ def missing_semicolon(span: Span, after: str) -> Diagnostic:
     Example: `param R = 2 ohm`
     Way out: write `param R = 2 ohm;`.
     """
-    return error("BG102", f"expected `;` after {after}", span, help="end the statement with `;`")
+    return error(
+        "BG102",
+        f"expected `;` after {after}",
+        span,
+        help="end the statement with `;`",
+        edits=[Edit(Span(span.source, span.start, span.start), ";")],
+    )
 
 
 def unclosed_bracket(span: Span, opened: Span, closer: str, found: str) -> Diagnostic:
@@ -50,6 +56,7 @@ def unclosed_bracket(span: Span, opened: Span, closer: str, found: str) -> Diagn
         span,
         labels=(Label(opened, f"this `{opened.text}` is not closed"),),
         help=f"close it with `{closer}`",
+        edits=[Edit(Span(span.source, span.start, span.start), closer)],
     )
 
 
@@ -66,6 +73,7 @@ def unmatched_closer(span: Span) -> Diagnostic:
         f"this `{span.text}` has no matching opening bracket",
         span,
         help="remove it, or write the opening bracket",
+        edits=[Edit(span, "")],
     )
 
 
@@ -116,6 +124,9 @@ def unknown_character(span: Span, shown: str, help: str) -> Diagnostic:
     )
 
 
+_SPELT = {"&&": "and", "||": "or", "**": "^", "==": "=", "<>": "!="}
+
+
 def foreign_operator(span: Span, help: str) -> Diagnostic:
     """BG108: an operator of another language
 
@@ -124,7 +135,9 @@ def foreign_operator(span: Span, help: str) -> Diagnostic:
     Example: `x**2`, `a && b`, `!a`
     Way out: write `x^2`, `a and b`, `not a`.
     """
-    return error("BG108", f"there is no operator `{span.text}`", span, help=help)
+    spelt = _SPELT.get(span.text)
+    edits = [Edit(span, spelt)] if spelt else []
+    return error("BG108", f"there is no operator `{span.text}`", span, help=help, edits=edits)
 
 
 def transposition_mark(span: Span, name: str, derived: bool) -> Diagnostic:
@@ -135,11 +148,11 @@ def transposition_mark(span: Span, name: str, derived: bool) -> Diagnostic:
     Example: `J'*F`
     Way out: write `transpose(J)*F`, and `der(x) = -x;` for `x' = -x;`.
     """
-    if derived:
-        return error("BG109", "`'` does not mark a derivative", span, help=f"write `der({name})`")
-    return error(
-        "BG109", "`'` does not transpose a matrix", span, help=f"write `transpose({name})`"
-    )
+    instead = f"der({name})" if derived else f"transpose({name})"
+    fault = "does not mark a derivative" if derived else "does not transpose a matrix"
+    whole = Span(span.source, span.start - len(name), span.end)
+    edits = [Edit(whole, instead)] if whole.text == f"{name}'" else []
+    return error("BG109", f"`'` {fault}", span, help=f"write `{instead}`", edits=edits)
 
 
 def unclosed_comment(span: Span) -> Diagnostic:
@@ -229,7 +242,8 @@ def equals_in_condition(span: Span) -> Diagnostic:
     Example: `if n = 3 { .. }`
     Way out: write `if n == 3 { .. }`.
     """
-    return error("BG115", "`=` does not compare", span, help="write `==`")
+    edits = [Edit(span, "==")] if span.text == "=" else []
+    return error("BG115", "`=` does not compare", span, help="write `==`", edits=edits)
 
 
 def misplaced_statement(span: Span, word: str, place: str) -> Diagnostic:
@@ -246,7 +260,9 @@ def misplaced_statement(span: Span, word: str, place: str) -> Diagnostic:
     )
 
 
-def unknown_statement(span: Span, word: str, near: str, form: str) -> Diagnostic:
+def unknown_statement(
+    span: Span, word: str, near: str, form: str, known: Sequence[str]
+) -> Diagnostic:
     """BG117: an unknown statement
 
     What: no statement begins with this word.
@@ -254,7 +270,8 @@ def unknown_statement(span: Span, word: str, near: str, form: str) -> Diagnostic
     Example: `parameter R = 2 ohm;`
     Way out: write `param R = 2 ohm;`.
     """
-    return error("BG117", f"no statement begins with `{word}`", span, help=near or form)
+    message, edits = f"no statement begins with `{word}`", respelt(span, word, known)
+    return error("BG117", message, span, help=near or form, edits=edits)
 
 
 def too_deep(span: Span) -> Diagnostic:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from bgc.diagnostics.catalogue import did_you_mean, error
-from bgc.diagnostics.diagnostic import Diagnostic, Label
+from bgc.diagnostics.catalogue import did_you_mean, error, respelt
+from bgc.diagnostics.diagnostic import Diagnostic, Edit, Label
 from bgc.diagnostics.source import Span
 
 # --- units ------------------------------------------------------------------------------
@@ -28,13 +28,17 @@ def unknown_unit(
     in degrees Celsius, which has an offset, add 273.15 and write `K`.
     """
     way_out = "write a unit such as `kg*m/s`, `s^-1` or `kN*m`"
+    edits: list[Edit] = []
     if conversion:
         way_out = conversion
     elif product:
-        way_out = f"a unit ends at a blank: write `{span.text.removesuffix(text)}{product}`"
+        instead = f"{span.text.removesuffix(text)}{product}"
+        way_out = f"a unit ends at a blank: write `{instead}`"
+        edits = [Edit(span, instead)] if span.text.endswith(text) else []
     elif suggestion:
         way_out = f"write `{suggestion}`"
-    return error("BG301", f"`{text}` is not a unit", span, help=way_out)
+        edits = [Edit(span, suggestion)] if span.text == text else []
+    return error("BG301", f"`{text}` is not a unit", span, help=way_out, edits=edits)
 
 
 def unit_with_parentheses(span: Span, spelled: str) -> Diagnostic:
@@ -54,6 +58,7 @@ def unit_with_parentheses(span: Span, spelled: str) -> Diagnostic:
         "a unit has no parentheses",
         span,
         help=f"write `{spelled}`: each `/` divides by one word",
+        edits=[Edit(span, spelled)],
     )
 
 
@@ -333,12 +338,15 @@ def unknown_function(span: Span, name: str, near: Iterable[str]) -> Diagnostic:
 
     Way out: correct the spelling, or declare it: `function f(x) = x^2;`.
     """
-    way_out = (
-        _INSTEAD.get(name.casefold())
-        or did_you_mean(name, near)
-        or f"declare it: `function {name}(x) = ..;`"
+    near = list(near)
+    instead = _INSTEAD.get(name.casefold())
+    way_out = instead or did_you_mean(name, near) or f"declare it: `function {name}(x) = ..;`"
+    edits = (
+        []
+        if instead
+        else respelt(Span(span.source, span.start, span.start + len(name)), name, near)
     )
-    return error("BG341", f"there is no function called `{name}`", span, help=way_out)
+    return error("BG341", f"there is no function called `{name}`", span, help=way_out, edits=edits)
 
 
 def called_value(span: Span, name: str) -> Diagnostic:
