@@ -251,6 +251,23 @@ def check_source(path: Path, scene: str | None = None, verify: bool = False) -> 
         package = load(path)
     except BgError as err:
         return list(err.diagnostics)
+    return check_package(path, package, scene, verify)
+
+
+def check_package(
+    path: Path,
+    package: Package,
+    scene: str | None = None,
+    verify: bool = False,
+    *,
+    watch: Callable[[Stage], None] | None = None,
+    seen: Callable[[Stages], None] | None = None,
+) -> list[Diagnostic]:
+    """Check a file that was read, as `check_source` does.
+
+    `watch` is called with each stage as it begins, and may end the check by an exception; `seen`
+    is called with the stages of each scene and model without an error.
+    """
     checked: list[tuple[Package, str | None]]
     if scene is not None:
         checked = [(package, scene)]
@@ -263,12 +280,14 @@ def check_source(path: Path, scene: str | None = None, verify: bool = False) -> 
     for reached, name in checked:
         try:
             options = Options(name, verify=verify)
-            stages = compile_scene(path, options, package=reached, until="equations")
+            stages = compile_scene(path, options, package=reached, until="equations", watch=watch)
         except BgError as err:
             only_values = reached is not package and _fills_slots(reached)
             found += [d for d in err.diagnostics if not (only_values and d.code == "BG453")]
         else:
             found += [*_unknown_drivers(stages.graph), *stages.warnings]
+            if seen is not None:
+                seen(stages)
     if scene is None:
         known = {(d.code, d.span, d.message) for d in found}
         values = check_file_values(package)

@@ -8,7 +8,7 @@ proposed to the parser, so that it can read on.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from lark import Token
@@ -374,7 +374,7 @@ _KINDS_OF_ERROR: tuple[Callable[[ErrorContext, Token], Explanation | None], ...]
 )
 
 
-def _begins_statement(read: list[Token]) -> bool:
+def _begins_statement(read: Sequence[Token]) -> bool:
     """Return whether a statement begins behind these tokens."""
     return not read or read[-1].type in ("SEMICOLON", "LBRACE", "RBRACE")
 
@@ -414,11 +414,17 @@ def _types_of_statement(context: ErrorContext) -> Iterator[str]:
 
 
 def _block(context: ErrorContext) -> str:
-    """Return the kind of block with the error, by the first word of the statement before `{`."""
-    braces = [token for token in context.open if token.type == "LBRACE"]
+    return block_kind(context.read, context.open, context.outermost)
+
+
+def block_kind(read: Sequence[Token], opened: Sequence[Token], outermost: str) -> str:
+    """Return the kind of the innermost open block, by the first word of the statement before `{`.
+
+    `read` are all tokens so far, `opened` those of them that open what is not closed yet.
+    """
+    braces = [token for token in opened if token.type == "LBRACE"]
     if not braces:
-        return context.outermost
-    read = context.read
+        return outermost
     at = next(at for at in range(len(read) - 1, -1, -1) if read[at] is braces[-1])
     while not _begins_statement(read[:at][-1:]):
         at -= 1

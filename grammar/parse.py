@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -16,11 +17,11 @@ from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
 from bgc.grammar.files import read_source
 from bgc.grammar.lark_parser import lark_parser
-from bgc.grammar.mistakes import ErrorContext, explain, reciprocal_unit
+from bgc.grammar.mistakes import ErrorContext, block_kind, explain, reciprocal_unit
 from bgc.grammar.tokens import END, ParseTree, span_of, start_of, token_at
 from bgc.grammar.transform import transform, transform_setting
 
-__all__ = ["parse", "parse_setting", "parse_with_tokens", "read_source"]
+__all__ = ["parse", "parse_setting", "parse_with_tokens", "read_so_far", "read_source"]
 
 _MAX_LINE = 100_000
 _MAX_STACK = 200  # entries on the parser's stack: bounds the depth of the parse tree, too
@@ -70,6 +71,30 @@ def parse_with_tokens(
         assert rest is not None
         found[MAX_ERRORS:] = [wrong.too_many_errors(rest, MAX_ERRORS)]
     return file, tuple(parsing.tokens), tuple(found)
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """The state of the parser at the end of a text that need not be complete.
+
+    `accepted` are the types of the tokens that may follow, `tokens` those that were read, `block`
+    is the kind of the innermost block, as in `words.WORDS`.
+    """
+
+    accepted: frozenset[str]
+    tokens: tuple[Token, ...]
+    block: str
+
+
+def read_so_far(source: Source, following: str = "") -> Reading:
+    """Read the beginning of a text, up to a cursor, and say how it may go on.
+
+    `following` stands behind the text without being read: some words are keywords only before a
+    name.
+    """
+    if _not_a_model(source) is not None:
+        return Reading(frozenset(), (), "file")
+    return _Parsing(Source(source.name, source.text + following)).so_far(len(source.text))
 
 
 def parse_setting(source: Source) -> syntax.Set:
@@ -152,6 +177,23 @@ class _Parsing:
                 self._close_blocks()
                 return self._end()
 
+    def so_far(self, end: int) -> Reading:
+        """Read to an offset, past errors, without closing what is open."""
+        while len(self.diagnostics) <= MAX_ERRORS:
+            try:
+                self._read_on(end)
+                break
+            except UnexpectedInput as error:
+                at, found = _place(error)
+                if at >= end:
+                    break
+                self._recover(at, found)
+            except _TooDeepError as error:
+                self._skip(self._report_too_deep(error.token))
+        accepted = frozenset(self._parser.accepts())
+        tokens = tuple(token for token in self.tokens if str(token))
+        return Reading(accepted, tokens, block_kind(self.tokens, self._open, "file"))
+
     def to_first_error(self) -> ParseTree | None:
         """Read to the end of the text, or to the first error."""
         try:
@@ -163,10 +205,12 @@ class _Parsing:
             self._report_too_deep(error.token)
         return None
 
-    def _read_on(self) -> None:
-        """Feed tokens from the current offset to the end of the text or to an error."""
+    def _read_on(self, end: int | None = None) -> None:
+        """Feed tokens from the current offset to the end of the text, or another, or an error."""
         state = self._parser.parser_state
         for token in self._parser.lexer_thread.lex(state):
+            if end is not None and start_of(token) >= end:
+                return
             if len(state.state_stack) > _MAX_STACK:
                 raise _TooDeepError(token)
             self._feed(token)

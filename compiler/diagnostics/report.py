@@ -20,10 +20,12 @@ class Report:
 
     Code that depends on a failed value raises `already_reported()`, which adds nothing, so
     that one cause gives one message. After `MAX_ERRORS` the report is full: a last error states
-    that there are more, and the pass ends, since it would only compute what is dropped.
+    that there are more, and the pass ends, since it would only compute what is dropped. `most`
+    is another bound than `MAX_ERRORS`.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, most: int = MAX_ERRORS) -> None:
+        self._most = most
         self._diagnostics: dict[tuple[object, ...], Diagnostic] = {}
         self._aside = 0
         self._errors = 0
@@ -51,14 +53,14 @@ class Report:
             if self.is_full:
                 return
             self._errors += 1
-            if self._errors > MAX_ERRORS and diagnostic.span is not None:
-                diagnostic = too_many_errors(diagnostic.span, MAX_ERRORS)
+            if self._errors > self._most and diagnostic.span is not None:
+                diagnostic = too_many_errors(diagnostic.span, self._most)
         self._diagnostics[key] = diagnostic
 
     @property
     def is_full(self) -> bool:
         """Return whether more errors would be dropped."""
-        return self._errors > MAX_ERRORS
+        return self._errors > self._most
 
     @contextmanager
     def collecting(self, note: str = "") -> Iterator[None]:

@@ -151,7 +151,7 @@ def show_equations(program: Program) -> str:
     def lines(equations: list[tuple[str, int]]) -> list[str]:
         return infix_lines(program.dag, equations, names)
 
-    left = _left_sides(program)
+    left = left_sides(program)
     return _sections(
         (
             ("start", lines([(s.name, s.initial) for s in program.states])),
@@ -212,7 +212,8 @@ def _sections(sections: Iterable[tuple[str, list[str]]]) -> str:
     return "\n".join(blocks)
 
 
-def _left_sides(program: Program) -> list[str]:
+def left_sides(program: Program) -> list[str]:
+    """The left sides of the state equations: `x'`, or a row of the mass matrix times the rates."""
     if program.mass is None:
         return [f"{state.name}'" for state in program.states]
     rows: list[list[str]] = [[] for _ in program.states]

@@ -6,8 +6,10 @@ import re
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from typing import TypeAlias
 
 from bgc.diagnostics.catalogue import imports, names
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import Report
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
@@ -24,49 +26,88 @@ MAX_ANCESTORS = 100  # of a model, by `is`
 
 _DECLARATION = re.compile(r"^(?:model|interface) (\w+)", re.MULTILINE)
 
-__all__ = ["Package", "library_folder", "library_modules", "load", "load_text"]
+_EXAMINED = 10_000  # errors in the files of a package that an editor shows
+
+__all__ = ["Package", "Reader", "examine", "library_folder", "library_modules", "load", "load_text"]
+
+
+class Reader:
+    """Reads and parses the files of a package from the disk; an editor's reads its buffers."""
+
+    def has(self, path: Path) -> bool:
+        """Return whether there is a file; False for a path that the system rejects."""
+        return _is_file(path)
+
+    def read(self, path: Path, name: str) -> Parsed:
+        """Read and parse a file; `name` is that of its messages. BgError if it cannot be read."""
+        return parse(Source(name, read_source(path).text))
+
+
+Parsed: TypeAlias = tuple[syntax.File, tuple[Diagnostic, ...]]
 
 
 def load(path: Path) -> Package:
     """Read a file with all its imports; BgError lists all errors in them."""
-    return _load_root(read_source(path), path)
+    return _load_root(parse(read_source(path)), path)
 
 
 def load_text(text: str, name: str = "<text>") -> Package:
     """Read a text with all its imports, which are relative to the working folder."""
-    return _load_root(Source(name, text), None)
+    return _load_root(parse(Source(name, text)), None)
 
 
-# --- reading ----------------------------------------------------------------------------
+def examine(path: Path, reader: Reader) -> tuple[Package, tuple[Diagnostic, ...]]:
+    """Read a file with its imports as far as possible, and return all that is wrong with it.
+
+    The package may hold less than the texts: declarations with syntax errors are left out, and
+    names that are not declared stay unresolved. It can be compiled if no diagnostic is an error.
+
+    Raises
+    ------
+    BgError
+        The file itself cannot be read, or there are thousands of errors.
+    """
+    loader = _Loader(reader, Report(_EXAMINED))
+    root = loader.read(reader.read(path, str(path)), path, path.resolve())
+    modules = tuple(loader.modules.values())
+    package = Package(root, modules, tuple(loader.files), loader.report.warnings)
+    if loader.report.errors:
+        return package, (*loader.report.errors, *loader.report.warnings)
+    checks = Report()
+    try:
+        for check in _CHECKS:
+            for module in modules:
+                check(module, checks)
+            checks.raise_errors()
+    except BgError as problem:
+        return package, (*problem.diagnostics, *package.warnings)
+    return package, (*package.warnings, *checks.warnings)
 
 
-def _load_root(source: Source, path: Path | None) -> Package:
-    loader = _Loader()
-    root = loader.read(source, path, path.resolve() if path else None)
+def _load_root(parsed: Parsed, path: Path | None) -> Package:
+    loader = _Loader(Reader(), Report())
+    root = loader.read(parsed, path, path.resolve() if path else None)
     modules = tuple(loader.modules.values()) if path else (*loader.modules.values(), root)
-    for module in modules:
-        _check_types(module, loader.report)
-    loader.report.raise_errors()
-    for module in modules:
-        check_interfaces(module, loader.report)
-        for declared in module.own_models:
-            check_conformance(declared, loader.report)
-            check_names(declared, loader.report)
-    loader.report.raise_errors()
+    for check in _CHECKS:
+        for module in modules:
+            check(module, loader.report)
+        loader.report.raise_errors()
     return Package(root, modules, tuple(loader.files), loader.report.warnings)
 
 
 class _Loader:
     """Reads each file once, imports first."""
 
-    def __init__(self) -> None:
-        self.report = Report()
+    def __init__(self, reader: Reader, report: Report) -> None:
+        self._reader = reader
+        self.report = report
         self.modules: dict[Path, Module] = {}
         self.files: list[LoadedFile] = []
         self._open: list[tuple[Path | None, str]] = []
 
-    def read(self, source: Source, path: Path | None, key: Path | None) -> Module:
-        file, diagnostics = parse(source)
+    def read(self, parsed: Parsed, path: Path | None, key: Path | None) -> Module:
+        file, diagnostics = parsed
+        source = file.source
         self.report.add(*diagnostics)
         module = Module(file)
         self._open.append((key, source.name))
@@ -94,8 +135,7 @@ class _Loader:
             cycle = [n for _, n in self._open[opened.index(key) :]]
             self.report.add(imports.import_cycle(item.span, [*cycle, cycle[0]]))
             return None
-        read = read_source(target)
-        return self.read(Source(name, read.text), target, key)
+        return self.read(self._reader.read(target, name), target, key)
 
     def _locate(
         self, item: syntax.Import, source: Source, path: Path | None
@@ -105,7 +145,7 @@ class _Loader:
             case syntax.ImportFile():
                 folder = path.parent if path else Path()
                 target = folder / item.path
-                if not _is_file(target):
+                if not self._reader.has(target):
                     self.report.add(imports.imported_file_missing(item.span, item.path))
                     return None, ""
                 if {target.suffix, target.resolve().suffix} != {".bg"}:
@@ -116,7 +156,7 @@ class _Loader:
             case syntax.ImportModule():
                 dotted = ".".join(item.path)
                 target = library_folder().joinpath(*item.path).with_suffix(".bg")
-                if not _is_file(target):
+                if not self._reader.has(target):
                     found = library_modules()
                     self.report.add(imports.library_module_missing(item.span, dotted, found))
                     return None, ""
@@ -199,6 +239,18 @@ def _check_types(module: Module, report: Report) -> None:
                 _check_root(declaration.model, module, report)
             case _:
                 pass
+
+
+def _check_members(module: Module, report: Report) -> None:
+    """Check interfaces, the models that fit them, and the names in all models of a file."""
+    check_interfaces(module, report)
+    for declared in module.own_models:
+        check_conformance(declared, report)
+        check_names(declared, report)
+
+
+_CHECKS = (_check_types, _check_members)
+"""What is checked in all files, each once the one before found no error."""
 
 
 def _check_model(model: syntax.Model, module: Module, report: Report) -> None:

@@ -52,6 +52,7 @@ bgc.linearising
 bgc.printing
 bgc.symbolic
 bgc.reference
+bgc.editing
 bgc.runtime.results
 bgc.runtime.linear
 bgc.runtime.running
@@ -61,6 +62,7 @@ bgc.runtime.measuring
 bgc.runtime.activity
 bgc.runtime.trade
 bgc.runtime.stress
+bgc.runtime.editor
 bgc.runtime
 bgc.runtime.cli
 bgc

@@ -1,0 +1,1 @@
+"""Analysis of texts for editors: names, completion, hover, hints, rename, colours."""

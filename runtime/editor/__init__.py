@@ -1,0 +1,1 @@
+"""The language server and the colours of the language for editors."""
