@@ -45,6 +45,7 @@ _COMMANDS = {
     "activity": "show where the energy goes, and what could be left out",
     "show": "print the result of one pass of the compiler",
     "fmt": "rewrite files in canonical form",
+    "lsp": "serve an editor: diagnostics, completion, hover, hints, names",
     "doc": "look up elements, functions, library parts, diagnostics ..",
     "explain": "look up a diagnostic (the same as doc)",
     "doctor": "check compiler, cache and packages of this machine",

@@ -1,0 +1,25 @@
+"""`bgc lsp`."""
+
+from __future__ import annotations
+
+import click
+
+from bgc.diagnostics.catalogue.machine import package_missing
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.documents.methods import GROUP
+
+
+@click.command()
+@click.option("--stdio", is_flag=True, hidden=True, help="Accepted for editors; always so.")
+def lsp(stdio: bool) -> None:
+    """Serve an editor: diagnostics, completion, hover, hints, names, formatting.
+
+    It speaks the language server protocol over standard input and output, and is started by the
+    editor.
+    """
+    try:
+        # An optional package, which no other command needs.
+        from bgc.runtime.editor.server import make_server
+    except ImportError as problem:
+        raise BgError([package_missing("pygls", "`bgc lsp`", "lsp")]) from problem
+    make_server(dict(GROUP.summaries())).start_io()
