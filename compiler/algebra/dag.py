@@ -40,6 +40,7 @@ class Kind(IntEnum):
     UNKNOWN = 8  # a declared `unknown`
     RATE = 9  # der(x) of a declared state, inside an `equation`
     START = 10  # an unknown of the start, which the runtime solves for once
+    SPEED = 11  # of `SpeedEquations`: an independent flow of merged inertias
 
 
 # Operations as plain ints: comparing with a member of an enumeration takes several times longer.

@@ -30,17 +30,46 @@ def differentiate(program: Program) -> tuple[Program, Jacobian]:
     Inputs are constants, since they are held over a step. The given program is unchanged; the
     returned one has the same node numbers.
     """
+    found = differentiate_within(program, None)
+    assert found is not None
+    return found
+
+
+def differentiate_within(program: Program, most: int | None) -> tuple[Program, Jacobian] | None:
+    """Differentiate a program as above; None if both ways take more than `most` nodes."""
     outputs = [state.derivative for state in program.states]
-    dag = program.dag.copy()
-    jacobian = _jacobian(dag, forward_rows(dag, outputs))
-    cost = operation_count(dag, jacobian)
-    other_dag = program.dag.copy()
-    rows = eliminated_rows(other_dag, outputs, len(other_dag) + 6 * cost // 5 + 300)
-    if rows is not None:
-        other = _jacobian(other_dag, rows)
-        if operation_count(other_dag, other) < cost:
-            dag, jacobian = other_dag, other
-    return replace(program, dag=dag), jacobian
+    found = differentiated_rows(program.dag, outputs, by_state_and_time, most)
+    if found is None:
+        return None
+    dag, rows = found
+    return replace(program, dag=dag), jacobian_of(dag, rows)
+
+
+def differentiated_rows(
+    dag: Dag,
+    outputs: Sequence[Node],
+    column_of: Callable[[Symbol], int | None],
+    most: int | None = None,
+) -> tuple[Dag, list[Row]] | None:
+    """Differentiate outputs in the way with fewer operations, on a copy of the DAG.
+
+    `column_of` gives the column of a symbol, None for a constant one. None if both ways take more
+    than `most` nodes.
+    """
+    first = dag.copy()
+    limit = None if most is None else len(dag) + most
+    rows = _forward_rows(first, outputs, column_of, limit)
+    cost = None if rows is None else operation_count(first, jacobian_of(first, rows))
+    bounds = [len(dag) + 6 * cost // 5 + 300] if cost is not None else []
+    bounds += [limit] if limit is not None else []
+    second = dag.copy()
+    others = eliminated_rows(second, outputs, min(bounds), column_of)
+    if others is None:
+        return None if rows is None else (first, rows)
+    if cost is None or operation_count(second, jacobian_of(second, others)) < cost:
+        return second, others
+    assert rows is not None
+    return first, rows
 
 
 def operation_count(dag: Dag, jacobian: Jacobian) -> int:
@@ -50,7 +79,8 @@ def operation_count(dag: Dag, jacobian: Jacobian) -> int:
     return sum(1 for n in nodes if op[n] > _SYMBOL and level[n] > _PARAM)
 
 
-def _jacobian(dag: Dag, rows: Sequence[Row]) -> Jacobian:
+def jacobian_of(dag: Dag, rows: Sequence[Row]) -> Jacobian:
+    """The entries of rows of derivatives, sorted; derivatives by time apart."""
     entries = [
         (row, column, derivatives[column])
         for row, derivatives in enumerate(rows)
@@ -75,6 +105,18 @@ def forward_rows(
     `column_of` gives the column of a symbol, None for a constant one. Returns a sparse row per
     output.
     """
+    rows = _forward_rows(dag, outputs, column_of, None)
+    assert rows is not None
+    return rows
+
+
+def _forward_rows(
+    dag: Dag,
+    outputs: Sequence[Node],
+    column_of: Callable[[Symbol], int | None],
+    budget: int | None,
+) -> list[Row] | None:
+    """The same; None if the DAG exceeds `budget` nodes."""
     op, level, a, b = dag.op, dag.level, dag.a, dag.b
     add, sub, mul, neg, zero = dag.add, dag.sub, dag.mul, dag.neg, dag.zero
     nothing: Row = {}
@@ -119,4 +161,6 @@ def forward_rows(
             continue
         if row:
             rows[node] = {k: d for k, d in row.items() if d != zero}
+            if budget is not None and len(dag) > budget:
+                return None
     return [rows.get(node, nothing) for node in outputs]

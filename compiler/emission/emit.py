@@ -271,6 +271,7 @@ def print_matrix(lowered: Lowered, shared: bool, numbers: Numbers = DOUBLES) -> 
         {position: k for k, position in enumerate(positions)},
         shared,
         numbers,
+        jacobian.inner,
     )
 
 

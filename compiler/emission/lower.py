@@ -10,7 +10,8 @@ from itertools import chain
 
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.derivatives import directional_derivative, gradient
-from bgc.emission.differentiate import differentiate
+from bgc.emission.differentiate import differentiate, differentiate_within, operation_count
+from bgc.emission.implicit_speeds import differentiate_implicitly
 from bgc.emission.kernels import hoisted_nodes
 from bgc.emission.optimise import number_values
 from bgc.emission.sparse import plan_lu
@@ -18,7 +19,7 @@ from bgc.emission.switches import hold_modes
 from bgc.emission.timed_terms import find_timed_terms
 from bgc.emission.watches import WatchedArgument, find_watches
 from bgc.ir.graph import Node
-from bgc.ir.lowered import Jacobian, Kernel, Lowered, Reads, Store, Switch
+from bgc.ir.lowered import Jacobian, Kernel, Lowered, LuPlan, Reads, Store, Switch
 from bgc.ir.program import Closures, MassEntry, PositiveParameter, Program
 from bgc.ir.program_nodes import map_program, program_roots
 
@@ -30,8 +31,7 @@ def lower(program: Program) -> Lowered:
 
     The result has its own program on its own DAG, to which all its nodes belong.
     """
-    program, switches, jacobian, timed = _differentiated(*hold_modes(program))
-    program = _with_stored_mass(program, jacobian)
+    program, switches, jacobian, timed, plan = _planned(*hold_modes(program))
     program = replace(program, closures=_moving(program.dag, program.closures))
     watches = find_watches(program)
     kernels = (*_kernels(program, switches, jacobian), *_watch_kernels(watches))
@@ -52,7 +52,7 @@ def lower(program: Program) -> Lowered:
         program=program,
         switches=switches,
         jacobian=jacobian,
-        plan=plan_lu(program, jacobian),
+        plan=plan,
         hoisted=hoisted,
         kernels=(prepare, *kernels),
         watches=watches,
@@ -103,14 +103,50 @@ def _verify(dag: Dag, kernel: Kernel) -> None:
         assert not inputs, f"{kernel.name} reads device inputs"
 
 
-def _differentiated(
-    program: Program, switches: tuple[Switch, ...]
+_Planned = tuple[Program, tuple[Switch, ...], Jacobian, tuple[Node, ...], LuPlan]
+_SOLUTIONS = 6  # for each Jacobian: of ros34prw 4, of rodas5p 8
+_GAIN = 0.9  # of the operations: what takes more is not worth inner unknowns
+_LEAST = 2_000  # operations that are worth a comparison
+
+
+def _planned(program: Program, switches: tuple[Switch, ...]) -> _Planned:
+    """The Jacobian of a program and the plan of its factorisation, in the form of least cost.
+
+    With the results of `_optimised`.
+    """
+    implicit = differentiate_implicitly(program)
+    if implicit is None:
+        return _with_plan(_optimised(*differentiate(program), switches))
+    other = _with_plan(_optimised(*implicit, switches))
+    cost = _cost(other)
+    explicit = differentiate_within(program, cost + cost // 4 + _LEAST)
+    if explicit is None:
+        return other
+    usual = _with_plan(_optimised(*explicit, switches))
+    return other if cost < _GAIN * _cost(usual) and _cost(usual) > _LEAST else usual
+
+
+def _with_plan(
+    optimised: tuple[Program, tuple[Switch, ...], Jacobian, tuple[Node, ...]],
+) -> _Planned:
+    program, switches, jacobian, timed = optimised
+    program = _with_stored_mass(program, jacobian)
+    return program, switches, jacobian, timed, plan_lu(program, jacobian)
+
+
+def _cost(planned: _Planned) -> int:
+    """The operations of a Jacobian, its factorisation and the solutions with it."""
+    program, _, jacobian, _, plan = planned
+    return operation_count(program.dag, jacobian) + plan.operations + 2 * _SOLUTIONS * plan.entries
+
+
+def _optimised(
+    program: Program, jacobian: Jacobian, switches: tuple[Switch, ...]
 ) -> tuple[Program, tuple[Switch, ...], Jacobian, tuple[Node, ...]]:
-    """Differentiate a program, and optimise it with its Jacobian; zero entries are removed.
+    """Optimise a differentiated program with its Jacobian; zero entries are removed.
 
     Also returns the terms of time alone, each followed by its derivative.
     """
-    program, jacobian = differentiate(program)
     timed = tuple(chain.from_iterable(find_timed_terms(program, switches)))
     others = (*jacobian.entries, *jacobian.by_time, *(switch.argument for switch in switches))
     others += timed
@@ -121,7 +157,8 @@ def _differentiated(
         for row, column, node in zip(jacobian.rows, jacobian.columns, jacobian.entries, strict=True)
         if new[node] != dag.zero
     ]
-    optimised = Jacobian(
+    optimised = replace(
+        jacobian,
         rows=tuple(row for row, _, _ in kept),
         columns=tuple(column for _, column, _ in kept),
         entries=tuple(node for _, _, node in kept),
@@ -182,7 +219,9 @@ def _step_kernels(program: Program, jacobian: Jacobian) -> Iterator[Kernel]:
     )
     yield _kernel(
         "jacobian",
-        "The entries of df/dx in the order of jac_row and jac_col, and df/dt.",
+        "The entries of df/dx in the order of jac_row and jac_col, and df/dt."
+        if jacobian.inner == 0
+        else "The entries in the order of local_row and local_col, and df/dt.",
         _RUNNING,
         "jac dfdt",
         (*_stores("jac", jacobian.entries), *_stores("dfdt", jacobian.by_time)),

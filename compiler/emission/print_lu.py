@@ -50,10 +50,11 @@ class MatrixText:
 
 @dataclass(frozen=True, slots=True)
 class _Slots:
-    """The index of the first entry of each row of the factors in `lu`."""
+    """The index of the first entry of each row of the factors in `lu`; the number of states."""
 
     plan: LuPlan
     first: tuple[int, ...]
+    states: int
 
     def pivot(self, k: int) -> int:
         return self.first[k] + len(self.plan.lower[k])
@@ -65,21 +66,23 @@ def print_lu(
     jacobian: dict[Position, int],
     shared: bool = False,
     numbers: Numbers = DOUBLES,
+    inner: int = 0,
 ) -> MatrixText:
     """Print the tables and the C functions of a plan.
 
-    `mass` and `jacobian` map a position to the index of its entry in m and jac. There are no
+    `mass` and `jacobian` map a position to the index of its entry in m and jac. The last `inner`
+    rows and columns have no mass, and right-hand sides have zeros there. There are no
     functions above `UNROLLED` operations. `shared` functions are visible to other units; others are
     static. On lanes `factor` reports through `growth` only and has no status.
     """
     tables = _pattern(plan, mass, jacobian)
-    solve = 2 * plan.entries - len(plan.rows)
+    solve = solve_operations(plan, len(plan.rows) - inner)
     if plan.operations > UNROLLED:
         return MatrixText("", tables, 0, plan.operations, solve)
-    slots = _Slots(plan, _row_starts(plan))
+    slots = _Slots(plan, _row_starts(plan), len(plan.rows) - inner)
     factor = _unrolled_factor(slots, mass, jacobian, shared, numbers)
     text = f"{factor}\n{_unrolled_solve(slots, shared, numbers)}"
-    work = 0 if plan.rows == plan.columns else len(plan.rows)
+    work = inner + (0 if plan.rows == plan.columns else len(plan.rows))
     return MatrixText(text, tables, work, plan.operations, solve)
 
 
@@ -124,11 +127,14 @@ def _wrapped(start: str, terms: Sequence[str], joint: str) -> str:
 
 
 def _entry_of_w(
-    position: Position, mass: dict[Position, int] | None, jacobian: dict[Position, int]
+    position: Position,
+    mass: dict[Position, int] | None,
+    jacobian: dict[Position, int],
+    states: int,
 ) -> str:
     """An entry of W as text; empty where W has none (fill)."""
     if mass is None:
-        inertia = "c" if position[0] == position[1] else ""
+        inertia = "c" if position[0] == position[1] < states else ""
     else:
         inertia = f"c * m[{mass[position]}]" if position in mass else ""
     if position not in jacobian:
@@ -141,12 +147,13 @@ def _magnitude(
     position: Position,
     mass: dict[Position, int] | None,
     jacobian: dict[Position, int],
+    states: int,
     size: str,
 ) -> str:
     """The sum of the magnitudes of the terms of an entry of W; `size` is the C function fabs."""
     parts = []
     if mass is None:
-        if position[0] == position[1]:
+        if position[0] == position[1] < states:
             parts.append("c")
     elif position in mass:
         parts.append(f"{size}(c * m[{mass[position]}])")
@@ -216,7 +223,7 @@ def _factor_row(
     for slot, j in enumerate(products, slots.first[k]):
         position = (row, plan.columns[j])
         terms = products[j]
-        start = _entry_of_w(position, mass, jacobian)
+        start = _entry_of_w(position, mass, jacobian, slots.states)
         if not start:
             start = f"-{terms[0]}"  # -a * b is (-a) * b
             following = terms[1:]
@@ -230,7 +237,7 @@ def _factor_row(
         elif j > k:
             yield f"    lu[{slot}] = {value};", operations
         else:
-            size = _magnitude(position, mass, jacobian, fabs)
+            size = _magnitude(position, mass, jacobian, slots.states, fabs)
             size = size or " + ".join(f"{fabs}({term})" for term in terms)
             size = f"({size})" if " + " in size else size
             yield (
@@ -242,31 +249,77 @@ def _factor_row(
 # --- solve ----------------------------------------------------------------------------
 
 
+def nonzero_rows(plan: LuPlan, states: int) -> list[bool]:
+    """Whether row k may be nonzero after forward substitution: right-hand sides are, in states."""
+    found: list[bool] = []
+    for row, lower in zip(plan.rows, plan.lower, strict=True):
+        found.append(row < states or any(found[j] for j in lower))
+    return found
+
+
+def needed_columns(plan: LuPlan, states: int) -> list[bool]:
+    """Whether the states need the unknown of pivot k in backward substitution."""
+    needed = [column < states for column in plan.columns]
+    for k, upper in enumerate(plan.upper):
+        for j in upper if needed[k] else ():
+            needed[j] = True
+    return needed
+
+
+def solve_operations(plan: LuPlan, states: int) -> int:
+    """The multiplications and additions of one solution."""
+    nonzero, needed = nonzero_rows(plan, states), needed_columns(plan, states)
+    forward = sum(nonzero[j] for lower in plan.lower for j in lower)
+    backward = sum(len(upper) for k, upper in enumerate(plan.upper) if needed[k])
+    return 2 * (forward + backward) + sum(needed)
+
+
 def _unrolled_solve(slots: _Slots, shared: bool, numbers: Numbers) -> str:
-    plan, number = slots.plan, numbers.type
+    plan, number, states = slots.plan, numbers.type, slots.states
     diagonal = plan.rows == plan.columns
+    inner = len(plan.rows) - states
+
+    def unknown(number: int) -> str:
+        return f"b[{number}]" if number < states else f"w[{number - states}]"
+
     # With pivots off the diagonal, w holds the unknowns in the order of elimination.
-    place = [f"b[{row}]" if diagonal else f"w[{k}]" for k, row in enumerate(plan.rows)]
+    place = [unknown(row) if diagonal else f"w[{inner + k}]" for k, row in enumerate(plan.rows)]
+    nonzero = nonzero_rows(plan, states)
+    # The check of solutions on lanes reads all unknowns.
+    needed = needed_columns(plan, len(plan.rows) if numbers is LANES else states)
     statements = []
     for k, lower in enumerate(plan.lower):
-        terms = [f"lu[{slot}] * {place[j]}" for slot, j in enumerate(lower, slots.first[k])]
-        if terms or not diagonal:
+        terms = [
+            f"lu[{slot}] * {place[j]}" for slot, j in enumerate(lower, slots.first[k]) if nonzero[j]
+        ]
+        if not nonzero[k] or not (terms or not diagonal):
+            continue
+        if plan.rows[k] < states:
             start = f"b[{plan.rows[k]}]" + (" - " if terms else "")
-            statements.append((f"    {place[k]} = {_wrapped(start, terms, ' - ')};", len(terms)))
+        else:
+            start, terms = f"-{terms[0]}" + (" - " if terms[1:] else ""), terms[1:]
+        statements.append((f"    {place[k]} = {_wrapped(start, terms, ' - ')};", len(terms)))
     for k in reversed(range(len(plan.rows))):
+        if not needed[k]:
+            continue
         pivot = slots.pivot(k)
         terms = [f"lu[{slot}] * {place[j]}" for slot, j in enumerate(plan.upper[k], pivot + 1)]
         terms.reverse()  # the unknowns computed first come first, which avoids pipeline stalls
-        if terms:
-            value = f"({_wrapped(f'{place[k]} - ', terms, ' - ')}) * lu[{pivot}]"
+        start = place[k] + (" - " if terms else "")
+        if not nonzero[k]:
+            start = (f"-{terms[0]}" if terms else "0.0") + (" - " if terms[1:] else "")
+            terms = terms[1:]
+        if terms or not nonzero[k]:
+            value = f"({_wrapped(start, terms, ' - ')}) * lu[{pivot}]"
         else:
             value = f"{place[k]} * lu[{pivot}]"
         line = f"    {place[k]} = {value};"
         if not diagonal:
-            line += f"\n    b[{plan.columns[k]}] = {place[k]};"
+            line += f"\n    {unknown(plan.columns[k])} = {place[k]};"
         statements.append((line, 1 + len(terms)))
     parts, calls = [], []
-    extra, more = ("", "") if diagonal else (f", {number} *restrict w", ", w")
+    with_work = inner > 0 or not diagonal
+    extra, more = (f", {number} *restrict w", ", w") if with_work else ("", "")
     for count, chunk in enumerate(_in_chunks(statements), 1):
         lines, places = _shift_pointers(chunk, numbers)
         part = f"{numbers.prefix}_solve_{count}"
@@ -276,7 +329,10 @@ def _unrolled_solve(slots: _Slots, shared: bool, numbers: Numbers) -> str:
         )
         passed = f"{pointer_argument('lu', places)}, {pointer_argument('b', places)}"
         calls.append(f"    {part}({passed}{more});\n")
-    head = "".join(["    (void)w;\n"] * diagonal + ["    (void)lu;\n    (void)b;\n"] * (not parts))
+    head = "".join(
+        ["    (void)w;\n"] * (not with_work or not parts)
+        + ["    (void)lu;\n    (void)b;\n"] * (not parts)
+    )
     signature = _solve_head(shared, numbers)
     return f"{_SOLVE_PURPOSE}{''.join(parts)}{signature}\n{{\n{head}{''.join(calls)}}}\n"
 
@@ -308,7 +364,7 @@ def _pattern(
     plan: LuPlan, mass: dict[Position, int] | None, jacobian: dict[Position, int]
 ) -> dict[str, Sequence[int]]:
     """The tables of the factors, and of the positions of M and J in them, by name."""
-    slots = _Slots(plan, _row_starts(plan))
+    slots = _Slots(plan, _row_starts(plan), len(plan.rows))
     size = len(plan.rows)
     place: dict[Position, int] = {}
     for k, row in enumerate(plan.rows):

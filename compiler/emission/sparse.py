@@ -29,7 +29,8 @@ def plan_lu(program: Program, jacobian: Jacobian) -> LuPlan:
         if program.mass is None
         else {(m.row, m.column) for m in program.mass}
     )
-    return plan_pattern(size, preferred, zip(jacobian.rows, jacobian.columns, strict=True))
+    places = zip(jacobian.rows, jacobian.columns, strict=True)
+    return plan_pattern(jacobian.size, preferred, places)
 
 
 def plan_pattern(

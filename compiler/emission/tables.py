@@ -76,8 +76,16 @@ def model_tables(
     table("device", "bgc_device_info ", [_device(device) for device in program.devices])
     table("assertion", "char *const ", [quoted(guard.message) for guard in program.guards])
     table("param_check", "char *const ", [quoted(check.message) for check in program.positive])
-    indices("jac_row", jacobian.rows)
-    indices("jac_col", jacobian.columns)
+    if jacobian.inner:
+        indices("jac_row", [row for row, _ in jacobian.slopes])
+        indices("jac_col", [column for _, column in jacobian.slopes])
+        indices("local_row", jacobian.rows)
+        indices("local_col", jacobian.columns)
+        fields.append(("n_inner", str(jacobian.inner)))
+        fields.append(("n_local", str(len(jacobian.entries))))
+    else:
+        indices("jac_row", jacobian.rows)
+        indices("jac_col", jacobian.columns)
     indices("mass_row", [entry.row for entry in program.mass or ()])
     indices("mass_col", [entry.column for entry in program.mass or ()])
     for name, values in factors.items():
@@ -125,7 +133,7 @@ def _sizes(lowered: Lowered) -> dict[str, int]:
         "command": sum(len(device.commands) for device in program.devices),
         "assert": len(program.guards),
         "device": len(program.devices),
-        "jac": len(lowered.jacobian.entries),
+        "jac": len(lowered.jacobian.slopes or lowered.jacobian.entries),
         "mass": len(program.mass or ()),
         "lu": lowered.plan.entries,
         "check": len(program.positive),

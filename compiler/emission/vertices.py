@@ -10,7 +10,7 @@ of rigid joints this takes a third fewer operations than either order.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from heapq import heapify, heappop, heappush
 
 from bgc.algebra.dag import Dag, Kind, Symbol
@@ -34,9 +34,17 @@ def by_state_and_time(symbol: Symbol) -> int | None:
             return None
 
 
-def eliminated_rows(dag: Dag, outputs: Sequence[Node], budget: int) -> list[Row] | None:
-    """Differentiate each output by states and time; None if the DAG exceeds `budget` nodes."""
-    graph = _Graph(dag, outputs)
+def eliminated_rows(
+    dag: Dag,
+    outputs: Sequence[Node],
+    budget: int,
+    column_of: Callable[[Symbol], int | None] = by_state_and_time,
+) -> list[Row] | None:
+    """Differentiate each output by the symbols with a column (None for a constant one).
+
+    Returns None if the DAG exceeds `budget` nodes.
+    """
+    graph = _Graph(dag, outputs, column_of)
     return graph.rows() if graph.eliminate(budget) else None
 
 
@@ -49,8 +57,11 @@ class _Graph:
     outputs, and the derivative of the choice selects between the results.
     """
 
-    def __init__(self, dag: Dag, outputs: Sequence[Node]) -> None:
+    def __init__(
+        self, dag: Dag, outputs: Sequence[Node], column_of: Callable[[Symbol], int | None]
+    ) -> None:
         self._dag = dag
+        self._column_of = column_of
         self._outputs = outputs
         self._column: dict[Node, int] = {}  # symbol -> column
         self._into: dict[int, _Edges] = {}
@@ -67,7 +78,7 @@ class _Graph:
         """Add a node if it depends on a symbol with a column."""
         dag = self._dag
         if (symbol := dag.symbol_of(node)) is not None:
-            column = by_state_and_time(symbol)
+            column = self._column_of(symbol)
             if column is not None:
                 self._column[node] = column
                 self._out_of[node] = {}

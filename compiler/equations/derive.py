@@ -27,6 +27,7 @@ from bgc.equations.loops.start import with_start_values
 from bgc.equations.motions.merge import merge_along_motions
 from bgc.equations.ranges import require_representable
 from bgc.equations.scales import state_scale, storage_scales
+from bgc.equations.speeds import with_speeds
 from bgc.equations.start.problem import start_problem
 from bgc.equations.start.solve import with_linear_start, with_start
 from bgc.equations.storage.accounts import energy_accounts
@@ -123,7 +124,8 @@ def derive_equations(causal: CausalGraph) -> Program:
     program = with_start_values(program, loops)
     require_representable(graph, program)
     assert_power_balance(program)
-    return without_settled_jumps(without_unused_divisors(program))
+    program = without_settled_jumps(without_unused_divisors(program))
+    return with_speeds(program, variables, resolver, elements, stored)
 
 
 # --- states -----------------------------------------------------------------------------------

@@ -17,12 +17,23 @@ from bgc.ir.program import Program
 
 @dataclass(frozen=True, slots=True)
 class Jacobian:
-    """The stored entries of df/dx, sorted by row, then column, and df/dt for every row."""
+    """The stored entries of df/dx, sorted by row, then column, and df/dt for every row.
+
+    With `inner` unknowns z beside the states, f = g(x, z) and 0 = r(x, z), the entries are those of
+    [g_x g_z; r_x r_z], and `slopes` are the places of the entries of df/dx.
+    """
 
     rows: tuple[int, ...]
     columns: tuple[int, ...]
     entries: tuple[Node, ...]
     by_time: tuple[Node, ...]
+    inner: int = 0
+    slopes: tuple[tuple[int, int], ...] = ()
+
+    @property
+    def size(self) -> int:
+        """The number of unknowns of the linear systems."""
+        return len(self.by_time) + self.inner
 
 
 class Reads(Enum):

@@ -179,6 +179,20 @@ class Closures:
     by_start: Matrix  # a row for each of `moved`: the derivatives of its start by `starts`
 
 
+@dataclass(frozen=True, slots=True)
+class SpeedEquations:
+    """The equations that independent flows u of merged inertias satisfy, before they were solved.
+
+    Flow k is `values[k]`, an expression of states. It is also the solution of `residuals`, where
+    SPEED symbol k stands for it: 0 = pi_k - (N' M (N u + N_s s))_k. The nodes are in a DAG of their
+    own: they are equal to others of the program by value, which must not be found.
+    """
+
+    dag: Dag
+    values: tuple[Node, ...]
+    residuals: tuple[Node, ...]
+
+
 class Reason(Enum):
     """The reason why slicing removed a state."""
 
@@ -228,3 +242,4 @@ class Program:
     rates: tuple[SampleRate, ...] = ()
     slots: int = 0  # INPUT symbols of held values, also of those that slicing removed
     warnings: tuple[Diagnostic, ...] = ()
+    speeds: SpeedEquations | None = None

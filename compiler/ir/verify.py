@@ -199,6 +199,11 @@ def _verify_program(program: Program, modes: int = 0) -> None:
             inside = 0 <= reset.state < len(program.states)
             moves = inside and program.states[reset.state].kind != "algebraic"
             _require(moves, "a jump resets what is not integrated")
+    if program.speeds is not None:
+        speeds = program.speeds
+        roots = (*speeds.values, *speeds.residuals)
+        _require(len(speeds.values) == len(speeds.residuals), "a flow has no equation")
+        _require_symbols(speeds.dag, roots, counts | {Kind.SPEED: len(speeds.values)})
     for positive in program.positive:
         _require(dag.level[positive.node] <= Level.PARAM, "a guarded divisor varies")
 
@@ -207,12 +212,16 @@ def _verify_lowered(lowered: Lowered) -> None:
     """Require single stores, a sorted Jacobian, pivots that permute the rows and columns."""
     program, jacobian, plan = lowered.program, lowered.jacobian, lowered.plan
     _verify_program(program, len(lowered.switches))
-    size = len(program.states)
+    states = len(program.states)
+    size = states + jacobian.inner
     places = list(zip(jacobian.rows, jacobian.columns, strict=True))
     _require(places == sorted(set(places)), "entries of J are not sorted, or repeat")
     _require(all(max(place) < size for place in places), "an entry of J is outside")
     _require(len(jacobian.entries) == len(places), "J has another number of values than places")
-    _require(len(jacobian.by_time) == size, "df/dt has another number of rows than f")
+    _require(len(jacobian.by_time) == states, "df/dt has another number of rows than f")
+    slopes = list(jacobian.slopes)
+    _require(slopes == sorted(set(slopes)), "the places of df/dx are not sorted, or repeat")
+    _require(all(max(place) < states for place in slopes), "a place of df/dx is outside")
     for order in (plan.rows, plan.columns):
         _require(sorted(order) == list(range(size)), "pivots are no permutation")
     for k, (left, right) in enumerate(zip(plan.lower, plan.upper, strict=True)):

@@ -25,6 +25,7 @@ from bgc.ir.program_nodes import (
 )
 from bgc.slicing.invariants import invariant_states, put_in
 from bgc.slicing.names import is_kept
+from bgc.slicing.speeds import sliced_speeds
 
 
 def slice_program(program: Program) -> Program:
@@ -165,6 +166,7 @@ def _without(
         dropped=(*program.dropped, *dropped),
         start=_start(program.start, number),
         jumps=_jumps(program.jumps, number),
+        speeds=sliced_speeds(program, values, number),
     )
     smaller = without_unused_divisors(smaller)
     dag = program.dag

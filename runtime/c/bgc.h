@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 8
+#define BGC_ABI 9
 
 typedef enum {
     BGC_OK = 0,
@@ -145,11 +145,11 @@ typedef struct bgc_model {
     const char *const *assertion;        /* messages */
     const char *const *param_check;      /* messages of positive(), n_check of them */
     int n_check;
-    const int *jac_row, *jac_col;        /* of the entries that jacobian() fills */
+    const int *jac_row, *jac_col;        /* of df/dx; jacobian() fills them unless n_inner > 0 */
     const int *mass_row, *mass_col;
 
     /* The factors of W in the order of elimination: row k is row pivot_row[k] of W, column k is
-     * column pivot_col[k]. Entries lie row after row, row k from lu_row[k] (n_state + 1 of them):
+     * column pivot_col[k]. Entries lie row after row, row k from lu_row[k] (one more than rows):
      * L, the reciprocal of the pivot at lu_pivot[k], U; lu_col has their columns. Entry e of the
      * Jacobian goes to place lu_jac[e], of M to lu_mass[e]. */
     const int *pivot_row, *pivot_col;
@@ -176,14 +176,16 @@ typedef struct bgc_model {
     void (*scale)(const double *h, double *scale, double *w);
     void (*mass)(const double *h, double *m, double *w);
     void (*rhs)(const double *h, double t, const double *x, const double *u, double *f, double *w);
-    /* entries of df/dx in the order of jac_row, jac_col; and df/dt, dense. */
+    /* entries of df/dx in the order of jac_row, jac_col, or those described at n_inner; and df/dt,
+     * dense. */
     void (*jacobian)(const double *h, double t, const double *x, const double *u, double *jac,
                      double *dfdt, double *w);
     /* factorises W = c M - J with static pivots; NULL: the runtime does it by the tables above.
      * growth: sum over the pivots of the terms of a pivot, in absolute value, over the pivot; above
      * 1e5 solutions are checked. Returns nonzero where a pivot vanishes. */
     int (*factor)(const double *m, const double *jac, double c, double *lu, double *growth);
-    /* b := W^-1 b, in the order of the states. */
+    /* b := W^-1 b, in the order of the states. Inner unknowns (see n_inner) are left in w, as far as
+     * the states need them. */
     void (*solve)(const double *lu, double *b, double *w);
     void (*outputs)(const double *h, double t, const double *x, const double *u, double *y,
                     double *w);
@@ -259,6 +261,13 @@ typedef struct bgc_model {
     void (*sampling)(const double *h, double *s, double *w);
     void (*held_start)(const double *h, double t, const double *u, double *z, double *w);
     void (*held)(const double *h, double t, const double *x, const double *u, double *z, double *w);
+
+    /* Inner unknowns z of the linear systems, beside the states: f is g(x, z) with 0 = r(x, z), and
+     * df/dx = g_x - g_z r_z^-1 r_x. Then jacobian() fills the n_local entries of [g_x g_z; r_x r_z] at
+     * local_row, local_col, and W = c M - J has n_inner more rows and columns, which M lacks.
+     * Elimination of z from the last to the first meets no zero pivot. 0 and NULL: there are none. */
+    int n_inner, n_local;
+    const int *local_row, *local_col;
 } bgc_model;
 
 /* The emitted model. */

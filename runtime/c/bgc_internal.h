@@ -67,6 +67,23 @@ typedef struct {
     double re, im;
 } bgc_complex;
 
+/* The unknowns of the linear systems: the states, then the inner unknowns. */
+static inline int bgc_unknowns(const bgc_model *m) {
+    return m->n_state + m->n_inner;
+}
+
+/* Entries of a matrix, row after row. */
+typedef struct {
+    int count;
+    const int *row, *col;
+} bgc_entries;
+
+/* The entries that m->jacobian fills. */
+static inline bgc_entries bgc_local_entries(const bgc_model *m) {
+    return m->n_inner > 0 ? (bgc_entries){m->n_local, m->local_row, m->local_col}
+                          : (bgc_entries){m->n_jac, m->jac_row, m->jac_col};
+}
+
 /* The factorisation of W at hand: by static pivots, with or without a check of its solutions, or
  * dense with partial pivoting. */
 typedef enum { BGC_STATIC, BGC_CHECKED_ONCE, BGC_WATCHED, BGC_DENSE } bgc_pivoting;
@@ -239,8 +256,13 @@ struct bgc_data {
     bgc_range *term_range;  /* 2 n_term: of each term and its derivative by time */
     double *around;         /* n_term: variations to compare with, */
     double *widest;         /* and in the window ahead */
-    double *sparse_work;    /* 2 n_state: elimination by tables */
-    double *reach;          /* n_state: sizes of a solution that count in its check */
+    double *sparse_work;    /* 2 n_unknowns: elimination by tables */
+    double *reach;          /* n_unknowns: sizes of a solution that count in its check */
+    double *wide;           /* n_unknowns: a right-hand side with inner rows, and its solution */
+    bgc_complex *complex_wide;
+    double *local, *slopes; /* n_local; n_jac: inner.c */
+    double *inner;          /* a dense matrix of all unknowns */
+    size_t inner_room;
     double *dense_lu;       /* n by n: dense factors */
     size_t dense_room, block_room; /* rows and columns that dense_lu and block_lu have room for */
     bgc_complex *dense_complex; /* n by n; NULL before a method with complex stages is chosen */
@@ -309,6 +331,12 @@ int bgc_complex_factor(const bgc_model *m, const double *mass, const double *jac
                        bgc_complex *lu, double *growth, double *scratch);
 void bgc_complex_solve(const bgc_model *m, const bgc_complex *lu, bgc_complex *b,
                        bgc_complex *scratch);
+
+/* --- inner.c */
+void bgc_differentiate(const bgc_model *m, bgc_data *d, double t, const double *x, double *jac,
+                       double *dfdt);
+const double *bgc_slopes(const bgc_model *m, bgc_data *d);
+void bgc_scale_inner(const bgc_model *m, bgc_data *d);
 
 /* --- complex.c */
 bgc_status bgc_reserve_complex(const bgc_model *m, bgc_data *d, const bgc_method *method);

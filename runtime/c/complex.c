@@ -15,7 +15,7 @@
 
 /* Reserves memory for dense factors, where the method has complex stages. */
 bgc_status bgc_reserve_complex(const bgc_model *m, bgc_data *d, const bgc_method *method) {
-    const size_t n = (size_t)m->n_state;
+    const size_t n = (size_t)bgc_unknowns(m);
 
     if (method->collocation == NULL || method->collocation->stages < 2 ||
         d->dense_complex != NULL) {
@@ -34,12 +34,13 @@ bgc_status bgc_reserve_complex(const bgc_model *m, bgc_data *d, const bgc_method
 
 /* Fills dense_complex with W, row after row. */
 static void assemble_rows(const bgc_model *m, bgc_data *d) {
-    const size_t n = (size_t)m->n_state;
+    const bgc_entries j = bgc_local_entries(m);
+    const size_t n = (size_t)bgc_unknowns(m), alone = m->n_mass == 0 ? (size_t)m->n_state : 0;
     const bgc_complex c = d->core.complex_c;
     bgc_complex *a = d->dense_complex;
 
     memset(a, 0, n * n * sizeof *a);
-    for (size_t i = 0; m->n_mass == 0 && i < n; i++) {
+    for (size_t i = 0; i < alone; i++) {
         a[i * n + i] = c;
     }
     for (int k = 0; k < m->n_mass; k++) {
@@ -47,8 +48,8 @@ static void assemble_rows(const bgc_model *m, bgc_data *d) {
         at->re += c.re * d->mass[k];
         at->im += c.im * d->mass[k];
     }
-    for (int k = 0; k < m->n_jac; k++) {
-        a[(size_t)m->jac_row[k] * n + (size_t)m->jac_col[k]].re -= d->jac[k];
+    for (int k = 0; k < j.count; k++) {
+        a[(size_t)j.row[k] * n + (size_t)j.col[k]].re -= d->jac[k];
     }
 }
 
@@ -69,7 +70,7 @@ static int find_pivot(size_t n, const bgc_complex *a, const double *weight, size
 
 /* Factorises the present W densely, as bgc_factorise_dense does. */
 bgc_status bgc_refactorise_complex(const bgc_model *m, bgc_data *d) {
-    const size_t n = (size_t)m->n_state;
+    const size_t n = (size_t)bgc_unknowns(m);
     bgc_complex *a = d->dense_complex;
     double *weight = d->magnitude;
 
@@ -83,7 +84,7 @@ bgc_status bgc_refactorise_complex(const bgc_model *m, bgc_data *d) {
             sum += size;
         }
         if (!isfinite(sum)) {
-            d->core.failed_state = (int)i;
+            d->core.failed_state = i < (size_t)m->n_state ? (int)i : -1;
             return BGC_NOT_FINITE;
         }
         weight[i] = largest > 0.0 ? 1.0 / largest : 0.0;
@@ -94,7 +95,7 @@ bgc_status bgc_refactorise_complex(const bgc_model *m, bgc_data *d) {
 
         /* The row of the pivot comes to row k. */
         if (best < 0) {
-            d->core.failed_state = (int)k;
+            d->core.failed_state = k < (size_t)m->n_state ? (int)k : -1;
             return BGC_SINGULAR;
         }
         d->complex_pivot[k] = best;
@@ -123,7 +124,7 @@ bgc_status bgc_refactorise_complex(const bgc_model *m, bgc_data *d) {
 
 /* b := W^-1 b with the dense factors. */
 static void solve_by_rows(const bgc_model *m, const bgc_data *d, bgc_complex *b) {
-    const size_t n = (size_t)m->n_state;
+    const size_t n = (size_t)bgc_unknowns(m);
     const bgc_complex *lu = d->dense_complex;
 
     for (size_t k = 0; k < n; k++) {
@@ -152,7 +153,7 @@ static bgc_status pivot_densely(const bgc_model *m, bgc_data *d) {
     return bgc_refactorise_complex(m, d);
 }
 
-/* Scratch of n_state complex numbers. */
+/* Scratch of a complex number for each unknown. */
 static bgc_complex *scratch_of(const bgc_data *d) {
     return (bgc_complex *)(void *)d->complex_work;
 }
@@ -162,17 +163,19 @@ static bgc_complex *scratch_of(const bgc_data *d) {
 /* d->complex_residual = b - W x; returns the componentwise backward error of x, as in linear.c. */
 static double residual_of(const bgc_model *m, bgc_data *d, const bgc_complex *b,
                           const bgc_complex *x) {
+    const bgc_entries entries = bgc_local_entries(m);
     const bgc_complex c = d->core.complex_c;
     const double size = bgc_size_of(c), *reach = d->reach;
+    const int n = bgc_unknowns(m);
     bgc_complex *r = d->complex_residual;
     double worst = 0.0;
 
-    for (int i = 0; i < m->n_state; i++) {
+    for (int i = 0; i < n; i++) {
         d->reach[i] = bgc_size_of(x[i]);
     }
     bgc_raise_to_least_part(m, d);
-    for (int i = 0; i < m->n_state; i++) {
-        const int alone = m->n_mass == 0;
+    for (int i = 0; i < n; i++) {
+        const int alone = m->n_mass == 0 && i < m->n_state;
         r[i] = alone ? bgc_minus(b[i], bgc_times(c, x[i])) : b[i];
         d->magnitude[i] = bgc_size_of(b[i]) + (alone ? size * reach[i] : 0.0);
     }
@@ -181,12 +184,12 @@ static double residual_of(const bgc_model *m, bgc_data *d, const bgc_complex *b,
         r[i] = bgc_minus(r[i], bgc_scaled(d->mass[k], bgc_times(c, x[j])));
         d->magnitude[i] += fabs(d->mass[k]) * size * reach[j];
     }
-    for (int k = 0; k < m->n_jac; k++) {
-        const int i = m->jac_row[k], j = m->jac_col[k];
+    for (int k = 0; k < entries.count; k++) {
+        const int i = entries.row[k], j = entries.col[k];
         r[i] = bgc_minus(r[i], bgc_scaled(-d->jac[k], x[j]));
         d->magnitude[i] += fabs(d->jac[k]) * reach[j];
     }
-    for (int i = 0; i < m->n_state; i++) {
+    for (int i = 0; i < n; i++) {
         if (d->magnitude[i] > bgc_underflow) {
             const double error = bgc_size_of(r[i]) / d->magnitude[i];
             worst = error <= worst ? worst : error; /* a NaN stays */
@@ -210,7 +213,7 @@ static int solve_refined(const bgc_model *m, bgc_data *d, const bgc_complex *b, 
         const double before = error;
         d->core.counts.refinements++;
         bgc_complex_solve(m, d->complex_lu, d->complex_residual, scratch_of(d));
-        for (int i = 0; i < m->n_state; i++) {
+        for (int i = 0; i < bgc_unknowns(m); i++) {
             x[i].re += d->complex_residual[i].re;
             x[i].im += d->complex_residual[i].im;
         }
@@ -238,19 +241,18 @@ bgc_status bgc_factorise_complex(const bgc_model *m, bgc_data *d, bgc_complex c)
     return BGC_OK;
 }
 
-/* b := W^-1 b with the factorisation at hand. A right-hand side that is not finite is left to the
- * caller's check. */
-bgc_status bgc_solve_complex(const bgc_model *m, bgc_data *d, bgc_complex *b) {
-    const size_t size = (size_t)m->n_state * sizeof *b;
+/* b := W^-1 b, with inner unknowns. */
+static bgc_status solve_all_complex(const bgc_model *m, bgc_data *d, bgc_complex *b) {
+    const int n = bgc_unknowns(m);
+    const size_t size = (size_t)n * sizeof *b;
 
-    d->core.counts.solves++;
     if (d->core.complex_pivoting == BGC_STATIC) {
         bgc_complex_solve(m, d->complex_lu, b, scratch_of(d));
         return BGC_OK;
     }
     if (d->core.complex_pivoting != BGC_DENSE) {
         bgc_status status;
-        if (bgc_first_bad(2 * m->n_state, (const double *)(const void *)b) >= 0) {
+        if (bgc_first_bad(2 * n, (const double *)(const void *)b) >= 0) {
             return BGC_OK;
         }
         memcpy(d->complex_b, b, size);
@@ -268,4 +270,21 @@ bgc_status bgc_solve_complex(const bgc_model *m, bgc_data *d, bgc_complex *b) {
     }
     solve_by_rows(m, d, b);
     return BGC_OK;
+}
+
+/* b := W^-1 b with the factorisation at hand. A right-hand side that is not finite is left to the
+ * caller's check. */
+bgc_status bgc_solve_complex(const bgc_model *m, bgc_data *d, bgc_complex *b) {
+    const size_t size = (size_t)m->n_state * sizeof *b;
+    bgc_status status;
+
+    d->core.counts.solves++;
+    if (m->n_inner == 0) {
+        return solve_all_complex(m, d, b);
+    }
+    memcpy(d->complex_wide, b, size);
+    memset(d->complex_wide + m->n_state, 0, (size_t)m->n_inner * sizeof *b);
+    status = solve_all_complex(m, d, d->complex_wide);
+    memcpy(b, d->complex_wide, size);
+    return status;
 }

@@ -142,7 +142,7 @@ static bgc_status factorise_block(const bgc_model *m, bgc_data *d, const double 
 
 /* The same with the Jacobian at (t, x). */
 static bgc_status refresh_block(const bgc_model *m, bgc_data *d, double t, const double *x) {
-    m->jacobian(d->h, t, x, d->u, d->block_jac, d->residual, d->work);
+    bgc_differentiate(m, d, t, x, d->block_jac, d->residual);
     d->core.counts.jacobians++;
     return factorise_block(m, d, d->block_jac);
 }
@@ -317,7 +317,7 @@ static int block_matrix(void *of, const double *y, double *a) {
     const block_at *at = of;
     bgc_data *d = at->d;
 
-    at->m->jacobian(d->h, at->t, with_unknowns(d, y), d->u, d->block_jac, d->residual, d->work);
+    bgc_differentiate(at->m, d, at->t, with_unknowns(d, y), d->block_jac, d->residual);
     d->core.counts.jacobians++;
     assemble_block(at->m, d, d->block_jac, -1.0, a);
     return bgc_first_bad(d->n_block * d->n_block, a) < 0;
@@ -380,7 +380,7 @@ static int worst_row(const bgc_model *m, bgc_data *d, double t, const double *x)
     int worst = -1;
 
     (void)residual_at(m, d, t, x, 0.0, d->change);
-    m->jacobian(d->h, t, x, d->u, d->block_jac, d->residual, d->work);
+    bgc_differentiate(m, d, t, x, d->block_jac, d->residual);
     assemble_block(m, d, d->block_jac, -1.0, d->block_lu);
     for (int i = 0; i < n; i++) {
         double terms = 0.0, size;

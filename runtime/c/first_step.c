@@ -45,7 +45,7 @@ double bgc_first_step(const bgc_model *m, bgc_data *d, int order) {
 /* out = J v at (t, x); returns whether it is finite. Overwrites the Jacobian at the present. */
 static int multiply_jacobian(const bgc_model *m, bgc_data *d, double t, const double *x,
                              const double *v, double *out) {
-    m->jacobian(d->h, t, x, d->u, d->jac, d->dfdt, d->work);
+    bgc_differentiate(m, d, t, x, d->jac, d->dfdt);
     d->core.counts.jacobians++;
     d->core.jac_valid = 0;
     memset(out, 0, (size_t)m->n_state * sizeof *out);

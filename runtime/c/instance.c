@@ -27,7 +27,7 @@ bgc_data *bgc_new(const bgc_model *m) {
     d->is_set = calloc((size_t)m->n_param + 1, 1);
     d->device = calloc((size_t)m->n_device + 1, sizeof *d->device);
     d->block_search = calloc((8 + 3 * searched) * searched + 1, sizeof *d->block_search);
-    d->pivot = calloc(n + 1, sizeof *d->pivot);
+    d->pivot = calloc((size_t)bgc_unknowns(m) + 1, sizeof *d->pivot);
     d->closing_pivot = calloc(bgc_closing_size(m) + 1, sizeof *d->closing_pivot);
     d->block = calloc(3 * n + 1, sizeof *d->block);
     d->start_pivot = calloc((size_t)m->n_start + 1, sizeof *d->start_pivot);
@@ -66,6 +66,7 @@ void bgc_free(const bgc_model *m, bgc_data *d) {
     free(d->is_set);
     free(d->device);
     free(d->dense_lu);
+    free(d->inner);
     free(d->dense_complex);
     free(d->complex_pivot);
     free(d->block_lu);
@@ -196,6 +197,7 @@ static bgc_status start_from_present(const bgc_model *m, bgc_data *d) {
     bgc_reset_terms(m, d);
     bgc_reset_faint(m, d);
     bgc_reset_jumps(m, d);
+    bgc_scale_inner(m, d);
     core->ready = 1;
     return BGC_OK;
 }
@@ -343,7 +345,7 @@ bgc_status bgc_rhs(const bgc_model *m, bgc_data *d, double *f) {
 }
 
 bgc_status bgc_jacobian(const bgc_model *m, bgc_data *d, double *jac, double *dfdt) {
-    m->jacobian(d->h, d->core.t, d->x, d->u, jac, dfdt, d->work);
+    bgc_differentiate(m, d, d->core.t, d->x, jac, dfdt);
     return bgc_first_bad(m->n_jac, jac) < 0 && bgc_first_bad(m->n_state, dfdt) < 0
                ? BGC_OK
                : BGC_NOT_FINITE;

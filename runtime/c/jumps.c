@@ -77,7 +77,7 @@ static int find_rates(const bgc_model *m, bgc_data *d) {
     if (m->n_mass == 0) {
         return bgc_first_bad(n, d->right) < 0;
     }
-    m->jacobian(d->h, d->core.t, d->x, d->u, d->jac, d->dfdt, d->work);
+    bgc_differentiate(m, d, d->core.t, d->x, d->jac, d->dfdt);
     memset(d->dense_lu, 0, (size_t)n * (size_t)n * sizeof *d->dense_lu);
     for (int k = 0; k < m->n_mass; k++) {
         d->dense_lu[(size_t)m->mass_row[k] * (size_t)n + (size_t)m->mass_col[k]] = d->mass[k];

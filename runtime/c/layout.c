@@ -28,7 +28,8 @@ static size_t closing_rows(const bgc_model *m) {
 
 /* Allocates all arrays, those that are saved first. Returns their size in doubles. */
 size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
-    const size_t n = (size_t)m->n_state;
+    const size_t n = (size_t)m->n_state, unknown = (size_t)bgc_unknowns(m);
+    const size_t local = (size_t)bgc_local_entries(m).count, slopes = (size_t)m->n_jac;
     const size_t checks = (size_t)(m->n_assert > m->n_check ? m->n_assert : m->n_check);
     const size_t switches = (size_t)m->n_switch;
     const size_t unknowns = (size_t)m->n_start;
@@ -61,7 +62,7 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->divisor_extent = place(&l, (size_t)m->n_divisor);
     d->divisor_slope = place(&l, (size_t)m->n_divisor);
     d->u_seen = place(&l, (size_t)m->n_input);
-    d->scale = place(&l, n);
+    d->scale = place(&l, unknown);
     d->mass = place(&l, (size_t)m->n_mass);
     d->h_range = m->n_term > 0 ? place_ranges(&l, m->n_hoist) : NULL;
     d->u_range = m->n_term > 0 ? place_ranges(&l, m->n_input + m->n_switch) : NULL;
@@ -70,7 +71,7 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->f_before = m->n_term > 0 ? place(&l, n) : NULL;
     d->inverse_mass = place(&l, n);
     d->algebraic = place(&l, n);
-    d->jac = place(&l, (size_t)m->n_jac);
+    d->jac = place(&l, local > slopes ? local : slopes);
     d->dfdt = place(&l, n);
     d->lu = place(&l, (size_t)m->n_lu);
     d->f = place(&l, n);
@@ -89,17 +90,17 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->stages = place(&l, BGC_MAX_STAGES * bgc_padded(m->n_state));
     d->implicit = place(&l, 2 * BGC_MAX_IMPLICIT * bgc_padded(m->n_state));
     d->complex_right = (bgc_complex *)(void *)place(&l, 2 * n);
-    d->complex_b = (bgc_complex *)(void *)place(&l, 2 * n);
-    d->complex_residual = (bgc_complex *)(void *)place(&l, 2 * n);
-    d->complex_work = place(&l, 3 * n);
+    d->complex_b = (bgc_complex *)(void *)place(&l, 2 * unknown);
+    d->complex_residual = (bgc_complex *)(void *)place(&l, 2 * unknown);
+    d->complex_work = place(&l, 3 * unknown);
     d->next = place(&l, n);
     d->error = place(&l, n);
     d->noise = place(&l, n);
     d->point = place(&l, n);
     d->right = place(&l, n);
-    d->residual = place(&l, n);
-    d->magnitude = place(&l, n);
-    d->b = place(&l, n);
+    d->residual = place(&l, unknown);
+    d->magnitude = place(&l, unknown);
+    d->b = place(&l, unknown);
     d->output = place(&l, (size_t)m->n_output);
     d->command = place(&l, (size_t)m->n_command);
     d->check = place(&l, checks);
@@ -127,8 +128,12 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->next_change = place(&l, n);
     d->block_jac = place(&l, (size_t)m->n_jac);
     d->work = place(&l, (size_t)m->n_work);
-    d->sparse_work = place(&l, 2 * n);
-    d->reach = place(&l, n);
+    d->sparse_work = place(&l, 2 * unknown);
+    d->wide = place(&l, m->n_inner > 0 ? unknown : 0);
+    d->complex_wide = (bgc_complex *)(void *)place(&l, m->n_inner > 0 ? 2 * unknown : 0);
+    d->local = place(&l, m->n_inner > 0 ? local : 0);
+    d->slopes = place(&l, m->n_inner > 0 ? slopes : 0);
+    d->reach = place(&l, unknown);
     d->start_at = place(&l, unknowns);
     d->start_from = place(&l, unknowns);
     d->start_trial = place(&l, unknowns);

@@ -12,9 +12,9 @@
 #include <math.h>
 #include <string.h>
 
-/* b := W^-1 b by the static pivots. */
+/* b := W^-1 b by the static pivots, with inner unknowns. */
 static void solve_static(const bgc_model *m, bgc_data *d, double *b) {
-    if (m->solve != NULL) {
+    if (m->solve != NULL && m->n_inner == 0) {
         m->solve(d->lu, b, d->work);
     } else {
         bgc_sparse_solve(m, d->lu, b, d->sparse_work);
@@ -29,7 +29,7 @@ void bgc_raise_to_least_part(const bgc_model *m, bgc_data *d) {
         const double part = d->reach[i] / d->scale[i];
         largest = part > largest ? part : largest;
     }
-    for (int i = 0; i < m->n_state; i++) {
+    for (int i = 0; i < bgc_unknowns(m); i++) {
         d->reach[i] += bgc_least_part * largest * d->scale[i];
     }
 }
@@ -37,15 +37,17 @@ void bgc_raise_to_least_part(const bgc_model *m, bgc_data *d) {
 /* out = W v, and magnitude = |W| reach, with the sizes of v that count. */
 static void multiply(const bgc_model *m, bgc_data *d, const double *v, double *out,
                      double *magnitude) {
+    const bgc_entries j = bgc_local_entries(m);
     const double c = d->core.c, *reach = d->reach;
+    const int n = bgc_unknowns(m), alone = m->n_mass == 0 ? m->n_state : 0;
 
-    for (int i = 0; i < m->n_state; i++) {
+    for (int i = 0; i < n; i++) {
         d->reach[i] = fabs(v[i]);
     }
     bgc_raise_to_least_part(m, d);
-    for (int i = 0; i < m->n_state; i++) {
-        out[i] = m->n_mass == 0 ? c * v[i] : 0.0;
-        magnitude[i] = m->n_mass == 0 ? fabs(c) * reach[i] : 0.0;
+    for (int i = 0; i < n; i++) {
+        out[i] = i < alone ? c * v[i] : 0.0;
+        magnitude[i] = i < alone ? fabs(c) * reach[i] : 0.0;
     }
     for (int k = 0; k < m->n_mass; k++) {
         const double entry = c * d->mass[k];
@@ -53,12 +55,12 @@ static void multiply(const bgc_model *m, bgc_data *d, const double *v, double *o
         magnitude[m->mass_row[k]] += fabs(entry) * reach[m->mass_col[k]];
     }
     /* Entries of a row are contiguous: their sums stay in registers. */
-    for (int k = 0; k < m->n_jac;) {
-        const int row = m->jac_row[k];
+    for (int k = 0; k < j.count;) {
+        const int row = j.row[k];
         double sum = 0.0, size = 0.0;
-        for (; k < m->n_jac && m->jac_row[k] == row; k++) {
-            sum += d->jac[k] * v[m->jac_col[k]];
-            size += fabs(d->jac[k]) * reach[m->jac_col[k]];
+        for (; k < j.count && j.row[k] == row; k++) {
+            sum += d->jac[k] * v[j.col[k]];
+            size += fabs(d->jac[k]) * reach[j.col[k]];
         }
         out[row] -= sum;
         magnitude[row] += size;
@@ -75,18 +77,19 @@ void bgc_multiply_mass(const bgc_model *m, const bgc_data *d, const double *v, d
 
 /* Fills dense_lu with W, row after row. */
 static void assemble_dense(const bgc_model *m, bgc_data *d) {
-    const size_t n = (size_t)m->n_state;
+    const bgc_entries j = bgc_local_entries(m);
+    const size_t n = (size_t)bgc_unknowns(m), alone = m->n_mass == 0 ? (size_t)m->n_state : 0;
     double *a = d->dense_lu;
 
     memset(a, 0, n * n * sizeof *a);
-    for (size_t i = 0; m->n_mass == 0 && i < n; i++) {
+    for (size_t i = 0; i < alone; i++) {
         a[i * n + i] = d->core.c;
     }
     for (int k = 0; k < m->n_mass; k++) {
         a[(size_t)m->mass_row[k] * n + (size_t)m->mass_col[k]] += d->core.c * d->mass[k];
     }
-    for (int k = 0; k < m->n_jac; k++) {
-        a[(size_t)m->jac_row[k] * n + (size_t)m->jac_col[k]] -= d->jac[k];
+    for (int k = 0; k < j.count; k++) {
+        a[(size_t)j.row[k] * n + (size_t)j.col[k]] -= d->jac[k];
     }
 }
 
@@ -185,9 +188,14 @@ void bgc_solve_dense(int n, const double *lu, const int *pivot, double *b) {
     }
 }
 
+/* The state that the failure of unknown i is reported of: itself, or none. */
+static int state_of(const bgc_model *m, int i) {
+    return i < m->n_state ? i : -1;
+}
+
 /* Factorises the present W densely. */
 bgc_status bgc_refactorise_dense(const bgc_model *m, bgc_data *d) {
-    const int n = m->n_state;
+    const int n = bgc_unknowns(m);
     int bad;
 
     if (!bgc_make_room(&d->dense_lu, &d->dense_room, (size_t)n)) {
@@ -196,13 +204,13 @@ bgc_status bgc_refactorise_dense(const bgc_model *m, bgc_data *d) {
     assemble_dense(m, d);
     for (int i = 0; i < n; i++) {
         if (bgc_first_bad(n, d->dense_lu + (size_t)i * (size_t)n) >= 0) {
-            d->core.failed_state = i;
+            d->core.failed_state = state_of(m, i);
             return BGC_NOT_FINITE;
         }
     }
     bad = bgc_factorise_dense(n, d->dense_lu, d->pivot, d->magnitude);
     if (bad >= 0) {
-        d->core.failed_state = bad;
+        d->core.failed_state = state_of(m, bad);
         return BGC_SINGULAR;
     }
     return BGC_OK;
@@ -250,7 +258,7 @@ static double backward_error(const bgc_model *m, bgc_data *d, const double *b, c
     double worst = 0.0;
 
     multiply(m, d, x, d->residual, d->magnitude);
-    for (int i = 0; i < m->n_state; i++) {
+    for (int i = 0; i < bgc_unknowns(m); i++) {
         const double size = d->magnitude[i] + fabs(b[i]);
         d->residual[i] = b[i] - d->residual[i];
         if (size > bgc_underflow) {
@@ -276,7 +284,7 @@ static int solve_checked(const bgc_model *m, bgc_data *d, const double *b, doubl
         const double before = error;
         d->core.counts.refinements++;
         solve_static(m, d, d->residual);
-        for (int i = 0; i < m->n_state; i++) {
+        for (int i = 0; i < bgc_unknowns(m); i++) {
             x[i] += d->residual[i];
         }
         error = backward_error(m, d, b, x);
@@ -287,19 +295,18 @@ static int solve_checked(const bgc_model *m, bgc_data *d, const double *b, doubl
     return error <= bgc_acceptable;
 }
 
-/* b := W^-1 b with the factorisation at hand. A right-hand side that is not finite is left to the
- * caller's check. */
-bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b) {
-    const size_t size = (size_t)m->n_state * sizeof *b;
+/* b := W^-1 b, with inner unknowns. */
+static bgc_status solve_all(const bgc_model *m, bgc_data *d, double *b) {
+    const int n = bgc_unknowns(m);
+    const size_t size = (size_t)n * sizeof *b;
     bgc_status status;
 
-    d->core.counts.solves++;
     if (d->core.pivoting == BGC_STATIC) {
         solve_static(m, d, b);
         return BGC_OK;
     }
     if (d->core.pivoting != BGC_DENSE) {
-        if (bgc_first_bad(m->n_state, b) >= 0) {
+        if (bgc_first_bad(n, b) >= 0) {
             return BGC_OK;
         }
         memcpy(d->b, b, size);
@@ -315,6 +322,27 @@ bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b) {
             return status;
         }
     }
-    bgc_solve_dense(m->n_state, d->dense_lu, d->pivot, b);
+    bgc_solve_dense(n, d->dense_lu, d->pivot, b);
     return BGC_OK;
+}
+
+/* b := W^-1 b with the factorisation at hand. A right-hand side that is not finite is left to the
+ * caller's check. */
+bgc_status bgc_solve(const bgc_model *m, bgc_data *d, double *b) {
+    const size_t size = (size_t)m->n_state * sizeof *b;
+    bgc_status status;
+
+    d->core.counts.solves++;
+    if (m->n_inner == 0) {
+        return solve_all(m, d, b);
+    }
+    if (d->core.pivoting == BGC_STATIC && m->solve != NULL) {
+        m->solve(d->lu, b, d->work);
+        return BGC_OK;
+    }
+    memcpy(d->wide, b, size);
+    memset(d->wide + m->n_state, 0, (size_t)m->n_inner * sizeof *b);
+    status = solve_all(m, d, d->wide);
+    memcpy(b, d->wide, size);
+    return status;
 }

@@ -12,7 +12,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Steps between two bounds: of adaptive ones, and of fixed ones, which are cheaper. */
+/* Steps between two bounds: of adaptive ones, and of fixed ones, which are cheaper, or where df/dx
+ * has to be made for it. */
 enum { ADAPTIVE_INTERVAL = 64, FIXED_INTERVAL = 512, POWER_ITERATIONS = 10 };
 enum { SECOND_BOUND = 16 }; /* step of the second; from it on also at powers of two */
 static const double identity = 0.1;    /* its multiple in the iterations, over the bound */
@@ -27,10 +28,9 @@ void bgc_reset_stiffness(const bgc_model *m, bgc_data *d) {
 
 /* image = |M^-1 J| v. Returns the largest ratio image_i / v_i. Entries of a row are
  * contiguous. */
-static double iterate(const bgc_model *m, const bgc_data *d, const double *v,
+static double iterate(const bgc_model *m, const bgc_data *d, const double *entry, const double *v,
                       double *restrict image) {
     const int *row_of = m->jac_row, *column = m->jac_col, count = m->n_jac;
-    const double *entry = d->jac;
     double most = 0.0;
 
     memset(image, 0, (size_t)m->n_state * sizeof *image);
@@ -50,6 +50,7 @@ static double iterate(const bgc_model *m, const bgc_data *d, const double *v,
  * diagonal and regular. The Jacobian is finite: W could be factorised. */
 static double spectral_bound(const bgc_model *m, bgc_data *d) {
     const int n = m->n_state;
+    const double *entry;
     double *v = d->dominant, *image = d->right, least = INFINITY;
     double before = d->core.spectral_bound;
 
@@ -58,8 +59,9 @@ static double spectral_bound(const bgc_model *m, bgc_data *d) {
             return INFINITY;
         }
     }
+    entry = bgc_slopes(m, d);
     for (int round = 0; round < POWER_ITERATIONS; round++) {
-        const double most = iterate(m, d, v, image);
+        const double most = iterate(m, d, entry, v, image);
         if (most == 0.0) {
             return 0.0;
         }
@@ -82,7 +84,8 @@ static double spectral_bound(const bgc_model *m, bgc_data *d) {
 void bgc_watch_stiffness(const bgc_model *m, bgc_data *d, double h) {
     bgc_core *core = &d->core;
     const long steps = core->counts.steps;
-    const long often = bgc_is_adaptive(&bgc_methods[core->method]) ? ADAPTIVE_INTERVAL : FIXED_INTERVAL;
+    const int cheap = bgc_is_adaptive(&bgc_methods[core->method]) && m->n_inner == 0;
+    const long often = cheap ? ADAPTIVE_INTERVAL : FIXED_INTERVAL;
     const int power = (steps & (steps - 1)) == 0; /* of two */
 
     if (steps % often == 0 || (power && steps >= SECOND_BOUND)) {

@@ -166,7 +166,7 @@ def spectral_radius(lowered: Lowered) -> float | None:
         values[Symbol(Kind.INPUT, program.inputs + k)] = math.nan
     start = evaluate_nodes(dag, [state.initial for state in program.states], values)
     values.update({Symbol(Kind.STATE, k): x for k, x in enumerate(start)})
-    matrix, mass = np.zeros((size, size)), np.eye(size)
+    matrix, mass = np.zeros((jacobian.size, jacobian.size)), np.eye(size)
     matrix[jacobian.rows, jacobian.columns] = evaluate_nodes(dag, jacobian.entries, values)
     if program.mass is not None:
         mass[:] = 0
@@ -177,6 +177,9 @@ def spectral_radius(lowered: Lowered) -> float | None:
             mass[place] = value
     if not np.isfinite(matrix).all():
         return None
+    if jacobian.inner:
+        with_inner = np.linalg.solve(matrix[size:, size:], matrix[size:, :size])
+        matrix = matrix[:size, :size] - matrix[:size, size:] @ with_inner
     eigenvalues = np.abs(pencil_eigenvalues(matrix, mass))
     return float(eigenvalues.max(initial=0.0))
 

@@ -25,7 +25,7 @@ void clock_kernels(const bgc_model *m, const double *p, const double *x0, const 
     double *work = calloc((size_t)m->n_work + n + 1, sizeof *work);
     double *x = calloc(n, sizeof *x), *f = calloc(n, sizeof *f), *dfdt = calloc(n, sizeof *dfdt);
     double *b = calloc(n, sizeof *b);
-    double *jac = calloc((size_t)m->n_jac + 1, sizeof *jac);
+    double *jac = calloc((size_t)(m->n_inner > 0 ? m->n_local : m->n_jac) + 1, sizeof *jac);
     double *mass = calloc((size_t)m->n_mass + 1, sizeof *mass);
     double *lu = calloc((size_t)m->n_lu + 1, sizeof *lu);
     double growth = 0.0;

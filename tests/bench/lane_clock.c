@@ -35,7 +35,7 @@ void clock_lanes(const bgc_model *m, const bgc_lane_model *on, const double *p, 
     double *work0 = calloc((size_t)m->n_work + 1, sizeof *work0);
     double *mass0 = calloc((size_t)m->n_mass + 1, sizeof *mass0);
     lane *h, *x, *mass, *f = lanes(n), *dfdt = lanes(n), *b = lanes(n);
-    lane *jac = lanes(m->n_jac), *lu = lanes(m->n_lu), *work = lanes(on->n_work), growth;
+    lane *jac = lanes(m->n_inner > 0 ? m->n_local : m->n_jac), *lu = lanes(m->n_lu), *work = lanes(on->n_work), growth;
 
     m->prepare(p, h0, work0);
     m->mass(h0, mass0, work0);

@@ -25,6 +25,11 @@ class Group:
         """The inertias of all elements; an IC may have compliances beside them."""
         return [port for element in self.elements for port in inertias_of(element)]
 
+    @property
+    def is_linear(self) -> bool:
+        """Whether all momenta are linear in the flows."""
+        return all(element.law.capacity is not None for element in self.elements)
+
     def names(self) -> list[str]:
         """The elements' names."""
         return [element.storage.name for element in self.elements]

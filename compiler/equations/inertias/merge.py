@@ -45,7 +45,7 @@ def merge_inertias(
     for group in groups:
         _refuse_without_energy(variables, group)
         states += _merge_inertia_group(variables, group, audit, taken)
-    audit.finish(complete=all(_is_linear(group) for group in groups))
+    audit.finish(complete=all(group.is_linear for group in groups))
     return states
 
 
@@ -58,7 +58,7 @@ def _merge_inertia_group(
     for element in group.elements:
         _define_momenta(variables, element)
     flows = None
-    if _is_linear(group):
+    if group.is_linear:
         audit.require_definite(group)
         flows = _reduced_flows(variables, group, merged)
         audit.note(MergedGroup(group, merged, flows))
@@ -104,10 +104,6 @@ def _refuse_without_energy(variables: Variables, group: Group) -> None:
         law = element.storage.law
         if isinstance(law, LinearLaw) and not is_symmetric(variables, law.matrix):
             raise cannot_merge(group, f"the inertia of `{element.storage.name}` is not symmetric")
-
-
-def _is_linear(group: Group) -> bool:
-    return all(element.law.capacity is not None for element in group.elements)
 
 
 def _define_momenta(variables: Variables, element: StorageElement) -> None:

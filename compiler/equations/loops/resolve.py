@@ -18,7 +18,7 @@ from bgc.equations.variables.variables import Explicit, Rate, Unknown, Variables
 from bgc.ir.graph import Node
 from bgc.ir.program import Loop
 
-_FREE = frozenset({Kind.PARAM, Kind.TIME, Kind.INPUT, Kind.START})
+_FREE = frozenset({Kind.PARAM, Kind.TIME, Kind.INPUT, Kind.START, Kind.SPEED})
 
 
 class Resolver:

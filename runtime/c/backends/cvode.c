@@ -7,6 +7,7 @@
  * iterations but no accuracy. Where a switch changes its mode the step ends and CVODE restarts. M has
  * to be the identity, there has to be a state, and there may be no sampled inputs. */
 #include "bgc_internal.h"
+#include "inner.h"
 
 #include <cvode/cvode.h>
 #include <float.h>
@@ -30,7 +31,8 @@ typedef struct {
     bgc_data *d;
     int size;         /* states, and two accounts */
     int *first, *row; /* the Jacobian by columns, its diagonal included */
-    int *place;       /* of the emitted entries */
+    int *place;       /* of the entries of df/dx */
+    double *inner;    /* a matrix of all unknowns, where the model has inner ones */
 } problem;
 
 /* Whether all entries are finite. Where they are not, CVODE tries a shorter step. */
@@ -63,9 +65,16 @@ static int derivatives(sunrealtype t, N_Vector y, N_Vector slope, void *data) {
 static int jacobian(sunrealtype t, N_Vector y, N_Vector f, SUNMatrix J, void *data, N_Vector a,
                     N_Vector b, N_Vector c) {
     const problem *q = data;
+    const double *x = N_VGetArrayPointer(y);
 
     (void)f, (void)a, (void)b, (void)c;
-    q->m->jacobian(q->d->h, t, N_VGetArrayPointer(y), q->d->u, q->d->jac, q->d->dfdt, q->d->work);
+    if (q->m->n_inner == 0) {
+        q->m->jacobian(q->d->h, t, x, q->d->u, q->d->jac, q->d->dfdt, q->d->work);
+    } else {
+        q->m->jacobian(q->d->h, t, x, q->d->u, q->d->local, q->d->dfdt, q->d->work);
+        bgc_eliminate_inner(q->m, q->d->local, q->inner);
+        bgc_gather_slopes(q->m, q->inner, q->d->jac);
+    }
 #ifdef BGC_KLU
     for (int j = 0; j <= q->size; j++) {
         SUNSparseMatrix_IndexPointers(J)[j] = q->first[j];
@@ -98,12 +107,15 @@ static int switches(sunrealtype t, N_Vector y, sunrealtype *argument, void *data
 static bgc_status lay_out(problem *q) {
     const bgc_model *m = q->m;
     const size_t n = (size_t)q->size;
+    const size_t unknowns = m->n_inner > 0 ? (size_t)bgc_unknowns(m) : 0;
     int *seen = calloc(n + 1, sizeof *seen), *next = calloc(n + 1, sizeof *next), at = 0;
 
     q->first = calloc(n + 1, sizeof *q->first);
     q->row = calloc((size_t)m->n_jac + n + 1, sizeof *q->row);
     q->place = calloc((size_t)m->n_jac + 1, sizeof *q->place);
-    if (seen == NULL || next == NULL || q->first == NULL || q->row == NULL || q->place == NULL) {
+    q->inner = calloc(unknowns * unknowns + 1, sizeof *q->inner);
+    if (seen == NULL || next == NULL || q->first == NULL || q->row == NULL || q->place == NULL ||
+        q->inner == NULL) {
         free(seen), free(next);
         return BGC_NO_MEMORY;
     }
@@ -347,7 +359,7 @@ bgc_status bgc_cvode_run(const bgc_model *m, bgc_data *d, const double *times, s
     SUNLinSolFree(solver), SUNMatDestroy(A);
     N_VDestroy(y), N_VDestroy(atol);
     SUNContext_Free(&context);
-    free(q.first), free(q.row), free(q.place);
+    free(q.first), free(q.row), free(q.place), free(q.inner);
     d->core.counts.run_seconds += seconds() - begin;
     return status;
 }

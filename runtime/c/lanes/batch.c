@@ -24,16 +24,16 @@ static lane *place(layout *at, int count) {
 /* Allocates the arrays of a batch; returns their size in lanes. */
 static size_t place_all(bgc_batch *b, lane *from) {
     const bgc_model *m = b->m;
-    const int n = m->n_state;
+    const int n = m->n_state, unknowns = bgc_unknowns(m);
     layout at = {from, 0};
 
     b->h = place(&at, m->n_hoist);
     b->x = place(&at, n);
     b->u = place(&at, m->n_input + m->n_switch);
     b->mass = place(&at, m->n_mass);
-    b->scale = place(&at, n);
+    b->scale = place(&at, unknowns);
     b->inverse_mass = place(&at, n);
-    b->jac = place(&at, m->n_jac);
+    b->jac = place(&at, bgc_local_entries(m).count);
     b->dfdt = place(&at, n);
     b->lu = place(&at, m->n_lu);
     b->f = place(&at, n);
@@ -44,9 +44,10 @@ static size_t place_all(bgc_batch *b, lane *from) {
     b->error = place(&at, n);
     b->point = place(&at, n);
     b->b = place(&at, n);
-    b->residual = place(&at, n);
-    b->reach = place(&at, n);
-    b->magnitude = place(&at, n);
+    b->wide = place(&at, unknowns);
+    b->residual = place(&at, unknowns);
+    b->reach = place(&at, unknowns);
+    b->magnitude = place(&at, unknowns);
     b->output = place(&at, m->n_output + 4);
     b->check = place(&at, m->n_assert);
     b->argument = place(&at, (BGC_SAMPLES + 1) * m->n_switch);
@@ -98,7 +99,7 @@ static void load_instances(bgc_batch *b, int count) {
     gather(b, count, (size_t)m->n_hoist, b->h, offsetof(bgc_data, h));
     gather(b, count, n, b->x, offsetof(bgc_data, x));
     gather(b, count, (size_t)m->n_mass, b->mass, offsetof(bgc_data, mass));
-    gather(b, count, n, b->scale, offsetof(bgc_data, scale));
+    gather(b, count, (size_t)bgc_unknowns(m), b->scale, offsetof(bgc_data, scale));
     gather(b, count, n, b->inverse_mass, offsetof(bgc_data, inverse_mass));
     bgc_batch_load_inputs(b, count);
 

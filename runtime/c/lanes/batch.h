@@ -49,7 +49,7 @@ typedef struct {
 
     lane *h, *x, *u, *mass, *scale, *inverse_mass, *jac, *dfdt, *lu, *f;
     lane *y0, *k, *stages;
-    lane *next, *error, *point, *b, *residual, *reach, *magnitude, *output, *check, *argument, *hiding, *work;
+    lane *next, *error, *point, *b, *wide, *residual, *reach, *magnitude, *output, *check, *argument, *hiding, *work;
     lane stored0, supplied, dissipated, supplied_old, dissipated_old;
     lane imbalance;          /* residual of the accounts at t */
     lane largest_account, exchanged, energy_scale, scale_reached;

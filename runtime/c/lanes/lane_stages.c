@@ -35,33 +35,35 @@ static void measure_reach(bgc_batch *b, const lane *x) {
     lane largest = lane_of(0.0);
 
     for (int i = 0; i < b->m->n_state; i++) {
-        b->reach[i] = lane_fabs(x[i]);
-        largest = lane_max(b->reach[i] / b->scale[i], largest);
+        largest = lane_max(lane_fabs(x[i]) / b->scale[i], largest);
     }
-    for (int i = 0; i < b->m->n_state; i++) {
-        b->reach[i] += bgc_least_part * largest * b->scale[i];
+    for (int i = 0; i < bgc_unknowns(b->m); i++) {
+        b->reach[i] = lane_fabs(x[i]) + bgc_least_part * largest * b->scale[i];
     }
 }
 
 /* The componentwise backward error of the solution x of W x = right, as in linear.c. */
 static lane backward_error(bgc_batch *b, const lane *right, const lane *x) {
     const bgc_model *m = b->m;
+    const bgc_entries j = bgc_local_entries(m);
+    const int n = bgc_unknowns(m), alone = m->n_mass == 0 ? m->n_state : 0;
     lane worst = lane_of(0.0);
 
     measure_reach(b, x);
-    for (int i = 0; i < m->n_state; i++) {
-        b->residual[i] = m->n_mass == 0 ? b->c * x[i] : lane_of(0.0);
-        b->magnitude[i] = m->n_mass == 0 ? lane_fabs(lane_of(b->c)) * b->reach[i] : lane_of(0.0);
+    for (int i = 0; i < n; i++) {
+        b->residual[i] = i < alone ? b->c * x[i] : lane_of(0.0);
+        b->magnitude[i] = i < alone ? lane_fabs(lane_of(b->c)) * b->reach[i] : lane_of(0.0);
     }
     for (int k = 0; k < m->n_mass; k++) {
         add_term(b, m->mass_row[k], m->mass_col[k], b->c * b->mass[k], x);
     }
-    for (int k = 0; k < m->n_jac; k++) {
-        add_term(b, m->jac_row[k], m->jac_col[k], -b->jac[k], x);
+    for (int k = 0; k < j.count; k++) {
+        add_term(b, j.row[k], j.col[k], -b->jac[k], x);
     }
-    for (int i = 0; i < m->n_state; i++) {
-        const lane size = b->magnitude[i] + lane_fabs(right[i]);
-        const lane error = lane_fabs(right[i] - b->residual[i]) / size;
+    for (int i = 0; i < n; i++) {
+        const lane given = i < m->n_state ? right[i] : lane_of(0.0);
+        const lane size = b->magnitude[i] + lane_fabs(given);
+        const lane error = lane_fabs(given - b->residual[i]) / size;
         worst = lane_max(lane_select(size == lane_of(0.0), lane_of(0.0), error), worst);
     }
     return worst;
@@ -71,6 +73,7 @@ static lane backward_error(bgc_batch *b, const lane *right, const lane *x) {
 void bgc_batch_solve(bgc_batch *b, lane *v) {
     const int n = b->m->n_state;
     unsigned finite;
+    lane error;
 
     b->counts.solves++;
     if (!b->checked) {
@@ -80,8 +83,10 @@ void bgc_batch_solve(bgc_batch *b, lane *v) {
     finite = b->active & ~bgc_batch_bad(b, n, v);
     memcpy(b->b, v, (size_t)n * sizeof *v);
     b->kernel->solve(b->lu, v, b->work);
-    b->active &= ~(finite &
-                   ~bgc_lanes_where(b, backward_error(b, b->b, v) <= lane_of(bgc_acceptable)));
+    memcpy(b->wide, v, (size_t)n * sizeof *v);
+    memcpy(b->wide + n, b->work, (size_t)b->m->n_inner * sizeof *v);
+    error = backward_error(b, b->b, b->wide);
+    b->active &= ~(finite & ~bgc_lanes_where(b, error <= lane_of(bgc_acceptable)));
     b->checked = b->watched > 0;
 }
 

@@ -1,0 +1,166 @@
+"""Rigid chains whose speeds are unknowns of the linear systems, against speeds solved for in f."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from chains import binary, chain, lowered, operations, solved_in_f
+from numpy.typing import NDArray
+from random_arms import random_arm
+
+import bgc
+from bgc.algebra.dag import Kind, Symbol
+from bgc.algebra.evaluate import evaluate_nodes
+from bgc.ir.defaults import default_values
+from bgc.ir.lowered import Lowered
+
+Floats = NDArray[np.float64]
+
+ON_A_VESSEL = "hull : FreeBody(mass = 500 kg, inertia = 300*eye(3)); ground : J1; hull -> ground;"
+MECHANISMS = {
+    "arm on a vessel": chain(5, base=ON_A_VESSEL),
+    "tree": chain(7, binary),
+    "skew, floating": random_arm(2, 6).source,
+    "aligned, floating": random_arm(3, 6, angles=(0, 90)).source,
+}
+
+
+def slopes(found: Lowered, states: Floats) -> Floats:
+    """df/dx, where inner unknowns are eliminated by NumPy."""
+    program, jacobian = found.program, found.jacobian
+    values = dict(default_values(program.dag, program.parameters))
+    values[Symbol(Kind.TIME, 0)] = 0.3
+    values |= {Symbol(Kind.STATE, k): x for k, x in enumerate(states.tolist())}
+    matrix = np.zeros((jacobian.size, jacobian.size))
+    entries = evaluate_nodes(program.dag, jacobian.entries, values)
+    matrix[jacobian.rows, jacobian.columns] = entries
+    n = len(program.states)
+    inner = np.linalg.solve(matrix[n:, n:], matrix[n:, :n])
+    return matrix[:n, :n] - matrix[:n, n:] @ inner
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_the_jacobian_is_that_of_explicit_rates(name: str) -> None:
+    source = MECHANISMS[name]
+    found = lowered(source)
+    with solved_in_f():
+        explicit = lowered(source)
+    assert found.jacobian.inner > 0 and explicit.jacobian.inner == 0
+    assert operations(found) < 0.9 * operations(explicit)
+    assert {*zip(explicit.jacobian.rows, explicit.jacobian.columns, strict=True)} <= {
+        *found.jacobian.slopes
+    }
+    rng = np.random.default_rng(4)
+    for _ in range(3):
+        states = rng.uniform(-1, 1, len(found.program.states))
+        expected = slopes(explicit, states)
+        error = np.abs(slopes(found, states) - expected).max()
+        assert error <= 1e-10 * np.abs(expected).max()
+
+
+# --- runs --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Pair:
+    """The same scene with inner unknowns, and with speeds solved for in f."""
+
+    inner: bgc.Model
+    explicit: bgc.Model
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Pair:
+    folder = tmp_path_factory.mktemp("arm")
+    models = []
+    for k in range(2):
+        with pytest.MonkeyPatch.context() as patch:  # the keys of the cache hold the source
+            patch.setenv("BGC_CACHE_DIR", str(folder / str(k)))
+            path = folder / "arm.bg"
+            path.write_text(chain(4), "utf-8")
+            if k == 0:
+                models.append(bgc.compile(path))
+            else:
+                with solved_in_f():
+                    models.append(bgc.compile(path))
+    return Pair(*models)
+
+
+def test_the_jacobian_of_a_compiled_model_is_that_of_differences(arm: Pair) -> None:
+    rng = np.random.default_rng(1)
+    start = arm.inner.initial_state()
+    for _ in range(3):
+        x = start + rng.uniform(-0.3, 0.3, len(start))
+        dense = arm.inner.jacobian(x)
+        assert np.abs(dense - arm.explicit.jacobian(x)).max() <= 1e-12 * np.abs(dense).max()
+        for k in range(len(x)):
+            shift = np.zeros(len(x))
+            shift[k] = 1e-6
+            change = (arm.inner.rhs(x + shift) - arm.inner.rhs(x - shift)) / 2e-6
+            np.testing.assert_allclose(
+                dense[:, k], change, rtol=1e-5, atol=1e-6 * np.abs(dense).max()
+            )
+
+
+@pytest.mark.parametrize(
+    ("solver", "options"),
+    [
+        ("ros34prw", {"step": 1e-3}),
+        ("ros23", {"step": 2e-3}),
+        ("rodas5p", {"rtol": 1e-8}),
+        ("rodas4p2", {"rtol": 1e-8}),
+        ("radau5", {"rtol": 1e-8}),
+        ("gauss4", {"step": 5e-3}),
+        ("dopri5", {"rtol": 1e-8}),
+    ],
+)
+def test_runs_are_those_of_explicit_rates(
+    arm: Pair, solver: str, options: dict[str, float]
+) -> None:
+    runs = [model.simulate(solver=solver, **options) for model in (arm.inner, arm.explicit)]
+    for name in ("last", "first", "stored"):
+        np.testing.assert_allclose(runs[0][name], runs[1][name], rtol=1e-9, atol=1e-10)
+    counts = runs[0].counts
+    assert counts["steps"] == runs[1].counts["steps"]
+    assert counts["refinements"] == counts["fallbacks"] == 0
+    assert np.abs(runs[0]["residual"]).max() < 1e-4 * np.ptp(runs[0]["stored"])
+
+
+@pytest.mark.slow
+def test_cvode_gets_the_whole_jacobian(arm: Pair) -> None:
+    runs = [model.simulate(solver="cvode", rtol=1e-9) for model in (arm.inner, arm.explicit)]
+    np.testing.assert_allclose(runs[0]["last"], runs[1]["last"], rtol=1e-7, atol=1e-9)
+
+
+def test_stiffness_and_linear_forms_use_the_whole_jacobian(arm: Pair) -> None:
+    runs = [m.simulate(solver="rodas5p", rtol=1e-6) for m in (arm.inner, arm.explicit)]
+    assert runs[0].counts["fastest"] == pytest.approx(runs[1].counts["fastest"], rel=1e-6)
+    np.testing.assert_allclose(
+        np.sort_complex(arm.inner.eigenvalues(arm.inner.initial_state())),
+        np.sort_complex(arm.explicit.eigenvalues(arm.explicit.initial_state())),
+        rtol=1e-9,
+        atol=1e-9,
+    )
+
+
+@pytest.mark.parametrize("solver", ["ros34prw", "rodas5p"])
+def test_lanes_take_the_same_steps(arm: Pair, solver: str) -> None:
+    options = {"step": 1e-3} if solver == "ros34prw" else {"rtol": 1e-7}
+    angles = np.linspace(0.1, 0.6, 5)
+    ensemble = arm.inner.simulate_many({"joint0.angle0": angles}, solver=solver, **options)
+    assert ensemble.together == 5
+    for angle, last in zip(angles, ensemble["last"], strict=True):
+        alone = arm.inner.simulate(solver=solver, parameters={"joint0.angle0": angle}, **options)
+        np.testing.assert_allclose(last, alone["last"], rtol=1e-6, atol=1e-8)
+
+
+def test_scales_of_masses_far_apart_are_pivoted(arm: Pair) -> None:
+    """Masses over sixteen decades: the check of solutions decides, and the runs agree."""
+    masses = {f"mass{k}": 10.0 ** (5 - 5 * k) for k in range(4)}
+    runs = [
+        model.simulate(0.01, every=0.01, solver="ros34prw", step=1e-3, parameters=masses)
+        for model in (arm.inner, arm.explicit)
+    ]
+    np.testing.assert_allclose(runs[0]["first"], runs[1]["first"], rtol=1e-6)
