@@ -372,7 +372,7 @@ def test_all_shapes_of_the_library_are_valid():
         "ShipGuided", "OffshoreLift", "CylindricalJoint", "ScrewJoint", "Planar", "Universal",
         "Rectangle", "BoxSection", "TubeSection", "ISection", "GivenSection",
         "SolidBox", "SolidCylinder", "SolidSphere",
-        "RegularWave", "GivenWaves", "Jonswap", "Rope",
+        "RegularWave", "GivenWaves", "Jonswap", "Rope", "Tackle", "HookLoad",
     }  # fmt: skip
     assert drawn >= {
         "post.box", "pedestal.cylinder", "slide.cylinder", "swivel.sphere", "payload.sphere",
