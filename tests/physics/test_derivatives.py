@@ -6,8 +6,6 @@ differences.
 
 from __future__ import annotations
 
-import cmath
-import math
 import re
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -36,17 +34,19 @@ SCENES = [
     for name in re.findall(r"^scene (\w+)", path.read_text(), re.MULTILINE)
 ]
 TINY = 1e-100  # no difference is taken, so nothing cancels
-ENTIRE: Mapping[Op, Callable[[complex], complex]] = {
-    Op.SIN: cmath.sin, Op.COS: cmath.cos, Op.TAN: cmath.tan, Op.EXP: cmath.exp,
-    Op.TANH: cmath.tanh, Op.SINH: cmath.sinh, Op.COSH: cmath.cosh, Op.ATAN: cmath.atan,
-    Op.ASIN: cmath.asin, Op.ACOS: cmath.acos, Op.LOG: cmath.log, Op.SQRT: cmath.sqrt,
+# Values of a node: one for each state that is stepped, in one array.
+Lanes = npt.NDArray[np.complex128]
+ENTIRE: Mapping[Op, Callable[[Lanes], Lanes]] = {
+    Op.SIN: np.sin, Op.COS: np.cos, Op.TAN: np.tan, Op.EXP: np.exp,
+    Op.TANH: np.tanh, Op.SINH: np.sinh, Op.COSH: np.cosh, Op.ATAN: np.arctan,
+    Op.ASIN: np.arcsin, Op.ACOS: np.arccos, Op.LOG: np.log, Op.SQRT: np.sqrt,
 }  # fmt: skip
 STEPS = {
     Op.SIGN, Op.FLOOR, Op.CEIL, Op.LT, Op.LE, Op.EQ, Op.AND, Op.OR, Op.NOT, Op.RANDOM,
 }  # fmt: skip
 
 
-def complex_value(op: Op, x: tuple[complex, ...]) -> complex:
+def complex_values(op: Op, x: tuple[Lanes, ...]) -> Lanes:
     """One operation on complex numbers close to the real axis."""
     match op, x:
         case (Op.ADD, (a, b)):
@@ -60,63 +60,68 @@ def complex_value(op: Op, x: tuple[complex, ...]) -> complex:
         case (Op.NEG, (a,)):
             return -a
         case (Op.ABS, (a,)):
-            return -a if a.real < 0 else a
-        case (Op.POW, (a, b)) if b.imag == 0 and b.real == int(b.real):
-            return a ** int(b.real)
+            return np.where(a.real < 0, -a, a)
+        case (Op.POW, (a, b)) if not b.imag.any() and b.real[0] == int(b.real[0]):
+            # NumPy's complex powers go through the logarithm; products are exact near the axis.
+            return np.array([y ** int(b.real[0]) for y in a.tolist()])
         case (Op.POW, (a, b)):
-            return a**b
+            return np.power(a, b)
         case (Op.HYPOT, (a, b)):
-            return cmath.sqrt(a * a + b * b)
+            return np.sqrt(a * a + b * b)
         case (Op.ATAN2, (y, x)):
             turn = (x.real * y.imag - y.real * x.imag) / (x.real**2 + y.real**2)
-            return complex(math.atan2(y.real, x.real), turn)
+            return np.arctan2(y.real, x.real) + 1j * turn
         case (Op.SELECT, (condition, yes, no)):
-            return yes if condition.real != 0 else no
+            return np.where(condition.real != 0, yes, no)
         case (Op.MIN, (a, b)):
-            return a if a.real <= b.real else b
+            return np.where(a.real <= b.real, a, b)
         case (Op.MAX, (a, b)):
-            return a if a.real >= b.real else b
+            return np.where(a.real >= b.real, a, b)
         case _ if op in ENTIRE:
             return ENTIRE[op](x[0])
         case _:
-            assert op in STEPS, op.name
-            return complex(apply(op, *(a.real for a in x)))  # piecewise constant
+            assert op in STEPS, op.name  # piecewise constant, of a real part that all share
+            return np.full_like(x[0], apply(op, *(float(a.real[0]) for a in x)))
 
 
-def looked_up(dag: Dag, node: int, operands: tuple[complex, ...]) -> complex:
+def looked_up(dag: Dag, node: int, operands: tuple[Lanes, ...]) -> Lanes:
     """A look-up in a table: the value there, and its slopes along the imaginary axis."""
-    table, (one, two) = dag.table_of(node), orders_of(int(operands[0].real))
-    x, y = operands[1], operands[-1]
+    (one, two) = orders_of(int(operands[0].real[0]))
+    table, x, y = dag.table_of(node), operands[1], operands[-1]
+    at, beside = float(x.real[0]), float(y.real[0])
     if isinstance(table, Grid):
-        value = table.value((one, two), x.real, y.real)
-        by_x, by_y = (table.value(o, x.real, y.real) for o in ((one + 1, two), (one, two + 1)))
-        return complex(value, by_x * x.imag + by_y * y.imag)
+        value = table.value((one, two), at, beside)
+        by_x, by_y = (table.value(o, at, beside) for o in ((one + 1, two), (one, two + 1)))
+        return value + 1j * (by_x * x.imag + by_y * y.imag)
     match Op(dag.op[node]):
         case Op.PLACE:
-            return complex(table.place(x.real))
+            return np.full_like(x, table.place(at))
         case Op.PIECE:
-            value, slope = (table.piece(one + k, x.real, int(y.real)) for k in (0, 1))
+            value, slope = (table.piece(one + k, at, int(beside)) for k in (0, 1))
         case _:
-            value, slope = (table.value(one + k, x.real) for k in (0, 1))
-    return complex(value, slope * x.imag)
+            value, slope = (table.value(one + k, at) for k in (0, 1))
+    return value + 1j * slope * x.imag
 
 
-def rates(program: Program, values: Mapping[Symbol, complex]) -> list[complex]:
-    """The rates of all states."""
+def rates(program: Program, values: Mapping[Symbol, Lanes], lanes: int) -> Lanes:
+    """The rates of all states: a row for each, a column for each lane."""
     dag: Dag = program.dag
     nodes = [state.derivative for state in program.states]
-    done: dict[int, complex] = {}
-    for node in dag.reachable(nodes):
-        exact, symbol = dag.value(node), dag.symbol_of(node)
-        if exact is not None:
-            done[node] = complex(to_double(exact))
-        elif symbol is not None:
-            done[node] = complex(values[symbol])
-        else:
-            operands, op = tuple(done[x] for x in dag.operands(node)), Op(dag.op[node])
-            looks_up = op in TABLE_OPS
-            done[node] = looked_up(dag, node, operands) if looks_up else complex_value(op, operands)
-    return [done[node] for node in nodes]
+    done: dict[int, Lanes] = {}
+    with np.errstate(all="ignore"):  # in the branches of a selection that are not taken
+        for node in dag.reachable(nodes):
+            exact, symbol = dag.value(node), dag.symbol_of(node)
+            if exact is not None:
+                done[node] = np.full(lanes, complex(to_double(exact)))
+            elif symbol is not None:
+                done[node] = np.broadcast_to(values[symbol], lanes)
+            else:
+                operands, op = tuple(done[x] for x in dag.operands(node)), Op(dag.op[node])
+                looks_up = op in TABLE_OPS
+                done[node] = (
+                    looked_up(dag, node, operands) if looks_up else complex_values(op, operands)
+                )
+    return np.array([done[node] for node in nodes])
 
 
 @cache
@@ -136,19 +141,22 @@ def point(model: Model) -> Floats:
 def test_rates_and_jacobian_are_those_of_complex_steps(path: Path, scene: str) -> None:
     model, program = compiled(path, scene)
     state, time = point(model), 0.3
-    values: dict[Symbol, complex] = dict(default_values(program.dag, program.parameters))
-    values[Symbol(Kind.TIME, 0)] = time
-    values.update({Symbol(Kind.INPUT, k): 0.0 for k in range(program.inputs)})
-    values.update({Symbol(Kind.STATE, k): x for k, x in enumerate(state)})
-    exact = np.array(rates(program, values)).real
-    found = model.rhs(state, time)
-    np.testing.assert_allclose(found, exact, rtol=1e-9, atol=1e-12 * np.abs(exact).max())
-    jacobian = model.jacobian(state, time)
-    for k, x in enumerate(state):
-        stepped = rates(program, {**values, Symbol(Kind.STATE, k): x + 1j * TINY})
-        column = np.array(stepped).imag / TINY
-        largest = np.abs(column).max(initial=0.0)
-        np.testing.assert_allclose(jacobian[:, k], column, rtol=1e-9, atol=1e-12 * largest)
+    values = {
+        symbol: np.array(complex(value))
+        for symbol, value in default_values(program.dag, program.parameters).items()
+    }
+    values[Symbol(Kind.TIME, 0)] = np.array(complex(time))
+    values |= {Symbol(Kind.INPUT, k): np.array(0j) for k in range(program.inputs)}
+    steps = 1j * TINY * np.eye(len(state))  # lane k steps state k
+    values |= {Symbol(Kind.STATE, k): x + steps[k] for k, x in enumerate(state)}
+    found = rates(program, values, len(state))
+    exact = found[:, 0].real
+    right = model.rhs(state, time)
+    np.testing.assert_allclose(right, exact, rtol=1e-9, atol=1e-12 * np.abs(exact).max())
+    jacobian, columns = model.jacobian(state, time), found.imag / TINY
+    for k in range(len(state)):
+        largest = np.abs(columns[:, k]).max(initial=0.0)
+        np.testing.assert_allclose(jacobian[:, k], columns[:, k], rtol=1e-9, atol=1e-12 * largest)
 
 
 @pytest.mark.parametrize(("path", "scene"), SCENES, ids=[name for _, name in SCENES])
