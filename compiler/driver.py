@@ -34,6 +34,7 @@ from bgc.ir.graph import FlatGraph
 from bgc.ir.lowered import Lowered
 from bgc.ir.program import Program
 from bgc.ir.time_dependence import depends_on_time
+from bgc.language.scene_tables import DRIVER_BY_PATH
 from bgc.options import Options
 from bgc.passivity.checks import check_physics
 from bgc.passivity.coefficients import passive_coefficients
@@ -308,5 +309,5 @@ def _unknown_drivers(graph: FlatGraph) -> list[Diagnostic]:
     return [
         unknown_driver(device.name, device.driver, have, device.span)
         for device in graph.devices
-        if device.driver not in have
+        if device.driver not in (*have, DRIVER_BY_PATH)
     ]

@@ -12,6 +12,7 @@ from bgc.runtime.linear.state_space import Linearisation, Mode, modes_of, pencil
 from bgc.runtime.results.arrays import Array, Complex
 from bgc.runtime.results.result import Result
 from bgc.runtime.running.compiling import load_as
+from bgc.runtime.running.devices import read_choices
 from bgc.runtime.running.failures import require
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
@@ -46,6 +47,7 @@ class Model(LoadedModel):
         parameters: Mapping[str, ParameterValue] | None = None,
         progress: bool = False,
         shapes: bool = False,
+        devices: Mapping[str, str] | None = None,
     ) -> Result:
         """Run from the initial state and return the observed values.
 
@@ -79,6 +81,9 @@ class Model(LoadedModel):
             Whether to record the shapes of all parts with their poses at each row, in
             `result.shapes`. They may need states that the scene does not, so the model is compiled
             once more, without a change to this one.
+        devices
+            Drivers in place of the scene's: `{"hand": "./mine.so"}`, `{"hand": "motion.csv"}` or
+            `{"hand": "udp(port=5005)"}`.
 
         Raises
         ------
@@ -105,13 +110,15 @@ class Model(LoadedModel):
                 settle=settle,
                 parameters=values,
                 progress=progress,
+                devices=devices,
             )
         options = {"rtol": rtol, "atol": atol, "step": step, "max_step": max_step}
         options |= {"substeps": substeps, "settle": settle}
         method, notices = method_of(self, solver, options, values)
         method = method.started(start)
         times = times_of(self, method, duration, every)
-        return simulate(self, method, times, values, progress, notices)
+        choices = read_choices(devices or {})
+        return simulate(self, method, times, values, progress, notices, choices)
 
     def _with_shapes(self) -> Model:
         """Compile the same model with its shapes, or load it from the cache."""

@@ -68,6 +68,9 @@ DRIVER_OPTIONS: Mapping[str, Mapping[str, bool]] = {
 }
 """Options of drivers, and whether they are needed; those of other drivers are not compared."""
 
+DRIVER_BY_PATH = "driver"
+"""The driver whose first argument is the path of a shared object: `driver("./mine.so")`."""
+
 DEVICE_INPUTS: Mapping[str, Channel] = {
     "position": Channel((3,), _METRE, "position of the handle"),
     "orientation": Channel((4,), None, "orientation as a unit quaternion [scalar, vector]"),

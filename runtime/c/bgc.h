@@ -8,6 +8,8 @@
 #ifndef BGC_H
 #define BGC_H
 
+#include "bgc_device.h"
+
 #include <stddef.h>
 #include <stdint.h>
 
@@ -417,6 +419,11 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
  * the forces of its devices are zero. */
 bgc_status bgc_run(const bgc_model *m, bgc_data *d, const double *times, size_t n, double *rows,
                    size_t *done);
+/* Integrates to t without the sample of the devices that is due at t, which the next bgc_run takes: for a
+ * loop that waits until the clock shows t. Both together give the bits of one bgc_run. */
+bgc_status bgc_advance(const bgc_model *m, bgc_data *d, double t);
+/* Seconds between two samples of the devices; 0 in a model that samples nothing. */
+double bgc_sample_period(const bgc_data *d);
 void bgc_stop(bgc_data *d); /* makes bgc_run return soon; from any thread or signal handler */
 const bgc_counts *bgc_get_counts(const bgc_data *d);
 
@@ -434,25 +441,7 @@ int bgc_get_faint(const bgc_model *m, const bgc_data *d, int k, bgc_faint_state 
 
 /* --- devices ------------------------------------------------------------------------------ */
 
-typedef struct {
-    double position[3], orientation[4], velocity[3], angular_velocity[3], gripper[1], buttons[8];
-} bgc_pose;
-
-typedef struct {
-    double force[3], torque[3], gripper_force[1];
-} bgc_effort;
-
-/* A driver: open takes "key=value" lines and returns a handle, or fills message (size bytes).
- * read and write return 0, or nonzero on a fault. Times are simulation time in seconds. */
-typedef struct {
-    const char *name;
-    void *(*open)(const char *options, char *message, size_t size);
-    int (*read)(void *handle, double t, bgc_pose *pose);
-    int (*write)(void *handle, double t, const bgc_effort *effort);
-    void (*close)(void *handle);
-} bgc_driver;
-
-const bgc_driver *bgc_find_driver(const char *name);  /* NULL: unknown */
+const bgc_driver *bgc_find_driver(const char *name);  /* of the runtime; NULL: unknown */
 
 /* Opens device k of the model with the given driver (NULL: the scene's) and options (NULL: the
  * scene's); on a fault `message` gives the reason. Device inputs are read at every multiple of the
@@ -461,6 +450,9 @@ const bgc_driver *bgc_find_driver(const char *name);  /* NULL: unknown */
 bgc_status bgc_open_device(const bgc_model *m, bgc_data *d, int k, const bgc_driver *driver,
                            const char *options, char *message, size_t size);
 void bgc_close_devices(const bgc_model *m, bgc_data *d);  /* zero force first */
+/* After BGC_DEVICE: the device at fault, and the reason that its driver gives; -1 and "" without one. */
+int bgc_failed_device(const bgc_data *d);
+const char *bgc_device_reason(const bgc_data *d);
 
 #ifdef __cplusplus
 }

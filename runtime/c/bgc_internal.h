@@ -285,6 +285,8 @@ struct bgc_data {
     int *closing_pivot;
 
     bgc_device *device;
+    int failed_device;       /* the last one that reported a fault, or -1; */
+    char device_reason[256]; /* and its driver's reason */
     atomic_int stop;
 };
 

@@ -80,6 +80,28 @@ void bgc_zero_devices(const bgc_model *m, bgc_data *d) {
     }
 }
 
+/* Notes which device reported a fault and why, and sets all forces to zero. */
+static bgc_status fail_device(const bgc_model *m, bgc_data *d, int k) {
+    const bgc_device *device = &d->device[k];
+    const char *reason =
+        device->driver->last_error != NULL ? device->driver->last_error(device->handle) : NULL;
+
+    d->failed_device = k;
+    snprintf(d->device_reason, sizeof d->device_reason, "%s", reason != NULL ? reason : "");
+    bgc_zero_devices(m, d);
+    return BGC_DEVICE;
+}
+
+/* Whether a driver's answer is a fault. */
+static int is_fault(int answer) {
+    return answer != BGC_DEVICE_FINE && answer != BGC_DEVICE_SATURATED &&
+           answer != BGC_DEVICE_NO_NEWS;
+}
+
+int bgc_failed_device(const bgc_data *d) { return d->failed_device; }
+
+const char *bgc_device_reason(const bgc_data *d) { return d->device_reason; }
+
 /* Reads poses at the present time to the inputs of the model. A fault sets all forces to zero. */
 bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d) {
     /* A pose from each open device. */
@@ -89,9 +111,8 @@ bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d) {
             continue;
         }
         device->pose = resting;
-        if (device->driver->read(device->handle, d->core.t, &device->pose) != 0) {
-            bgc_zero_devices(m, d);
-            return BGC_DEVICE;
+        if (is_fault(device->driver->read(device->handle, d->core.t, &device->pose))) {
+            return fail_device(m, d, k);
         }
     }
 
@@ -137,9 +158,8 @@ bgc_status bgc_write_devices(const bgc_model *m, bgc_data *d) {
                 *command_of(&effort, &m->command[i]) = d->command[i];
             }
         }
-        if (device->driver->write(device->handle, d->core.t, &effort) != 0) {
-            bgc_zero_devices(m, d);
-            return BGC_DEVICE;
+        if (is_fault(device->driver->write(device->handle, d->core.t, &effort))) {
+            return fail_device(m, d, k);
         }
     }
     return BGC_OK;
@@ -174,6 +194,11 @@ bgc_status bgc_open_device(const bgc_model *m, bgc_data *d, int k, const bgc_dri
     }
     if (driver == NULL) {
         snprintf(message, size, "there is no driver called `%s`", m->device[k].driver);
+        return BGC_BAD_ARGUMENT;
+    }
+    if (driver->abi != BGC_DEVICE_ABI) {
+        snprintf(message, size, "the driver has version %u of bgc_device.h, this runtime has %d",
+                 (unsigned)driver->abi, BGC_DEVICE_ABI);
         return BGC_BAD_ARGUMENT;
     }
 

@@ -46,7 +46,7 @@ bgc_data *bgc_new(const bgc_model *m) {
 
     d->core.failed_parameter = d->core.failed_assertion = d->core.failed_state = -1;
     d->core.failed_switch = d->core.failed_divisor = d->core.failed_chain = d->core.failed_jump = -1;
-    d->core.failed_held = -1;
+    d->core.failed_held = d->failed_device = -1;
     d->core.instant = (double)INFINITY;
     bgc_default_inputs(m, d->u);
     bgc_reset_modes(m, d);

@@ -97,16 +97,17 @@ static double seconds(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* Integrates until the present is at or beyond t. The clock is read once a step: reading it takes a
- * fifth of the time of a large right-hand side. */
-static bgc_status advance_to(const bgc_model *m, bgc_data *d, double t) {
+/* Integrates until the present is at or beyond t, and takes the sample that is due at t or leaves it.
+ * The clock is read once a step: reading it takes a fifth of the time of a large right-hand side. */
+static bgc_status advance_to(const bgc_model *m, bgc_data *d, double t, int takes_sample) {
     bgc_core *core = &d->core;
     double start = -1.0; /* not read yet */
 
     for (long attempts = 0;; attempts++) {
         const int64_t before = core->sample;
         const double slack = bgc_time_slack(core->t, core->t_old);
-        bgc_status status = core->t > t + slack ? BGC_OK : bgc_sample(m, d);
+        const int is_past = takes_sample ? core->t > t + slack : core->t >= t - slack;
+        bgc_status status = is_past ? BGC_OK : bgc_sample(m, d);
         double now;
 
         /* Done, or stopped. */
@@ -203,12 +204,47 @@ static bgc_status run(const bgc_model *m, bgc_data *d, const double *times, size
         status = bgc_check_asserts(m, d, d->core.t, d->x);
     }
     for (size_t i = 0; i < n && status == BGC_OK; i++) {
-        status = advance_to(m, d, times[i]);
+        status = advance_to(m, d, times[i], 1);
         if (status == BGC_OK) {
             status = write_row(m, d, times[i], rows + i * width);
         }
         *done += status == BGC_OK;
     }
+    return status;
+}
+
+/* The caller may have written x and u. */
+static void begin_run(const bgc_model *m, bgc_data *d) {
+    d->core.f_valid = d->core.jac_valid = 0;
+    bgc_find_modes(m, d);
+    bgc_hold_modes(m, d);
+}
+
+/* Forces are zero after a failure. */
+static void end_run(const bgc_model *m, bgc_data *d, bgc_status status, double start) {
+    bgc_release_modes(m, d);
+    bgc_report_correction(m, d);
+    if (status != BGC_OK) {
+        bgc_zero_devices(m, d);
+    }
+    d->core.counts.run_seconds += seconds() - start;
+}
+
+double bgc_sample_period(const bgc_data *d) { return d->core.period; }
+
+bgc_status bgc_advance(const bgc_model *m, bgc_data *d, double t) {
+    const double start = seconds();
+    bgc_status status;
+
+    if (!d->core.ready || !isfinite(t)) {
+        return BGC_BAD_ARGUMENT;
+    }
+    begin_run(m, d);
+    status = apply_inputs(m, d);
+    if (status == BGC_OK) {
+        status = advance_to(m, d, t, 0);
+    }
+    end_run(m, d, status, start);
     return status;
 }
 
@@ -222,16 +258,8 @@ bgc_status bgc_run(const bgc_model *m, bgc_data *d, const double *times, size_t 
         return BGC_BAD_ARGUMENT;
     }
 
-    /* The caller may have written x and u. */
-    d->core.f_valid = d->core.jac_valid = 0;
-    bgc_find_modes(m, d);
-    bgc_hold_modes(m, d);
+    begin_run(m, d);
     status = run(m, d, times, n, rows, done);
-    bgc_release_modes(m, d);
-    bgc_report_correction(m, d);
-    if (status != BGC_OK) {
-        bgc_zero_devices(m, d);
-    }
-    d->core.counts.run_seconds += seconds() - start;
+    end_run(m, d, status, start);
     return status;
 }

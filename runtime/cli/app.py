@@ -29,6 +29,7 @@ _COMMANDS = {
     "check": "report errors and warnings without compiling",
     "run": "simulate a scene, write and draw the result",
     "sweep": "simulate a scene for many values of its parameters",
+    "devices": "list drivers and haptic devices, and why one cannot be used",
     "build": "compile a scene to C or to a shared object",
     "causality": "show causal strokes with their reasons, storage, loops",
     "equations": "print the state equations, or their linear form and modes",

@@ -9,6 +9,7 @@ from typing import Any, Literal, TypeVar
 import click
 
 from bgc.diagnostics.catalogue.arguments import bad_assignment, bad_option
+from bgc.diagnostics.catalogue.devices import bad_device_option
 from bgc.diagnostics.catalogue.machine import cannot_write, unknown_file_kind
 from bgc.diagnostics.catalogue.symbolic import bad_pair
 from bgc.diagnostics.diagnostic import BgError
@@ -55,6 +56,23 @@ def use_option(command: _Command) -> _Command:
     """Add `--use`, any number of times."""
     text = 'Fill a slot: --use "crane.elbow.lock=Rigid[5]". May be repeated.'
     return click.option("--use", "uses", multiple=True, metavar="SLOT=TYPE", help=text)(command)
+
+
+def device_option(command: _Command) -> _Command:
+    """Add `--device NAME=DRIVER`, any number of times."""
+    text = "Driver in place of the scene's: hand=./mine.so, hand=motion.csv. May be repeated."
+    return click.option("--device", "devices", multiple=True, metavar="NAME=DRIVER", help=text)(
+        command
+    )
+
+
+def read_devices(texts: tuple[str, ...]) -> dict[str, str]:
+    """Read the values of `--device`; BG013 where one has no name or no driver."""
+    pairs = [text.partition("=") for text in texts]
+    for text, (name, _, driver) in zip(texts, pairs, strict=True):
+        if not (name.strip() and driver.strip()):
+            raise BgError([bad_device_option(text)])
+    return {name.strip(): driver for name, _, driver in pairs}
 
 
 def whole_option(command: _Command) -> _Command:

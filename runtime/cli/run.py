@@ -13,10 +13,12 @@ from bgc.options import Options
 from bgc.runtime.cli.app import AT_FAULT, INTERRUPTED, print_diagnostics
 from bgc.runtime.cli.options import (
     check_target,
+    device_option,
     method_options,
     model_file,
     preview_option,
     read_assignments,
+    read_devices,
     read_method,
     read_uses,
     scene_option,
@@ -53,6 +55,7 @@ _PICTURES = (".png", ".svg", ".pdf")
     metavar="TEXT",
     help='Panel of the plot: "tip.z, handle.z" or "force against elevation". May be repeated.',
 )
+@device_option
 @method_options
 @click.option("--shapes", is_flag=True, help="Record the poses of all shapes in the .npz file.")
 @click.option("--quiet", "-q", is_flag=True, help="Print no summary and no progress bar.")
@@ -72,6 +75,7 @@ def run(
     panels: tuple[str, ...],
     shapes: bool,
     quiet: bool,
+    devices: tuple[str, ...],
     **method: Any,
 ) -> None:
     """Simulate a scene of FILE; write and draw what it observes.
@@ -86,6 +90,7 @@ def run(
     check_target(plot, _PICTURES)
     arguments = read_method(method)
     filled = read_uses(uses)
+    chosen = read_devices(devices)
     options = Options(
         scene, strict=strict, whole=whole, uses=filled, preview=preview, shapes=shapes
     )
@@ -94,7 +99,7 @@ def run(
     print_diagnostics(model.warnings)
     status = 0
     try:
-        result = model.simulate(**arguments, progress=not quiet)
+        result = model.simulate(**arguments, progress=not quiet, devices=chosen)
     except SimulationError as problem:
         print_diagnostics(problem.diagnostics)
         result, status = problem.result, AT_FAULT

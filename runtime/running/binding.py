@@ -48,6 +48,7 @@ _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_energy": (c_int, (_Doubles,)),
     "bgc_set_options": (c_int, (POINTER(OptionsStruct),)),
     "bgc_run": (c_int, (_Doubles, c_size_t, _Doubles, POINTER(c_size_t))),
+    "bgc_advance": (c_int, (c_double,)),
     "bgc_state_at": (c_int, (c_double, _Doubles)),
     "bgc_get_faint": (c_int, (c_int, POINTER(FaintState))),
     "bgc_open_device": (c_int, (c_int, c_void_p, c_char_p, c_char_p, c_size_t)),
@@ -69,6 +70,9 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_count_jumps": (c_int, (_Model,)),
     "bgc_count_rates": (c_int, (_Model,)),
     "bgc_failed_held": (c_int, (c_void_p,)),
+    "bgc_failed_device": (c_int, (c_void_p,)),
+    "bgc_device_reason": (c_char_p, (c_void_p,)),
+    "bgc_sample_period": (c_double, (c_void_p,)),
     "bgc_chain_name": (c_char_p, (_Model, c_int)),
     "bgc_condition_name": (c_char_p, (_Model, c_int)),
     "bgc_time": (c_double, (c_void_p,)),
@@ -287,6 +291,21 @@ class Instance:
     def failed_held(self) -> int:
         """Index of a sampled value that is not finite, -1 if none is."""
         return int(self._ask("bgc_failed_held"))
+
+    @property
+    def failed_device(self) -> int:
+        """Index of the device that reported a fault, -1 if none did."""
+        return int(self._ask("bgc_failed_device"))
+
+    @property
+    def device_reason(self) -> str:
+        """The reason that the driver of that device gives; empty without one."""
+        return text(self._ask("bgc_device_reason"))
+
+    @property
+    def sample_period(self) -> float:
+        """Seconds between two samples of the devices; 0 in a model that samples nothing."""
+        return float(self._ask("bgc_sample_period"))
 
     @property
     def failed_divisor(self) -> int:

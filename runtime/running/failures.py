@@ -14,6 +14,7 @@ from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.structures import Status
 
 _NOWHERE = Places()
+_MESSAGE_LENGTH = 300  # characters of a driver's message
 
 
 class SimulationError(BgError):
@@ -55,7 +56,8 @@ def explain(instance: Instance, status: Status, places: Places = _NOWHERE) -> Di
             return run.assertion_failed(time, message, place.span)
         case Status.DEVICE:
             names = [text(model.device[k].name) for k in range(model.n_device)]
-            return run.device_failed(time, names)
+            at_fault = names[instance.failed_device : instance.failed_device + 1]
+            return run.device_failed(time, at_fault or names, quotable(instance.device_reason))
         case Status.BAD_PARAMETER:
             return _bad_parameter(instance, places)
         case Status.INTERRUPTED:
@@ -96,6 +98,12 @@ def require(instance: Instance, status: Status, places: Places = _NOWHERE) -> No
     """Raise a BgError unless the status is OK."""
     if status is not Status.OK:
         raise BgError([explain(instance, status, places)])
+
+
+def quotable(message: str) -> str:
+    """Make a driver's message, which may quote its file, safe for a terminal."""
+    shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message)
+    return shown if len(shown) <= _MESSAGE_LENGTH else f"{shown[:_MESSAGE_LENGTH]}..."
 
 
 def _at(places: Sequence[Place], index: int) -> Place:

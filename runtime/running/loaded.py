@@ -13,10 +13,11 @@ from bgc.options import Options
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest
 from bgc.runtime.running.binding import Instance, Library, text
+from bgc.runtime.running.devices import NO_CHOICES, Choices, open_devices
 from bgc.runtime.running.failures import explain, require
 from bgc.runtime.running.parameters import Parameters, ParameterValue
 from bgc.runtime.running.rest import go_to_rest
-from bgc.runtime.running.run import Method, open_devices, set_method, start
+from bgc.runtime.running.run import Method, set_method, start
 from bgc.runtime.running.structures import Status, VarInfo
 from bgc.values.shown import Shown, shown_by
 
@@ -120,15 +121,17 @@ class LoadedModel:
         accounts: bool,
         parameters: Mapping[str, ParameterValue] | None = None,
         noted: Callable[[AtRest], None] | None = None,
+        devices: Choices = NO_CHOICES,
     ) -> Iterator[Instance]:
         """Yield an instance at the initial state, its devices open, ready to run with a method.
 
         `accounts` says whether its rows end with the energy accounts. The scene's `settle` holds
         unless the method has its own. `noted` is called with a start at rest, if it is one.
+        `devices` override drivers of the scene.
         """
         instance = self.parameters.instance(parameters or {})
         require(instance, set_method(instance, method, accounts))
-        with open_devices(instance, self.folder):
+        with open_devices(instance, self.folder, devices):
             scene_settle = dict(self.facts.solver_options).get("settle", 0.0)
             settled = method if method.settle > 0 else replace(method, settle=scene_settle)
             status, at_rest = start(instance, settled, method.rest_of(self.facts))

@@ -32,12 +32,13 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.ensemble import DONE, FAILED, INTERRUPTED, Ensemble, EnsembleInterrupted
 from bgc.runtime.running.binding import Instance, Library, text
 from bgc.runtime.running.compiling import load_or_compile
+from bgc.runtime.running.devices import open_devices
 from bgc.runtime.running.failures import require
 from bgc.runtime.running.lanes import LaneLibrary
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import Parameters, ParameterValue
 from bgc.runtime.running.progress import ProgressBar
-from bgc.runtime.running.run import Method, open_devices, set_method, start
+from bgc.runtime.running.run import Method, set_method, start
 from bgc.runtime.running.structures import Status
 from bgc.runtime.running.unfinished import find_unfinished
 from bgc.values.shown import shown_by

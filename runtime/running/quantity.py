@@ -27,6 +27,21 @@ def read_quantity(text: str, name: str, unit: str) -> float:
     return number * _factor(rest.strip(), name, unit) if rest else number
 
 
+def read_number(text: str) -> float | None:
+    """Read a number, with a unit or without, as its SI value; None if the text is another."""
+    match = _NUMBER.match(text.strip())
+    if match is None:
+        return None
+    rest = text.strip()[match.end() :]
+    if not rest:
+        return float(match.group())
+    # As in `_factor`.
+    from bgc.values.units import parse_unit
+
+    parsed = parse_unit(rest.strip()) if rest[0].isspace() else None
+    return float(match.group()) * float(parsed.factor) if parsed else None
+
+
 def spelled_time(seconds: float) -> str:
     """Write a time in s, ms, us or ns, whichever fits, with up to 12 digits."""
     for size, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "us")):

@@ -3,32 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
-from pathlib import Path
 from threading import Event, Thread
 from types import MappingProxyType
 from typing import TypeVar
 
 from bgc.building.backends import BACKENDS, build_backend
-from bgc.building.build import driver_names
 from bgc.building.built import Rest, RunFacts
 from bgc.building.cache import open_cache
 from bgc.diagnostics.catalogue.arguments import (
     bad_option,
-    device_not_opened,
     option_not_served,
     step_needed,
-    unknown_driver,
     unknown_solver,
 )
 from bgc.diagnostics.catalogue.backends import solver_does_not_serve
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest
-from bgc.runtime.running.binding import Instance, Library, backend_run, text
+from bgc.runtime.running.binding import Instance, Library, backend_run
 from bgc.runtime.running.methods import ADAPTIVE_OPTIONS, default_method
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.rest import go_to_rest
@@ -40,8 +34,6 @@ AUTO = "auto"
 _TIGHTEST, _LOOSEST = 1e-15, 0.5  # relative tolerances: from rounding to no accuracy at all
 _MOST_SUBSTEPS = 1000
 _ROWS_IN_A_STEP = 5
-_LINE_BREAK = "its folder has a line break in its name"
-_MESSAGE_LENGTH = 300  # characters of a driver's message
 _WATCH_SECONDS = 0.05  # between two checks of a run: bounds the wait after Ctrl-C
 
 _NONE: Mapping[str, float | None] = MappingProxyType({})
@@ -221,76 +213,6 @@ def set_method(instance: Instance, method: Method, accounts: bool) -> Status:
     instance.backend = backend_run(path, method.name)
     adaptive = default_method(instance.library.methods.values(), fixed=False)
     return instance.set_options(replace(method, name=adaptive.name).struct(accounts))
-
-
-@contextmanager
-def open_devices(instance: Instance, folder: Path) -> Iterator[None]:
-    """Open the scene's devices; on exit set their forces to zero and close them, also after errors.
-
-    `folder` is that of the scene's file: paths of device files are relative to it.
-    """
-    model = instance.library.model
-    try:
-        for index in range(model.n_device):
-            info = model.device[index]
-            name, driver_name = text(info.name), text(info.driver)
-            driver = instance.find_driver(info.driver)
-            if driver is None:
-                raise BgError([unknown_driver(name, driver_name, _drivers(instance))])
-            options = _located(text(info.options), folder)
-            if options is None:
-                raise BgError([device_not_opened(name, driver_name, _LINE_BREAK)])
-            status, message = _interruptible(partial(instance.open_device, index, driver, options))
-            if status is not Status.OK:
-                raise BgError([device_not_opened(name, driver_name, _quotable(message))])
-        yield
-    finally:
-        instance.close_devices()
-
-
-def _drivers(instance: Instance) -> list[str]:
-    """The drivers that a build holds."""
-    return [name for name in driver_names() if instance.find_driver(name.encode()) is not None]
-
-
-def _quotable(message: str) -> str:
-    """Make a driver's message, which may quote its file, safe for a terminal."""
-    shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in message)
-    return shown if len(shown) <= _MESSAGE_LENGTH else f"{shown[:_MESSAGE_LENGTH]}..."
-
-
-def _located(options: str, folder: Path) -> str | None:
-    """Make the path of a device's file relative to the scene's folder.
-
-    None where that folder has a line break, which would end the option.
-    """
-    # Drivers end an option at "\n" alone, so `splitlines` would find more options than they do.
-    lines = [line.partition("=") for line in options.split("\n") if line]
-    located = [(key, str(folder / value) if key == "file" else value) for key, _, value in lines]
-    if any("\n" in value for _, value in located):
-        return None
-    return "".join(f"{key}={value}\n" for key, value in located)
-
-
-def _interruptible(work: Callable[[], _Outcome]) -> _Outcome:
-    """Do work of C in a thread, so that signals are handled meanwhile; they abandon it.
-
-    A file system that does not answer stops the thread, which keeps what it works on alive.
-    """
-    outcome: list[_Outcome] = []
-    finished = Event()
-
-    def run() -> None:
-        try:
-            outcome.append(work())
-        finally:
-            finished.set()
-
-    Thread(target=run, daemon=True).start()
-    while not finished.wait(_WATCH_SECONDS):
-        pass
-    (found,) = outcome
-    return found
 
 
 def run_watched(

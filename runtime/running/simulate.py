@@ -25,6 +25,7 @@ from bgc.runtime.results.result import Result
 from bgc.runtime.results.shapes import shapes_of
 from bgc.runtime.running.advice import faster_method
 from bgc.runtime.running.binding import Instance
+from bgc.runtime.running.devices import NO_CHOICES, Choices
 from bgc.runtime.running.failures import RunInterrupted, SimulationError, explain, require
 from bgc.runtime.running.faint import Undecided, undecided
 from bgc.runtime.running.loaded import LoadedModel
@@ -46,10 +47,12 @@ def simulate(
     parameters: Mapping[str, ParameterValue] = _NONE,
     progress: bool = False,
     notices: Sequence[Diagnostic] = (),
+    devices: Choices = NO_CHOICES,
 ) -> Result:
     """Run from the initial state to all times, s, and name the columns.
 
-    `notices` are warnings about the method, to be shown with the result.
+    `notices` are warnings about the method, to be shown with the result. `devices` override
+    drivers of the scene.
 
     Raises
     ------
@@ -61,7 +64,7 @@ def simulate(
     rows = np.full((len(times), model.row_width), np.nan)
     capped = method.with_capped_step(times, model.facts.timed)
     at_rest: list[AtRest] = []
-    begun = model.started(capped, bool(model.accounts), parameters, at_rest.append)
+    begun = model.started(capped, bool(model.accounts), parameters, at_rest.append, devices)
     with begun as instance:
         status, done, interrupted = run_watched(instance, times, rows, progress)
     result = _named(model, times[:done], rows[:done], method, instance, notices)

@@ -55,6 +55,8 @@ def instance(failed_state=0):
         failed_divisor=0,
         failed_jump=0,
         failed_held=0,
+        failed_device=-1,
+        device_reason="",
         failed_time=1.25,
         failed_chain="crank, rod",
         failed_condition="weld.gap[1]",
@@ -120,6 +122,10 @@ def test_a_fault_names_the_devices_that_may_have_reported_it(names, words):
         model=SimpleNamespace(device=[SimpleNamespace(name=n) for n in names], n_device=len(names))
     )
     assert words in explain(faulty, Status.DEVICE).message
+    faulty.failed_device, faulty.device_reason = len(names) - 1, "no\x1b answer"
+    named = f"device `{names[-1].decode()}` reported"
+    message = explain(faulty, Status.DEVICE).message
+    assert named in message and message.endswith(r": no\x1b answer")
 
 
 @pytest.mark.parametrize(

@@ -57,6 +57,7 @@ bgc.runtime.results
 bgc.runtime.linear
 bgc.runtime.running
 bgc.runtime.documents
+bgc.runtime.realtime
 bgc.runtime.linearising
 bgc.runtime.measuring
 bgc.runtime.activity

@@ -28,11 +28,13 @@ class Pose(ctypes.Structure):
         ("angular_velocity", ctypes.c_double * 3),
         ("gripper", ctypes.c_double),
         ("buttons", ctypes.c_double * 8),
+        ("stamp", ctypes.c_double),
     )
 
 
 class Driver(ctypes.Structure):
     _fields_ = (
+        ("abi", ctypes.c_uint32),
         ("name", ctypes.c_char_p),
         (
             "open",
@@ -145,6 +147,40 @@ def test_fault_ends_the_run_without_force(handle: Any, library: Any) -> None:
     assert len(rows) == 26
     assert handle.time == pytest.approx(0.26)
     assert written(library) == [0.0] * 4
+    assert handle.library.bgc_failed_device(handle.data) == 0
+    handle.library.bgc_device_reason.restype = ctypes.c_char_p
+    assert handle.library.bgc_device_reason(handle.data) == b"the cable is out"
+
+
+def test_a_run_in_parts_gives_the_bits_of_one_run(c_model: Any, tmp_path: Path) -> None:
+    """`bgc_advance` integrates to a sample and leaves it to `bgc_run`."""
+    (tmp_path / "hand.csv").write_text(HAND)
+    times = np.arange(1, 101) * 0.01
+    rows, counts = [], []
+    for parts in (False, True):
+        instance = c_model("handle")
+        assert instance.open_device(f"file={tmp_path / 'hand.csv'}\n") == ("OK", "")
+        instance.start("ros34prw")
+        instance.library.bgc_sample_period.restype = ctypes.c_double
+        assert instance.library.bgc_sample_period(instance.data) == 0.01
+        found = []
+        for time in times if parts else []:
+            assert instance.call("bgc_advance", ctypes.c_double(time)) == "OK"
+            assert instance.time == pytest.approx(time)
+            before = instance.counts.samples
+            found.append(instance.finish([time])[0])
+            assert instance.counts.samples == before + 1
+        rows.append(np.array(found) if parts else instance.finish(times))
+        counts.append(instance.counts.steps)
+    assert rows[0].tobytes() == rows[1].tobytes()
+    assert counts[0] == counts[1]
+
+
+def test_a_driver_of_another_version_is_refused(c_model: Any, library: Any) -> None:
+    instance = c_model("handle")
+    driver = ctypes.byref(Driver.in_dll(instance.library, "old_driver"))
+    status, message = instance.open_device("", driver=driver)
+    assert status == "BAD_ARGUMENT" and "version 2 of bgc_device.h" in message
 
 
 def test_caller_drives_inputs_of_devices_that_are_not_open(c_model: Any) -> None:
@@ -294,7 +330,7 @@ def test_trace_of_many_rows(library: Any, tmp_path: Path) -> None:
 _SHORT_OF_MEMORY = """
 import ctypes, resource, sys
 library = ctypes.CDLL(sys.argv[1])
-name, open_ = (ctypes.c_void_p * 2).in_dll(library, "bgc_trace_driver")
+_, name, open_ = (ctypes.c_void_p * 3).in_dll(library, "bgc_trace_driver")
 open_ = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_size_t)(open_)
 message = ctypes.create_string_buffer(400)
 pages = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
@@ -334,7 +370,7 @@ _WITH_COMMA = """
 import ctypes, locale, sys
 locale.setlocale(locale.LC_NUMERIC, sys.argv[3])
 library = ctypes.CDLL(sys.argv[1])
-name, open_ = (ctypes.c_void_p * 2).in_dll(library, "bgc_trace_driver")
+_, name, open_ = (ctypes.c_void_p * 3).in_dll(library, "bgc_trace_driver")
 open_ = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_size_t)(open_)
 message = ctypes.create_string_buffer(400)
 print(bool(open_(f"file={sys.argv[2]}\\nscale=1.5".encode(), message, 400)), message.value.decode())

@@ -26,7 +26,7 @@ from bgc.diagnostics.render import render
 from bgc.driver import compile_scene
 from bgc.options import Options
 from bgc.runtime.cli.app import application
-from bgc.runtime.running.run import _located
+from bgc.runtime.running.devices import _located
 
 MANUAL = Path(__file__).parents[2] / "grammar" / "LANGUAGE.md"
 PROMISED: set[str] = set()
@@ -339,10 +339,10 @@ def test_what_is_beyond_a_limit_is_refused(tmp_path, text, code):
 _WAITS = """
 import ctypes, signal, sys, threading
 from bgc.runtime.cli.signals import catch_signals
-from bgc.runtime.running.run import _interruptible
+from bgc.runtime.running.devices import interruptible
 catch_signals()
 threading.Timer(0.2, lambda: print("ready", flush=True)).start()
-_interruptible(lambda: ctypes.CDLL(None).sleep(60))
+interruptible(lambda: ctypes.CDLL(None).sleep(60))
 """
 
 

@@ -146,7 +146,7 @@ def assertion_failed(time: float, message: str, place: Span | None = None) -> Di
     )
 
 
-def device_failed(time: float, devices: Sequence[str]) -> Diagnostic:
+def device_failed(time: float, devices: Sequence[str], reason: str = "") -> Diagnostic:
     """BG706: a device reported a fault
 
     What: reading from or writing to a device failed; its forces were set to zero.
@@ -160,7 +160,8 @@ def device_failed(time: float, devices: Sequence[str]) -> Diagnostic:
     """
     return error(
         "BG706",
-        f"{_device(devices)} reported a fault at t = {time:.9g} s; its forces are zero",
+        f"{_device(devices)} reported a fault at t = {time:.9g} s; its forces are zero"
+        + (f": {reason}" if reason else ""),
         help="check the device, then run again",
     )
 

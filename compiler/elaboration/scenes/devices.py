@@ -9,6 +9,7 @@ from pathlib import Path
 
 from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue import names, scenes
+from bgc.diagnostics.catalogue.devices import no_driver_path
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
 from bgc.elaboration.instances.checks import check_units, fit_shape
@@ -17,7 +18,12 @@ from bgc.elaboration.instances.world import World
 from bgc.elaboration.scenes.scene import Device, Scene, constant_of
 from bgc.grammar import syntax
 from bgc.ir.scene import DeviceUse
-from bgc.language.scene_tables import DEVICE_COMMANDS, DEVICE_INPUTS, DRIVER_OPTIONS
+from bgc.language.scene_tables import (
+    DEVICE_COMMANDS,
+    DEVICE_INPUTS,
+    DRIVER_BY_PATH,
+    DRIVER_OPTIONS,
+)
 from bgc.resolution.modules import Package
 from bgc.values.scope import Namespace
 from bgc.values.units import si_symbol
@@ -183,6 +189,8 @@ def read_devices(world: World, scene: Scene) -> tuple[DeviceUse, ...]:
 
 def _check_options(world: World, item: syntax.Device) -> None:
     """Report options that the driver does not have, and those that it needs."""
+    if item.driver == DRIVER_BY_PATH and not any(map(_is_path, item.arguments)):
+        world.report.add(no_driver_path(item.span))
     known = DRIVER_OPTIONS.get(item.driver)
     if known is None:
         return
@@ -196,10 +204,18 @@ def _check_options(world: World, item: syntax.Device) -> None:
             world.report.add(scenes.device_option(item.span, what, name))
 
 
+def _is_path(argument: syntax.Argument) -> bool:
+    """Return whether it is the path of a shared object: a text without a name."""
+    return argument.name is None and isinstance(argument.value, syntax.Text)
+
+
 def _device_option(
     world: World, scene: Scene, argument: syntax.Argument, device: Device
 ) -> tuple[str, str]:
     what = f"the driver `{device.item.driver}`"
+    if device.item.driver == DRIVER_BY_PATH and _is_path(argument):
+        assert isinstance(argument.value, syntax.Text)
+        return "file", _from_root(world.package, argument, argument.value.value)
     if argument.name is None:
         raise BgError([scenes.device_option(argument.span, what)])
     if isinstance(argument.value, syntax.Text):

@@ -35,6 +35,10 @@ bgc_status bgc_open_device(const bgc_model *m, bgc_data *d, int k, const bgc_dri
     return BGC_BAD_ARGUMENT;
 }
 
+int bgc_failed_device(const bgc_data *d) { return d->failed_device; }
+
+const char *bgc_device_reason(const bgc_data *d) { return d->device_reason; }
+
 void bgc_close_devices(const bgc_model *m, bgc_data *d) {
     (void)m, (void)d;
 }

@@ -1,5 +1,5 @@
 /* drivers.h: the drivers of devices, one line each. Each is defined in a file of this folder; its
- * functions are described at bgc_driver in bgc.h. */
+ * functions are described at bgc_driver in bgc_device.h. */
 #ifndef BGC_DRIVERS_H
 #define BGC_DRIVERS_H
 

@@ -477,4 +477,18 @@ static int trace_write(void *handle, double time, const bgc_effort *effort) {
     return 0;
 }
 
-const bgc_driver bgc_trace_driver = {"trace", trace_open, trace_read, trace_write, trace_close};
+static void trace_capabilities(void *handle, bgc_capabilities *can) {
+    (void)handle;
+    can->sensed = BGC_EVERY_AXIS;
+    can->buttons = 8;
+}
+
+const bgc_driver bgc_trace_driver = {
+    .abi = BGC_DEVICE_ABI,
+    .name = "trace",
+    .open = trace_open,
+    .read = trace_read,
+    .write = trace_write,
+    .close = trace_close,
+    .capabilities = trace_capabilities,
+};

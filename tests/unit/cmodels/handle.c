@@ -53,7 +53,7 @@ static void *test_device_open(const char *options, char *message, size_t size) {
 static int test_device_read(void *handle, double t, bgc_pose *pose) {
     (void)handle;
     pose->position[0] = t;
-    return t >= test_faulty_from;
+    return t >= test_faulty_from ? BGC_DEVICE_LOST : BGC_DEVICE_NO_NEWS;
 }
 
 static int test_device_write(void *handle, double t, const bgc_effort *effort) {
@@ -70,8 +70,15 @@ static void test_device_close(void *handle) {
     test_open--;
 }
 
-const bgc_driver test_driver = {"test", test_device_open, test_device_read, test_device_write,
-                                test_device_close};
+static const char *test_device_error(void *handle) {
+    (void)handle;
+    return "the cable is out";
+}
+
+const bgc_driver test_driver = {.abi = BGC_DEVICE_ABI, .name = "test", .open = test_device_open,
+                                .read = test_device_read, .write = test_device_write,
+                                .close = test_device_close, .last_error = test_device_error};
+const bgc_driver old_driver = {.abi = BGC_DEVICE_ABI + 1, .name = "old", .open = test_device_open};
 
 MODEL(.step = 0.01, .n_input = 4, .n_command = 4, .n_device = 1, .input = input,
       .command = command, .device = device, .commands = commands)

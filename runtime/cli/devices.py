@@ -1,0 +1,51 @@
+"""`bgc devices`."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import click
+
+from bgc.building.build import runtime_directory
+from bgc.diagnostics.catalogue.machine import cannot_write
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.realtime.found import Finding, find_all
+
+_EXAMPLE = ("example/mine.c", "example/Makefile", "bgc_device.h")
+
+
+@click.command()
+@click.option("--example", metavar="DIR", help="Write an example driver with its Makefile to DIR.")
+def devices(example: str | None) -> None:
+    """List drivers and haptic devices, and why one cannot be used.
+
+    Looks for the makers' libraries, USB ids, udev rules and permissions.
+    """
+    if example is not None:
+        click.echo(_write_example(Path(example)))
+        return
+    click.echo("\n".join(_line(finding) for finding in find_all()))
+
+
+def _line(finding: Finding) -> str:
+    mark = "ok" if finding.usable else "--"
+    text = f"{mark}  {finding.name:<18} {finding.text}"
+    return f"{text}\n{'':23}{finding.remedy}" if finding.remedy else text
+
+
+def _write_example(folder: Path) -> str:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in _EXAMPLE:
+            target = folder / Path(name).name
+            if target.exists() and target.name == "mine.c":
+                raise FileExistsError(None, "it is there already", str(target))
+            shutil.copyfile(runtime_directory() / name, target)
+    except OSError as problem:
+        where = str(problem.filename or folder)
+        raise BgError([cannot_write(where, problem.strerror or str(problem))]) from problem
+    return (
+        f"wrote mine.c, Makefile and bgc_device.h to {folder}\n"
+        f"`make -C {folder}`, then `--device NAME={folder}/mine.so`"
+    )

@@ -1,0 +1,1 @@
+"""Real time: the servo loop, its devices and its records."""
