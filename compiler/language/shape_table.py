@@ -83,13 +83,36 @@ SHAPES: Mapping[str, ShapeKind] = {
         Ends.NEVER,
         "a file `.glb`, `.gltf`, `.stl` or `.obj`, in metres times `scale`",
     ),
+    "hull": ShapeKind(
+        (
+            _LENGTH,
+            ShapeArgument("width", Takes.LENGTH),
+            ShapeArgument("height", Takes.LENGTH),
+        ),
+        Ends.NEVER,
+        "a ship's hull in such a box: its bow along x, its deck on top",
+    ),
+    "ram": ShapeKind(
+        (_RADIUS, ShapeArgument("barrel", Takes.LENGTH)),
+        Ends.MUST,
+        "a hydraulic cylinder: its barrel of that length and radius at `a`, its rod to `b`",
+    ),
     "rope": ShapeKind(
-        (ShapeArgument("radius", Takes.LENGTH, 0.02),), Ends.MUST, "a line between two frames"
+        (
+            ShapeArgument("radius", Takes.LENGTH, 0.02),
+            ShapeArgument("paid", Takes.LENGTH, optional=True),
+        ),
+        Ends.MUST,
+        "a line between two frames; a catenary where the length `paid` exceeds their distance",
     ),
     "arrow": ShapeKind(
-        (ShapeArgument("vector", Takes.VECTOR), ShapeArgument("scale", Takes.NUMBER, 1.0)),
+        (
+            ShapeArgument("vector", Takes.VECTOR),
+            ShapeArgument("scale", Takes.NUMBER, optional=True),
+        ),
         Ends.NEVER,
-        "a vector in the axes of its frame, `scale` metres long for each unit",
+        "a vector in the axes of its frame, `scale` metres long for each unit; without it the "
+        "viewer chooses one scale for all",
     ),
     "sea": ShapeKind(
         (ShapeArgument("waves", Takes.WAVES, optional=True),),

@@ -33,7 +33,8 @@ class Shape:
     name, part
         A name of its own, and the path of the part that it belongs to.
     kind
-        `box`, `cylinder`, `sphere`, `capsule`, `mesh`, `rope`, `arrow`, `sea` or `handle`.
+        `box`, `cylinder`, `sphere`, `capsule`, `hull`, `ram`, `mesh`, `rope`, `arrow`, `sea` or
+        `handle`.
     colour
         `#rrggbb`; empty where the viewer chooses.
     file

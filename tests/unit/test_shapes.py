@@ -306,6 +306,7 @@ def test_a_mesh_is_looked_for_beside_its_file(tmp_path):
 
 SHOWN = """
 import crane.session;
+import crane.knuckle_boom;
 import crane.hanging;
 import arms.link;
 import mechanics.flexible;
@@ -343,7 +344,11 @@ model Others {
   sailing -> ball;
 }
 scene session of Session { observe crane.reach; }
-scene swell of Session { use vessel = OsvInSwell; observe crane.reach; }
+scene swell of Session {
+  use vessel = OsvInSwell;
+  use crane = KnuckleBoomCrane;
+  observe crane.reach;
+}
 scene others of Others { observe load.ball.centre; }
 scene pairs of Pairs { observe boom.deflection; }
 """
@@ -373,11 +378,13 @@ def test_all_shapes_of_the_library_are_valid():
         "Rectangle", "BoxSection", "TubeSection", "ISection", "GivenSection",
         "SolidBox", "SolidCylinder", "SolidSphere",
         "RegularWave", "GivenWaves", "Jonswap", "Rope", "Tackle", "HookLoad",
+        "LoadCell", "Member", "KnuckleBoomMechanism",
     }  # fmt: skip
     assert drawn >= {
         "post.box", "pedestal.cylinder", "slide.cylinder", "swivel.sphere", "payload.sphere",
         "ball.sphere", "load.rope", "load.sphere", "link.capsule", "handle.handle", "vessel.box",
-        "vessel.sea", "sailing.box", "quay.box",
+        "vessel.sea", "vessel.hull", "sailing.hull", "boom.box", "arm.ram", "sensor.arrow",
+        "sailing.box", "quay.box",
         "rod.cylinder", "nut.cylinder", "table.box", "cross.cylinder", "section.box",
         "section.cylinder", "block.box", "drum.cylinder",
     }  # fmt: skip
