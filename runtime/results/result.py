@@ -204,8 +204,8 @@ class Result(Mapping[str, Array]):
     def to_npz(self, path: str | Path) -> None:
         """Write NumPy's compressed archive: an array for each column, `time`, and `about`.
 
-        `about` is a JSON text with the units of the values, the units in which they are shown,
-        the scene, the solver and the status.
+        `about` is a JSON text with the units of the values, the units in which they are shown and
+        their factors to SI, the scene, its panels, the solver and the status.
         """
         about: dict[str, Any] = {
             "scene": self.scene,
@@ -214,6 +214,8 @@ class Result(Mapping[str, Array]):
             "message": self.message,
             "units": {"time": "s", **self.units},
             "shown": {name: self.shown_in(name).unit for name in self.columns},
+            "factors": {name: self.shown_in(name).factor for name in self.columns},
+            "panels": [[panel.columns, panel.across] for panel in self.panels],
             **({"shapes": described(self.shapes)} if self.shapes else {}),
         }
         arrays = {

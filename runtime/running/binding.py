@@ -50,6 +50,8 @@ _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_run": (c_int, (_Doubles, c_size_t, _Doubles, POINTER(c_size_t))),
     "bgc_advance": (c_int, (c_double,)),
     "bgc_state_at": (c_int, (c_double, _Doubles)),
+    "bgc_save": (c_int, (c_void_p,)),
+    "bgc_restore": (c_int, (c_void_p,)),
     "bgc_get_faint": (c_int, (c_int, POINTER(FaintState))),
     "bgc_open_device": (c_int, (c_int, c_void_p, c_char_p, c_char_p, c_size_t)),
     "bgc_close_devices": (None, ()),
@@ -59,6 +61,7 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_get_model": (_Model, ()),
     "bgc_chain_rows": (c_int, (_Model,)),
     "bgc_new": (c_void_p, (_Model,)),
+    "bgc_save_size": (c_size_t, (_Model,)),
     "bgc_failed_parameter": (c_int, (c_void_p,)),
     "bgc_failed_assertion": (c_int, (c_void_p,)),
     "bgc_failed_state": (c_int, (c_void_p,)),
@@ -328,6 +331,18 @@ class Instance:
         x = np.full(self.library.model.n_state, np.nan)
         status = Status(self._call("bgc_state_at", time, _doubles(x)))
         return x if status is Status.OK else np.full_like(x, np.nan)
+
+    def save(self) -> bytes:
+        """The whole instance except its devices, for `restore`."""
+        memory = ctypes.create_string_buffer(
+            self.library.functions.bgc_save_size(self.library.pointer)
+        )
+        self._call("bgc_save", memory)
+        return memory.raw
+
+    def restore(self, saved: bytes) -> Status:
+        """Return to a saved state of an instance of the same model."""
+        return Status(self._call("bgc_restore", saved))
 
     def faint(self, index: int) -> FaintState | None:
         """Report how a state fell below its tolerance and grew again in this run."""

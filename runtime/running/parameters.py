@@ -73,7 +73,7 @@ class Parameters(Mapping[str, Parameter]):
         return self._describe(self._find(name), self.instance({}))
 
     def __setitem__(self, name: str, value: ParameterValue) -> None:
-        self._given.update(self._checked(name, value))
+        self._given.update(self.checked(name, value))
 
     def __delitem__(self, name: str) -> None:
         for component in self._components(name) or (name,):
@@ -113,6 +113,20 @@ class Parameters(Mapping[str, Parameter]):
             instance.set_parameter(self._index[name], number)
         return instance
 
+    def set_in(self, instance: Instance, changes: Mapping[str, ParameterValue]) -> None:
+        """Set values in a running instance alone; they take effect at its next reset."""
+        for name, value in changes.items():
+            for component, number in self.checked(name, value).items():
+                instance.set_parameter(self._find(component), number)
+
+    def values_in(self, instance: Instance) -> list[float]:
+        """The values of all parameters in an instance, SI, in their order."""
+        return [instance.parameter(index) for index in self._index.values()]
+
+    def all_in(self, instance: Instance) -> list[Parameter]:
+        """All parameters with their values in an instance."""
+        return [self._describe(index, instance) for index in self._index.values()]
+
     def turned_negative(self, instance: Instance, name: str) -> float | None:
         """Return the value of a parameter if it is negative and its default is not, else None."""
         index = self._index.get(name)
@@ -124,7 +138,7 @@ class Parameters(Mapping[str, Parameter]):
         """Return the values that were set, with `changes`, SI, by the names of scalars."""
         values = dict(self._given)
         for name, value in changes.items():
-            values.update(self._checked(name, value))
+            values.update(self.checked(name, value))
         return values
 
     def _find(self, name: str) -> int:
@@ -153,7 +167,7 @@ class Parameters(Mapping[str, Parameter]):
         """The unit in which a parameter is shown: as written, else its SI unit."""
         return self._shown.get(name) or Shown(unit)
 
-    def _checked(self, name: str, value: ParameterValue) -> dict[str, float]:
+    def checked(self, name: str, value: ParameterValue) -> dict[str, float]:
         """Check a value; return SI values by the names of parameters or components."""
         if isinstance(value, (int, float, str)) or np.ndim(value) == 0:
             return {name: self._number(name, value)}

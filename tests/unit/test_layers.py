@@ -64,6 +64,7 @@ bgc.runtime.activity
 bgc.runtime.trade
 bgc.runtime.stress
 bgc.runtime.editor
+bgc.runtime.view
 bgc.runtime
 bgc.runtime.cli
 bgc

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
 import re
@@ -12,9 +13,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
+import aiohttp
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from processes import started
+from view_server import address, home, serving
 
 import bgc
 import bgc.grammar
@@ -27,6 +31,7 @@ from bgc.driver import compile_scene
 from bgc.options import Options
 from bgc.runtime.cli.app import application
 from bgc.runtime.running.devices import _located
+from bgc.runtime.view.server import Server
 
 MANUAL = Path(__file__).parents[2] / "grammar" / "LANGUAGE.md"
 PROMISED: set[str] = set()
@@ -499,3 +504,49 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path, number):
     )
     assert subprocess.run([sys.executable, "-c", text], capture_output=True, check=False).returncode
     assert out.read_text() == "earlier"
+
+
+# --- the page ---------------------------------------------------------------------------------
+
+
+@promise(
+    "`bgc view` listens on the loopback interface alone; requests without the token of its "
+    "address, from pages of other origins, or for another host are refused."
+)
+@promise(
+    "Its page requests nothing but its own server, and of your files only the meshes that the "
+    "scene names."
+)
+def test_a_page_needs_its_token_its_origin_and_its_host(monkeypatch):
+    monkeypatch.setattr("bgc.runtime.view.server.bundle", lambda: "'</script>'")
+    description = {"scene": "s", "width": 1, "shapes": []}
+    server = Server(description, [], np.zeros((1, 3), np.float32))
+
+    async def visit(session):
+        async def status(url, **headers):
+            async with session.get(url, headers=headers) as answer:
+                return answer.status
+
+        assert await status(address(server)) == 200
+        assert await status(address(server, token="wrong")) == 403
+        assert await status(f"http://127.0.0.1:{server.port}/") == 403
+        assert await status(address(server), Origin="http://example.org") == 403
+        assert await status(address(server), Host="example.org") == 403
+        assert await status(address(server, "/mesh/0")) == 404
+        assert await status(address(server, "/other")) == 404
+        for url, headers in (
+            (address(server, "/ws"), {}),
+            (address(server, "/ws"), {"Origin": "http://example.org"}),
+            (address(server, "/ws", "wrong"), home(server)),
+        ):
+            with pytest.raises(aiohttp.WSServerHandshakeError) as refused:
+                await session.ws_connect(url, headers=headers)
+            assert refused.value.status == 403
+        async with session.get(address(server)) as answer:
+            text = await answer.text()
+            assert "http" not in text.replace("http://www.w3.org", "")
+            policy = answer.headers["Content-Security-Policy"]
+            assert "default-src 'none'" in policy and "'</script>'" not in text
+            assert policy.split("'nonce-")[1].split("'")[0] in text
+
+    asyncio.run(serving(server, visit))

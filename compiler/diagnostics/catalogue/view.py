@@ -1,0 +1,85 @@
+"""BG007-BG010, BG755: the page of `bgc view`."""
+
+from __future__ import annotations
+
+from bgc.diagnostics.catalogue import error
+from bgc.diagnostics.diagnostic import Diagnostic
+
+
+def page_not_bundled() -> Diagnostic:
+    """BG007: the page of `bgc view` was not bundled
+
+    What: the script of the page is not part of this installation.
+
+    Why: npm bundles it when bgc is installed from its source, and npm or its packages could not be
+    reached then. Everything else was installed.
+
+    Example: `pip install .` without a network, then `bgc view crane.bg`.
+
+    Way out: install again with a network, `pip install --force-reinstall --no-deps .`, or in a
+    checkout run `python .build/bgc_build.py`. A wheel of bgc contains the script.
+    """
+    return error(
+        "BG007",
+        "the page of `bgc view` was not bundled when bgc was installed",
+        help="with a network, run `python .build/bgc_build.py` in the checkout (it needs npm), or "
+        "install bgc again",
+    )
+
+
+def cannot_listen(port: int, reason: str) -> Diagnostic:
+    """BG008: the port of `bgc view` is not available
+
+    What: the page cannot be served at this port.
+
+    Why: usually another program listens there, for example another `bgc view`. Ports below 1024
+    belong to the system.
+
+    Example: two commands `bgc view crane.bg --port 8000`.
+
+    Way out: give another port, or omit `--port`: a free port is chosen then.
+    """
+    return error(
+        "BG008",
+        f"port {port} is not available: {reason}",
+        help="give another `--port`, or omit it for a free one",
+    )
+
+
+def not_a_result(name: str, reason: str) -> Diagnostic:
+    """BG009: a file that is not a recorded run
+
+    What: the file does not contain the rows of a run.
+
+    Why: `bgc view` replays the files that `bgc run --out` writes, `.npz` and `.csv`; others do not
+    have their columns.
+
+    Example: `bgc view weights.npz` with an archive of another program.
+
+    Way out: record a run with `bgc run FILE --shapes --out run.npz`.
+    """
+    return error(
+        "BG009",
+        f"`{name}` is not a recorded run: {reason}",
+        help="record one with `bgc run FILE --shapes --out run.npz`",
+    )
+
+
+def parameter_not_applied(name: str, reason: str) -> Diagnostic:
+    """BG755: a running model cannot take a parameter value
+
+    What: a value was given to a parameter of a running model, which cannot go on with it from its
+    present state. It goes on with the earlier value.
+
+    Why: the state contradicts the new value. A closed chain no longer closes when the length of one
+    of its bars changes, for example, or an algebraic equation has no solution.
+
+    Example: the slider of a bar's length in a four-bar linkage.
+
+    Way out: reset the run, which then starts with the new value, or change the value by less.
+    """
+    return error(
+        "BG755",
+        f"the run cannot go on with the new value of `{name}`: {reason}",
+        help="reset the run and give the value before it starts",
+    )

@@ -1,0 +1,201 @@
+"""`bgc view`."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+import webbrowser
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from bgc.diagnostics.catalogue.machine import package_missing
+from bgc.diagnostics.diagnostic import BgError
+from bgc.options import Options
+from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
+from bgc.runtime.cli.options import (
+    check_target,
+    method_options,
+    preview_option,
+    read_assignments,
+    read_method,
+    read_uses,
+    scene_option,
+    set_option,
+    strict_option,
+    use_option,
+    whole_option,
+)
+from bgc.runtime.model import Model
+from bgc.runtime.results.files import written_whole
+from bgc.runtime.running.compiling import load_as
+from bgc.runtime.running.failures import SimulationError
+from bgc.runtime.running.progress import CompilingLine
+from bgc.runtime.running.simulate import method_of, times_of
+from bgc.runtime.view.description import describe_model, meshes_of
+from bgc.runtime.view.live import LiveRun
+from bgc.runtime.view.page import bundle, page, replay_data
+from bgc.runtime.view.player import Player
+from bgc.runtime.view.recording import RESULTS, Recording, read_recording, recorded
+
+_PAGES = (".html", ".htm")
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@scene_option
+@set_option
+@use_option
+@whole_option
+@strict_option
+@preview_option
+@method_options
+@click.option(
+    "--export", metavar="FILE", help="Write a replay as one HTML file, and serve nothing."
+)
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=0, help="Port; a free one if omitted."
+)
+@click.option("--no-browser", is_flag=True, help="Print the address and open no browser.")
+@click.option("--quiet", "-q", is_flag=True, help="Print no progress.")
+def view(
+    file: Path,
+    scene: str | None,
+    assignments: tuple[str, ...],
+    uses: tuple[str, ...],
+    whole: bool,
+    strict: bool,
+    preview: bool,
+    export: str | None,
+    port: int,
+    no_browser: bool,
+    quiet: bool,
+    **method: Any,
+) -> None:
+    """Show a scene of FILE in the browser: its shapes in 3D, its plots, sliders for its parameters.
+
+    FILE may also be a recorded run, which is replayed: the .npz file of `bgc run FILE --shapes
+    --out run.npz`, or a .csv file, which has plots only.
+
+    The page is served to this machine alone, behind a token, until Ctrl-C ends the command.
+    `--export` runs the scene and writes its replay as one file that needs no server.
+    """
+    check_target(export, _PAGES)
+    bundle()  # reports first that there is no page
+    if file.suffix.lower() in RESULTS:
+        recording = read_recording(file)
+        if export is not None:
+            _export(recording, export, quiet)
+        else:
+            _serve_recording(recording, port, no_browser)
+        return
+    arguments = read_method(method)
+    options = Options(
+        scene, strict=strict, whole=whole, uses=read_uses(uses), preview=preview, shapes=True
+    )
+    if export is None:
+        _require_aiohttp()
+    with CompilingLine(file.name, wanted=not quiet) as line:
+        model = load_as(Model, file, options, dict(read_assignments(assignments)), line)
+    print_diagnostics(model.warnings)
+    if export is not None:
+        _export_run(model, file, arguments, export, quiet)
+    else:
+        _serve_model(model, file, arguments, port, no_browser)
+
+
+def _export_run(
+    model: Model, file: Path, arguments: dict[str, Any], export: str, quiet: bool
+) -> None:
+    """Run a scene and write its replay; after a failure the rows up to there."""
+    try:
+        result = model.simulate(**arguments, progress=not quiet)
+    except SimulationError as problem:
+        print_diagnostics(problem.diagnostics)
+        _export(recorded(problem.result, file.name, model.folder), export, quiet)
+        sys.exit(AT_FAULT)
+    print_diagnostics(result.warnings)
+    _export(recorded(result, file.name, model.folder), export, quiet)
+
+
+def _export(recording: Recording, export: str, quiet: bool) -> None:
+    data = replay_data(recording.description, recording.rows, recording.meshes)
+    with written_whole(export) as aside:
+        aside.write_text(page(recording.description["scene"], bundle(), data), "utf-8")
+    if not quiet:
+        size = Path(export).stat().st_size / 1e6
+        click.echo(f"wrote {export} ({size:.1f} MB, {len(recording.rows):,} rows)")
+
+
+def _require_aiohttp() -> None:
+    try:
+        import aiohttp  # noqa: F401  (optional, and slow to load)
+    except ImportError as problem:
+        raise BgError([package_missing("aiohttp", "`bgc view`", "view")]) from problem
+
+
+def _serve_recording(recording: Recording, port: int, no_browser: bool) -> None:
+    _require_aiohttp()
+    # Needs aiohttp, which is optional.
+    from bgc.runtime.view.server import Server
+
+    server = Server(recording.description, recording.meshes, recording.rows)
+    asyncio.run(server.serve(port, _announcing(server, no_browser)))
+
+
+def _serve_model(
+    model: Model, file: Path, arguments: dict[str, Any], port: int, no_browser: bool
+) -> None:
+    # Needs aiohttp, which is optional.
+    from bgc.runtime.view.server import Server
+
+    duration, every = arguments.pop("duration"), arguments.pop("every")
+    start = arguments.pop("start")
+    method, notices = method_of(model, arguments.pop("solver"), arguments)
+    method = method.started(start)
+    print_diagnostics(notices)
+    if duration or every or model.facts.duration:
+        end = duration or model.facts.duration
+        assert end is not None
+        times = times_of(model, method, duration, every)
+        method = method.with_capped_step(times, model.facts.timed)
+    description = describe_model(model, file.name)
+    server = Server(description, meshes_of(description, model.folder))
+    run = LiveRun(model, method, {})
+    player = Player(run, server.publish, duration, every)
+    try:
+        first = run.reset()
+        server.attach(player)
+
+        def ready() -> None:
+            player.start(first)
+            _announcing(server, no_browser)()
+
+        asyncio.run(server.serve(port, ready))
+    finally:
+        player.close()
+        run.close()
+
+
+def _announcing(server: Any, no_browser: bool) -> Callable[[], None]:
+    def announce() -> None:
+        click.echo(f"{server.url}\nCtrl-C ends it")
+        if not no_browser and not _open_browser(server.url):
+            click.echo("no browser was found: open the address in one of this machine", err=True)
+
+    return announce
+
+
+def _open_browser(url: str) -> bool:
+    """Open the page in the user's browser; False where there is none with windows."""
+    if sys.platform.startswith("linux"):
+        windows = any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))
+        if not windows:  # text browsers would take the terminal
+            return False
+    try:
+        return webbrowser.open(url)
+    except webbrowser.Error:
+        return False

@@ -1,0 +1,189 @@
+"""The description of a scene for the page: shapes, observed quantities, panels, parameters.
+
+It is plain data for JSON. Rows of the page have the columns that the description refers to by
+index; a shape has each quantity either as numbers or as columns.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+
+from bgc.building.built import ENERGY_ACCOUNTS, Panel
+from bgc.language.columns import column_of, component_of
+from bgc.runtime.results.result import Result
+from bgc.runtime.results.shapes import Shape
+from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.parameters import Parameter
+from bgc.values.shown import Shown
+
+Description: TypeAlias = dict[str, Any]
+
+VERSION: Final = 1
+_MESHES: Final = (".glb", ".gltf", ".stl", ".obj")
+
+
+def describe_model(model: LoadedModel, name: str) -> Description:
+    """Describe a model that was compiled with shapes; `name` is that of its file.
+
+    Its rows are those that C writes: `measured`, then the energy accounts if there are any.
+    """
+    facts = model.facts
+    places = {variable.name: k for k, variable in enumerate(model.measured)}
+    observed = [
+        _quantity(variable.name, variable.shown, place)
+        for variable, place in zip(model.outputs, model.row_places(), strict=True)
+    ]
+    shapes = []
+    for entry in json.loads(facts.shapes or "[]"):
+        values = {}
+        for field, shape, content in entry.pop("values"):
+            varies = bool(content) and isinstance(content[0], str)
+            columns = [places[column] for column in content] if varies else None
+            values[field] = _value(shape, content if columns is None else None, columns)
+        shapes.append({**entry, "values": values})
+    instance = model.parameters.instance({})
+    return {
+        "version": VERSION,
+        "scene": facts.scene,
+        "model": facts.model,
+        "file": name,
+        "width": model.row_width,
+        "duration": facts.duration,
+        "shapes": shapes,
+        "observed": observed,
+        "panels": panels_of(facts.panels, observed),
+        "parameters": [_parameter(p) for p in model.parameters.all_in(instance)],
+        "folded": [[name, value] for name, value in model.parameters.folded.items()],
+    }
+
+
+def describe_result(result: Result, name: str) -> tuple[Description, np.ndarray[Any, Any]]:
+    """Describe a finished run; return the values of its rows too, (n, width)."""
+    columns: list[np.ndarray[Any, Any]] = list(result.columns.values())
+    observed = [_quantity(c, result.shown_in(c), k) for k, c in enumerate(result.columns)]
+    shapes = [_recorded(shape, columns) for shape in result.shapes]
+    end = float(result.time[-1]) if len(result.time) else 0.0
+    values = np.column_stack(columns) if columns else np.empty((len(result.time), 0))
+    description = {
+        "version": VERSION,
+        "scene": result.scene,
+        "model": "",
+        "file": name,
+        "width": values.shape[1],
+        "duration": end,
+        "shapes": shapes,
+        "observed": observed,
+        "panels": panels_of(result.panels, observed),
+        "parameters": [],
+        "folded": [],
+        "message": result.message,
+    }
+    return description, values
+
+
+def panels_of(panels: Iterable[Panel], observed: Sequence[Description]) -> list[Description]:
+    """The plots of a scene: its own panels, then the other quantities by vector and unit.
+
+    Energy accounts share one panel; the residual, which is much smaller, has its own.
+    """
+    known = {quantity["name"]: k for k, quantity in enumerate(observed)}
+    found: list[Description] = []
+    shown: set[int] = set()
+    for panel in panels:
+        drawn = [k for name in panel.columns for k in _expand(name, known)]
+        across = None if panel.across == "time" else next(iter(_expand(panel.across, known)), None)
+        if drawn and (panel.across == "time" or across is not None):
+            found.append({"quantities": drawn, "across": across})
+            shown.update(drawn)
+    groups: dict[tuple[str, str], list[int]] = {}
+    for k, quantity in enumerate(observed):
+        if k not in shown:
+            groups.setdefault(_group(quantity), []).append(k)
+    return [*found, *({"quantities": ks, "across": None} for ks in groups.values())]
+
+
+def meshes_of(description: Description, folder: Path) -> list[Path]:
+    """The files of meshes that lie beside the model, and mark their shapes with their numbers.
+
+    A shape whose file is not found is marked with `missing`.
+    """
+    found: list[Path] = []
+    for shape in description["shapes"]:
+        if not shape["file"]:
+            continue
+        path = folder / shape["file"]
+        if path.suffix.lower() in _MESHES and path.is_file():
+            if path not in found:
+                found.append(path)
+            shape["mesh"] = found.index(path)
+        else:
+            shape["missing"] = True
+    return found
+
+
+def _group(quantity: Description) -> tuple[str, str]:
+    """Quantities of one group share a plot: components of a vector, or equal units."""
+    name, unit = quantity["name"], quantity["unit"]
+    account = name.removeprefix("energy.")
+    if account in ENERGY_ACCOUNTS:
+        return ("residual" if account == "residual" else "energy", "J")
+    vector, index = component_of(name)
+    return (vector, unit) if index else ("", unit)
+
+
+def _expand(name: str, known: Mapping[str, int]) -> list[int]:
+    """The quantities of a name: itself, or the components of a vector."""
+    for written in (name, column_of(name)):
+        if written in known:
+            return [known[written]]
+    return [k for other, k in known.items() if component_of(other)[0] == name]
+
+
+def _quantity(name: str, shown: Shown, place: int) -> Description:
+    return {"name": name, "unit": shown.label, "factor": shown.factor, "column": place}
+
+
+def _value(
+    shape: Sequence[int], numbers: Sequence[float] | None, columns: list[int] | None
+) -> Description:
+    content = {"numbers": list(numbers)} if numbers is not None else {"columns": columns}
+    return {"shape": list(shape), **content}
+
+
+def _recorded(shape: Shape, columns: list[np.ndarray[Any, Any]]) -> Description:
+    """Describe a recorded shape, and append the columns of what varies."""
+    values = {}
+    for name, constant in shape.constant.items():
+        values[name] = _value(constant.shape, constant.ravel().tolist(), None)
+    for name, array in shape.varying.items():
+        flat = array.reshape(len(array), -1)
+        places = list(range(len(columns), len(columns) + flat.shape[1]))
+        columns.extend(flat.T)
+        values[name] = _value(array.shape[1:], None, places)
+    return {
+        "name": shape.name,
+        "part": shape.part,
+        "kind": shape.kind,
+        "colour": shape.colour,
+        "file": shape.file,
+        "values": values,
+    }
+
+
+def _parameter(parameter: Parameter) -> Description:
+    def finite(number: float) -> float | None:
+        return number if np.isfinite(number) else None
+
+    return {
+        "name": parameter.name,
+        "unit": parameter.shown.label,
+        "factor": parameter.shown.factor,
+        "value": parameter.value,
+        "low": finite(parameter.low),
+        "high": finite(parameter.high),
+    }

@@ -1,0 +1,124 @@
+"""A run that is advanced piece by piece, and whose parameters may change while it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import ExitStack
+
+import numpy as np
+
+from bgc.diagnostics.catalogue.view import parameter_not_applied
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.binding import Instance
+from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.parameters import ParameterValue
+from bgc.runtime.running.run import Method
+from bgc.runtime.running.structures import Status
+
+
+class LiveRun:
+    """One run of a model at a time, from its initial state; not safe for several threads.
+
+    Attributes
+    ----------
+    time
+        The time of the last row, s.
+    given
+        Parameter values that were set, SI; they hold for this run and after each reset.
+    """
+
+    def __init__(
+        self, model: LoadedModel, method: Method, parameters: Mapping[str, ParameterValue]
+    ) -> None:
+        """Prepare a run; `reset` starts it."""
+        self.model = model
+        self.method = method
+        self.given: dict[str, float] = model.parameters.given(parameters)
+        self.time = 0.0
+        self._open = ExitStack()
+        self._instance: Instance | None = None
+
+    def close(self) -> None:
+        """End the run: the forces of its devices become zero."""
+        self._instance = None
+        self._open.close()
+
+    def reset(self) -> Array:
+        """Start from the initial state, and return its row, (width,).
+
+        Raises BgError where a parameter, a device or the start is at fault; there is no run then.
+        """
+        self.close()
+        self._open = ExitStack()
+        started = self.model.started(self.method, bool(self.model.accounts), self.given)
+        self._instance = self._open.enter_context(started)
+        self.time = 0.0
+        rows, fault = self.advance(np.zeros(1))
+        if fault is not None:
+            raise BgError([fault])
+        first: Array = rows[0]
+        return first
+
+    def advance(self, times: Array) -> tuple[Array, Diagnostic | None]:
+        """Integrate to all times, s, and return their rows.
+
+        After a failure the rows up to there are returned with the reason. A call of `stop` in
+        another thread ends it early, without a reason.
+        """
+        instance = self._running()
+        rows = np.full((len(times), self.model.row_width), np.nan)
+        status, done = instance.run(times, rows)
+        if done:
+            self.time = float(times[done - 1])
+        failed = status not in (Status.OK, Status.INTERRUPTED)
+        return rows[:done], self.model.explain(instance, status) if failed else None
+
+    def stop(self) -> None:
+        """End an `advance` in another thread after its present step."""
+        if (instance := self._instance) is not None:
+            instance.stop()
+
+    def values(self) -> list[float]:
+        """The values of all parameters, SI, in the order of the model's."""
+        parameters = self.model.parameters
+        instance = self._instance or parameters.instance(self.given)
+        return parameters.values_in(instance)
+
+    def set_parameter(self, name: str, value: ParameterValue) -> None:
+        """Give a parameter a value, now and for later runs. The state stays.
+
+        A parameter that only the initial state reads takes effect at the next reset. Values that
+        sampled parts hold stay too; the energy accounts start again at zero.
+
+        Raises BgError if there is no such parameter, if the value is out of range (the run goes
+        on with the earlier value), or if the run cannot go on with it (BG755, likewise).
+        """
+        changes = self.model.parameters.checked(name, value)
+        if self._instance is not None:
+            self._change(self._instance, changes)
+        self.given.update(changes)
+
+    def _change(self, instance: Instance, values: Mapping[str, float]) -> None:
+        """Set parameters in the middle of a run: reset at its time, then restore its state."""
+        saved = instance.save()
+        state = instance.state_at(self.time)
+        time = self.time
+        if not np.isfinite(state).all():
+            state, time = instance.state.copy(), instance.time
+        inputs = instance.input.copy()
+        self.model.parameters.set_in(instance, values)
+        status = instance.reset(time)
+        if status is Status.OK:
+            instance.state[:] = state
+            instance.input[:] = inputs
+            status = instance.restart()
+        if status is not Status.OK:
+            reason = self.model.explain(instance, status)
+            instance.restore(saved)
+            raise BgError([parameter_not_applied(", ".join(values), reason.message)])
+
+    def _running(self) -> Instance:
+        if self._instance is None:
+            raise RuntimeError("the run has no initial state: call `reset`")
+        return self._instance

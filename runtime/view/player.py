@@ -1,0 +1,231 @@
+"""The thread that advances a live run in pace with the clock."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from queue import Empty, Queue
+from threading import Thread
+from time import monotonic
+from typing import Any, Final
+
+import numpy as np
+
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.render import render
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.view.history import Rows, as_rows
+from bgc.runtime.view.live import LiveRun
+
+FRAME: Final = 1 / 60  # s of the clock between two frames
+SPEEDS: Final = (1e-6, 100.0)  # simulated seconds for each second of the clock
+_MOST_ROWS: Final = 16  # in a frame
+_LATE: Final = 0.1  # s behind the clock after which the lost time is given up
+_SHARE: Final = 0.8  # of a frame that computing may take before the chunks become shorter
+_SLOWEST_FRAME: Final = 1 / 15  # s of computing in a frame of a run that cannot keep up
+
+Publish = Callable[[str, Any], None]
+"""Called in the thread of the player with `rows`, `state`, `values` or `fault`."""
+
+
+class Player:
+    """A live run with the buttons of a player.
+
+    `publish` gets `("rows", (epoch, rows))`, `("state", {..})`, `("values", [..])` and
+    `("fault", {..})`; the epoch counts the resets. Commands are queued and take effect between
+    two frames.
+    """
+
+    def __init__(
+        self,
+        run: LiveRun,
+        publish: Publish,
+        duration: float | None = None,
+        every: float | None = None,
+    ) -> None:
+        """Prepare a player, which pauses first after `duration`, by default the scene's, s.
+
+        `every` is the longest interval between two rows, by default the scene's, s.
+        """
+        duration = duration or run.model.facts.duration
+        every = every or run.model.facts.every
+        self._run = run
+        self._publish = publish
+        self._commands: Queue[Mapping[str, Any]] = Queue()
+        self._thread = Thread(target=self._loop, daemon=True, name="bgc view")
+        self._duration = duration or math.inf
+        self._every = every or math.inf
+        self.speed = usual_speed(duration)
+        self.playing = False
+        self.ended = False
+        self.epoch = 0
+        self._ready = False
+        self._pause_at = self._duration
+        self._ratio = math.inf  # simulated seconds for each second of computing, smoothed
+        self._actual = 0.0
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """The state of the player, for clients."""
+        return {
+            "playing": self.playing,
+            "speed": self.speed,
+            "actual": self._actual,
+            "ended": self.ended,
+            "epoch": self.epoch,
+            "ready": self._ready,
+        }
+
+    def start(self, first: Array) -> None:
+        """Begin with the row of a run that has been reset, and keep the clock."""
+        self._ready = True
+        self._emit(np.zeros(1), first[None])
+        self._thread.start()
+
+    def command(self, command: Mapping[str, Any]) -> None:
+        """Queue a command of a client: a checked message of `protocol`."""
+        self._commands.put(command)
+        if command["type"] in ("reset", "pause"):
+            self._run.stop()
+
+    def close(self) -> None:
+        """End the run and the thread; devices have zero force afterwards."""
+        self._commands.put({"type": "close"})
+        self._run.stop()
+        if self._thread.is_alive():
+            self._thread.join(timeout=2)
+
+    # --- the thread -----------------------------------------------------------------------
+
+    def _loop(self) -> None:
+        due = monotonic()
+        measured = due, self._run.time
+        while True:
+            if not self.playing:
+                if not self._obey(None):
+                    break
+                due = monotonic()
+                measured = due, self._run.time
+                continue
+            if not self._obey(max(0.0, due - monotonic())):
+                break
+            if monotonic() < due or not self.playing:
+                continue
+            due = due + FRAME if monotonic() - due < _LATE else monotonic() + FRAME
+            self._advance()
+            now = monotonic()
+            if now - measured[0] > 0.5:
+                self._actual = (self._run.time - measured[1]) / (now - measured[0])
+                measured = now, self._run.time
+                self._publish("state", self.state)
+        self._run.close()
+
+    def _obey(self, wait: float | None) -> bool:
+        """Wait for a command, and obey it; False for that to close."""
+        try:
+            command = self._commands.get(timeout=wait)
+        except Empty:
+            return True
+        if command["type"] == "close":
+            return False
+        getattr(self, f"_on_{command['type']}")(command)
+        self._publish("state", self.state)
+        return True
+
+    def _on_play(self, command: Mapping[str, Any]) -> None:
+        if self.ended:
+            self._pause_at = math.inf  # on beyond the end of the scene
+        self.ended = False
+        self.playing = self._ready
+
+    def _on_pause(self, command: Mapping[str, Any]) -> None:
+        self.playing = False
+        self._actual = 0.0
+
+    def _on_step(self, command: Mapping[str, Any]) -> None:
+        self.playing = False
+        self._actual = 0.0
+        if self._ready:
+            self._advance(min(self._every, self.speed * FRAME))
+
+    def _on_speed(self, command: Mapping[str, Any]) -> None:
+        self.speed = min(max(command["value"], SPEEDS[0]), SPEEDS[1])
+
+    def _on_reset(self, command: Mapping[str, Any]) -> None:
+        self.epoch += 1
+        self._pause_at = self._duration
+        self.ended = False
+        self._actual = 0.0
+        try:
+            row = self._run.reset()
+        except BgError as problem:
+            self._ready = self.playing = False
+            self._fail(problem.diagnostics)
+            return
+        self._ready = True
+        self._emit(np.zeros(1), row[None])
+        self._publish("values", self._run.values())
+
+    def _on_set(self, command: Mapping[str, Any]) -> None:
+        try:
+            self._run.set_parameter(command["name"], command["value"])
+        except BgError as problem:
+            self._fail(problem.diagnostics, stopped=False)
+        self._publish("values", self._run.values())
+
+    def _advance(self, step: float | None = None) -> None:
+        """Compute the next frame: less simulated time where the model is slower than the clock."""
+        if step is None:
+            step = self.speed * FRAME
+            if self._ratio * FRAME * _SHARE < step:
+                step = min(step, self._ratio * _SLOWEST_FRAME)
+        end = min(self._run.time + step, self._pause_at)
+        count = min(_MOST_ROWS, max(1, math.ceil((end - self._run.time) / self._every - 1e-9)))
+        times = np.linspace(self._run.time, end, count + 1)[1:]
+        before, start = self._run.time, monotonic()
+        rows, fault = self._run.advance(times)
+        spent, gone = monotonic() - start, self._run.time - before
+        if gone > 0:
+            ratio = gone / max(spent, 1e-6)
+            self._ratio = ratio if math.isinf(self._ratio) else 0.8 * self._ratio + 0.2 * ratio
+        self._emit(times[: len(rows)], rows)
+        if fault is not None:
+            self.playing = False
+            self._fail([fault])
+        elif self._run.time >= self._pause_at:
+            self.playing, self.ended = False, True
+            self._publish("state", self.state)
+
+    def _emit(self, times: Array, rows: Array) -> None:
+        if len(rows):
+            packed: tuple[int, Rows] = self.epoch, as_rows(times, rows)
+            self._publish("rows", packed)
+
+    def _fail(self, diagnostics: Sequence[Diagnostic], stopped: bool = True) -> None:
+        self._publish("fault", described_fault(diagnostics, self._run.time, stopped))
+
+
+def described_fault(
+    diagnostics: Sequence[Diagnostic], time: float, stopped: bool
+) -> dict[str, Any]:
+    """Describe a failure for the page: its messages, and the text that a terminal would show."""
+    return {
+        "time": time,
+        "stopped": stopped,
+        "messages": [
+            {"code": d.code, "text": d.message, "help": d.help or ""} for d in diagnostics
+        ],
+        "full": render(tuple(diagnostics), colour=False),
+    }
+
+
+def usual_speed(duration: float | None) -> float:
+    """The speed at which a scene is shown first: real time if it lasts 2 s to 10 min.
+
+    Others take some 10 s of the clock, at a speed of 1, 2 or 5 times a power of ten.
+    """
+    if duration is None or 2 <= duration <= 600:
+        return 1.0
+    wanted = min(max(duration / 10, SPEEDS[0]), SPEEDS[1])
+    decade = 10.0 ** math.floor(math.log10(wanted))
+    return max((m * decade for m in (1, 2, 5) if m * decade <= wanted * 1.0001), default=decade)
