@@ -6,11 +6,12 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from bgc.algebra.dag import Dag
+from bgc.algebra.dag import Dag, Level
 from bgc.algebra.fingerprint import Fingerprints
 from bgc.causality.certificates import Certifier
 from bgc.causality.regions import Block, Structure
 from bgc.causality.rotations import known_inverse
+from bgc.causality.sizes import typical_sizes
 from bgc.ir.causal import BondClass, ElementPort, Role, Row, RowEnd, Step
 from bgc.ir.graph import Matrix, Node
 
@@ -33,8 +34,8 @@ class Elimination:
     `rows` are the rows of the structure, inverted blocks replaced. `remaining` are the rows without
     a certified pivot at a class that may be dependent, with their remaining entries; one without
     entries is redundant. `origins[r]` are the rows that the working row of row r combines.
-    `weakest` is the smallest pivot beside the largest constant entry of its row: its inverse bounds
-    how far an entry of N can grow by one step.
+    `weakest` is the smallest pivot beside the largest constant entry of its row, each times the
+    typical size of its class: its inverse bounds how far an entry of N can grow by one step.
     """
 
     rows: tuple[Row, ...]
@@ -93,6 +94,7 @@ class WorkingRows:
         self._steps: list[Step] = []
         self._watched: list[tuple[Node, int]] = []
         self._weakest = 1.0
+        self._sizes = typical_sizes(dag, certifier, structure.class_of, structure.rows)
         for row in structure.rows:
             terms = [(self._unit_form(end.bond), end.coefficient) for end in row.ends]
             self._rows.append(row)
@@ -126,6 +128,20 @@ class WorkingRows:
 
     # --- steps ----------------------------------------------------------------------------
 
+    def _share(self, number: int, entries: Mapping[int, Node]) -> float:
+        """The ratio of an entry to the largest of its row that does not vary.
+
+        Each counts with the typical size of its class. The unit of a class does not matter then.
+        """
+        if self._dag.level[entries[number]] > Level.PARAM:
+            return 1.0
+        steady = (
+            abs(self._certifier.default(node)) * self._sizes[other]
+            for other, node in entries.items()
+            if self._dag.level[node] <= Level.PARAM
+        )
+        return abs(self._certifier.default(entries[number])) * self._sizes[number] / max(steady)
+
     def solve(self, number: int, row: int) -> None:
         """Make a class dependent by a row, and eliminate it from all other rows."""
         form = self._forms[row]
@@ -133,8 +149,7 @@ class WorkingRows:
         certificate = self._certifier.certify(pivot)
         assert certificate is not None
         self._watched.extend((node, row) for node in certificate.watched)
-        share = self._certifier.share_in(pivot, form.entries.values())
-        self._weakest = min(self._weakest, share)
+        self._weakest = min(self._weakest, self._share(number, form.entries))
         self.open.remove(row)
         for other in form.entries:
             self._where[other].discard(row)

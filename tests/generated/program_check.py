@@ -39,6 +39,7 @@ from program_runs import (
     Columns,
     Refused,
     difference,
+    first_difference,
     first_row,
     run_text,
     scales_of,
@@ -249,6 +250,10 @@ def _confirmed(
         return "differs", f"{where}; unconfirmed: {err}"
     error, where = difference(tight.columns, base, scales, first=first)
     if not error <= CLOSE:
+        if first_difference(tight.columns, base, scales, CLOSE) <= 1:
+            kind, _ = by_equations(program, place, 0)
+            if kind == "agrees":
+                return "agrees", f"from another start: {where} by {error:.1e}"
         return "differs", f"{where} by {error:.1e}"
     error, where = difference(tight.columns, usual, scales, first=first)
     return ("loose" if error <= PROMISED else "differs"), f"{where} by {error:.1e} with defaults"

@@ -54,16 +54,31 @@ def difference(
     return worst, where
 
 
+def first_difference(a: Columns, b: Columns, scales: Mapping[str, float], close: float) -> int:
+    """The first row in which a column differs by more than `close` of its size."""
+    rows = []
+    for name in set(a) & set(b) & set(scales):
+        size = np.abs(a[name]).max() + 1e-2 * scales[name]
+        rows += list(np.flatnonzero(~(np.abs(a[name] - b[name]) <= close * size))[:1])
+    return int(min(rows)) if rows else -1
+
+
 def scales_of(program: Program) -> dict[str, float]:
     """The sizes of the columns; energies are those of a second in the least powerful domain."""
     return {o.name: o.scale for o in program.scene.observed} | dict.fromkeys(ACCOUNTS, 1.0)
 
 
 def scales_of_columns(columns: Columns) -> dict[str, float]:
-    """The sizes of columns of unknown scale: what they reach, or a little of what others reach."""
+    """The sizes of columns of unknown scale: what they reach, or a little of what others reach.
+
+    Accounts count from the start: without sources and resistors they are errors of integration.
+    """
     sizes = {name: float(np.abs(column).max(initial=0.0)) for name, column in columns.items()}
-    least = 1e-6 * max(sizes.values(), default=0.0) or 1.0
-    return {name: max(size, least) for name, size in sizes.items()}
+    most = max(sizes.values(), default=0.0)
+    least = 1e-6 * most or 1.0
+    return {
+        name: max(size, 1e-2 * most if name in ACCOUNTS else least) for name, size in sizes.items()
+    }
 
 
 def first_row(program: Program) -> int:
