@@ -466,9 +466,14 @@ class Keep:
 
 @dataclass(frozen=True, slots=True)
 class Deadline:
-    """`deadline 1 ms;`: the computing time that a step may take."""
+    """`deadline 1 ms, hold;`: the computing time that a step may take, and what happens beyond it.
+
+    `policy` is the word of the overrun policy, None without one, `policy_span` its place.
+    """
 
     value: Expr
+    policy: str | None
+    policy_span: Span | None
     span: Span
 
 

@@ -362,7 +362,10 @@ class _Transform(ExpressionTransform):
             case "keep":
                 return [syntax.Keep(self.expression(c), self.span(c)) for c in children[1:]]
             case "deadline":
-                return [syntax.Deadline(self.expression(children[1]), span)]
+                _, value, policy = children
+                place = None if policy is None else self.span(policy)
+                word = None if policy is None else str(policy)
+                return [syntax.Deadline(self.expression(value), word, place, span)]
             case "solver":
                 _, name, arguments = children
                 return [syntax.Solver(str(name), self.arguments(arguments), span)]

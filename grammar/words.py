@@ -482,10 +482,14 @@ _SCENE = (
         "deadline",
         "The processor time that one step, or all steps between two samples, may take.",
         ("scene",),
-        "a deadline is `deadline 1 ms;`",
-        ("`bgc trade` and `solver auto` choose a configuration that meets it.",),
-        "deadline 1 ms;",
-        ("require", "step"),
+        "a deadline is `deadline 1 ms;` or `deadline 1 ms, hold;`",
+        (
+            "`bgc trade` and `solver auto` choose a configuration that meets it. In real time a "
+            "policy says what happens where a period is missed: `hold` leaves it out, `skip` "
+            "catches up without the device, `slow` lets simulated time run slower.",
+        ),
+        "deadline 1 ms;\ndeadline 1 ms, skip;",
+        ("require", "step", "BG776"),
         Reserved.IN_SCENES,
     ),
     Word(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -19,6 +20,9 @@ from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.simulate import method_of, simulate, state_after, times_of
 
 if TYPE_CHECKING:
+    from bgc.runtime.realtime.loop import Realtime
+    from bgc.runtime.realtime.options import RealtimeOptions
+    from bgc.runtime.realtime.python_device import PythonDevice
     from bgc.runtime.results.ensemble import Ensemble
     from bgc.runtime.running.many import Sets
     from bgc.symbolic.model import SymbolicModel
@@ -126,6 +130,74 @@ class Model(LoadedModel):
             raise ValueError("a model without its source has no shapes: compile it with `shapes`")
         path, options = self.origin
         return load_as(Model, path, replace(options, shapes=True), {})
+
+    def realtime(
+        self,
+        duration: float | None = None,
+        *,
+        devices: Mapping[str, str | PythonDevice] | None = None,
+        options: RealtimeOptions | None = None,
+        record: str | Path | None = None,
+        keep: int = 60_000,
+        solver: str | None = None,
+        step: float | None = None,
+        start: Literal["rest", "given"] | None = None,
+        parameters: Mapping[str, ParameterValue] | None = None,
+        on_records: Callable[[Array], None] | None = None,
+    ) -> Realtime:
+        """Make a servo loop: the model in step with the clock, with its devices.
+
+        A context manager starts it and stops it; see `bgc.runtime.realtime.loop.Realtime`.
+
+        Parameters
+        ----------
+        duration
+            Simulated time, s; by default the loop runs until it is stopped.
+        devices
+            Drivers in place of the scene's, as for `simulate`; or objects with `read()` and
+            `write(force, torque, gripper_force)`, which a Python thread calls 200 times a second,
+            off the loop.
+        options
+            Limits of force, rate and power, ramp, dead man's button, watchdog; see
+            `bgc.runtime.realtime.options.RealtimeOptions`.
+        record
+            A `.csv` file for the motion of the device, which `trace` replays with the same bits.
+        keep
+            Number of samples kept in `rows`.
+        solver, step, start, parameters
+            As for `simulate`.
+        on_records
+            Called off the loop with new records, (n, width), about every 10 ms.
+
+        Raises
+        ------
+        BgError
+            An argument, a parameter or a device is at fault.
+
+        Examples
+        --------
+        >>> with model.realtime(devices={"hand": "pointer"}) as loop:  # doctest: +SKIP
+        ...     loop.pointer(position=[0.01, 0, 0])
+        ...     loop.step()
+        """
+        # Only this needs the loop, which loads its own shared object.
+        from bgc.runtime.realtime.loop import Realtime
+        from bgc.runtime.realtime.options import RealtimeOptions
+
+        method, notices = method_of(self, solver, {"step": step}, parameters or {})
+        loop = Realtime(
+            self,
+            method.started(start),
+            options or RealtimeOptions(),
+            duration=duration,
+            devices=devices,
+            record=None if record is None else Path(record),
+            keep=keep,
+            parameters=parameters,
+            on_records=on_records,
+        )
+        loop.warnings += notices
+        return loop
 
     def simulate_many(
         self,

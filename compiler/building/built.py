@@ -57,7 +57,8 @@ class RunFacts:
     a unit other than their SI unit: a name, the unit and its factor.
     `rest` is the scene's start at rest; None where it starts from the initial values that are
     given. `momenta` are the indices of the states that are momenta. `shapes` is the JSON text of
-    the recorded shapes, empty where none are recorded.
+    the recorded shapes, empty where none are recorded. `overrun` is the policy of a loop in real
+    time that is late, None where the scene gives none.
     """
 
     scene: str
@@ -83,6 +84,7 @@ class RunFacts:
     rest: Rest | None = None
     momenta: tuple[int, ...] = ()
     shapes: str = ""
+    overrun: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,4 +204,5 @@ def run_facts(
         rest=None if scene.rest is None else Rest(scene.rest.hold, scene.rest.vary, momenta),
         momenta=momenta,
         shapes=shapes,
+        overrun=scene.overrun,
     )

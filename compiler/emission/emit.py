@@ -227,6 +227,12 @@ def amalgamate(emitted: EmittedModel, runtime_dir: Path) -> str:
     )
 
 
+def public_header(runtime_dir: Path) -> str:
+    """Print `bgc.h` with the header that it includes, as one file."""
+    text = (runtime_dir / "bgc.h").read_text("utf-8")
+    return _OWN_INCLUDE.sub(lambda own: (runtime_dir / own[1]).read_text("utf-8"), text)
+
+
 def _print_kernels(lowered: Lowered, shared: set[str]) -> dict[str, KernelText]:
     """Print all kernels, by name."""
     program = lowered.program

@@ -83,6 +83,7 @@ class SceneFacts:
     columns: tuple[str, ...]  # all observed columns in order, the accounts among them
     plots: tuple[Plot, ...] = ()
     rest: Rest | None = None  # the start at rest
+    overrun: str | None = None  # one of OVERRUN_POLICIES
 
     @property
     def needed_accounts(self) -> frozenset[str]:

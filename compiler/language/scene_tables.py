@@ -64,12 +64,20 @@ SOLVER_OPTIONS: Mapping[str, SolverOption] = {
 """Options of `solver NAME(..)`."""
 
 DRIVER_OPTIONS: Mapping[str, Mapping[str, bool]] = {
+    "pointer": {"smooth": False},
     "trace": {"file": True, "scale": False, "loop": False},
 }
 """Options of drivers, and whether they are needed; those of other drivers are not compared."""
 
 DRIVER_BY_PATH = "driver"
 """The driver whose first argument is the path of a shared object: `driver("./mine.so")`."""
+
+OVERRUN_POLICIES: Mapping[str, str] = {
+    "hold": "periods that were missed are left out of simulated time",
+    "skip": "the model catches up with the last pose, without reading or writing the device",
+    "slow": "simulated time runs slower than the clock",
+}
+"""What a loop in real time does where it is late by a period: the second part of `deadline`."""
 
 DEVICE_INPUTS: Mapping[str, Channel] = {
     "position": Channel((3,), _METRE, "position of the handle"),

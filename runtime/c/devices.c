@@ -197,7 +197,7 @@ bgc_status bgc_open_device(const bgc_model *m, bgc_data *d, int k, const bgc_dri
         return BGC_BAD_ARGUMENT;
     }
     if (driver->abi != BGC_DEVICE_ABI) {
-        snprintf(message, size, "the driver has version %u of bgc_device.h, this runtime has %d",
+        snprintf(message, size, "the driver has version %u of the interface of devices, this runtime has %d",
                  (unsigned)driver->abi, BGC_DEVICE_ABI);
         return BGC_BAD_ARGUMENT;
     }

@@ -29,6 +29,7 @@ _COMMANDS = {
     "check": "report errors and warnings without compiling",
     "run": "simulate a scene, write and draw the result",
     "view": "show a scene in the browser, live, or a recorded run",
+    "haptic": "run a scene in real time with its devices",
     "sweep": "simulate a scene for many values of its parameters",
     "devices": "list drivers and haptic devices, and why one cannot be used",
     "build": "compile a scene to C or to a shared object",

@@ -114,12 +114,12 @@ def _c_file(
     # The compiler is slow to load, and a shared object from the cache does without it.
     from bgc.building.build import runtime_directory
     from bgc.driver import compile_scene
-    from bgc.emission.emit import amalgamate
+    from bgc.emission.emit import amalgamate, public_header
     from bgc.emission.prefix import prefix_problem, with_prefix
 
     stages = compile_scene(file, options, until="emit")
     text = amalgamate(stages.emitted, runtime_directory())
-    header = (runtime_directory() / "bgc.h").read_text("utf-8")
+    header = public_header(runtime_directory())
     if prefix is not None:
         if problem := prefix_problem(prefix, text):
             raise click.UsageError(f"--prefix {prefix}: {problem}")

@@ -58,6 +58,7 @@ _PICTURES = (".png", ".svg", ".pdf")
 @device_option
 @method_options
 @click.option("--shapes", is_flag=True, help="Record the poses of all shapes in the .npz file.")
+@click.option("--realtime", is_flag=True, help="Keep step with the clock (see bgc haptic).")
 @click.option("--quiet", "-q", is_flag=True, help="Print no summary and no progress bar.")
 @click.pass_context
 def run(
@@ -74,6 +75,7 @@ def run(
     plot: str | None,
     panels: tuple[str, ...],
     shapes: bool,
+    realtime: bool,
     quiet: bool,
     devices: tuple[str, ...],
     **method: Any,
@@ -99,7 +101,10 @@ def run(
     print_diagnostics(model.warnings)
     status = 0
     try:
-        result = model.simulate(**arguments, progress=not quiet, devices=chosen)
+        if realtime:
+            result, status = _in_real_time(model, arguments, chosen, shapes, quiet)
+        else:
+            result = model.simulate(**arguments, progress=not quiet, devices=chosen)
     except SimulationError as problem:
         print_diagnostics(problem.diagnostics)
         result, status = problem.result, AT_FAULT
@@ -120,6 +125,42 @@ def run(
         texts = filter(None, (summarise(result), extremes(result), files))
         click.echo("\n".join(texts), err=out == "-")
     context.exit(status)
+
+
+def _in_real_time(
+    model: Model, arguments: dict[str, Any], devices: dict[str, str], shapes: bool, quiet: bool
+) -> tuple[Result, int]:
+    """Run in step with the clock; return the rows, and the status."""
+    # Only this needs the loop and its view.
+    from bgc.runtime.cli.realtime import LiveView
+    from bgc.runtime.realtime.binding import End
+    from bgc.runtime.running.simulate import method_of, times_of
+
+    if shapes:
+        raise click.UsageError("--realtime records no shapes")
+    known = ("duration", "every", "solver", "step", "start")
+    if given := [name for name, value in arguments.items() if value and name not in known]:
+        raise click.UsageError(f"--realtime does not take --{given[0].replace('_', '-')}")
+    method, _ = method_of(model, arguments.get("solver"), {"step": arguments.get("step")})
+    times = times_of(model, method, arguments.get("duration"), arguments.get("every"))
+    loop = model.realtime(
+        float(times[-1]),
+        devices=devices,
+        keep=2_000_000,
+        solver=arguments.get("solver"),
+        step=arguments.get("step"),
+        start=arguments.get("start"),
+    )
+    with LiveView(loop, wanted=not quiet) as view:
+        loop.start()
+        report = view.follow()
+    if report.problem is not None:
+        print_diagnostics([report.problem])
+    if not quiet:
+        click.echo("\n".join(report.lines()), err=True)
+    every = arguments.get("every") or model.facts.every
+    interrupted = report.end is End.STOPPED
+    return loop.result(every), AT_FAULT if report.failed else INTERRUPTED * interrupted
 
 
 def _files(result: Result, out: str | None, plot: str | None) -> str:

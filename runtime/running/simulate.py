@@ -67,7 +67,7 @@ def simulate(
     begun = model.started(capped, bool(model.accounts), parameters, at_rest.append, devices)
     with begun as instance:
         status, done, interrupted = run_watched(instance, times, rows, progress)
-    result = _named(model, times[:done], rows[:done], method, instance, notices)
+    result = named_result(model, times[:done], rows[:done], method, instance, notices)
     result = replace(result, at_rest=at_rest[0]) if at_rest else result
     if interrupted or status is Status.INTERRUPTED:
         diagnostic = explain(instance, Status.INTERRUPTED)
@@ -138,7 +138,7 @@ def state_after(model: LoadedModel, time: float, state: Array | None = None) -> 
     return instance.state.copy(), instance.input.copy()
 
 
-def _named(
+def named_result(
     model: LoadedModel,
     times: Array,
     rows: Array,

@@ -129,7 +129,7 @@ def test_a_fault_names_the_devices_that_may_have_reported_it(names, words):
 
 
 @pytest.mark.parametrize(
-    ("driver", "words"), [("omega", "one of its drivers: `trace`"), ("trcae", "mean `trace`")]
+    ("driver", "words"), [("omega", "one of its drivers: `"), ("trcae", "mean `trace`")]
 )
 def test_an_unknown_driver_is_answered_with_those_of_the_build(tmp_path, driver, words):
     path = tmp_path / "m.bg"

@@ -16,7 +16,10 @@ import pytest
 from bgc.language.scene_tables import DRIVER_OPTIONS
 
 TRACE_OPTIONS = ", ".join(DRIVER_OPTIONS["trace"])
-KNOWN = "time, x, y, z, qw, qx, qy, qz, gripper, button1 .. button8"
+KNOWN = (
+    "time, x, y, z, qw, qx, qy, qz, gripper, button1 .. button8, "
+    "vx, vy, vz, wx, wy, wz, fx, fy, fz, tx, ty, tz, gripper_force"
+)
 HAND = "time,x,y,z\n0,0,0,0\n1,1,0,-2\n3,1,0,0\n"
 
 
@@ -180,7 +183,7 @@ def test_a_driver_of_another_version_is_refused(c_model: Any, library: Any) -> N
     instance = c_model("handle")
     driver = ctypes.byref(Driver.in_dll(instance.library, "old_driver"))
     status, message = instance.open_device("", driver=driver)
-    assert status == "BAD_ARGUMENT" and "version 2 of bgc_device.h" in message
+    assert status == "BAD_ARGUMENT" and "version 2 of the interface" in message
 
 
 def test_caller_drives_inputs_of_devices_that_are_not_open(c_model: Any) -> None:
@@ -400,3 +403,23 @@ def test_what_is_not_a_decimal_number_is_refused(library: Any, tmp_path: Path, t
     path.write_text(f"time,x,y,z\n0,{text},0,0\n")
     trace = Trace(library, f"file={path}")
     assert trace.message == f"{path}:2: there is no number in the column x"
+
+
+def test_a_trace_gives_its_own_velocities_and_the_bits_of_its_rows(
+    library: Any, tmp_path: Path
+) -> None:
+    """And ignores the forces of a recording."""
+    path = tmp_path / "record.csv"
+    head = "time,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz,fx,gripper_force\n"
+    q = (0.6 + 1e-16, 0.0, 0.8, 1e-9)
+    rows = [(0.1 * k, 0.3, 0, 0, *q, k / 3, 1, 2, 3, 4, k, 9, 9) for k in range(4)]
+    path.write_text(head + "".join(",".join(map(repr, row)) + "\n" for row in rows))
+    trace = Trace(library, f"file={path}\n")
+    for k in range(4):
+        pose = trace.at(0.1 * k)
+        assert tuple(pose.orientation) == q
+        assert tuple(pose.velocity) == (k / 3, 1.0, 2.0)
+        assert tuple(pose.angular_velocity) == (3.0, 4.0, float(k))
+    assert trace.at(0.15).velocity[0] == pytest.approx(0.5)
+    path.write_text("time,x,y,z,vx\n0,0,0,0,1\n")
+    assert "lacks the column vy" in Trace(library, f"file={path}\n").message

@@ -124,7 +124,9 @@ def test_without_a_prefix_the_header_is_that_of_the_runtime(tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)
     Path("m.bg").write_text(MODEL)
     assert build("m.bg", "--target", "c", "-o", "out").exit_code == 0
-    assert Path("out/m.h").read_text() == (runtime_directory() / "bgc.h").read_text()
+    header = (runtime_directory() / "bgc.h").read_text()
+    device = (runtime_directory() / "bgc_device.h").read_text()
+    assert Path("out/m.h").read_text() == header.replace('#include "bgc_device.h"\n', device)
     assert build("m.bg", "--target", "c", "-o", "-", "--prefix", "x").stdout.count("bgc_") == 0
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bgc.diagnostics.catalogue import names, scenes
+from bgc.diagnostics.catalogue.realtime import unknown_policy
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.instances.components import component_names
 from bgc.elaboration.instances.scopes import Names, path_of
@@ -13,7 +14,7 @@ from bgc.elaboration.scenes.scene import Item, Scene, constant_of
 from bgc.grammar import syntax
 from bgc.ir.scene import Plot, Requirement, Rest, SceneFacts, SolverChoice
 from bgc.language.columns import column_of, name_in_si, vector_of
-from bgc.language.scene_tables import SOLVER_OPTIONS
+from bgc.language.scene_tables import OVERRUN_POLICIES, SOLVER_OPTIONS
 from bgc.values.expressions import resolve_path
 from bgc.values.units import Dimension, shown_of, si_text
 
@@ -85,7 +86,19 @@ def read_facts(world: World, scene: Scene, observed: Observed, rest: Rest | None
         observed.columns,
         _plots(world, scene, observed),
         rest,
+        _policy(world, deadline),
     )
+
+
+def _policy(world: World, deadline: syntax.Deadline | None) -> str | None:
+    """The overrun policy of a loop in real time."""
+    if deadline is None or deadline.policy is None:
+        return None
+    if deadline.policy not in OVERRUN_POLICIES:
+        assert deadline.policy_span is not None
+        world.report.add(unknown_policy(deadline.policy_span, deadline.policy))
+        return None
+    return deadline.policy
 
 
 def _plots(world: World, scene: Scene, observed: Observed) -> tuple[Plot, ...]:

@@ -35,6 +35,10 @@ bgc_status bgc_open_device(const bgc_model *m, bgc_data *d, int k, const bgc_dri
     return BGC_BAD_ARGUMENT;
 }
 
+void bgc_feed_pointer(void *handle, const bgc_pose *pose) {
+    (void)handle, (void)pose;
+}
+
 int bgc_failed_device(const bgc_data *d) { return d->failed_device; }
 
 const char *bgc_device_reason(const bgc_data *d) { return d->device_reason; }

@@ -4,6 +4,7 @@
 #define BGC_DRIVERS_H
 
 #define BGC_DRIVERS(DRIVER) \
+    DRIVER(bgc_pointer_driver) \
     DRIVER(bgc_trace_driver)
 
 #endif

@@ -2,9 +2,10 @@
  *
  * Options, one a line: file=PATH (required), scale=FACTOR of the positions (1), loop=0|1 (0).
  * In the file, empty lines and lines that start with # are skipped. A header names the columns: time
- * (s), x, y, z (m) are required; qw, qx, qy, qz (a quaternion), gripper (m) and button1 .. button8
- * (0 or 1) are optional. Rows of numbers follow, with increasing times. Between rows the motion is
- * linear, and velocities are constant. Before the first row and after the last the device is at
+ * (s), x, y, z (m) are required; qw, qx, qy, qz (a quaternion), gripper (m), button1 .. button8 (0 or 1),
+ * vx, vy, vz (m/s) and wx, wy, wz (rad/s) are optional. Columns fx, fy, fz, tx, ty, tz, gripper_force of a
+ * recording are ignored. A sample at the time of a row has the bits of that row. Rows of numbers follow, with increasing times. Between rows the motion is
+ * linear, and velocities that the file does not give are constant. Before the first row and after the last the device is at
  * rest; with loop the motion repeats.
  */
 #include "bgc_internal.h"
@@ -33,17 +34,20 @@ typedef struct stat file_status;
 #define MOST_BYTES 256000000L /* of a file */
 
 enum { MOST_DIGITS = 400 }; /* characters of a number */
-enum { TIME, POSITION, ORIENTATION = 4, GRIPPER = 8, BUTTON = 9, COLUMNS = 17, REQUIRED = 4 };
+enum { TIME, POSITION, ORIENTATION = 4, GRIPPER = 8, BUTTON = 9, VELOCITY = 17, ANGULAR = 20 };
+enum { COLUMNS = 23, WITH_EFFORTS = 30, REQUIRED = 4 };
 
-static const char *const column_name[COLUMNS] = {
+static const char *const column_name[WITH_EFFORTS] = {
     "time", "x", "y", "z", "qw", "qx", "qy", "qz", "gripper",
-    "button1", "button2", "button3", "button4", "button5", "button6", "button7", "button8"};
+    "button1", "button2", "button3", "button4", "button5", "button6", "button7", "button8",
+    "vx", "vy", "vz", "wx", "wy", "wz", "fx", "fy", "fz", "tx", "ty", "tz", "gripper_force"};
 
-static const char known_columns[] = "time, x, y, z, qw, qx, qy, qz, gripper, button1 .. button8";
+static const char known_columns[] = "time, x, y, z, qw, qx, qy, qz, gripper, button1 .. button8, "
+                                    "vx, vy, vz, wx, wy, wz, fx, fy, fz, tx, ty, tz, gripper_force";
 
 typedef struct {
     size_t rows, row; /* row: the one found last */
-    int loop;
+    int loop, has_velocity, has_angular;
     double *value; /* rows by COLUMNS */
 } trace;
 
@@ -177,17 +181,18 @@ static int parse_number(const char *text, double *value) {
 /* --- the file ------------------------------------------------------------------------------ */
 
 /* Reads the columns that the header names, in its order. Returns 0 on a fault. */
-static int parse_header(const reporter *r, size_t line_number, char *line, int *columns, int *count) {
+static int parse_header(const reporter *r, size_t line_number, char *line, int *columns, int *count,
+                        trace *t) {
     unsigned seen = 0;
 
     *count = 0;
     /* Known columns, each once. */
     for (char *field; (field = next_field(&line)) != NULL;) {
         int k = 0;
-        while (k < COLUMNS && strcmp(field, column_name[k]) != 0) {
+        while (k < WITH_EFFORTS && strcmp(field, column_name[k]) != 0) {
             k++;
         }
-        if (k == COLUMNS) {
+        if (k == WITH_EFFORTS) {
             return fail(r, line_number, "the header names a column that is none of ", known_columns);
         }
         if ((seen >> k & 1u) != 0) {
@@ -196,10 +201,14 @@ static int parse_header(const reporter *r, size_t line_number, char *line, int *
         seen |= 1u << k;
         columns[(*count)++] = k;
     }
-    /* Required columns; of a quaternion all or none. */
+    /* Required columns; of a quaternion and of velocities all or none. */
+    t->has_velocity = (seen >> VELOCITY & 7u) != 0;
+    t->has_angular = (seen >> ANGULAR & 7u) != 0;
     for (int k = 0; k < COLUMNS; k++) {
         const int orientation = k >= ORIENTATION && k < GRIPPER && (seen & 0xf0u) != 0;
-        if ((seen >> k & 1u) == 0 && (k < REQUIRED || orientation)) {
+        const int velocity = k >= VELOCITY && k < ANGULAR && t->has_velocity;
+        const int angular = k >= ANGULAR && t->has_angular;
+        if ((seen >> k & 1u) == 0 && (k < REQUIRED || orientation || velocity || angular)) {
             return fail(r, line_number, "the header lacks the column ", column_name[k]);
         }
     }
@@ -209,7 +218,7 @@ static int parse_header(const reporter *r, size_t line_number, char *line, int *
 /* Reads one row of numbers and normalises its quaternion. Returns 0 on a fault. */
 static int parse_row(const reporter *r, size_t line_number, char *line, const int *columns, int count,
                      double *row) {
-    double length = 0.0;
+    double length = 0.0, ignored;
 
     memset(row, 0, COLUMNS * sizeof *row);
     row[ORIENTATION] = 1.0;
@@ -218,7 +227,7 @@ static int parse_row(const reporter *r, size_t line_number, char *line, const in
         if (field == NULL) {
             return fail(r, line_number, "this row lacks the column ", column_name[columns[k]]);
         }
-        if (!parse_number(field, &row[columns[k]])) {
+        if (!parse_number(field, columns[k] < COLUMNS ? &row[columns[k]] : &ignored)) {
             return fail(r, line_number, "there is no number in the column ", column_name[columns[k]]);
         }
     }
@@ -233,8 +242,9 @@ static int parse_row(const reporter *r, size_t line_number, char *line, const in
     if (!(length > 0.0)) {
         return fail(r, line_number, "this quaternion has no direction", "");
     }
-    for (int k = 0; k < 4; k++) {
-        row[ORIENTATION + k] /= sqrt(length);
+    length = sqrt(length);
+    for (int k = 0; k < 4 && fabs(length - 1.0) > 1e-12; k++) { /* a record keeps its bits */
+        row[ORIENTATION + k] /= length;
     }
     return 1;
 }
@@ -253,7 +263,7 @@ static void keep_hemisphere(const double *before, double *row) {
 
 /* Reads all rows of the text. Returns 0 on a fault. */
 static int parse_text(const reporter *r, char *text, trace *t) {
-    int columns[COLUMNS], count = 0;
+    int columns[WITH_EFFORTS], count = 0;
     size_t line_number = 0, room = 0;
 
     if (strncmp(text, "\xef\xbb\xbf", 3) == 0) {
@@ -266,7 +276,7 @@ static int parse_text(const reporter *r, char *text, trace *t) {
             continue;
         }
         if (count == 0) {
-            if (!parse_header(r, line_number, line, columns, &count)) {
+            if (!parse_header(r, line_number, line, columns, &count, t)) {
                 return 0;
             }
             continue;
@@ -446,7 +456,9 @@ static int trace_read(void *handle, double time, bgc_pose *pose) {
     for (int k = 0; k < 3; k++) {
         const double rise = b[POSITION + k] - a[POSITION + k];
         pose->position[k] = a[POSITION + k] + part * rise;
-        pose->velocity[k] = per_second * rise;
+        pose->velocity[k] =
+            t->has_velocity ? a[VELOCITY + k] + part * (b[VELOCITY + k] - a[VELOCITY + k])
+                            : per_second * rise;
     }
 
     /* Orientation, normalised, and angular velocity. */
@@ -455,12 +467,16 @@ static int trace_read(void *handle, double time, bgc_pose *pose) {
         q[k] = a[ORIENTATION + k] + part * (b[ORIENTATION + k] - a[ORIENTATION + k]);
         length += q[k] * q[k];
     }
+    length = part > 0.0 ? sqrt(length) : 1.0;
     for (int k = 0; k < 4; k++) {
-        q[k] /= sqrt(length);
-        rate[k] /= sqrt(length);
+        q[k] /= length;
+        rate[k] /= length;
         pose->orientation[k] = q[k];
     }
     angular_velocity(q, rate, pose->angular_velocity);
+    for (int k = 0; k < 3 && t->has_angular; k++) {
+        pose->angular_velocity[k] = a[ANGULAR + k] + part * (b[ANGULAR + k] - a[ANGULAR + k]);
+    }
 
     /* Gripper and buttons. */
     pose->gripper[0] = a[GRIPPER] + part * (b[GRIPPER] - a[GRIPPER]);

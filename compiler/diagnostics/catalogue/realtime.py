@@ -1,0 +1,258 @@
+"""BG762-BG769 and BG775-BG779: the servo loop and its devices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bgc.diagnostics.catalogue import error, warning
+from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.source import Span
+
+
+def bad_pose(time: float, device: str) -> Diagnostic:
+    """BG762: a device gave a value that is not finite
+
+    What: a position, velocity, orientation or button of a device was NaN or infinite. The force
+    went to zero in the same period, and the loop ended; the state of the model is kept.
+
+    Why: a sensor or its cable failed, or the driver divides by zero.
+
+    Example: a driver that computes a velocity from two readings with the same time.
+
+    Way out: check the device with its maker's tools, then the driver.
+    """
+    return error(
+        "BG762",
+        f"device `{device}` gave a value that is not finite at t = {time:.9g} s; its force is zero",
+        help="check the device with its maker's tools, then its driver",
+    )
+
+
+def device_stuck(time: float, device: str, stale: float) -> Diagnostic:
+    """BG763: a device gives nothing new
+
+    What: a device with motors gave no new measurement for some time. The last pose held until then;
+    the force went to zero, and the loop ended.
+
+    Why: its cable, its network or its program hangs: the time stamp no longer changes.
+
+    Example: the program that sends datagrams to the driver `udp` was stopped.
+
+    Way out: check the device, or allow more time with `--stale "0.5 s"`.
+    """
+    return error(
+        "BG763",
+        f"device `{device}` gave nothing new for {stale:.3g} s (t = {time:.9g} s); "
+        "its force is zero",
+        help='check the device and what sends its data; `--stale "0.5 s"` allows more time',
+    )
+
+
+def too_late(time: float, missed: int, samples: int) -> Diagnostic:
+    """BG764: too many deadlines in a row were missed
+
+    What: the loop missed so many deadlines that a hand would feel a wrong force. The force went to
+    zero, and the loop ended.
+
+    Why: the model takes longer than a period, or other programs have the processor.
+
+    Example: a crane at 4 kHz on a busy machine without real-time priority.
+
+    Way out: a cheaper method (`bgc trade`), a longer step, real-time priority (see BG766), or
+    `--burst 0` to go on whatever happens.
+    """
+    return error(
+        "BG764",
+        f"{missed:,} of {samples:,} deadlines were missed up to t = {time:.9g} s; "
+        "the force is zero",
+        help="take a cheaper method (`bgc trade`) or a longer step, or get real-time priority "
+        "(`bgc doc BG766`)",
+    )
+
+
+def loop_stalled(time: float, watchdog: float, in_driver: bool) -> Diagnostic:
+    """BG765: the loop stood still
+
+    What: the loop took no sample for longer than the watchdog allows. The watchdog set the force to
+    zero; where the loop hung inside a call of the driver, no other thread may call that, and the
+    time guard of the device itself has to act.
+
+    Why: a step of the model or a call of the driver did not return, or the process was stopped.
+
+    Example: a driver that waits for a network.
+
+    Way out: make the driver's `read` and `write` return at once; `--watchdog "0.5 s"` allows more
+    time.
+    """
+    where = " in a call of a driver, which alone can set the force to zero" if in_driver else ""
+    return error(
+        "BG765",
+        f"the loop stood still for {watchdog:.3g} s after t = {time:.9g} s{where}"
+        + ("" if in_driver else "; the force is zero"),
+        help='look for what does not return; `--watchdog "0.5 s"` allows more time',
+    )
+
+
+def not_realtime(refused: Sequence[str]) -> Diagnostic:
+    """BG766: real-time priority or locked memory was refused
+
+    What: the loop runs, but other programs or the swapping of memory may delay it.
+
+    Why: the system grants SCHED_FIFO and locked memory only to users with the right to them.
+
+    Example: `bgc haptic` as a user for whom `ulimit -r` is 0.
+
+    Way out: write `/etc/security/limits.d/90-haptic.conf` with the lines `@haptic - rtprio 90` and
+    `@haptic - memlock unlimited`, join the group `haptic`, and log in again.
+    """
+    return warning(
+        "BG766",
+        f"{' and '.join(refused)} refused: other programs may delay the loop",
+        help="put `@haptic - rtprio 90` and `@haptic - memlock unlimited` into "
+        "/etc/security/limits.d/90-haptic.conf, join that group and log in again",
+    )
+
+
+def deadlines_missed(missed: int, samples: int, policy: str, effect: str) -> Diagnostic:
+    """BG767: deadlines were missed
+
+    What: in some periods the work ended after the deadline. The overrun policy of the scene says
+    what happened then.
+
+    Why: the model takes too long, or other programs had the processor.
+
+    Example: `deadline 1 ms, hold;` on a busy machine.
+
+    Way out: real-time priority (BG766), a cheaper method (`bgc trade`), or a longer step.
+    """
+    return warning(
+        "BG767",
+        f"{missed:,} of {samples:,} deadlines missed, policy {policy}{effect}",
+        help="get real-time priority (`bgc doc BG766`), or take a cheaper method (`bgc trade`)",
+    )
+
+
+def records_lost(count: int) -> Diagnostic:
+    """BG768: a recording has gaps, or ended early
+
+    What: records of the loop were lost, so that a replay will not have the same bits.
+
+    Why: the disk is full or slow, or the Python process stood still. The loop itself went on.
+
+    Example: `--record /dev/full`.
+
+    Way out: record to a disk with room.
+    """
+    return warning(
+        "BG768",
+        f"the recording lacks {count:,} samples: nobody took them in time",
+        help="a replay will differ; record to a faster disk",
+    )
+
+
+def recording_ended(path: str, reason: str) -> Diagnostic:
+    """The same code, where a file cannot be written."""
+    return warning(
+        "BG768",
+        f"the recording `{path}` ended early: {reason}; the loop went on",
+        help="record to a disk with room",
+    )
+
+
+def cannot_start(reason: str) -> Diagnostic:
+    """BG769: the loop cannot start
+
+    What: the loop was refused before its first sample.
+
+    Why: the scene's step is shorter than 0.25 ms (4 kHz is the most), the method is that of another
+    program, or the system gave no thread.
+
+    Example: `step 0.1 ms;` with `bgc haptic`.
+
+    Way out: follow the reason given.
+    """
+    return error(
+        "BG769", f"the loop cannot start: {reason}", help="change the scene or the option named"
+    )
+
+
+def thread_left(seconds: float) -> Diagnostic:
+    """BG775: the loop did not end
+
+    What: the loop was asked to end and did not. Its thread is left behind until the process ends.
+
+    Why: a call of a driver does not return.
+
+    Example: a driver that waits for a network.
+
+    Way out: make the driver's `read` and `write` return at once; end the process.
+    """
+    return error(
+        "BG775",
+        f"the loop did not end within {seconds:.3g} s: a call of its driver does not return",
+        help="end the process, and make the driver's `read` and `write` return at once",
+    )
+
+
+def unknown_policy(span: Span, given: str) -> Diagnostic:
+    """BG776: an overrun policy that does not exist
+
+    What: the word behind the deadline is not one of the policies.
+
+    Why: a loop that is late can leave periods out (`hold`), catch up (`skip`), or let simulated
+    time run slower (`slow`).
+
+    Example: `deadline 1 ms, wait;`.
+
+    Way out: write `deadline 1 ms, hold;`, `skip` or `slow`.
+    """
+    return error(
+        "BG776",
+        f"`{given}` is not an overrun policy",
+        span,
+        help="write `hold` (leave periods out), `skip` (catch up without the device) or `slow` "
+        "(let simulated time run slower)",
+    )
+
+
+def no_pointer(have: Sequence[str]) -> Diagnostic:
+    """BG777: no device takes a pose from Python
+
+    What: a pose was given to a loop none of whose devices has the driver `pointer`, or several
+    have.
+
+    Why: other drivers have poses of their own.
+
+    Example: `realtime.pointer(position=..)` with `device hand = trace(..)`.
+
+    Way out: `model.realtime(devices={"hand": "pointer"})`, and name the device where there are
+    several.
+    """
+    there = f"there are several: {', '.join(have)}" if have else "none has the driver `pointer`"
+    return error(
+        "BG777",
+        f"no one device can take this pose: {there}",
+        help='`model.realtime(devices={"hand": "pointer"})`; '
+        '`pointer(.., device="hand")` where there are several',
+    )
+
+
+def python_device_failed(device: str, reason: str) -> Diagnostic:
+    """BG779: a device that is a Python object failed
+
+    What: `read` or `write` of the object raised an exception, or returned no pose. The loop was
+    stopped.
+
+    Why: see the reason.
+
+    Example: an object whose `read` returns None.
+
+    Way out: `read()` returns a mapping with `position` and, if it has them, `orientation`,
+    `velocity`, `angular_velocity`, `gripper`, `buttons`; `write(force, torque, gripper_force)` is
+    optional.
+    """
+    return error(
+        "BG779",
+        f"device `{device}`, a Python object, failed: {reason}",
+        help="`read()` returns a mapping with `position` and so on; `write(..)` is optional",
+    )

@@ -1,0 +1,136 @@
+/* servo.h: the servo loop: a compiled model in step with the clock, with its devices.
+ *
+ * A shared object of its own, compiled when it is first used; the functions of the model come in a table.
+ * The loop stands between the model and its devices: it opens the real drivers, and gives the model a
+ * stand-in for each, which reads poses ahead and limits what is written.
+ *
+ * After bgc_servo_new nothing is allocated, no lock is taken, and no file or clock but the monotonic one is
+ * touched. Records go to a ring with one writer (the loop) and one reader; the report and the
+ * histograms are counters that the loop alone writes. The clock and the sleep are functions, so that tests
+ * run the same loop on a clock of their own.
+ */
+#ifndef BGC_SERVO_H
+#define BGC_SERVO_H
+
+#include "bgc.h"
+
+#define BGC_SERVO_ABI 1
+
+/* Functions of the model's shared object. */
+typedef struct {
+    const bgc_model *m;
+    bgc_data *d;
+    bgc_status (*run)(const bgc_model *m, bgc_data *d, const double *times, size_t n, double *rows,
+                      size_t *done);
+    bgc_status (*advance)(const bgc_model *m, bgc_data *d, double t);
+    bgc_status (*open_device)(const bgc_model *m, bgc_data *d, int k, const bgc_driver *driver,
+                              const char *options, char *message, size_t size);
+    void (*close_devices)(const bgc_model *m, bgc_data *d);
+    void (*stop)(bgc_data *d);
+    double (*time)(const bgc_data *d);
+} bgc_servo_model;
+
+/* ns on a monotonic clock, and a sleep until then, which may end late. NULL: those of the system. */
+typedef struct {
+    int64_t (*now)(void *of);
+    void (*sleep)(void *of, int64_t until);
+    void *of;
+} bgc_servo_clock;
+
+/* What happens where a sample is late by a whole period or more. */
+typedef enum {
+    BGC_HOLD = 0, /* periods that were missed are left out: simulated time falls behind by them */
+    BGC_SKIP = 1, /* the model catches up over them with the last pose; the devices are left alone */
+    BGC_SLOW = 2  /* the grid of the clock moves by the delay */
+} bgc_servo_policy;
+
+typedef struct {
+    double period;        /* s: between two samples */
+    double deadline;      /* s: for the work of a sample; 0: the period */
+    double duration;      /* s of simulated time; INFINITY: until it is stopped */
+    int policy;           /* of bgc_servo_policy */
+    int realtime;         /* 1: SCHED_FIFO and locked memory are asked for */
+    double spin;          /* s before each sample in which the loop spins in place of sleeping */
+    double max_force, max_torque, max_gripper_force; /* N, N m, N; 0: that of the device */
+    double max_force_rate; /* N/s (torque: N m/s); 0: none */
+    double max_power;     /* W into the hand; 0: none */
+    double ramp;          /* s in which the force rises after a start or an enable */
+    int dead_man;         /* button 1 .. 8 without which there is no force; 0: none */
+    double stale;         /* s without news of a device until it counts as stuck; 0: never */
+    double burst;         /* missed deadlines, less a tenth of the kept ones, that end the loop; 0: never;
+                           * below 0: 100 where a device has motors, else never */
+    double watchdog;      /* s without a sample until the watchdog sets the force to zero; 0: none */
+    int records;          /* room of the ring */
+} bgc_servo_options;
+
+/* Why the loop ended. */
+typedef enum {
+    BGC_SERVO_RUNNING = 0,
+    BGC_SERVO_DONE,      /* the duration is over */
+    BGC_SERVO_STOPPED,   /* bgc_servo_stop */
+    BGC_SERVO_MODEL,     /* the model failed: `status` */
+    BGC_SERVO_LOST,      /* a driver reported a fault: `device`, `message` */
+    BGC_SERVO_BAD_POSE,  /* a device gave a value that is not finite */
+    BGC_SERVO_STUCK,     /* a device gave nothing new for `stale` seconds */
+    BGC_SERVO_LATE,      /* a burst of missed deadlines */
+    BGC_SERVO_STALLED,   /* no sample for `watchdog` seconds */
+    BGC_SERVO_NO_THREAD  /* the system gave no thread */
+} bgc_servo_end;
+
+/* Quantiles of a time, s, from a histogram with 32 classes per octave: to 3 %. */
+typedef struct {
+    double mean, p50, p99, p999, worst;
+} bgc_servo_times;
+
+typedef struct {
+    int end;             /* of bgc_servo_end */
+    int status;          /* of bgc_status: what the model returned last */
+    int device;          /* at fault, or -1 */
+    int fifo, locked;    /* 1: granted, 0: not asked for, -errno: refused */
+    int64_t samples, missed, overruns, dropped, skipped, saturated, limited, no_news, lost_records;
+    double time;         /* s, simulated */
+    double elapsed;      /* s of the clock since the first sample */
+    double behind;       /* s by which simulated time has fallen behind the clock */
+    double gain;         /* 0 to 1: of the force */
+    double worst_power;  /* W into the hand */
+    double zero_after;   /* s from the instant of the fault's sample until zero force was written; -1: none */
+    int released;        /* 1: the dead man's button is not held */
+    int in_driver;       /* 1: the watchdog found the loop in a call of a driver, and wrote nothing */
+    bgc_servo_times lateness, jitter, work;
+    char message[256];   /* of a driver */
+} bgc_servo_report;
+
+/* Doubles of a record: time, lateness and work (s, work of the sample before), then of each device pose
+ * (BGC_POSE_SIZE), effort of the model and effort written (7 each), then the model's row. */
+enum { BGC_RECORD_HEAD = 3, BGC_POSE_SIZE = 23, BGC_EFFORT_SIZE = 7 };
+
+typedef struct bgc_servo bgc_servo;
+
+uint32_t bgc_servo_version(void);
+bgc_servo_options bgc_servo_defaults(void);
+/* NULL: no memory. `width` is the number of doubles of a row of the model's bgc_run. The model is reset
+ * and has its options. */
+bgc_servo *bgc_servo_new(const bgc_servo_model *model, const bgc_servo_options *options, int width,
+                         const bgc_servo_clock *clock);
+/* Opens device k with a driver: the real one, and the stand-in in the model. */
+bgc_status bgc_servo_open(bgc_servo *s, int k, const bgc_driver *driver, const char *options,
+                          char *message, size_t size);
+const bgc_capabilities *bgc_servo_capabilities(const bgc_servo *s, int k);
+void *bgc_servo_handle(const bgc_servo *s, int k); /* that of the real driver */
+/* The loop: in this thread, or in one of its own with a watchdog beside it. */
+void bgc_servo_loop(bgc_servo *s);
+int bgc_servo_start(bgc_servo *s);
+/* Asks the loop to end after its sample. */
+void bgc_servo_stop(bgc_servo *s);
+/* Waits at most so many seconds for the threads to end; 1: they have. */
+int bgc_servo_join(bgc_servo *s, double seconds);
+/* What the watchdog does in each of its periods. */
+void bgc_servo_watch(bgc_servo *s);
+void bgc_servo_get_report(const bgc_servo *s, bgc_servo_report *report);
+int bgc_servo_record_size(const bgc_servo *s);
+/* Moves at most n records to `to`; returns their number. One reader. */
+size_t bgc_servo_take(bgc_servo *s, double *to, size_t n);
+/* Zero force, closes the devices and frees; not before the threads have ended. */
+void bgc_servo_free(bgc_servo *s);
+
+#endif

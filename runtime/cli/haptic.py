@@ -1,0 +1,86 @@
+"""`bgc haptic`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from bgc.options import Options
+from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
+from bgc.runtime.cli.options import (
+    device_option,
+    model_file,
+    read_assignments,
+    read_devices,
+    read_uses,
+    scene_option,
+    set_option,
+    use_option,
+)
+from bgc.runtime.cli.realtime import LiveView, read_limits, realtime_options
+from bgc.runtime.model import Model
+from bgc.runtime.running.compiling import load_as
+from bgc.runtime.running.progress import CompilingLine
+from bgc.runtime.running.quantity import read_quantity
+
+
+@click.command()
+@model_file
+@scene_option
+@set_option
+@use_option
+@device_option
+@click.option("--time", "duration", metavar="TIME", help="Simulated time; by default until Ctrl-C.")
+@click.option("--solver", metavar="NAME", help="Integration method (see bgc doc methods).")
+@click.option("--step", metavar="TIME", help='Step and period of the loop: "1 ms".')
+@click.option("--rest", is_flag=True, help="Start at the nearest state at which all rates vanish.")
+@click.option("--record", metavar="FILE", help="Record the motion: .csv, which `trace` replays.")
+@click.option("--quiet", "-q", is_flag=True, help="Show no live view and no report.")
+@realtime_options
+@click.pass_context
+def haptic(
+    context: click.Context,
+    /,
+    file: Path,
+    scene: str | None,
+    assignments: tuple[str, ...],
+    uses: tuple[str, ...],
+    devices: tuple[str, ...],
+    duration: str | None,
+    solver: str | None,
+    step: str | None,
+    rest: bool,
+    record: str | None,
+    quiet: bool,
+    **limits: Any,
+) -> None:
+    """Run a scene of FILE in step with the clock, with its devices.
+
+    The force goes to zero on any fault (status 1) and on Ctrl-C, which ends the loop.
+    """
+    chosen = read_devices(devices)
+    options = Options(scene, uses=read_uses(uses))
+    with CompilingLine(file.name, wanted=not quiet) as line:
+        model = load_as(Model, file, options, dict(read_assignments(assignments)), line)
+    print_diagnostics(model.warnings)
+    loop = model.realtime(
+        None if duration is None else read_quantity(duration, "--time", "s"),
+        devices=chosen,
+        options=read_limits(limits),
+        record=record,
+        keep=1,
+        solver=solver,
+        step=None if step is None else read_quantity(step, "--step", "s"),
+        start="rest" if rest else None,
+    )
+    with LiveView(loop, wanted=not quiet) as view:
+        loop.start()
+        report = view.follow()
+    problem = [report.problem] if report.problem is not None else []
+    print_diagnostics([*problem, *report.warnings(), *loop.warnings])
+    if not quiet:
+        click.echo("\n".join(report.lines()))
+    if report.failed or any(warning.code == "BG779" for warning in loop.warnings):
+        context.exit(AT_FAULT)

@@ -1,0 +1,354 @@
+"""A model in step with the clock: the servo loop as a Python user holds it."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from threading import Event, Lock, Thread
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from bgc.diagnostics.catalogue.arguments import device_not_opened
+from bgc.diagnostics.catalogue.realtime import (
+    no_pointer,
+    python_device_failed,
+    recording_ended,
+    thread_left,
+)
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.realtime.binding import ClockStruct, End, Servo, load_servo
+from bgc.runtime.realtime.options import RealtimeOptions, fill_options, period_of
+from bgc.runtime.realtime.python_device import PythonDevice, PythonThread, stamp
+from bgc.runtime.realtime.records import Recorder, forces_of, rows_of
+from bgc.runtime.realtime.report import Report, report_of
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.result import Result
+from bgc.runtime.running.devices import DeviceChoice, find_drivers, read_choices
+from bgc.runtime.running.failures import quotable, require
+from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.parameters import ParameterValue
+from bgc.runtime.running.run import Method, set_method, start
+from bgc.runtime.running.simulate import named_result
+from bgc.runtime.running.structures import Status
+
+_DRAIN_SECONDS = 0.01
+_PATIENCE = 2.0  # s until a loop that does not end is left behind
+_Device = str | PythonDevice
+
+
+class Realtime:
+    """A running loop; also a context manager, which starts it and stops it.
+
+    The loop itself is a thread of C at a fixed rate: it reads the devices, writes the limited
+    force, and integrates to the next sample. Python takes its records every 10 ms: `step()`,
+    `on_records`, `record` and the arrays here stand outside the loop, which never waits for them.
+
+    Attributes
+    ----------
+    devices
+        Names of the devices.
+    columns
+        Names of the model's outputs, in the order of the rows.
+    warnings
+        Of the recording and of devices that are Python objects.
+    """
+
+    def __init__(
+        self,
+        model: LoadedModel,
+        method: Method,
+        options: RealtimeOptions,
+        *,
+        duration: float | None = None,
+        devices: Mapping[str, _Device] | None = None,
+        record: Path | None = None,
+        keep: int = 60_000,
+        parameters: Mapping[str, ParameterValue] | None = None,
+        on_records: Callable[[Array], None] | None = None,
+        clock: ClockStruct | None = None,
+    ) -> None:
+        self.columns = tuple(variable.name for variable in model.measured)
+        self.warnings: list[Diagnostic] = []
+        self._model, self._method = model, method
+        self._on_records, self._keep = on_records, keep
+        self._given = options.checked()
+        self._final: Report | None = None
+        self._own = {k: v for k, v in (devices or {}).items() if not isinstance(v, str)}
+        named = {k: v for k, v in (devices or {}).items() if isinstance(v, str)}
+        self._choices = read_choices(named) | dict.fromkeys(self._own, DeviceChoice("pointer"))
+        self._instance = model.parameters.instance(parameters or {})
+        require(self._instance, set_method(self._instance, method, bool(model.accounts)))
+        self._found = find_drivers(self._instance, model.folder, self._choices)
+        self.devices = tuple(device.name for device in self._found)
+        library = load_servo()
+        period = period_of(model, method, self._instance.sample_period)
+        self._options = fill_options(library.defaults(), self._given, model, period, duration)
+        self._servo = Servo(library, self._instance, self._options, model.row_width, clock)
+        try:
+            self._open_devices()
+            settle = dict(model.facts.solver_options).get("settle", 0.0)
+            settled = method if method.settle > 0 else replace(method, settle=settle)
+            status, self.at_rest = start(self._instance, settled, method.rest_of(model.facts))
+            if status is not Status.OK:
+                raise BgError([model.explain(self._instance, status)])
+        except BaseException:
+            self._servo.free()
+            raise
+        self._recorder = None if record is None else Recorder(record, self.devices)
+        self._kept: list[Array] = []
+        self._latest: Array | None = None
+        self._news, self._ended, self._taking = Event(), Event(), Lock()
+        self._drain: Thread | None = None
+        self._threads: list[PythonThread] = []
+
+    def _open_devices(self) -> None:
+        for index, device in enumerate(self._found):
+            options = os.fsencode(device.options)
+            status, message = self._servo.open(index, device.address, options)
+            if status is not Status.OK:
+                reason = quotable(message)
+                raise BgError([device_not_opened(device.name, device.driver, reason)])
+        for name, own in self._own.items():
+            self.pointer(**own.read(), device=name)
+
+    # --- the course of a loop ------------------------------------------------------------------
+
+    def start(self) -> Self:
+        """Start the threads of loop and watchdog, and take records from now on."""
+        self._servo.start()
+        self._drain = Thread(target=self._take_until_end, daemon=True)
+        self._drain.start()
+        self._threads = [
+            PythonThread(own, self._feeder(name), self._force_of(name), self._failer(name))
+            for name, own in self._own.items()
+        ]
+        return self
+
+    def run_here(self) -> Report:
+        """Run the loop in this thread to its end, without threads, on a clock of one's own."""
+        self._servo.loop()
+        self._take()
+        return self.close()
+
+    def step(self, timeout: float = 1.0) -> Report:
+        """Wait for the next records, or the end, at most `timeout` seconds; return the report."""
+        self._news.clear()
+        if not self._ended.is_set():
+            self._news.wait(timeout)
+        return self.report
+
+    def wait(self) -> Report:
+        """Wait for the end of the loop; Ctrl-C stops it. Returns the final report."""
+        try:
+            while self.report.is_running:
+                self.step(0.1)
+        except KeyboardInterrupt:
+            self.stop()
+            raise
+        return self.close()
+
+    def stop(self) -> Report:
+        """End the loop after its sample, with zero force; return the final report."""
+        if self._final is None:
+            self._servo.stop()
+        return self.close()
+
+    def close(self) -> Report:
+        """Wait for the threads, close devices and recording; return the final report.
+
+        Raises BgError BG775 where the loop does not end.
+        """
+        if self._final is not None:
+            return self._final
+        if not self._servo.join(_PATIENCE):
+            raise BgError([thread_left(_PATIENCE)])
+        self._ended.set()
+        for thread in self._threads:
+            thread.stop()
+        if self._drain is not None:
+            self._drain.join()
+        if self._recorder is not None:
+            self._recorder.close()
+            if self._recorder.problem is not None:
+                self.warnings.append(recording_ended(*self._recorder.problem))
+        self._final = self._read_report()
+        self._servo.free()
+        return self._final
+
+    def __enter__(self) -> Self:
+        return self.start()
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+    @property
+    def report(self) -> Report:
+        """How the loop is doing; final once it has been stopped or waited for."""
+        return self._final or self._read_report()
+
+    def _read_report(self) -> Report:
+        raw = self._servo.report()
+        failure = None
+        if raw.end == End.MODEL:
+            failure = self._model.explain(self._instance, Status(raw.status))
+        return report_of(raw, self._options, self.devices, failure)
+
+    # --- records -------------------------------------------------------------------------------
+
+    @property
+    def time(self) -> Array:
+        """Times of the samples that are kept, s."""
+        return self._records[:, 0]
+
+    @property
+    def rows(self) -> Array:
+        """Outputs of the samples that are kept, (n, width), as `columns` names them."""
+        return rows_of(self._records, len(self.devices))
+
+    def forces(self, device: str | None = None) -> Array:
+        """Force, torque and gripper force that were written to a device, (n, 7)."""
+        return forces_of(self._records, self.devices.index(device or self.devices[0]))
+
+    def result(self, every: float | None = None) -> Result:
+        """The samples that are kept as the result of a run, in rows about `every` seconds apart."""
+        records = self._records
+        times, rows = records[:, 0], rows_of(records, len(self.devices))
+        if every is not None and len(times):
+            stride = max(1, round(every / self._options.period))
+            chosen = np.unique([*range(0, len(times), stride), len(times) - 1])
+            times, rows = times[chosen], rows[chosen]
+        notices = (*self.warnings, *self.report.warnings())
+        result = named_result(self._model, times, rows, self._method, self._instance, notices)
+        problem = self.report.problem
+        return result if problem is None else result.ended("failed", problem.message)
+
+    def latest(self) -> dict[str, float]:
+        """The outputs of the last sample by name; empty before the first."""
+        if self._latest is None:
+            return {}
+        row = rows_of(self._latest, len(self.devices))[-1]
+        return dict(zip(self.columns, row.tolist(), strict=False))
+
+    def last_force(self, index: int) -> list[float]:
+        """What was written to a device in the last sample, 7 numbers; zero before the first."""
+        latest = self._latest
+        return [0.0] * 7 if latest is None else forces_of(latest, index)[-1].tolist()
+
+    def pause(self, seconds: float) -> None:
+        """Wait for a time, or for the end of the loop."""
+        self._ended.wait(seconds)
+
+    @property
+    def _records(self) -> Array:
+        with self._taking:
+            if len(self._kept) > 1:
+                self._kept = [np.concatenate(self._kept)[-self._keep :]]
+            return self._kept[0] if self._kept else np.empty((0, self._servo.record_size))
+
+    def _take_until_end(self) -> None:
+        while not self._ended.is_set():
+            self._take()
+            if self._servo.report().end != End.RUNNING:
+                break
+            self._ended.wait(_DRAIN_SECONDS)
+        self._take()
+        self._ended.set()
+        self._news.set()
+
+    def _take(self) -> None:
+        """Take all records that are ready, and hand them on."""
+        while len(records := self._servo.take()):
+            with self._taking:
+                self._kept.append(records)
+                self._latest = records[-1:]
+                if sum(map(len, self._kept)) > 2 * self._keep:
+                    self._kept = [np.concatenate(self._kept)[-self._keep :]]
+            if self._recorder is not None:
+                self._recorder.write(records)
+            if self._on_records is not None:
+                self._on_records(records)
+            self._news.set()
+
+    # --- poses from Python -----------------------------------------------------------------------
+
+    def pointer(
+        self,
+        position: Sequence[float] | Array = (0.0, 0.0, 0.0),
+        orientation: Sequence[float] | Array = (1.0, 0.0, 0.0, 0.0),
+        *,
+        velocity: Sequence[float] | Array | None = None,
+        angular_velocity: Sequence[float] | Array | None = None,
+        gripper: float = 0.0,
+        buttons: Sequence[float] = (),
+        device: str | None = None,
+    ) -> None:
+        """Hand a pose to a device with the driver `pointer`: of a mouse, a page, a gamepad.
+
+        Neither this nor the loop waits; the loop takes the pose in its next sample. One thread.
+
+        Parameters
+        ----------
+        position, orientation
+            m, and a unit quaternion, scalar first.
+        velocity, angular_velocity
+            m/s and rad/s; a velocity that is not given is computed from the positions.
+        gripper, buttons
+            m, and 0 or 1 for up to eight buttons.
+        device
+            Its name, where several devices are pointers.
+
+        Raises
+        ------
+        BgError
+            BG777: no device is a pointer, or several are.
+        """
+        index = self._pointer_index(device)
+        if self._final is not None:
+            return
+        unknown = (np.nan, 0.0, 0.0)
+        pressed = [*buttons, *[0.0] * (8 - len(buttons))]
+        parts = (position, orientation, _or(velocity, unknown), _or(angular_velocity, unknown))
+        pose = np.concatenate([np.asarray(part, dtype=float) for part in parts])
+        words = np.concatenate([pose, [gripper], pressed, [stamp()]])
+        if len(words) != 23 or not np.isfinite(words[:7]).all():
+            raise ValueError("a pose has 3 positions, a quaternion and up to 8 buttons")
+        feed = self._instance.library.functions.bgc_feed_pointer
+        feed(ctypes.c_void_p(self._servo.handle(index)), ctypes.c_void_p(words.ctypes.data))
+
+    def _pointer_index(self, device: str | None) -> int:
+        pointers = [k for k, found in enumerate(self._found) if found.driver == "pointer"]
+        wanted = [k for k in pointers if device in (None, self.devices[k])]
+        if len(wanted) != 1:
+            raise BgError([no_pointer([self.devices[k] for k in pointers])])
+        return wanted[0]
+
+    def _feeder(self, name: str) -> Callable[..., None]:
+        return lambda **pose: self.pointer(**pose, device=name)
+
+    def _force_of(self, name: str) -> Callable[[], Array | None]:
+        def force() -> Array | None:
+            latest = self._latest
+            return None if latest is None else forces_of(latest, self.devices.index(name))[-1]
+
+        return force
+
+    def _failer(self, name: str) -> Callable[[str], None]:
+        def failed(reason: str) -> None:
+            self.warnings.append(python_device_failed(name, quotable(reason)))
+            self._servo.stop()
+
+        return failed
+
+
+def _or(value: Sequence[float] | Array | None, other: Sequence[float]) -> Sequence[float] | Array:
+    return other if value is None else value

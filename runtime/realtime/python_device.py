@@ -1,0 +1,68 @@
+"""Devices that are Python objects: read and driven by a thread of their own, off the servo loop."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from threading import Event, Thread
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from bgc.runtime.results.arrays import Array
+
+_RATE = 200.0  # Hz at most
+
+
+@runtime_checkable
+class PythonDevice(Protocol):
+    """An object whose `read` returns a pose as a mapping of the arguments of `Realtime.pointer`.
+
+    `write(force, torque, gripper_force)`, if there is one, takes what the loop wrote last.
+    """
+
+    def read(self) -> Mapping[str, Any]:
+        """The present pose."""
+
+
+class PythonThread:
+    """The thread of one object: reads it, and hands it the force, until it is stopped or fails.
+
+    `force` returns what the loop wrote last, (7,), None before the first sample. `failed` is called
+    with the reason of a fault.
+    """
+
+    def __init__(
+        self,
+        device: PythonDevice,
+        feed: Callable[..., None],
+        force: Callable[[], Array | None],
+        failed: Callable[[str], None],
+    ) -> None:
+        self._device, self._feed, self._force, self._failed = device, feed, force, failed
+        self._ended = Event()
+        self._thread = Thread(target=self._run, daemon=True)
+        self._feed(**self._device.read())
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread after its present call, and write zero force."""
+        self._ended.set()
+        self._thread.join(timeout=1.0)
+
+    def _run(self) -> None:
+        write = getattr(self._device, "write", None)
+        try:
+            while not self._ended.wait(1.0 / _RATE):
+                self._feed(**self._device.read())
+                if write is not None and (written := self._force()) is not None:
+                    write(written[:3], written[3:6], float(written[6]))
+            if write is not None:
+                write(np.zeros(3), np.zeros(3), 0.0)
+        except Exception as problem:  # the object is the user's: any error ends the loop
+            self._failed(f"{type(problem).__name__}: {problem}")
+
+
+def stamp() -> float:
+    """The time of a pose that Python hands over, s."""
+    return time.monotonic()

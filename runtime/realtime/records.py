@@ -1,0 +1,80 @@
+"""Records of a servo loop: their columns, and tables that `trace` plays again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import IO
+
+from bgc.runtime.realtime.binding import EFFORT_SIZE, POSE_SIZE, RECORD_HEAD
+from bgc.runtime.results.arrays import Array
+
+_POSE = (
+    *("x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz", "gripper"),
+    *(f"button{k}" for k in range(1, 9)),
+)
+_EFFORT = ("fx", "fy", "fz", "tx", "ty", "tz", "gripper_force")
+_DEVICE_SIZE = POSE_SIZE + 2 * EFFORT_SIZE
+
+
+def rows_of(records: Array, devices: int) -> Array:
+    """The model's rows in records, (n, width)."""
+    return records[:, RECORD_HEAD + devices * _DEVICE_SIZE :]
+
+
+def poses_of(records: Array, device: int) -> Array:
+    """Poses of a device, (n, 22): position, orientation, velocities, gripper, buttons."""
+    first = RECORD_HEAD + device * _DEVICE_SIZE
+    return records[:, first : first + len(_POSE)]
+
+
+def forces_of(records: Array, device: int) -> Array:
+    """Force, torque and gripper force that were written to a device, (n, 7)."""
+    first = RECORD_HEAD + device * _DEVICE_SIZE + POSE_SIZE + EFFORT_SIZE
+    return records[:, first : first + EFFORT_SIZE]
+
+
+class Recorder:
+    """Writes the motion of each device to a table; a fault of the disk ends it, and not the loop.
+
+    The table of one device is `path`, those of several `path` with the device's name behind the
+    stem. Numbers have all their digits, so that `trace` gives back the same bits.
+    """
+
+    def __init__(self, path: Path, devices: Sequence[str]) -> None:
+        several = len(devices) > 1
+        self.paths = [
+            path.with_stem(f"{path.stem}_{name}") if several else path for name in devices
+        ]
+        self.problem: tuple[str, str] | None = None
+        self._files: list[IO[str]] = []
+        self._guarded(str(path), self._open)
+
+    def write(self, records: Array) -> None:
+        """Append records, unless a fault has ended the recording."""
+        if self.problem is None:
+            self._guarded(str(self.paths[0]), lambda: self._write(records))
+
+    def close(self) -> None:
+        """Close the tables."""
+        files, self._files = self._files, []
+        for file in files:
+            self._guarded(file.name, file.close)
+
+    def _open(self) -> None:
+        for path in self.paths:
+            self._files.append(path.open("w", encoding="utf-8", newline=""))
+            self._files[-1].write(",".join(("time", *_POSE, *_EFFORT)) + "\n")
+
+    def _write(self, records: Array) -> None:
+        for device, file in enumerate(self._files):
+            parts = (poses_of(records, device).tolist(), forces_of(records, device).tolist())
+            for time, pose, force in zip(records[:, 0].tolist(), *parts, strict=True):
+                file.write(",".join(map(repr, (time, *pose, *force))) + "\n")
+            file.flush()
+
+    def _guarded(self, path: str, work: Callable[[], object]) -> None:
+        try:
+            work()
+        except OSError as problem:
+            self.problem = self.problem or (path, problem.strerror or str(problem))

@@ -1,0 +1,144 @@
+/* faulty.c: a driver that injects faults, and a clock that only moves when the loop or a fault moves it.
+ *
+ * Options: fault=KIND, from=TIME, to=TIME (s of simulated time), delay=TIME.
+ */
+#include "bgc_device.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+int64_t virtual_time; /* ns */
+void (*virtual_watch)(void *servo);
+void *virtual_servo;
+double faulty_force[3], faulty_zero_at; /* s: when zero force was written after another */
+int faulty_open, faulty_hold;
+
+static struct {
+    char kind[20];
+    double from, to, delay, time;
+    int pending; /* the next sleep of the loop lasts longer */
+} fault;
+
+/* Time passes in steps of 0.1 ms, and the watchdog has its turn. */
+static void pass(double seconds) {
+    for (int64_t end = virtual_time + (int64_t)(1e9 * seconds); virtual_time < end;) {
+        virtual_time += 100000;
+        if (virtual_watch != NULL) {
+            virtual_watch(virtual_servo);
+        }
+    }
+}
+
+int64_t virtual_now(void *of) {
+    (void)of;
+    return virtual_time += 1000;
+}
+
+void virtual_sleep(void *of, int64_t until) {
+    (void)of;
+    virtual_time = until > virtual_time ? until : virtual_time;
+    if (fault.pending) {
+        fault.pending = 0;
+        pass(fault.delay);
+    }
+}
+
+static double number(const char *options, const char *key, double value) {
+    const char *found = strstr(options, key);
+
+    return found != NULL ? atof(found + strlen(key)) : value;
+}
+
+static void *faulty_open_device(const char *options, char *message, size_t size) {
+    const char *kind = strstr(options, "fault=");
+
+    memset(&fault, 0, sizeof fault);
+    if (kind != NULL) {
+        sscanf(kind + strlen("fault="), "%19[a-z_]", fault.kind);
+    }
+    fault.from = number(options, "from=", 0.1);
+    fault.to = number(options, "to=", 1e9);
+    fault.delay = number(options, "delay=", 0.0);
+    if (strcmp(fault.kind, "absent") == 0) {
+        snprintf(message, size, "no device found");
+        return NULL;
+    }
+    faulty_open++;
+    return &fault;
+}
+
+static int is(const char *kind) {
+    return fault.time > fault.from - 1e-9 && fault.time < fault.to - 1e-9 &&
+           strcmp(fault.kind, kind) == 0;
+}
+
+static int faulty_read(void *handle, double t, bgc_pose *pose) {
+    (void)handle;
+    fault.time = t;
+    if (is("unplugged")) {
+        return BGC_DEVICE_LOST;
+    }
+    if (is("late") || is("stalled_driver")) {
+        pass(fault.delay);
+    }
+    fault.pending = is("stalled");
+    while (is("hang") && faulty_hold) {
+        const struct timespec ms = {0, 1000000};
+        nanosleep(&ms, NULL);
+    }
+    pose->position[0] = 0.1 * sin(7.0 * t);
+    pose->velocity[0] = 0.7 * cos(7.0 * t);
+    pose->orientation[0] = -cos(t); /* not a unit quaternion, and of the other sign */
+    pose->orientation[3] = -sin(1.01 * t);
+    pose->angular_velocity[2] = 2.0;
+    pose->buttons[1] = t < 0.3 || t > 0.4;
+    pose->stamp = is("stuck") ? fault.from : 1.0 + t;
+    pose->velocity[1] = is("nan") ? NAN : 0.0;
+    return is("no_news") ? BGC_DEVICE_NO_NEWS : BGC_DEVICE_FINE;
+}
+
+static int faulty_write(void *handle, double t, const bgc_effort *effort) {
+    const int was = faulty_force[0] != 0.0;
+
+    (void)handle, (void)t;
+    memcpy(faulty_force, effort->force, sizeof faulty_force);
+    if (was && faulty_force[0] == 0.0) {
+        faulty_zero_at = 1e-9 * (double)virtual_time;
+    }
+    return is("write_lost") && was ? BGC_DEVICE_LOST
+           : is("saturated")       ? BGC_DEVICE_SATURATED
+                                   : BGC_DEVICE_FINE;
+}
+
+static void faulty_close(void *handle) {
+    (void)handle;
+    faulty_open--;
+}
+
+static void faulty_capabilities(void *handle, bgc_capabilities *can) {
+    (void)handle;
+    can->sensed = BGC_EVERY_AXIS;
+    can->driven = BGC_TRANSLATIONS;
+    can->max_force = 12.0;
+}
+
+static const char *faulty_error(void *handle) {
+    (void)handle;
+    return "the cable is out";
+}
+
+const bgc_driver *bgc_device_driver(void) {
+    static const bgc_driver driver = {.abi = BGC_DEVICE_ABI,
+                                      .name = "faulty",
+                                      .open = faulty_open_device,
+                                      .read = faulty_read,
+                                      .write = faulty_write,
+                                      .close = faulty_close,
+                                      .capabilities = faulty_capabilities,
+                                      .last_error = faulty_error};
+
+    return &driver;
+}

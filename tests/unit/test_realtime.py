@@ -1,0 +1,363 @@
+"""The servo loop on a clock of its own: policies, limits, injected faults, records.
+
+The driver `devices/faulty.c` injects the faults and holds the clock, which only the loop and the
+faults move, so that every figure here is the same on any machine.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import bgc
+from bgc.building.build import runtime_directory
+from bgc.diagnostics.diagnostic import BgError
+from bgc.driver import check_source
+from bgc.runtime.cli.app import application
+from bgc.runtime.realtime import loop as loop_module
+from bgc.runtime.realtime.binding import ClockStruct, End, NowFunction, SleepFunction
+from bgc.runtime.realtime.loop import Realtime
+from bgc.runtime.realtime.options import RealtimeOptions
+from bgc.runtime.running.simulate import method_of
+
+STIFFNESS, DAMPING = 50.0, 3.0
+SCENE = f"""/// A handle held by a spring; its motion drives a pendulum.
+model Held {{
+  input x[3] : m;
+  input v[3] : m/s;
+  input q[4];
+  param limit = 10;
+  state angle = 0.3;
+  state rate = 0;
+  der(angle) = rate;
+  der(rate) = -20*sin(angle) + 3*x[1] + v[1] + q[4];
+  assert angle < limit, "the pendulum is too high";
+}}
+scene s of Held {{
+  device hand = trace(file = "still.csv");
+  drive x = hand.position;
+  drive v = hand.velocity;
+  drive q = hand.orientation;
+  drive hand.force = [
+    -{STIFFNESS} N/m*hand.position[1] - {DAMPING} N*s/m*hand.velocity[1], 1 N, 0 N];
+  observe angle, rate, x[1] as x;
+  deadline 1 ms, skip;
+  step 1 ms;
+  run 1 s every 1 ms;
+}}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("realtime")
+    (folder / "still.csv").write_text("time,x,y,z\n0,0.02,0,0\n")
+    (folder / "held.bg").write_text(SCENE)
+    source = Path(__file__).parent / "devices/faulty.c"
+    flags = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Werror", "-D_POSIX_C_SOURCE=200809L"]
+    include = f"-I{runtime_directory()}"
+    made = ["-shared", "-fPIC", "-o", str(folder / "faulty.so"), str(source), "-lm"]
+    subprocess.run(["cc", *flags, include, *made], check=True)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def model(folder: Path) -> Any:
+    return bgc.compile(folder / "held.bg")
+
+
+class Bench:
+    """A loop with the faulty device on the virtual clock."""
+
+    def __init__(self, model: Any, folder: Path) -> None:
+        self.model, self.device = model, str(folder / "faulty.so")
+        self.library = ctypes.CDLL(self.device)
+        self.clock = ClockStruct(
+            ctypes.cast(self.library.virtual_now, NowFunction),
+            ctypes.cast(self.library.virtual_sleep, SleepFunction),
+            None,
+        )
+        self.loop: Realtime
+
+    def make(self, fault: str = "", duration: float = 1.0, **options: Any) -> Realtime:
+        parameters = options.pop("parameters", None)
+        record = options.pop("record", None)
+        chosen = replace(RealtimeOptions(priority=False, ramp=0.0), **options)
+        ctypes.c_void_p.in_dll(self.library, "virtual_watch").value = None
+        ctypes.c_int64.in_dll(self.library, "virtual_time").value = 0
+        self.loop = Realtime(
+            self.model,
+            method_of(self.model)[0],
+            chosen,
+            duration=duration,
+            devices={"hand": f"{self.device}({fault})"},
+            parameters=parameters,
+            record=record,
+            clock=self.clock,
+        )
+        return self.loop
+
+    def watched(self) -> None:
+        """The watchdog acts whenever a fault lets time pass."""
+        servo = self.loop._servo
+        watch = ctypes.cast(servo._functions.bgc_servo_watch, ctypes.c_void_p)
+        ctypes.c_void_p.in_dll(self.library, "virtual_watch").value = watch.value
+        ctypes.c_void_p.in_dll(self.library, "virtual_servo").value = servo._servo
+
+    @property
+    def force(self) -> list[float]:
+        return list((ctypes.c_double * 3).in_dll(self.library, "faulty_force"))
+
+
+@pytest.fixture
+def bench(model: Any, folder: Path) -> Bench:
+    return Bench(model, folder)
+
+
+def wanted_force(time: np.ndarray) -> np.ndarray:
+    return -STIFFNESS * 0.1 * np.sin(7 * time) - DAMPING * 0.7 * np.cos(7 * time)
+
+
+def test_a_quiet_loop_keeps_its_periods(bench: Bench) -> None:
+    loop = bench.make(ramp=0.2)
+    report = loop.run_here()
+    assert report.end is End.DONE and report.problem is None
+    assert (report.samples, report.missed, report.overruns, report.behind) == (1001, 0, 0, 0.0)
+    np.testing.assert_allclose(loop.time, np.arange(1001) * 1e-3, atol=1e-12)
+    gain = np.minimum(1.0, np.arange(1, 1002) * 1e-3 / 0.2)
+    forces = loop.forces()
+    np.testing.assert_allclose(forces[1:, 0], (gain * wanted_force(loop.time))[1:], rtol=1e-9)
+    np.testing.assert_allclose(forces[:, 1], gain)
+    assert bench.force == [0.0] * 3  # at the end, whatever the model asked for
+    assert ctypes.c_int.in_dll(bench.library, "faulty_open").value == 0
+    assert 0.0 < report.lateness.worst < 5e-6  # the spin of a clock that moves by 1 us a look
+
+
+@pytest.mark.parametrize("fault", ["", "fault=late,from=0.2,to=0.2005,delay=5.2 ms"])
+def test_a_recording_replays_to_the_same_bits(bench: Bench, tmp_path: Path, fault: str) -> None:
+    """Also where samples were skipped: their poses are those that the model had."""
+    record = tmp_path / "motion.csv"
+    loop = bench.make(fault, record=record)
+    report = loop.run_here()
+    assert report.skipped == (4 if fault else 0)
+    replayed = bench.model.simulate(1.0, devices={"hand": str(record)})
+    columns = np.column_stack([replayed[name] for name in loop.columns])
+    assert columns.tobytes() == np.ascontiguousarray(loop.rows).tobytes()
+
+
+@pytest.mark.parametrize(
+    ("policy", "samples", "dropped", "skipped", "behind"),
+    [("hold", 497, 4, 0, 0.004), ("skip", 501, 0, 4, 0.0), ("slow", 497, 0, 0, 0.00421)],
+)
+def test_the_policy_decides_what_a_late_period_becomes(
+    bench: Bench, policy: str, samples: int, dropped: int, skipped: int, behind: float
+) -> None:
+    """Work of 5.2 ms at 0.1 s: the samples of the four periods after it are missed."""
+    loop = bench.make("fault=late,from=0.1,to=0.1005,delay=5.2 ms", 0.5, policy=policy)
+    report = loop.run_here()
+    assert report.end is End.DONE and report.samples == 501
+    assert (report.dropped, report.skipped) == (dropped, skipped)
+    assert report.overruns >= 1 and report.missed >= 1
+    assert report.behind == pytest.approx(behind, abs=3e-5)
+    assert report.elapsed == pytest.approx(0.5 + behind, abs=1e-3)
+    assert [warning.code for warning in report.warnings()] == ["BG767"]
+    assert any(policy in line for line in report.lines())
+    kept_time = policy == "skip"
+    held = loop.forces()[101:105, 0] == loop.forces()[100, 0]
+    assert held.all() == kept_time  # blind samples leave the force as it was
+
+
+FAULTS = [
+    ("fault=unplugged", {}, End.LOST, "BG706", "the cable is out"),
+    ("fault=write_lost", {}, End.LOST, "BG706", "device `hand` reported a fault"),
+    ("fault=nan", {}, End.BAD_POSE, "BG762", "not finite"),
+    ("fault=stuck", {}, End.STUCK, "BG763", "nothing new for 0.1 s"),
+    ("fault=no_news", {}, End.STUCK, "BG763", "nothing new"),
+    ("fault=late,delay=1.1 ms", {}, End.LATE, "BG764", "deadlines were missed"),
+    ("fault=stalled,delay=0.3", {}, End.STALLED, "BG765", "; the force is zero"),
+    ("fault=stalled_driver,delay=0.3", {}, End.STALLED, "BG765", "in a call of a driver"),
+    ("", {"parameters": {"limit": 0.31}}, End.MODEL, "BG705", "the pendulum is too high"),
+]
+
+
+@pytest.mark.parametrize(
+    ("fault", "options", "end", "code", "words"),
+    FAULTS,
+    ids=[f[0][6:20] or "model" for f in FAULTS],
+)
+def test_a_fault_ends_the_loop_without_force(
+    bench: Bench, fault: str, options: dict[str, Any], end: End, code: str, words: str
+) -> None:
+    if (
+        "parameters" in options
+    ):  # the initial state violates nothing; a swing to the other side does
+        options = {"parameters": {"limit": 0.31}}
+    loop = bench.make(fault, 3.0, **options)
+    bench.watched()
+    report = loop.run_here()
+    assert report.end is end and report.failed
+    assert report.problem is not None and report.problem.code == code
+    assert words in report.problem.message and report.problem.help
+    assert bench.force == [0.0] * 3
+    assert report.zero_after is not None
+    if end is not End.LATE and "driver" not in fault:
+        assert report.zero_after <= 1.1e-3  # within a period of the sample that failed
+    if end is End.STALLED and "driver" not in fault:
+        zero_at = ctypes.c_double.in_dll(bench.library, "faulty_zero_at").value
+        assert 0.2 < zero_at < 0.2035  # the watchdog, while the loop still stood
+    assert np.isfinite(loop._instance.state).all()
+    assert loop._instance.time == pytest.approx(report.time, abs=0.002)  # the state is kept
+
+
+def test_a_saturated_motor_and_a_patient_loop_go_on(bench: Bench) -> None:
+    report = bench.make("fault=saturated", 0.3).run_here()
+    assert (report.end is End.DONE and report.saturated == 200) or report.saturated == 201
+    report = bench.make("fault=late,delay=1.1 ms,to=0.3", 0.5, burst=0.0).run_here()
+    assert report.end is End.DONE and report.missed >= 150
+    report = bench.make("fault=stuck,to=0.15", 0.5).run_here()
+    assert report.end is End.DONE and report.no_news == 49
+
+
+def test_a_device_that_is_absent(bench: Bench) -> None:
+    with pytest.raises(BgError) as caught:
+        bench.make("fault=absent")
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "BG074" and "no device found" in diagnostic.message
+
+
+def test_limits_of_force_rate_and_power(bench: Bench) -> None:
+    loop = bench.make(duration=0.25, max_force=4.0)
+    report = loop.run_here()
+    size = np.linalg.norm(loop.forces()[:, :3], axis=1)
+    free = np.hypot(wanted_force(loop.time), 1.0)
+    np.testing.assert_allclose(size[1:], np.minimum(free, 4.0)[1:], rtol=1e-9)
+    assert report.limited >= (free > 4.0).sum() > 50
+    loop = bench.make(duration=0.25, max_force_rate=100.0)
+    loop.run_here()
+    change = np.linalg.norm(np.diff(loop.forces()[:, :3], axis=0), axis=1)
+    assert change.max() == pytest.approx(0.1, rel=1e-9)
+    loop = bench.make(duration=1.0, max_power=0.3, max_force=0.0)
+    report = loop.run_here()
+    power = loop.forces()[:, 0] * 0.7 * np.cos(7 * loop.time)
+    assert power.max() == pytest.approx(0.3, rel=1e-6) and report.worst_power == 0.3
+    assert power.min() < -2.0  # what the hand gives is not limited
+
+
+def test_the_dead_mans_button_takes_the_force_away_at_once(bench: Bench) -> None:
+    loop = bench.make(duration=0.5, dead_man=2, ramp=0.05)
+    loop.run_here()
+    force = np.abs(loop.forces()[:, 1])
+    time = loop.time
+    assert (force[(time > 0.2995) & (time < 0.4005)] == 0.0).all()
+    assert force[299] == 1.0 and force[401] == pytest.approx(0.02) and force[460] == 1.0
+
+
+def test_a_full_disk_ends_the_recording_alone(bench: Bench) -> None:
+    loop = bench.make(duration=0.3, record=Path("/dev/full"))
+    assert loop.run_here().end is End.DONE
+    (warning,) = loop.warnings
+    assert warning.code == "BG768" and "No space left" in warning.message
+    report = replace(loop.report, lost_records=3, fifo=False, locked=False)
+    codes = [warning.code for warning in report.warnings()]
+    assert codes == ["BG766", "BG768"]
+
+
+def test_a_driver_that_does_not_return_leaves_the_loop_behind(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(loop_module, "_PATIENCE", 0.2)
+    hold = ctypes.c_int.in_dll(bench.library, "faulty_hold")
+    hold.value = 1
+    loop = bench.make("fault=hang,from=0.0005", watchdog=0.0)
+    loop.start()
+    with pytest.raises(BgError) as caught:
+        loop.stop()
+    assert caught.value.diagnostics[0].code == "BG775"
+    hold.value = 0
+    assert loop._servo.join(10.0)
+    assert loop.close().end is End.STOPPED
+
+
+def test_what_the_loop_refuses_before_it_starts(model: Any, folder: Path) -> None:
+    for code, arguments in (
+        ("BG769", {"step": 0.15e-3}),
+        ("BG769", {"options": RealtimeOptions(policy="wait")}),
+        ("BG066", {"options": RealtimeOptions(max_force=-1.0)}),
+        ("BG066", {"options": RealtimeOptions(dead_man=9)}),
+    ):
+        with pytest.raises(BgError) as caught:
+            model.realtime(**arguments)
+        assert caught.value.diagnostics[0].code == code
+    path = folder / "policy.bg"
+    path.write_text(SCENE.replace("skip", "wait"))
+    (diagnostic,) = check_source(path)
+    assert diagnostic.code == "BG776" and diagnostic.span and diagnostic.span.text == "wait"
+
+
+def test_a_pose_from_python_reaches_the_model(model: Any) -> None:
+    loop = model.realtime(
+        0.05, devices={"hand": "pointer"}, options=RealtimeOptions(priority=False)
+    )
+    loop.pointer([0.03, 0.0, 0.0], velocity=[0.5, 0.0, 0.0], buttons=[1])
+    report = loop.run_here()
+    assert report.end is End.DONE and report.no_news > 0
+    assert loop.latest()["x"] == 0.03
+    loop = model.realtime(0.05)
+    with pytest.raises(BgError) as caught:
+        loop.pointer([0.0, 0.0, 0.0])
+    assert caught.value.diagnostics[0].code == "BG777"
+    loop.stop()
+
+
+class Hand:
+    """A device that is a Python object, which fails after some calls."""
+
+    def __init__(self, calls: int) -> None:
+        self.left, self.written = calls, 0
+
+    def read(self) -> dict[str, Any]:
+        self.left -= 1
+        if self.left < 0:
+            raise RuntimeError("the tablet is gone")
+        return {"position": [0.04, 0.0, 0.0]}
+
+    def write(self, force: Any, torque: Any, gripper_force: float) -> None:
+        self.written += 1
+
+
+def test_half_a_second_in_real_time_with_a_device_in_python(model: Any) -> None:
+    """The one test on the clock of the system: it ends and reports, however late it is."""
+    hand, seen = Hand(20), []
+    options = RealtimeOptions(watchdog=0.0)
+    loop = model.realtime(60.0, devices={"hand": hand}, options=options, on_records=seen.append)
+    with loop:
+        report = loop.wait()
+    assert report.end is End.STOPPED and report.samples > 0
+    assert [warning.code for warning in loop.warnings] == ["BG779"]
+    assert "the tablet is gone" in loop.warnings[0].message
+    assert sum(map(len, seen)) == report.samples == len(loop.time)
+    assert loop.latest()["x"] == 0.04 and hand.written > 0
+    assert report.work.worst >= report.work.p50 > 0.0
+
+
+def test_the_commands_in_real_time(folder: Path) -> None:
+    scene, device = str(folder / "held.bg"), f"hand={folder}/faulty.so(fault=unplugged,from=0.05)"
+    command = ["haptic", scene, "--time", "2 s", "--watchdog", "0 s", "--device", device]
+    done = CliRunner().invoke(application, command)
+    assert done.exit_code == 1 and "BG706" in done.output and "the cable is out" in done.output
+    assert "deadlines missed" in done.output
+    out = folder / "rows.csv"
+    command = ["run", scene, "--realtime", "--time", "0.1 s", "--every", "20 ms", "--out", str(out)]
+    done = CliRunner().invoke(application, command)
+    assert done.exit_code == 0, done.output
+    rows = np.genfromtxt(out, delimiter=",", names=True)
+    np.testing.assert_allclose(rows["time"], np.arange(6) * 0.02, atol=1e-12)
+    done = CliRunner().invoke(application, ["run", scene, "--realtime", "--rtol", "1e-3"])
+    assert done.exit_code == 2 and "--rtol" in done.output
