@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,9 +9,11 @@ from pathlib import Path
 from bgc.building.build import Unit, runtime_sources
 from bgc.building.cache import digest_of, digest_of_bytes
 from bgc.building.toolchain import COMMON_FLAGS, GCC_PASSES
+from bgc.emission.amalgamate import joined
 from bgc.emission.frame import print_unit
 from bgc.emission.kernels import KernelText, print_defaults, print_kernel, prototype
 from bgc.emission.lower import dependent_defaults, lower
+from bgc.emission.partials import PARTIALS
 from bgc.emission.print_c import DOUBLES, HELPERS, Numbers
 from bgc.emission.print_lu import MatrixText, matrix_prototypes, print_lu
 from bgc.emission.print_ranges import RANGES
@@ -29,8 +30,6 @@ MODEL_FLAGS = ("-O1", *GCC_PASSES, *COMMON_FLAGS, "-ffp-contract=fast")
 _SPLIT = 1_500  # number of nodes above which a model is split into units compiled in parallel
 _LISTED = 200  # most names in each list of the comment at the top of the file
 
-_OWN_INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([^"]+)".*\n', re.MULTILINE)
-_FEATURE = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(_[A-Z_]+_SOURCE)[ \t]+(\w+)", re.MULTILINE)
 _HOW_TO_USE = """\
 /* {name}: a bond graph and its solvers in one file of C11, made by bgc.
  *
@@ -88,6 +87,7 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
     fields += [
         (name, f"bgc_model_{name}" if name in shared else f"model_{name}")
         for name in (*texts, *(("factor", "solve") if matrix.text else ()))
+        if name != PARTIALS
     ]
     for kernel in _range_kernels(lowered):
         prefix = RANGES.shared if separate else RANGES.prefix
@@ -190,47 +190,12 @@ def _needed_parts(lowered: Lowered) -> frozenset[str]:
 
 
 def amalgamate(emitted: EmittedModel, runtime_dir: Path) -> str:
-    """Print the model and the runtime as one C11 file that requires only libm.
-
-    The first include of each of the runtime's headers is replaced by its text, further ones are
-    removed. Feature test macros of the system headers come first.
-    """
-    files = sorted((*runtime_dir.glob("*.h"), *runtime_dir.glob("drivers/*.h")))
-    headers = {path.relative_to(runtime_dir).as_posix(): path.read_text("utf-8") for path in files}
-    sources = [
-        (f"{name}.c", path.read_text("utf-8"))
-        for name, path in runtime_sources(runtime_dir).items()
-    ]
-    included: set[str] = set()
-
-    def expanded(text: str) -> str:
-        def replace(match: re.Match[str]) -> str:
-            name = match.group(1)
-            if name in included:
-                return ""
-            included.add(name)
-            return expanded(headers[name])
-
-        return _OWN_INCLUDE.sub(replace, text)
-
-    features: dict[tuple[str, str], None] = {}
-    for text in (*headers.values(), *(text for _, text in sources)):
-        features.update(dict.fromkeys(_FEATURE.findall(text)))
+    """Print the model and the runtime as one C11 file that requires only libm."""
     own = emit_lowered(emitted.lowered, emitted.source_hash, split=False).units
-    return (
-        _HOW_TO_USE.format(name=emitted.name)
-        + "".join(f"#ifndef {name}\n#define {name} {value}\n#endif\n" for name, value in features)
-        + "".join(
-            f"\n/* ===== {name} {'=' * max(3, 88 - len(name))} */\n\n{expanded(text)}"
-            for name, text in (*((f"{unit.name}.c", unit.text) for unit in own), *sources)
-        )
-    )
-
-
-def public_header(runtime_dir: Path) -> str:
-    """Print `bgc.h` with the header that it includes, as one file."""
-    text = (runtime_dir / "bgc.h").read_text("utf-8")
-    return _OWN_INCLUDE.sub(lambda own: (runtime_dir / own[1]).read_text("utf-8"), text)
+    sources = runtime_sources(runtime_dir)
+    texts = [(f"{unit.name}.c", unit.text) for unit in own]
+    texts += [(f"{name}.c", path.read_text("utf-8")) for name, path in sources.items()]
+    return _HOW_TO_USE.format(name=emitted.name) + joined(texts, runtime_dir)
 
 
 def _print_kernels(lowered: Lowered, shared: set[str]) -> dict[str, KernelText]:

@@ -61,7 +61,7 @@ class Opened:
 
 
 @dataclass(frozen=True, slots=True)
-class _Candidate:
+class Candidate:
     """A possible input: a source (index of the element), a parameter, or a device channel."""
 
     kind: str  # "source", "parameter" or "channel"
@@ -161,11 +161,13 @@ class _Selection:
         facts = replace(graph.scene, accounts=(), columns=columns, rest=None)
         defaults = _with_values(graph, self.values)
         graph = replace(graph, scene=facts, observations=observed, parameters=defaults)
-        candidates = _candidates(graph)
+        candidates = input_candidates(graph)
         first = sum(len(device.inputs) for device in graph.devices) + len(graph.held)
         sources: dict[int, Node] = {}
         given = _given_values(graph) if self.total else {}
-        chosen = _choose(candidates, self.inputs) if self.inputs else _default(candidates, given)
+        chosen = (
+            choose_inputs(candidates, self.inputs) if self.inputs else _default(candidates, given)
+        )
         for name in chosen:
             candidate = candidates[name]
             index = candidate.index
@@ -200,19 +202,19 @@ def channel_names(device: DeviceUse) -> list[str]:
     ]
 
 
-def _candidates(graph: FlatGraph) -> dict[str, _Candidate]:
+def input_candidates(graph: FlatGraph) -> dict[str, Candidate]:
     """All possible inputs by name: channels of devices, then sources, then parameters."""
-    found: dict[str, _Candidate] = {}
+    found: dict[str, Candidate] = {}
     for device in graph.devices:
         names = zip(channel_names(device), device.inputs, strict=True)
         for k, (name, (channel, _)) in enumerate(names, device.first_input):
-            found[name] = _Candidate("channel", k, channel_unit(channel))
+            found[name] = Candidate("channel", k, channel_unit(channel))
     for index, element in enumerate(graph.elements):
         if isinstance(element, Source):
             name, unit = _source_name(graph, element)
-            found.setdefault(name, _Candidate("source", index, unit))
+            found.setdefault(name, Candidate("source", index, unit))
     for parameter in graph.parameters:
-        candidate = _Candidate("parameter", parameter.index, parameter.unit)
+        candidate = Candidate("parameter", parameter.index, parameter.unit)
         found.setdefault(parameter.name, candidate)
     return found
 
@@ -229,7 +231,7 @@ def _source_name(graph: FlatGraph, source: Source) -> tuple[str, str]:
     return f"{source.name}.{letter}", unit
 
 
-def _default(candidates: Mapping[str, _Candidate], given: Collection[int]) -> list[str]:
+def _default(candidates: Mapping[str, Candidate], given: Collection[int]) -> list[str]:
     """The channels of the devices, and some sources, by their elements."""
     return [
         name
@@ -238,7 +240,7 @@ def _default(candidates: Mapping[str, _Candidate], given: Collection[int]) -> li
     ]
 
 
-def _choose(candidates: Mapping[str, _Candidate], texts: Sequence[str]) -> list[str]:
+def choose_inputs(candidates: Mapping[str, Candidate], texts: Sequence[str]) -> list[str]:
     """The names of the selected inputs, without repetition.
 
     A vector's name selects its components, a source's name its effort or flow.

@@ -297,6 +297,9 @@ static inline double bgc_tolerance(const bgc_data *d, int i, double size) {
     return atol + d->core.rtol * size;
 }
 
+/* --- instance.c */
+bgc_status bgc_check_parameters(const bgc_model *m, bgc_data *d);
+
 /* --- layout.c */
 size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from);
 size_t bgc_saved_count(const bgc_model *m);
@@ -376,6 +379,8 @@ static inline void bgc_schedule(bgc_core *core) {
 }
 
 bgc_status bgc_sample(const bgc_model *m, bgc_data *d);
+bgc_status bgc_apply_inputs(const bgc_model *m, bgc_data *d);
+bgc_status bgc_write_row(const bgc_model *m, bgc_data *d, double t, double *row);
 
 /* --- step.c */
 bgc_status bgc_attempt(const bgc_model *m, bgc_data *d);

@@ -103,8 +103,9 @@ double bgc_get_param(const bgc_model *m, const bgc_data *d, int k) {
     return k >= 0 && k < m->n_param ? d->p[k] : (double)NAN;
 }
 
-/* Checks that parameters are in range and that those that must be positive are. */
-static bgc_status check_parameters(const bgc_model *m, bgc_data *d) {
+/* Checks that parameters are in range and that those that must be positive are; evaluates what depends
+ * on them alone. */
+bgc_status bgc_check_parameters(const bgc_model *m, bgc_data *d) {
     for (int k = 0; k < m->n_param; k++) {
         if (!(d->p[k] >= m->param[k].low && d->p[k] <= m->param[k].high)) {
             d->core.failed_parameter = k;
@@ -218,7 +219,7 @@ bgc_status bgc_reset(const bgc_model *m, bgc_data *d, double t) {
     }
     bgc_reset_modes(m, d);
     atomic_store(&d->stop, 0);
-    status = check_parameters(m, d);
+    status = bgc_check_parameters(m, d);
     if (status == BGC_OK) {
         status = bgc_read_devices(m, d);
     }

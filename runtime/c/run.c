@@ -10,7 +10,7 @@
 /* --- samples ------------------------------------------------------------------------------- */
 
 /* Applies inputs that have been written: states without a rate and modes may jump. */
-static bgc_status apply_inputs(const bgc_model *m, bgc_data *d) {
+bgc_status bgc_apply_inputs(const bgc_model *m, bgc_data *d) {
     const size_t size = (size_t)m->n_input * sizeof *d->u;
     bgc_status status;
 
@@ -45,12 +45,12 @@ static bgc_status sample_parts(const bgc_model *m, bgc_data *d, double slack) {
     bgc_status status = due ? bgc_read_devices(m, d) : BGC_OK;
 
     if (status == BGC_OK && due) {
-        status = apply_inputs(m, d);
+        status = bgc_apply_inputs(m, d);
     }
     if (status == BGC_OK && core->t >= core->instant - slack) {
         status = bgc_take_sampled(m, d, slack);
         if (status == BGC_OK) {
-            status = apply_inputs(m, d);
+            status = bgc_apply_inputs(m, d);
         }
     }
     if (status == BGC_OK && due) {
@@ -76,7 +76,7 @@ bgc_status bgc_sample(const bgc_model *m, bgc_data *d) {
     }
     status = bgc_read_devices(m, d);
     if (status == BGC_OK) {
-        status = apply_inputs(m, d);
+        status = bgc_apply_inputs(m, d);
     }
     if (status == BGC_OK) {
         status = bgc_write_devices(m, d);
@@ -137,7 +137,7 @@ static bgc_status advance_to(const bgc_model *m, bgc_data *d, double t, int take
 }
 
 /* Writes a row: outputs and accounts, at the present or inside the last step. */
-static bgc_status write_row(const bgc_model *m, bgc_data *d, double t, double *row) {
+bgc_status bgc_write_row(const bgc_model *m, bgc_data *d, double t, double *row) {
     const bgc_core *core = &d->core;
     const int inside = t < core->t - bgc_time_slack(core->t, core->t_old);
     const double *x = d->x, *u = d->u;
@@ -199,14 +199,14 @@ static bgc_status run(const bgc_model *m, bgc_data *d, const double *times, size
             return BGC_BAD_ARGUMENT;
         }
     }
-    status = apply_inputs(m, d);
+    status = bgc_apply_inputs(m, d);
     if (status == BGC_OK) {
         status = bgc_check_asserts(m, d, d->core.t, d->x);
     }
     for (size_t i = 0; i < n && status == BGC_OK; i++) {
         status = advance_to(m, d, times[i], 1);
         if (status == BGC_OK) {
-            status = write_row(m, d, times[i], rows + i * width);
+            status = bgc_write_row(m, d, times[i], rows + i * width);
         }
         *done += status == BGC_OK;
     }
@@ -240,7 +240,7 @@ bgc_status bgc_advance(const bgc_model *m, bgc_data *d, double t) {
         return BGC_BAD_ARGUMENT;
     }
     begin_run(m, d);
-    status = apply_inputs(m, d);
+    status = bgc_apply_inputs(m, d);
     if (status == BGC_OK) {
         status = advance_to(m, d, t, 0);
     }

@@ -26,6 +26,8 @@ from bgc.runtime.cli.options import (
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.running.compiling import load_or_compile
 
+_FMI = {"fmu2": 2, "fmu3": 3}
+
 
 @click.command()
 @model_file
@@ -37,10 +39,11 @@ from bgc.runtime.running.compiling import load_or_compile
 @verify_option
 @click.option(
     "--target",
-    type=click.Choice(["so", "c"]),
+    type=click.Choice(["so", "c", "fmu2", "fmu3"]),
     default="so",
     show_default=True,
-    help="so: a shared object; c: one self-contained C11 file.",
+    help="so: a shared object; c: one self-contained C11 file; fmu2, fmu3: a Functional Mock-up "
+    "Unit (FMI 2.0 or 3.0), for Model Exchange and Co-Simulation.",
 )
 @click.option(
     "-o",
@@ -55,6 +58,27 @@ from bgc.runtime.running.compiling import load_or_compile
     metavar="NAME",
     help="With --target c: names begin with NAME_ instead of bgc_.",
 )
+@click.option(
+    "--platforms",
+    metavar="NAMES",
+    help="With --target fmu2 or fmu3: platforms to build binaries for, separated by commas: "
+    "linux64, linux-aarch64, win64, darwin64, darwin-aarch64. Default: this machine's. Others need "
+    "ziglang.",
+)
+@click.option(
+    "--input",
+    "inputs",
+    metavar="NAME",
+    multiple=True,
+    help="With --target fmu2 or fmu3: an input of a model, a source (`supply.e`) or a parameter "
+    "that becomes an input of the FMU. It is added to what the scene gives. May be repeated.",
+)
+@click.option(
+    "--reference",
+    is_flag=True,
+    help="With --target fmu2 or fmu3: write the files of a cross-check too, NAME_ref.csv, "
+    "NAME_in.csv and NAME_ref.opt.",
+)
 @click.option("--timings", is_flag=True, help="Print the time of each stage.")
 def build(
     file: Path,
@@ -67,9 +91,12 @@ def build(
     target: str,
     out: str,
     prefix: str | None,
+    platforms: str | None,
+    inputs: tuple[str, ...],
+    reference: bool,
     timings: bool,
 ) -> None:
-    """Compile a scene of FILE to C or to a shared object, and print its path.
+    """Compile a scene of FILE to C, to a shared object or to an FMU, and print its path.
 
     With --target c the header of the C file is written beside it. Two C files link into one
     program if each has a --prefix of its own.
@@ -78,6 +105,13 @@ def build(
         raise click.UsageError("--prefix needs --target c")
     if out == "-" and target != "c":
         raise click.UsageError("only --target c can be written to standard output")
+    for name, given in (
+        ("--platforms", platforms is not None),
+        ("--input", bool(inputs)),
+        ("--reference", reference),
+    ):
+        if given and target not in _FMI:
+            raise click.UsageError(f"{name} needs --target fmu2 or fmu3")
     options = Options(
         scene,
         read_assignments(assignments),
@@ -86,6 +120,9 @@ def build(
         whole=whole,
         uses=read_uses(uses),
     )
+    if target in _FMI:
+        _fmu(file, options, _FMI[target], platforms, inputs, reference, Path(out), timings)
+        return
     header = b""
     if target == "c":
         content, header, seconds = _c_file(file, options, prefix)
@@ -107,6 +144,33 @@ def build(
     click.echo(os.fsencode(goal))
 
 
+def _fmu(
+    file: Path,
+    options: Options,
+    version: int,
+    platforms: str | None,
+    inputs: tuple[str, ...],
+    reference: bool,
+    folder: Path,
+    timings: bool,
+) -> None:
+    """Write an FMU and the files beside it, and print their paths."""
+    # The compiler and Jinja2 are slow to load, and a shared object does without them.
+    from bgc.runtime.fmi.binaries import read_platforms
+    from bgc.runtime.fmi.export import write_fmu
+    from bgc.runtime.fmi.model import prepare_model
+
+    wanted = read_platforms(platforms)
+    model = prepare_model(file, options, version, inputs)
+    _make(folder)
+    goals = write_fmu(model, wanted, folder, reference)
+    print_diagnostics(model.built.warnings)
+    if timings:
+        click.echo(_table(model.stages.seconds), err=True)
+    for goal in goals:
+        click.echo(os.fsencode(goal))
+
+
 def _c_file(
     file: Path, options: Options, prefix: str | None
 ) -> tuple[bytes, bytes, Mapping[str, float]]:
@@ -114,7 +178,8 @@ def _c_file(
     # The compiler is slow to load, and a shared object from the cache does without it.
     from bgc.building.build import runtime_directory
     from bgc.driver import compile_scene
-    from bgc.emission.emit import amalgamate, public_header
+    from bgc.emission.amalgamate import public_header
+    from bgc.emission.emit import amalgamate
     from bgc.emission.prefix import prefix_problem, with_prefix
 
     stages = compile_scene(file, options, until="emit")

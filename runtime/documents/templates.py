@@ -10,11 +10,11 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 
 
-def render_template(name: str, **values: Any) -> str:
-    """Fill in a template; HTML is escaped, and a name that is not given is an error."""
+def render_template(name: str, /, **values: Any) -> str:
+    """Fill in a template; values in HTML and XML are escaped, a missing name is an error."""
     environment = Environment(
         loader=PackageLoader("bgc.runtime.documents", package_path=""),
-        autoescape=select_autoescape(("html.j2",), default_for_string=False),
+        autoescape=select_autoescape(("html.j2", "xml.j2"), default_for_string=False),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

@@ -28,9 +28,7 @@ def pushing(depth, rate, stiffness, loss):
 
 @pytest.mark.parametrize(("amplitude", "loss"), [(0.0, 0.0), (0.0, 0.1), (0.3, 0.5)])
 def test_a_ball_bounces_on_a_deck(load, amplitude, loss):
-    result = load("rigging", "bouncing").simulate(
-        parameters={"amplitude": amplitude, "loss": loss}
-    )
+    result = load("rigging", "bouncing").simulate(parameters={"amplitude": amplitude, "loss": loss})
 
     def rates(t, y):
         up, speed = amplitude * (1 - np.cos(3 * t)), 3 * amplitude * np.sin(3 * t)

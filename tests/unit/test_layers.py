@@ -58,6 +58,7 @@ bgc.runtime.linear
 bgc.runtime.running
 bgc.runtime.documents
 bgc.runtime.realtime
+bgc.runtime.fmi
 bgc.runtime.linearising
 bgc.runtime.measuring
 bgc.runtime.activity

@@ -36,6 +36,12 @@ def channel_unit(channel: str) -> str:
     return si_symbol(unit) if unit is not None else ""
 
 
+def command_unit(channel: str) -> str:
+    """The SI unit of a channel that is written; empty if it has none."""
+    unit = DEVICE_COMMANDS[channel].dimension
+    return si_symbol(unit) if unit is not None else ""
+
+
 @dataclass(frozen=True, slots=True)
 class DeviceView:
     """A device in an expression; its members are the input channels."""

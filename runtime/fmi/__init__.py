@@ -1,0 +1,1 @@
+"""FMUs: models as Functional Mock-up Units of FMI 2.0 and 3.0."""

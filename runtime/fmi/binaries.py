@@ -1,0 +1,98 @@
+"""Build the binaries of an FMU: by this machine's C compiler, for others by that of ziglang."""
+
+from __future__ import annotations
+
+import platform
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+from bgc.building.toolchain import NO_FILE, ZIGLANG, Toolchain, find_toolchain, identify
+from bgc.diagnostics.catalogue.fmus import (
+    platform_needs_zig,
+    platform_not_built,
+    unknown_platform,
+)
+from bgc.diagnostics.diagnostic import BgError
+
+
+@dataclass(frozen=True, slots=True)
+class Platform:
+    """A platform: its name, folders in FMI 2 and 3, zig's target, and the ending of files."""
+
+    name: str
+    folder2: str
+    folder3: str
+    target: str
+    ending: str
+
+
+PLATFORMS = {
+    p.name: p
+    for p in (
+        Platform("linux64", "linux64", "x86_64-linux", "x86_64-linux-gnu.2.17", "so"),
+        Platform("linux-aarch64", "aarch64-linux", "aarch64-linux", "aarch64-linux-gnu.2.17", "so"),
+        Platform("win64", "win64", "x86_64-windows", "x86_64-windows-gnu", "dll"),
+        Platform("darwin64", "darwin64", "x86_64-darwin", "x86_64-macos", "dylib"),
+        Platform("darwin-aarch64", "aarch64-darwin", "aarch64-darwin", "aarch64-macos", "dylib"),
+    )
+}
+_SYSTEMS = {"linux": "linux", "darwin": "darwin", "win32": "win"}
+_FLAGS = ("-std=c11", "-O2", "-fPIC", "-fno-math-errno", "-fvisibility=hidden", "-shared")
+
+
+def host_platform() -> str:
+    """The name of this machine's platform; empty where it is none of `PLATFORMS`."""
+    system = _SYSTEMS.get(sys.platform, "")
+    arm = platform.machine().lower() in ("arm64", "aarch64")
+    name = f"{system}-aarch64" if arm else f"{system}64"
+    return name if name in PLATFORMS and sys.maxsize > 2**32 else ""
+
+
+def read_platforms(text: str | None) -> tuple[Platform, ...]:
+    """Read the names of `--platforms`; by default this machine's. BG750 for an unknown one."""
+    names = [name.strip() for name in text.split(",")] if text else [host_platform()]
+    unknown = [name for name in names if name not in PLATFORMS]
+    if unknown:
+        raise BgError([unknown_platform(unknown[0], sorted(PLATFORMS))])
+    return tuple(PLATFORMS[name] for name in dict.fromkeys(names))
+
+
+def build_binaries(source: str, platforms: Sequence[Platform]) -> dict[str, bytes]:
+    """Compile a C file for several platforms; returns the binaries by the platforms' names.
+
+    Raises BgError: BG751 where another platform is asked for without ziglang, BG752 with the
+    compiler's reason where one does not build.
+    """
+    return {each.name: _build(source, each) for each in platforms}
+
+
+def _build(source: str, wanted: Platform) -> bytes:
+    toolchain, target = _compiler_for(wanted)
+    with tempfile.TemporaryDirectory(prefix="bgc-") as place:
+        work = Path(place)
+        (work / "fmu.c").write_text(source, encoding="utf-8")
+        made = work / f"fmu.{wanted.ending}"
+        flags = [*_FLAGS, *target]
+        if wanted.name.startswith("win"):
+            flags.remove("-fPIC")
+        done = toolchain.run((*flags, "fmu.c", "-o", made.name, "-lm"), work)
+        if done.returncode != 0 or not made.is_file():
+            reason = done.stdout.strip() or NO_FILE
+            raise BgError([platform_not_built(wanted.name, toolchain.name, reason)])
+        return made.read_bytes()
+
+
+def _compiler_for(wanted: Platform) -> tuple[Toolchain, tuple[str, ...]]:
+    """The compiler for a platform, and the flags that choose it."""
+    if wanted.name == host_platform():
+        toolchain = find_toolchain()
+        more = ("-fno-sanitize=undefined",) if toolchain.kind == "zig" else ()
+        return toolchain, more
+    if find_spec("ziglang") is None:
+        raise BgError([platform_needs_zig(wanted.name)])
+    # -s: without symbols, and without the debug information of a file of its own on Windows.
+    return identify(ZIGLANG), ("-target", wanted.target, "-fno-sanitize=undefined", "-s")

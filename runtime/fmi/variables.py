@@ -1,0 +1,355 @@
+"""The variables of an FMU, in the order of their value references.
+
+The order is that of `runtime/c/fmi/fmi.h`: time, parameters, inputs, outputs, commands, the energy
+accounts, states, rates, supplied and dissipated power, event indicators.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+from bgc.building.built import ENERGY_ACCOUNTS
+from bgc.diagnostics.source import Span
+from bgc.elaboration.scenes.devices import channel_unit, command_unit
+from bgc.ir.program import Program
+from bgc.ir.scene import DeviceUse
+from bgc.runtime.fmi.inputs import ChosenInputs
+from bgc.values.shown import Shown
+
+_COMPONENT = re.compile(r"(?P<whole>.*)\[(?P<places>\d+(?:,\s*\d+)*)\]")
+_DOCUMENTATION = re.compile(r"\s*///\s?(.*)")
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A scalar variable. `derivative_of` is the reference of the state whose rate it is.
+
+    `causality` and `variability` are words of the standard; `start` is None where the value is
+    calculated. `kind` is the group of its reference, `index` its place in it.
+    """
+
+    reference: int
+    name: str
+    unit: str
+    causality: str
+    variability: str
+    kind: str
+    index: int
+    start: float | None = None
+    low: float | None = None
+    high: float | None = None
+    nominal: float | None = None
+    shown: Shown | None = None
+    derivative_of: int | None = None
+    description: str = ""
+    hidden: bool = False
+    reinit: bool = False
+
+    @property
+    def initial(self) -> str:
+        """The attribute `initial`; empty where it follows from causality and variability."""
+        if self.causality in ("independent", "input"):
+            return ""
+        return "exact" if self.start is not None else "calculated"
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """All variables by reference; `hidden` ones are not in the model description.
+
+    `free` are the numbers of the states that Model Exchange integrates, `continuous` the
+    references of all its continuous states.
+    """
+
+    variables: tuple[Variable, ...]
+    free: tuple[int, ...]
+    continuous: tuple[int, ...]
+
+    @property
+    def listed(self) -> tuple[Variable, ...]:
+        """The variables of the model description."""
+        return tuple(v for v in self.variables if not v.hidden)
+
+    def of(self, kind: str) -> tuple[Variable, ...]:
+        """The variables of one group."""
+        return tuple(v for v in self.variables if v.kind == kind)
+
+
+def variable_table(
+    program: Program,
+    starts: Sequence[float],
+    tunable: Sequence[bool],
+    accounts: Mapping[str, str],
+    indicators: int = 0,
+    inputs: ChosenInputs | None = None,
+) -> Table:
+    """Tabulate the variables of a program.
+
+    Parameters
+    ----------
+    program
+        The optimised program.
+    starts, tunable
+        Of each parameter: its value, SI, and whether it may change during a run.
+    accounts
+        Columns of the energy accounts that the scene observes.
+    indicators
+        The number of event indicators that are variables, as FMI 3 has them.
+    inputs
+        The inputs after those of the devices.
+    """
+    names: set[str] = {"time"}
+    found = [Variable(0, "time", "s", "independent", "continuous", "time", 0)]
+
+    def add(kind: str, index: int, name: str, unit: str, causality: str, **rest: object) -> None:
+        while name in names:
+            whole, bracket, places = name.partition("[")
+            inner = whole if name.endswith("]") else name
+            name = f"{inner}.{kind}{bracket}{places}" if inner != name else f"{name}.{kind}"
+        names.add(name)
+        variability = str(rest.pop("variability", "continuous"))
+        variable = Variable(len(found), name, unit, causality, variability, kind, index)
+        found.append(replace(variable, **rest))  # type: ignore[arg-type]
+
+    chosen = ChosenInputs(()) if inputs is None else inputs
+    for k, parameter in enumerate(program.parameters):
+        hidden = parameter.name in chosen.replaced
+        add(
+            "parameter",
+            k,
+            f"{parameter.name}.parameter" if hidden else parameter.name,
+            parameter.unit,
+            "parameter",
+            variability="tunable" if tunable[k] else "fixed",
+            start=starts[k],
+            low=parameter.low,
+            high=parameter.high,
+            shown=parameter.shown,
+            description=_documentation(parameter.span),
+            hidden=hidden,
+        )
+    for k, (name, unit, start) in enumerate((*_device_inputs(program), *_others(chosen.found))):
+        add("input", k, name, unit, "input", start=start)
+    for k, output in enumerate(program.observations):
+        add("output", k, output.name, output.unit, "output", shown=output.shown)
+    for k, (name, unit) in enumerate(_commands(program.devices)):
+        add("command", k, name, unit, "output")
+    for k, account in enumerate(ENERGY_ACCOUNTS):
+        name = accounts.get(account, f"energy.{account}")
+        used = bool(accounts) and (account in accounts or account in ("supplied", "dissipated"))
+        causality = "output" if account in accounts else "local"
+        jumps = bool(program.jumps) and account in ("supplied", "dissipated")
+        add("account", k, name, "J", causality, hidden=not used, reinit=jumps)
+    first = len(found)
+    free = free_states(program)
+    moved = bool(program.jumps) or program.closures is not None
+    moved = moved or any(state.projection is not None for state in program.states)
+    for k, state in enumerate(program.states):
+        add(
+            "state",
+            k,
+            state.name,
+            state.unit,
+            "local",
+            shown=state.shown,
+            reinit=moved and k in free,
+        )
+    for k, state in enumerate(program.states):
+        name, unit = f"der({found[first + k].name})", _rate_unit(state.unit)
+        add("rate", k, name, unit, "local", derivative_of=first + k, hidden=k not in free)
+    (place,) = (v.reference for v in found if v.kind == "account" and v.index == 1)
+    for k in range(2):
+        name = f"der({found[place + k].name})"
+        add("power", k, name, "W", "local", derivative_of=place + k, hidden=not accounts)
+    for k in range(indicators):
+        name = f"event_indicator[{k + 1}]" if indicators > 1 else "event_indicator"
+        add("indicator", k, name, "1", "local")
+    continuous = tuple(first + k for k in free)
+    if accounts:
+        continuous += (place, place + 1)
+    return Table(tuple(found), free, continuous)
+
+
+def free_states(program: Program) -> tuple[int, ...]:
+    """The numbers of the states that Model Exchange integrates.
+
+    All but those that follow from algebraic equations; all where the mass matrix couples these to
+    other states.
+    """
+    algebraic = {k for k, state in enumerate(program.states) if state.kind == "algebraic"}
+    coupled = any(
+        (entry.column in algebraic) != (entry.row in algebraic) or entry.row in algebraic
+        for entry in program.mass or ()
+        if entry.value != program.dag.zero
+    )
+    every = range(len(program.states))
+    return tuple(every) if coupled else tuple(k for k in every if k not in algebraic)
+
+
+def _device_inputs(program: Program) -> Iterator[tuple[str, str, float]]:
+    for device in program.devices:
+        channels = _channel_names(device.name, device.inputs)
+        for name, (channel, component) in zip(channels, device.inputs, strict=True):
+            at_rest = 1.0 if channel == "orientation" and component == 1 else 0.0
+            yield name, channel_unit(channel), at_rest
+
+
+def _others(inputs: Sequence[tuple[str, str]]) -> Iterator[tuple[str, str, float]]:
+    for name, unit in inputs:
+        yield name, unit, 0.0
+
+
+def _commands(devices: Sequence[DeviceUse]) -> Iterator[tuple[str, str]]:
+    for device in devices:
+        channels = _channel_names(device.name, device.commands)
+        for name, (channel, _) in zip(channels, device.commands, strict=True):
+            yield name, command_unit(channel)
+
+
+def _channel_names(device: str, uses: Sequence[tuple[str, int]]) -> list[str]:
+    wide = {channel for channel, component in uses if component > 1}
+    return [
+        f"{device}.{channel}{f'[{component}]' if channel in wide else ''}"
+        for channel, component in uses
+    ]
+
+
+def _rate_unit(unit: str) -> str:
+    if unit in ("", "1"):
+        return "1/s"
+    if unit.endswith("*s"):
+        return unit.removesuffix("*s")
+    return unit.removesuffix("/s") + "/s^2" if unit.endswith("/s") else f"{unit}/s"
+
+
+def _documentation(span: Span) -> str:
+    """The `///` comment above a declaration."""
+    line, _ = span.source.position(span.start)
+    lines = span.source.text.splitlines()
+    found: list[str] = []
+    for text in reversed(lines[: line - 1]):
+        match = _DOCUMENTATION.fullmatch(text)
+        if match is None:
+            break
+        found.append(match[1].strip())
+    return " ".join(reversed(found))
+
+
+# --- arrays -----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Array:
+    """A variable of FMI 3: a scalar, or an array of consecutive references.
+
+    `variable` is its first component, with the name of the whole; `shape` is empty for a scalar.
+    """
+
+    variable: Variable
+    components: tuple[Variable, ...]
+    shape: tuple[int, ...]
+
+
+def arrays_of(table: Table) -> tuple[Array, ...]:
+    """Collect components `x[1]`, `x[2]`, .. with consecutive references to arrays.
+
+    Components differ in nothing but name, reference, start and what they are derivatives of. An
+    array of states has an array of rates of the same shape, or neither is one.
+    """
+    names = {v.name for v in table.listed}
+    found: list[Array] = []
+    for _, run in groupby(table.listed, key=lambda v: (v.kind, _family(v))):
+        members = tuple(run)
+        shape = _shape(members)
+        whole = _whole(members[0].name)
+        if shape and whole not in names:
+            found.append(Array(replace(members[0], name=whole), members, shape))
+        else:
+            found += [Array(v, (v,), ()) for v in members]
+    alone = _without_counterpart(found)
+    return tuple(
+        part
+        for array in found
+        for part in (
+            [Array(v, (v,), ()) for v in array.components]
+            if array.variable.reference in alone
+            else [array]
+        )
+    )
+
+
+def _without_counterpart(arrays: Sequence[Array]) -> set[int]:
+    """References of the arrays of states without such an array of rates, and the reverse."""
+    rates = {a.variable.derivative_of: a for a in arrays if a.variable.kind == "rate"}
+    states = {a.variable.reference: a for a in arrays if a.variable.kind == "state"}
+    paired = {
+        head for head, state in states.items() if head in rates and rates[head].shape == state.shape
+    }
+    derived = {c.derivative_of for a in rates.values() for c in a.components}
+    alone = {head for head, a in states.items() if a.shape and head not in paired}
+    alone -= {
+        head for head in alone if not any(c.reference in derived for c in states[head].components)
+    }
+    return alone | {
+        a.variable.reference for head, a in rates.items() if a.shape and head not in paired
+    }
+
+
+def _family(variable: Variable) -> tuple[object, ...]:
+    """A key that the components of one array share."""
+    if _COMPONENT.fullmatch(_inner(variable.name)) is None:
+        return (variable.reference,)
+    return (
+        _whole(variable.name),
+        variable.unit,
+        variable.causality,
+        variable.variability,
+        variable.shown,
+        variable.low,
+        variable.high,
+        variable.start is None,
+    )
+
+
+def _inner(name: str) -> str:
+    """The name of the state of a rate; another name is unchanged."""
+    return name[4:-1] if name.startswith("der(") and name.endswith(")") else name
+
+
+def _whole(name: str) -> str:
+    match = _COMPONENT.fullmatch(_inner(name))
+    if match is None:
+        return name
+    return f"der({match['whole']})" if name.startswith("der(") else match["whole"]
+
+
+def _shape(members: Sequence[Variable]) -> tuple[int, ...]:
+    """The shape of an array, row by row; empty where the components are not all in order."""
+    if len(members) < 2:
+        return ()
+    places = []
+    for variable in members:
+        match = _COMPONENT.fullmatch(_inner(variable.name))
+        if match is None:
+            return ()
+        places.append(tuple(int(place) for place in match["places"].split(",")))
+    if [v.reference for v in members] != list(
+        range(members[0].reference, members[0].reference + len(members))
+    ):
+        return ()
+    shape = places[-1]
+    if any(len(place) != len(shape) for place in places):
+        return ()
+    return shape if places == list(_places(shape)) else ()
+
+
+def _places(shape: Sequence[int]) -> Iterator[tuple[int, ...]]:
+    if not shape:
+        yield ()
+        return
+    for k in range(1, shape[0] + 1):
+        for rest in _places(shape[1:]):
+            yield (k, *rest)
