@@ -24,42 +24,53 @@ _NOT_UTF8 = re.compile("[\udc80-\udcff]")  # surrogates for bytes of file names
 
 # Each command is a module of this package, imported when it is named. So the modules import at
 # their top what they need, and `bgc run` does not wait for what `bgc trade` imports.
-_COMMANDS = {
-    "new": "write a small model and scene to begin with",
-    "check": "report errors and warnings without compiling",
-    "run": "simulate a scene, write and draw the result",
-    "view": "show a scene in the browser, live, or a recorded run",
-    "haptic": "run a scene in real time with its devices",
-    "sweep": "simulate a scene for many values of its parameters",
-    "devices": "list drivers and haptic devices, and why one cannot be used",
-    "build": "compile a scene to C or to a shared object",
-    "causality": "show causal strokes with their reasons, storage, loops",
-    "equations": "print the state equations, or their linear form and modes",
-    "modes": "print the modes: periods, damping, participating states",
-    "step": "compute and draw a step response of the linear model",
-    "bode": "compute and draw frequency responses",
-    "margins": "print stability margins, draw Nyquist and Nichols charts",
-    "poles": "print and draw poles and zeros",
-    "locus": "follow the poles of a closed loop over its gain",
-    "graph": "draw the bond graph with its causal strokes",
-    "cost": "show what a scene costs, what was left out, what variants cost",
-    "trade": "measure speed against accuracy, and recommend a method",
-    "stress": "drive a scene to its extremes, and map where it fails",
-    "activity": "show where the energy goes, and what could be left out",
-    "show": "print the result of one pass of the compiler",
-    "fmt": "rewrite files in canonical form",
-    "lsp": "serve an editor: diagnostics, completion, hover, hints, names",
-    "doc": "look up elements, functions, library parts, diagnostics ..",
-    "explain": "look up a diagnostic (the same as doc)",
-    "doctor": "check compiler, cache and packages of this machine",
+_GROUPS = {
+    "Write and check": {
+        "new": "write a small model and scene to begin with",
+        "check": "report errors and warnings without compiling",
+        "fmt": "rewrite files in canonical form",
+        "doc": "look up elements, functions, library parts, diagnostics ..",
+        "explain": "look up a diagnostic (the same as doc)",
+        "doctor": "check compiler, cache and packages of this machine",
+        "lsp": "serve an editor: diagnostics, completion, hover, hints, names",
+    },
+    "Run": {
+        "run": "simulate a scene, write and draw the result",
+        "view": "show a scene in the browser, live, or a recorded run",
+        "haptic": "run a scene in real time with its devices",
+        "sweep": "simulate a scene for many values of its parameters",
+        "devices": "list drivers and haptic devices, and why one cannot be used",
+        "build": "compile a scene to C, to a shared object or to an FMU",
+    },
+    "Understand": {
+        "causality": "show causal strokes with their reasons, storage, loops",
+        "equations": "print the state equations, or their linear form and modes",
+        "graph": "draw the bond graph with its causal strokes",
+        "show": "print the result of one pass of the compiler",
+    },
+    "Linear models": {
+        "modes": "print the modes: periods, damping, participating states",
+        "poles": "print and draw poles and zeros",
+        "bode": "compute and draw frequency responses",
+        "margins": "print stability margins, draw Nyquist and Nichols charts",
+        "step": "compute and draw a step response of the linear model",
+        "locus": "follow the poles of a closed loop over its gain",
+    },
+    "Measure": {
+        "cost": "show what a scene costs, what was left out, what variants cost",
+        "trade": "measure speed against accuracy, and recommend a method",
+        "stress": "drive a scene to its extremes, and map where it fails",
+        "activity": "show where the energy goes, and what could be left out",
+    },
 }
+_COMMANDS = {name: text for group in _GROUPS.values() for name, text in group.items()}
 
 
 class Application(click.Group):
     """Loads commands when they are named, and turns errors into messages and statuses."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names of the commands, in the order of a user's day."""
+        """Names of the commands, group by group."""
         return list(_COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
@@ -71,9 +82,11 @@ class Application(click.Group):
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the commands without loading them."""
-        with formatter.section("Commands"):
-            formatter.write_dl(list(_COMMANDS.items()))
+        """List the commands in their groups, without loading them."""
+        width = max(map(len, _COMMANDS))
+        for title, commands in _GROUPS.items():
+            with formatter.section(title):
+                formatter.write_dl([(f"{name:<{width}}", text) for name, text in commands.items()])
 
     def main(self, *args: Any, obj: Caught | None = None, **extra: Any) -> NoReturn:
         """Run a command and exit with its status; `obj` notes signals."""
