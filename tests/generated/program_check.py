@@ -11,6 +11,7 @@ loose      numbers differ, though less than 30 times the tolerance at default se
            agree at tighter ones
 same       the reference did not get through, but all variants give the same numbers
 refused    the compiler refuses or the run ends, and the reference has a solution
+modulus    the same, because a modulus that varies would be divided by: it may vanish
 reference  the compiler refuses, and the reference does not get through
 open       the reference finds the program ill-posed, the compiler runs it
 ill        both refuse
@@ -61,6 +62,7 @@ ROWS = 200  # of a table whose rates are integrated
 RESIDUAL = 1e-7  # of the size of a row
 RATE = 1e-5  # of the change of a state
 START = 1e-9
+VARYING = ("BG502", "BG512")  # a modulus that varies would be divided by
 MISSED_AT_START = 1e-4  # of the terms of a row
 
 
@@ -201,7 +203,13 @@ def _judged(program: Program, codes: str) -> tuple[str, str]:
         return "ill", f"{codes}; {err}"[:120]
     except (NoSolution, np.linalg.LinAlgError) as err:
         return "reference", f"{codes}; {err}"[:120]
-    return "refused", codes
+    return _refused(program, codes), codes
+
+
+def _refused(program: Program, codes: str) -> str:
+    """The kind of a refusal of a program that has a solution."""
+    varies = any(word in write(program) for word in ("MTF", "MGY"))
+    return "modulus" if codes in VARYING and varies else "refused"
 
 
 def _start_row_by_row(raw: Raw) -> None:
@@ -241,7 +249,7 @@ def by_reference(
         base = run_text(write(program), place)
     except Refused as err:
         if expected is not None:
-            return "refused", str(err)
+            return _refused(program, str(err)), str(err)
         return ("ill" if trouble.startswith("ill") else "reference"), f"{err}; {trouble}"
     except Exception as err:
         return "crash", f"{type(err).__name__}: {err}"[:100]
