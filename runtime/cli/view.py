@@ -157,9 +157,7 @@ def _serve_model(
     method, notices = method_of(model, arguments.pop("solver"), arguments)
     method = method.started(start)
     print_diagnostics(notices)
-    if duration or every or model.facts.duration:
-        end = duration or model.facts.duration
-        assert end is not None
+    if duration or model.facts.duration:
         times = times_of(model, method, duration, every)
         method = method.with_capped_step(times, model.facts.timed)
     description = describe_model(model, file.name)

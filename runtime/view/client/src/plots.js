@@ -54,7 +54,7 @@ class Plot {
     const options = {
       width: Math.max(80, this.chart.clientWidth),
       height: Math.max(60, this.chart.clientHeight),
-      padding: [6, units.length > 1 ? 0 : 10, 0, 0],
+      padding: [6, units.length > 1 ? 0 : 18, 0, 0],
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, points: { show: false }, y: false },
       scales,

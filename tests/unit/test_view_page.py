@@ -1,0 +1,235 @@
+"""The page of `bgc view` in a browser: Debian's Chromium, driven by Playwright."""
+
+import shutil
+import subprocess
+import sys
+import time
+
+import pytest
+from playwright import sync_api
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+ARGUMENTS = (
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+)
+BGC = (sys.executable, "-c", "from bgc.runtime.cli import main; main()")
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
+
+MODEL = """
+model Lift {
+  param length = 2 m in 0.5 m .. 8 m;
+  param stiffness = 9.81 s^-2;
+  param limit = 100 rad/s in 0.1 rad/s .. 100 rad/s;
+  state angle = 1 rad;
+  state rate : rad/s = 0 rad/s;
+  der(angle) = rate;
+  der(rate) = -stiffness*sin(angle);
+  assert abs(rate) < limit, "too fast";
+  signal bob[3] : m = [length*sin(angle), 0, 6 m - length*cos(angle)];
+  signal top[3] : m = [0, 0, 6 m];
+  signal foot[3] : m = [0, 2 m, 0];
+  shape sphere(0.6 m) at bob colour "red";
+  shape rope(paid = length + 1 m) from top to bob;
+  shape ram(0.1 m, 3 m) from foot to top;
+  shape hull(12 m, 4 m, 3 m) at [0, 3 m, 0] colour "navy";
+  shape arrow([0, 0, -1 N]) at bob;
+  shape handle([rate*0.01 m*s, 0, 0]);
+  shape sea([[0.2 m, 1, 0, 0]]);
+}
+scene lift of Lift {
+  observe angle, rate, bob;
+  plot rate against angle;
+  plot angle;
+  run 5 s every 0.05 s;
+}
+"""
+
+
+class Served:
+    """The command, with the address that it has printed."""
+
+    def __init__(self, *arguments):
+        command = [*BGC, "view", "--no-browser", *map(str, arguments)]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        self.url = self.process.stdout.readline().strip()
+
+    def end(self):
+        self.process.terminate()
+        self.process.wait(10)
+        self.process.stdout.close()
+
+
+class View:
+    """A page, and what it has complained about or requested."""
+
+    def __init__(self, browser, url, offline=False):
+        self.context = browser.new_context(
+            viewport={"width": 900, "height": 500}, offline=offline, accept_downloads=True
+        )
+        self.page = self.context.new_page()
+        self.wrong, self.requests = [], []
+        self.page.on("pageerror", lambda e: self.wrong.append(str(e)))
+        self.page.on("console", self._on_console)
+        self.page.on("request", lambda r: self.requests.append(r.url))
+        self.page.goto(url)
+        self.until("window.bgcView && bgcView.frames > 1")
+
+    def _on_console(self, message):
+        if message.type == "error" or "THREE" in message.text:
+            self.wrong.append(message.text)
+
+    def ask(self, script):
+        return self.page.evaluate(script)
+
+    def until(self, script, seconds=40.0):
+        # Polled: the policy of the page refuses Playwright's own waiting.
+        end = time.monotonic() + seconds
+        while not self.ask(script):
+            assert time.monotonic() < end, (script, self.wrong)
+            time.sleep(0.03)
+
+    def colours(self):
+        """How many colours the canvas shows, in steps of a 16th."""
+        return self.ask(
+            """(() => {
+              const view = bgcView; view.stage.draw();
+              const small = document.createElement("canvas");
+              [small.width, small.height] = [64, 48];
+              const pen = small.getContext("2d");
+              pen.drawImage(view.stage.canvas, 0, 0, 64, 48);
+              const seen = new Set(), data = pen.getImageData(0, 0, 64, 48).data;
+              for (let k = 0; k < data.length; k += 4)
+                seen.add([0, 1, 2].map((c) => data[k + c] >> 4).join());
+              return seen.size;
+            })()"""
+        )
+
+    def close(self, origin):
+        self.context.close()
+        assert self.wrong == []
+        assert [
+            url for url in self.requests if not url.startswith((*origin, "data:", "blob:"))
+        ] == []
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("page")
+    (path / "lift.bg").write_text(MODEL, "utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with sync_api.sync_playwright() as driver:
+        chromium = driver.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(scope="module")
+def live(folder):
+    served = Served(folder / "lift.bg")
+    yield served
+    served.end()
+
+
+def test_a_live_run_is_seen_steered_and_found_again(browser, live):
+    view = View(browser, f"{live.url}&quality=low")
+    page = view.page
+    assert view.colours() > 12
+    # Step, play, pause.
+    page.get_by_label("One step").click()
+    view.until("bgcView.store.count === 2")
+    page.keyboard.press("Space")
+    view.until("bgcView.store.last > 0.3 && bgcView.player.playing")
+    view.until("bgcView.plots.list[0].uplot.data[1][0].length > 10")
+    page.get_by_label("Pause").click()
+    view.until("!bgcView.player.playing")
+    stopped = view.ask("bgcView.store.last")
+    assert view.ask("[...bgcView.row]")[0] != pytest.approx(1)
+    # A slider moves the load, which hangs lower.
+    page.get_by_role("tab", name="Parameters").click()
+    height = view.ask("bgcView.row[4]")
+    slider = page.get_by_label("length", exact=True)
+    slider.fill("1000")
+    view.until("bgcView.parameters.values[0] > 4")
+    page.get_by_label("One step").click()
+    view.until(f"bgcView.store.last > {stopped} && bgcView.row[4] < {height} - 1")
+    # Scrub into the past, and back.
+    view.ask("bgcView.seek(0.1)")
+    view.until("Math.abs(bgcView.row[0] - 1) < 0.1 && bgcView.shownTime() === 0.1")
+    page.keyboard.press("End")
+    view.until("bgcView.scrubbed === null")
+    # A page that is loaded again, and a second one, find the same run.
+    rows = view.ask("bgcView.store.count")
+    page.reload()
+    view.until(f"window.bgcView && bgcView.store && bgcView.store.count >= {rows}")
+    other = View(browser, f"{live.url}&quality=low")
+    other.page.get_by_label("Reset (R)").click()
+    view.until("bgcView.player.epoch === 1 && bgcView.store.count === 1")
+    # A failed step is explained; the rows stay.
+    other.ask("bgcView.link.send('set', {name: 'limit', value: 0.5})")
+    other.page.keyboard.press("Space")
+    view.until("!document.querySelector('.banner').hidden")
+    assert "BG705" in page.locator(".banner").inner_text()
+    assert "too fast" in page.locator(".banner").inner_text()
+    assert view.ask("bgcView.store.count") > 1
+    origin = live.url.split("/?")[0]
+    other.close((origin, origin.replace("http", "ws")))
+    view.close((origin, origin.replace("http", "ws")))
+
+
+def test_a_recorded_run_is_replayed_and_kept_as_one_file(browser, folder):
+    run = [*BGC, "run", str(folder / "lift.bg"), "--shapes", "--quiet"]
+    subprocess.run([*run, "--out", str(folder / "lift.npz")], check=True)
+    served = Served(folder / "lift.npz")
+    try:
+        view = View(browser, f"{served.url}&quality=low")
+        assert view.ask("[bgcView.live, bgcView.store.count]") == [False, 101]
+        view.ask("bgcView.seek(2.025)")
+        view.until("bgcView.row[0] !== 1 && bgcView.shownTime() === 2.025")
+        rows = view.ask("[40, 41].map((k) => bgcView.store.data[k * bgcView.store.width + 2])")
+        angle = view.ask("bgcView.row[0]")
+        assert angle == pytest.approx(sum(rows) / 2, abs=1e-5)
+        view.page.keyboard.press("Space")
+        view.until("bgcView.time > 2.2")
+        with view.page.expect_download() as download:
+            view.page.get_by_label("Save a replay").click()
+        download.value.save_as(folder / "saved.html")
+        view.close((served.url.split("/?")[0], served.url.split("/?")[0].replace("http", "ws")))
+    finally:
+        served.end()
+    export = [*BGC, "view", str(folder / "lift.npz"), "--export"]
+    subprocess.run([*export, str(folder / "lift.html")], check=True, capture_output=True)
+    for name in ("saved.html", "lift.html"):
+        alone = View(browser, f"{(folder / name).as_uri()}?quality=low", offline=True)
+        assert alone.ask("[bgcView.live, bgcView.store.count]") == [False, 101]
+        assert alone.colours() > 12
+        alone.close(("file://",))
+
+
+def test_a_circuit_has_its_plots_and_sliders(browser, folder):
+    (folder / "rc.bg").write_text(
+        """model RC { param R = 2 ohm; supply : Se(e = 5 V); loop : J1; resistor : R(R);
+        capacitor : C(10 uF); supply -> loop -> resistor, capacitor; }
+        scene charge of RC { observe capacitor.e, loop.f; run 0.1 ms; }""",
+        "utf-8",
+    )
+    served = Served(folder / "rc.bg")
+    try:
+        view = View(browser, served.url)
+        assert view.ask("document.querySelectorAll('main .plot').length") == 2
+        assert view.ask("bgcView.stage === undefined")
+        view.ask("bgcView.setSpeed(1e-4)")
+        view.page.keyboard.press("Space")
+        view.until("bgcView.player.ended")
+        last = view.ask("bgcView.store.last")
+        assert last == pytest.approx(1e-4)
+        view.close((served.url.split("/?")[0], served.url.split("/?")[0].replace("http", "ws")))
+    finally:
+        served.end()
