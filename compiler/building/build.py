@@ -44,6 +44,8 @@ _DISK_FULL = {
 _LOOPS = frozenset(
     (
         "accounts",
+        "blocks",
+        "complex_blocks",
         "corrections",
         "dense",
         "explicit",
@@ -59,6 +61,7 @@ _LOOPS = frozenset(
 # Optional parts of the runtime and their files or folders; `runtime/c/absent` holds the stubs that
 # replace them in a model that does not need them.
 _OPTIONAL = {
+    "blocks": ("block_pivots", "blocks", "complex_blocks"),
     "closures": ("closures", "closed_start", "singular_chains"),
     "consistent": ("consistent", "consistent_steps", "least_squares"),
     "devices": ("devices", "drivers/"),
@@ -108,14 +111,7 @@ def runtime_units(parts: Set[str] = EVERY_PART) -> tuple[Unit, ...]:
     Started once each, without the parts that a model has no use for, and at no higher level than
     is felt, the C compiler takes half the time that it takes for every file by itself at `-O3`.
     """
-    left_out = tuple(name for part in _OPTIONAL.keys() - parts for name in _OPTIONAL[part])
-    sources = {
-        name: path
-        for name, path in runtime_sources(runtime_directory()).items()
-        if not any(name == file or (file[-1] == "/" and name.startswith(file)) for file in left_out)
-    }
-    for part in _OPTIONAL.keys() - parts:
-        sources[part] = runtime_directory() / "absent" / f"{part}.c"
+    sources = needed_sources(runtime_directory(), parts)
     texts = {name: sources[name].read_text(encoding="utf-8") for name in sorted(sources)}
     loops = {name: text for name, text in texts.items() if name in _LOOPS}
     rest = {name: text for name, text in texts.items() if name not in _LOOPS}
@@ -129,6 +125,19 @@ def runtime_sources(folder: Path) -> dict[str, Path]:
     """The C files of the runtime and of its drivers by name: `step`, `drivers/trace`."""
     paths = (*folder.glob("*.c"), *folder.glob("drivers/*.c"))
     return {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(paths)}
+
+
+def needed_sources(folder: Path, parts: Set[str]) -> dict[str, Path]:
+    """The C files of the runtime by name, those of optional parts other than `parts` as stubs."""
+    left_out = tuple(name for part in _OPTIONAL.keys() - parts for name in _OPTIONAL[part])
+    sources = {
+        name: path
+        for name, path in runtime_sources(folder).items()
+        if not any(name == file or (file[-1] == "/" and name.startswith(file)) for file in left_out)
+    }
+    for part in _OPTIONAL.keys() - parts:
+        sources[part] = folder / "absent" / f"{part}.c"
+    return sources
 
 
 def _joined(sources: Mapping[str, str]) -> str:

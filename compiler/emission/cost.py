@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from bgc.algebra.dag import Dag, Level, Op
+from bgc.emission.factorisation import describe_factors
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Lowered
 
@@ -16,7 +17,8 @@ class Cost:
 
     `rhs` counts the operations of f, `jacobian` those of J and df/dt, `factorisation` those of one
     LU factorisation; `entries` are the entries of its factors, with two operations each per
-    solution. Expressions of parameters are computed once per run and not counted.
+    solution; `factors` says how the matrix is factorised. Expressions of parameters are computed
+    once per run and not counted.
     """
 
     states: int
@@ -25,6 +27,7 @@ class Cost:
     jacobian: int
     factorisation: int
     entries: int
+    factors: str
 
     def operations(
         self, rhs: float, jacobians: float, factorisations: float, solutions: float
@@ -48,6 +51,7 @@ def cost_of(lowered: Lowered) -> Cost:
         jacobian=_operations(program.dag, (*jacobian.entries, *jacobian.by_time)),
         factorisation=plan.operations,
         entries=plan.entries,
+        factors=describe_factors(lowered),
     )
 
 

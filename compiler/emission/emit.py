@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from bgc.building.build import Unit, runtime_sources
+from bgc.building.build import EVERY_PART, Unit, needed_sources
 from bgc.building.cache import digest_of, digest_of_bytes
 from bgc.building.toolchain import COMMON_FLAGS, GCC_PASSES
 from bgc.emission.amalgamate import joined
@@ -82,7 +82,7 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
     work = max(matrix.work, *(text.work for text in texts.values()))
     ranges = [_on_ranges(lowered, kernel, separate) for kernel in _range_kernels(lowered)]
     work = max(work, *(2 * text.work for text in ranges), 0)  # a range is two doubles
-    tables, fields = model_tables(lowered, matrix.tables, source_hash)
+    tables, fields = model_tables(lowered, matrix, source_hash)
     fields.append(("n_work", str(work)))
     fields += [
         (name, f"bgc_model_{name}" if name in shared else f"model_{name}")
@@ -185,14 +185,20 @@ def _needed_parts(lowered: Lowered) -> frozenset[str]:
         "start": program.start is not None,
         "timed": lowered.ranges is not None,
         "watch": bool(lowered.watches),
+        "blocks": lowered.blocks is not None,
     }
     return frozenset(part for part, used in uses.items() if used)
 
 
 def amalgamate(emitted: EmittedModel, runtime_dir: Path) -> str:
-    """Print the model and the runtime as one C11 file that requires only libm."""
+    """Print the model and the runtime as one C11 file that requires only libm.
+
+    Factors in blocks of rows, which take the C compiler a second, are left out where the model has
+    none.
+    """
+    parts = EVERY_PART if emitted.lowered.blocks is not None else EVERY_PART - {"blocks"}
     own = emit_lowered(emitted.lowered, emitted.source_hash, split=False).units
-    sources = runtime_sources(runtime_dir)
+    sources = needed_sources(runtime_dir, parts)
     texts = [(f"{unit.name}.c", unit.text) for unit in own]
     texts += [(f"{name}.c", path.read_text("utf-8")) for name, path in sources.items()]
     return _HOW_TO_USE.format(name=emitted.name) + joined(texts, runtime_dir)
@@ -243,6 +249,7 @@ def print_matrix(lowered: Lowered, shared: bool, numbers: Numbers = DOUBLES) -> 
         shared,
         numbers,
         jacobian.inner,
+        lowered.blocks,
     )
 
 

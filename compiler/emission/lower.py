@@ -11,10 +11,11 @@ from itertools import chain
 from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.emission.differentiate import differentiate, differentiate_within, operation_count
+from bgc.emission.factorisation import choose_blocks
 from bgc.emission.implicit_speeds import differentiate_implicitly
 from bgc.emission.kernels import hoisted_nodes
 from bgc.emission.optimise import number_values
-from bgc.emission.sparse import plan_lu
+from bgc.emission.sparse import entries_of_matrix, plan_lu
 from bgc.emission.switches import hold_modes
 from bgc.emission.timed_terms import find_timed_terms
 from bgc.emission.watches import WatchedArgument, find_watches
@@ -48,6 +49,7 @@ def lower(program: Program) -> Lowered:
         Reads.PARAMETERS,
         _stores("h", hoisted),
     )
+    plan = plan_lu(program, jacobian)
     return Lowered(
         program=program,
         switches=switches,
@@ -57,6 +59,7 @@ def lower(program: Program) -> Lowered:
         kernels=(prepare, *kernels),
         watches=watches,
         ranges=ranges,
+        blocks=choose_blocks(plan, entries_of_matrix(program, jacobian)),
     )
 
 

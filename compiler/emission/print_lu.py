@@ -4,7 +4,8 @@ The factors are stored by rows in `lu`: the entries left of the pivot (of L, wit
 the reciprocal of the pivot, the entries right of it (of U). Each entry is one expression that
 includes the assembly of `W = c M - J`. This compiles and runs faster than elimination in place
 (1.05 us and 0.45 s of gcc instead of 2.35 us and 4.6 s on a crane with 70 states). Above `UNROLLED`
-operations there is no C text: the runtime uses the tables, which takes 3.5 times as long to run.
+operations there is no C text: the runtime uses the tables, which takes 3.5 times as long to run, or
+it factorises W in blocks of rows (`factorisation.py` chooses).
 """
 
 from __future__ import annotations
@@ -13,9 +14,10 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from bgc.emission.block_tables import BlockTables, lay_out_blocks
 from bgc.emission.print_c import DOUBLES, LANES, Numbers
 from bgc.emission.windows import pointer_argument, shift_indices
-from bgc.ir.lowered import LuPlan
+from bgc.ir.lowered import BlockPlan, LuPlan
 
 UNROLLED = 30_000  # operations of a factorisation
 _CHUNK = 250  # operations in one C function
@@ -46,6 +48,7 @@ class MatrixText:
     work: int  # doubles of scratch
     operations: int  # of factor
     solve_operations: int
+    blocks: BlockTables | None = None  # instead of functions and tables
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,16 +70,22 @@ def print_lu(
     shared: bool = False,
     numbers: Numbers = DOUBLES,
     inner: int = 0,
+    blocks: BlockPlan | None = None,
 ) -> MatrixText:
-    """Print the tables and the C functions of a plan.
+    """Print the tables and the C functions of a plan, or the tables of its `blocks`.
 
     `mass` and `jacobian` map a position to the index of its entry in m and jac. The last `inner`
     rows and columns have no mass, and right-hand sides have zeros there. There are no
     functions above `UNROLLED` operations. `shared` functions are visible to other units; others are
-    static. On lanes `factor` reports through `growth` only and has no status.
+    static. On lanes `factor` reports through `growth` only and has no status, and blocks are not
+    used: eight instances fill a register with each operation of the unrolled code, which blocks of
+    rows cannot better.
     """
-    tables = _pattern(plan, mass, jacobian)
     solve = solve_operations(plan, len(plan.rows) - inner)
+    if blocks is not None and numbers is not LANES:
+        laid_out = lay_out_blocks(blocks, mass, jacobian, inner)
+        return MatrixText("", {}, 0, plan.operations, solve, laid_out)
+    tables = _pattern(plan, mass, jacobian)
     if plan.operations > UNROLLED:
         return MatrixText("", tables, 0, plan.operations, solve)
     slots = _Slots(plan, _row_starts(plan), len(plan.rows) - inner)

@@ -23,14 +23,19 @@ _MAX_FOR_EXACT_FILL = 5_000  # operations of a factorisation up to which exact f
 
 def plan_lu(program: Program, jacobian: Jacobian) -> LuPlan:
     """Plan the factorisation of the iteration matrix of a program."""
-    size = len(program.states)
-    preferred = (
-        {(i, i) for i in range(size)}
-        if program.mass is None
-        else {(m.row, m.column) for m in program.mass}
-    )
     places = zip(jacobian.rows, jacobian.columns, strict=True)
-    return plan_pattern(jacobian.size, preferred, places)
+    return plan_pattern(jacobian.size, _entries_of_mass(program), places)
+
+
+def entries_of_matrix(program: Program, jacobian: Jacobian) -> set[tuple[int, int]]:
+    """The positions of the entries of the iteration matrix of a program."""
+    return _entries_of_mass(program).union(zip(jacobian.rows, jacobian.columns, strict=True))
+
+
+def _entries_of_mass(program: Program) -> set[tuple[int, int]]:
+    if program.mass is None:
+        return {(i, i) for i in range(len(program.states))}
+    return {(entry.row, entry.column) for entry in program.mass}
 
 
 def plan_pattern(

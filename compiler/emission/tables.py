@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import accumulate
 
 from bgc.algebra.dag import Dag, Kind, Symbol
+from bgc.emission.block_tables import print_blocks
+from bgc.emission.print_lu import UNROLLED, MatrixText
 from bgc.emission.switches import few_states_read
 from bgc.ir.defaults import default_values
 from bgc.ir.lowered import Lowered
@@ -29,11 +31,11 @@ Field = tuple[str, str]  # a member of bgc_model and its value
 
 
 def model_tables(
-    lowered: Lowered, factors: Mapping[str, Sequence[int]], source_hash: str
+    lowered: Lowered, matrix: MatrixText, source_hash: str
 ) -> tuple[list[str], list[Field]]:
     """Print the tables, and the members of `bgc_model` that refer to them or give their sizes.
 
-    `factors` are the tables of the LU factors of W.
+    `matrix` has the tables of the LU factors of W.
     """
     program, jacobian = lowered.program, lowered.jacobian
     scene = program.scene
@@ -43,7 +45,7 @@ def model_tables(
         ("abi", "BGC_ABI"),
         ("name", quoted(scene.name)),
         ("hash", quoted(source_hash)),
-        *((f"n_{name}", str(size)) for name, size in _sizes(lowered).items()),
+        *((f"n_{name}", str(size)) for name, size in _sizes(lowered, matrix).items()),
     ]
 
     def table(field: str, type_: str, rows: Sequence[str]) -> None:
@@ -88,7 +90,7 @@ def model_tables(
         indices("jac_col", jacobian.columns)
     indices("mass_row", [entry.row for entry in program.mass or ()])
     indices("mass_col", [entry.column for entry in program.mass or ()])
-    for name, values in factors.items():
+    for name, values in matrix.tables.items():
         indices(name, values)
     if program.closures is not None:
         tables.append(_closure_info(program.dag, program.closures))
@@ -115,15 +117,20 @@ def model_tables(
         fields.append(("n_rate", str(len(program.rates))))
     if program.slots:
         fields.append(("n_slot", str(program.slots)))
+    if matrix.blocks is not None:
+        tables.append(print_blocks(matrix.blocks, lowered.plan.operations <= UNROLLED))
+        fields.append(("blocks", "&model_blocks"))
     if program.start is not None:
         table("start_guess", "double ", [number(x) for x in program.start.guess])
         fields.append(("n_start", str(len(program.start.guess))))
     return tables, fields
 
 
-def _sizes(lowered: Lowered) -> dict[str, int]:
+def _sizes(lowered: Lowered, matrix: MatrixText) -> dict[str, int]:
     """The sizes of the arrays of a model, by the members of `bgc_model` without `n_`."""
-    program = lowered.program
+    program, plan = lowered.program, lowered.plan
+    # A batch of instances stores the entries of the plan in as many numbers.
+    factors = max(plan.entries, matrix.blocks.factors) if matrix.blocks else plan.entries
     return {
         "param": len(program.parameters),
         "hoist": len(lowered.hoisted),
@@ -135,7 +142,7 @@ def _sizes(lowered: Lowered) -> dict[str, int]:
         "device": len(program.devices),
         "jac": len(lowered.jacobian.slopes or lowered.jacobian.entries),
         "mass": len(program.mass or ()),
-        "lu": lowered.plan.entries,
+        "lu": factors,
         "check": len(program.positive),
         "switch": len(lowered.switches),
         "timed": sum(switch.timed for switch in lowered.switches),

@@ -95,6 +95,23 @@ class LuPlan:
 
 
 @dataclass(frozen=True, slots=True)
+class BlockPlan:
+    """The symbolic LU factorisation of `W = c M - J` in blocks of consecutive pivots.
+
+    Pivot k is in row `rows[k]` and column `columns[k]` of W; block t has `sizes[t]` pivots, at most
+    8. Its rows have entries in the columns of the blocks `left[t]`, all before it, and in the
+    columns of the pivots `right[t]`, all after it (both ascending). Entries that are always zero
+    are stored where other rows of the block have one.
+    """
+
+    rows: tuple[int, ...]
+    columns: tuple[int, ...]
+    sizes: tuple[int, ...]
+    left: tuple[tuple[int, ...], ...]
+    right: tuple[tuple[int, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Switch:
     """A piecewise operation whose result or piece (its mode) is held constant over a step.
 
@@ -114,7 +131,9 @@ class Switch:
 class Lowered:
     """A program with its kernels, Jacobian and LU plan; `hoisted[k]` is the node of h[k].
 
-    `ranges` is evaluated in interval arithmetic: b[2 k] is term k, b[2 k + 1] its derivative.
+    `blocks` is the plan by which a single instance factorises W, where blocks of rows are faster
+    than code or tables of single entries. `ranges` is evaluated in interval arithmetic: b[2 k] is
+    term k, b[2 k + 1] its derivative.
     """
 
     program: Program
@@ -125,3 +144,4 @@ class Lowered:
     kernels: tuple[Kernel, ...]
     watches: tuple[tuple[Watch, Node], ...] = ()  # functions that may hide pulses, and arguments
     ranges: Kernel | None = None  # of the terms of time alone and their derivatives
+    blocks: BlockPlan | None = None

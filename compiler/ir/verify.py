@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
+from itertools import accumulate
 
 from bgc.algebra.dag import Dag, Kind, Level
 from bgc.ir.causal import BasisKind, CausalGraph
@@ -27,7 +28,7 @@ from bgc.ir.graph import (
     ports_of,
 )
 from bgc.ir.graph_nodes import graph_roots
-from bgc.ir.lowered import Kernel, Lowered
+from bgc.ir.lowered import BlockPlan, Kernel, Lowered, LuPlan
 from bgc.ir.program import Program
 from bgc.ir.program_nodes import program_roots
 
@@ -227,10 +228,26 @@ def _verify_lowered(lowered: Lowered) -> None:
     for k, (left, right) in enumerate(zip(plan.lower, plan.upper, strict=True)):
         below = all(entry < k for entry in left) and all(entry > k for entry in right)
         _require(below, "an entry of the factors is on the wrong side of its pivot")
+    if lowered.blocks is not None:
+        _verify_blocks(lowered.blocks, plan)
     for node in lowered.hoisted:
         _require(program.dag.level[node] <= Level.PARAM, "a varying node is hoisted")
     for kernel in (*lowered.kernels, *(() if lowered.ranges is None else (lowered.ranges,))):
         _verify_kernel(kernel)
+
+
+def _verify_blocks(blocks: BlockPlan, plan: LuPlan) -> None:
+    """Require blocks of the plan's pivots, whose entries are on the right sides of them."""
+    pivots = set(zip(blocks.rows, blocks.columns, strict=True))
+    _require(pivots == set(zip(plan.rows, plan.columns, strict=True)), "blocks have other pivots")
+    _require(sum(blocks.sizes) == len(plan.rows), "blocks hold another number of pivots")
+    _require(all(0 < size <= 8 for size in blocks.sizes), "a block is empty, or too large")
+    ends = accumulate(blocks.sizes)
+    for t, (end, left, right) in enumerate(zip(ends, blocks.left, blocks.right, strict=True)):
+        ordered = list(left) == sorted(set(left)) and list(right) == sorted(set(right))
+        _require(ordered, "entries of a block are not sorted, or repeat")
+        sides = all(s < t for s in left) and all(end <= k < len(plan.rows) for k in right)
+        _require(sides, "an entry of a block is on the wrong side of it")
 
 
 def _verify_kernel(kernel: Kernel) -> None:

@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 9
+#define BGC_ABI 10
 
 typedef enum {
     BGC_OK = 0,
@@ -120,6 +120,27 @@ typedef struct {
     const char *const *condition; /* names */
 } bgc_closure_info;
 
+/* At most 8 rows and columns of W that are eliminated together: see blocks.c. */
+typedef struct {
+    int rows;
+    int at;             /* place of its first row and column in vectors by blocks */
+    int factors, upper; /* places in lu of its factors, and there of the inverse of its upper triangle */
+    int left, right, mass, jac; /* where its part of the lists begins, and that of the one before ends */
+} bgc_block;
+
+/* The factors of W in blocks of rows. */
+typedef struct {
+    int n_block, n_place;   /* n_place: size of vectors by blocks, in which columns are aligned */
+    int in_lanes;           /* not 0: batches of instances have code for the factors, see bgc_lanes.h */
+    const bgc_block *block; /* n_block + 1: the last has the ends of the lists */
+    const int *row_place, *col_place; /* of each row and column of W */
+    const int *left;        /* numbers of the blocks with entries left of each, ascending */
+    const int *right;       /* places of the columns with entries right of each, ascending */
+    const int *mass, *mass_to; /* entries of M in the rows of each, also of an identity; 8 x place of
+                                * the column + row */
+    const int *jac, *jac_to;   /* the same of the Jacobian */
+} bgc_block_info;
+
 typedef struct bgc_model {
     uint32_t abi;       /* BGC_ABI */
     const char *name;   /* scene's name */
@@ -182,7 +203,8 @@ typedef struct bgc_model {
      * dense. */
     void (*jacobian)(const double *h, double t, const double *x, const double *u, double *jac,
                      double *dfdt, double *w);
-    /* factorises W = c M - J with static pivots; NULL: the runtime does it by the tables above.
+    /* factorises W = c M - J with static pivots; NULL: the runtime does it by the tables above, or in
+     * blocks of rows.
      * growth: sum over the pivots of the terms of a pivot, in absolute value, over the pivot; above
      * 1e5 solutions are checked. Returns nonzero where a pivot vanishes. */
     int (*factor)(const double *m, const double *jac, double c, double *lu, double *growth);
@@ -270,6 +292,9 @@ typedef struct bgc_model {
      * Elimination of z from the last to the first meets no zero pivot. 0 and NULL: there are none. */
     int n_inner, n_local;
     const int *local_row, *local_col;
+
+    /* The factors of W in blocks of rows; then factor() and the tables of W are NULL. NULL: these. */
+    const bgc_block_info *blocks;
 } bgc_model;
 
 /* The emitted model. */
@@ -278,6 +303,9 @@ const bgc_model *bgc_get_model(void);
 /* The number of jumps of the states of a model, and of its sampling rates. */
 int bgc_count_jumps(const bgc_model *m);
 int bgc_count_rates(const bgc_model *m);
+
+/* Whether batches of instances (bgc_lanes.h) can have code for the factors of W. */
+int bgc_has_lane_factors(const bgc_model *m);
 
 typedef struct bgc_data bgc_data;
 

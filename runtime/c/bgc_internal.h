@@ -12,7 +12,8 @@
  *         bgc_limit_for_time             cut before a motion of time alone (timed.c)
  *         bgc_stop_for_switch            cut at an event that depends on time alone (events.c)
  *         family->advance                stages, d->next and d->error: rosenbrock.c, explicit.c or
- *                                        collocation.c, with linear.c, sparse.c and complex.c;
+ *                                        collocation.c, with linear.c, sparse.c, blocks.c
+ *                                        and complex.c;
  *                                        the sums of stages are in stages.c
  *         bgc_norm                       error over the tolerances (vectors.c, tolerance.h)
  *         bgc_close_chains               closed chains at the end (closures.c)
@@ -257,6 +258,7 @@ struct bgc_data {
     double *around;         /* n_term: variations to compare with, */
     double *widest;         /* and in the window ahead */
     double *sparse_work;    /* 2 n_unknowns: elimination by tables */
+    double *block_work;     /* 18 n_place: elimination in blocks */
     double *reach;          /* n_unknowns: sizes of a solution that count in its check */
     double *wide;           /* n_unknowns: a right-hand side with inner rows, and its solution */
     bgc_complex *complex_wide;
@@ -342,6 +344,16 @@ void bgc_differentiate(const bgc_model *m, bgc_data *d, double t, const double *
                        double *dfdt);
 const double *bgc_slopes(const bgc_model *m, bgc_data *d);
 void bgc_scale_inner(const bgc_model *m, bgc_data *d);
+
+/* --- blocks.c, complex_blocks.c */
+int bgc_block_factor(const bgc_model *m, const double *scale, const double *mass,
+                     const double *jac, double c, double *lu, double *growth, double *scratch);
+void bgc_block_solve(const bgc_model *m, const double *lu, double *b, double *scratch);
+int bgc_complex_block_factor(const bgc_model *m, const double *scale, const double *mass,
+                             const double *jac, bgc_complex c, bgc_complex *factors,
+                             double *growth, double *scratch);
+void bgc_complex_block_solve(const bgc_model *m, const bgc_complex *factors, bgc_complex *b,
+                             bgc_complex *scratch);
 
 /* --- complex.c */
 bgc_status bgc_reserve_complex(const bgc_model *m, bgc_data *d, const bgc_method *method);

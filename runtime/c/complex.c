@@ -153,9 +153,23 @@ static bgc_status pivot_densely(const bgc_model *m, bgc_data *d) {
     return bgc_refactorise_complex(m, d);
 }
 
-/* Scratch of a complex number for each unknown. */
-static bgc_complex *scratch_of(const bgc_data *d) {
-    return (bgc_complex *)(void *)d->complex_work;
+/* --- static pivots ------------------------------------------------------------------------------ */
+
+/* Factorises W with static pivots; returns nonzero where a pivot vanishes. */
+static int factorise_fixed(const bgc_model *m, bgc_data *d, bgc_complex c, double *growth) {
+    if (m->blocks != NULL) {
+        return bgc_complex_block_factor(m, d->scale, d->mass, d->jac, c, d->complex_lu, growth,
+                                        d->block_work);
+    }
+    return bgc_complex_factor(m, d->mass, d->jac, c, d->complex_lu, growth, d->complex_work);
+}
+
+/* b := W^-1 b with these factors. */
+static void solve_fixed(const bgc_model *m, const bgc_data *d, bgc_complex *b) {
+    double *work = m->blocks != NULL ? d->block_work : d->complex_work;
+
+    (m->blocks != NULL ? bgc_complex_block_solve : bgc_complex_solve)(
+        m, d->complex_lu, b, (bgc_complex *)(void *)work);
 }
 
 /* --- checked solutions -------------------------------------------------------------------------- */
@@ -203,7 +217,7 @@ static double residual_of(const bgc_model *m, bgc_data *d, const bgc_complex *b,
 static int solve_refined(const bgc_model *m, bgc_data *d, const bgc_complex *b, bgc_complex *x) {
     double error;
 
-    bgc_complex_solve(m, d->complex_lu, x, scratch_of(d));
+    solve_fixed(m, d, x);
     error = residual_of(m, d, b, x);
     if (!(error <= bgc_acceptable)) {
         d->core.complex_watched = BGC_WATCH_FOR;
@@ -212,7 +226,7 @@ static int solve_refined(const bgc_model *m, bgc_data *d, const bgc_complex *b, 
     for (int k = 0; k < BGC_MAX_REFINEMENTS && error > bgc_acceptable; k++) {
         const double before = error;
         d->core.counts.refinements++;
-        bgc_complex_solve(m, d->complex_lu, d->complex_residual, scratch_of(d));
+        solve_fixed(m, d, d->complex_residual);
         for (int i = 0; i < bgc_unknowns(m); i++) {
             x[i].re += d->complex_residual[i].re;
             x[i].im += d->complex_residual[i].im;
@@ -232,7 +246,7 @@ bgc_status bgc_factorise_complex(const bgc_model *m, bgc_data *d, bgc_complex c)
 
     d->core.counts.factorisations++;
     d->core.complex_c = c;
-    failed = bgc_complex_factor(m, d->mass, d->jac, c, d->complex_lu, &growth, d->complex_work);
+    failed = factorise_fixed(m, d, c, &growth);
     if (failed != 0) {
         return pivot_densely(m, d);
     }
@@ -247,7 +261,7 @@ static bgc_status solve_all_complex(const bgc_model *m, bgc_data *d, bgc_complex
     const size_t size = (size_t)n * sizeof *b;
 
     if (d->core.complex_pivoting == BGC_STATIC) {
-        bgc_complex_solve(m, d->complex_lu, b, scratch_of(d));
+        solve_fixed(m, d, b);
         return BGC_OK;
     }
     if (d->core.complex_pivoting != BGC_DENSE) {

@@ -270,6 +270,9 @@ double bgc_failed_time(const bgc_data *d) { return d->core.failed_time; }
 int bgc_failed_chain(const bgc_data *d) { return d->core.failed_chain; }
 int bgc_count_jumps(const bgc_model *m) { return m->n_jump; }
 int bgc_count_rates(const bgc_model *m) { return m->n_rate; }
+int bgc_has_lane_factors(const bgc_model *m) {
+    return m->factor != NULL || (m->blocks != NULL && m->blocks->in_lanes);
+}
 int bgc_failed_held(const bgc_data *d) { return d->core.failed_held; }
 int bgc_failed_jump(const bgc_data *d) { return d->core.failed_jump; }
 double bgc_time(const bgc_data *d) { return d->core.t; }

@@ -129,6 +129,7 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->block_jac = place(&l, (size_t)m->n_jac);
     d->work = place(&l, (size_t)m->n_work);
     d->sparse_work = place(&l, 2 * unknown);
+    d->block_work = place(&l, m->blocks == NULL ? 0 : 18 * (size_t)m->blocks->n_place);
     d->wide = place(&l, m->n_inner > 0 ? unknown : 0);
     d->complex_wide = (bgc_complex *)(void *)place(&l, m->n_inner > 0 ? 2 * unknown : 0);
     d->local = place(&l, m->n_inner > 0 ? local : 0);

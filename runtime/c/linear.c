@@ -1,7 +1,7 @@
 /* linear.c: linear systems with W = c M - J.
  *
- * W is factorised with static pivots, by code unrolled for the model, or by tables where the model is
- * large. That is fast, and does not notice small pivots. So solutions are checked by their backward
+ * W is factorised with static pivots, by code unrolled for the model, or where the model is large in
+ * blocks of rows or by tables. That is fast, and does not notice small pivots. So solutions are checked by their backward
  * error: all of them while the growth of the pivots is large or a check failed recently, otherwise
  * the first one of every sixteenth factorisation. A solution that fails is refined iteratively. Where
  * that does not help, or a pivot vanishes, W is factorised densely with scaled partial pivoting.
@@ -16,6 +16,8 @@
 static void solve_static(const bgc_model *m, bgc_data *d, double *b) {
     if (m->solve != NULL && m->n_inner == 0) {
         m->solve(d->lu, b, d->work);
+    } else if (m->blocks != NULL) {
+        bgc_block_solve(m, d->lu, b, d->block_work);
     } else {
         bgc_sparse_solve(m, d->lu, b, d->sparse_work);
     }
@@ -236,13 +238,21 @@ bgc_pivoting bgc_choose_checks(long count, double growth, int *watched) {
     return count % BGC_CHECK_EVERY == 1 ? BGC_CHECKED_ONCE : BGC_STATIC;
 }
 
+/* Factorises W = c M - J with static pivots; returns nonzero where a pivot vanishes. */
+static int factorise_static(const bgc_model *m, bgc_data *d, double c, double *growth) {
+    if (m->factor != NULL) {
+        return m->factor(d->mass, d->jac, c, d->lu, growth);
+    }
+    if (m->blocks != NULL) {
+        return bgc_block_factor(m, d->scale, d->mass, d->jac, c, d->lu, growth, d->block_work);
+    }
+    return bgc_sparse_factor(m, d->mass, d->jac, c, d->lu, growth, d->sparse_work);
+}
+
 /* Factorises W = c M - J with the Jacobian in d->jac, and decides how solutions are checked. */
 bgc_status bgc_factorise(const bgc_model *m, bgc_data *d, double c) {
     double growth = 0.0;
-    const int failed =
-        m->factor != NULL
-            ? m->factor(d->mass, d->jac, c, d->lu, &growth)
-            : bgc_sparse_factor(m, d->mass, d->jac, c, d->lu, &growth, d->sparse_work);
+    const int failed = factorise_static(m, d, c, &growth);
 
     d->core.counts.factorisations++;
     d->core.c = c;

@@ -96,7 +96,10 @@ def _sizes(report: CostReport) -> tuple[tuple[str, ...], ...]:
 
 
 def _speed(report: CostReport) -> str:
-    lines = [f"stiffness: {_rate(report.stiffness)} (largest eigenvalue of J at the start)"]
+    lines = [
+        f"LU by {report.cost.factors}",
+        f"stiffness: {_rate(report.stiffness)} (largest eigenvalue of J at the start)",
+    ]
     if report.measured is not None:
         measured = report.measured
         lines.append(

@@ -71,6 +71,7 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_failed_chain": (c_int, (c_void_p,)),
     "bgc_failed_jump": (c_int, (c_void_p,)),
     "bgc_count_jumps": (c_int, (_Model,)),
+    "bgc_has_lane_factors": (c_int, (_Model,)),
     "bgc_count_rates": (c_int, (_Model,)),
     "bgc_failed_held": (c_int, (c_void_p,)),
     "bgc_failed_device": (c_int, (c_void_p,)),
@@ -117,6 +118,11 @@ class Library:
     def has_jumps(self) -> bool:
         """Return whether states of the model jump."""
         return bool(self.functions.bgc_count_jumps(self.pointer))
+
+    @property
+    def has_lane_factors(self) -> bool:
+        """Return whether the matrix of the model can be factorised for a batch of instances."""
+        return bool(self.functions.bgc_has_lane_factors(self.pointer))
 
     @property
     def is_sampled(self) -> bool:

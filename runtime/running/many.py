@@ -290,7 +290,7 @@ def _why_alone(model: LoadedModel, method: Method, count: int, vectorised: bool)
         "the model has closed chains of rigid connections": model.library.has_chains,
         f"`{method.name}` is not a Rosenbrock or explicit method": not (solver and solver.lanes),
         "the model is so large that its matrix is factorised in loops": not (
-            info.factor or (solver and solver.explicit)
+            model.library.has_lane_factors or (solver and solver.explicit)
         ),
         f"{count} instances are too few to compile for": count < _FEWEST,
     }

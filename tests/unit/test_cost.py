@@ -146,7 +146,8 @@ def test_a_law_that_switches_is_taken_as_it_is_at_the_start(tmp_path: Path) -> N
 
 def test_the_command_prints_tables_and_json(file: Path) -> None:
     text = CliRunner().invoke(application, ["cost", str(file), "-q"]).output
-    assert "written  compiled" in text and "starts at zero and stays there" in text
+    assert "written  compiled" in text and "LU by unrolled code" in text
+    assert "starts at zero and stays there" in text
     assert "mount = Loose[2] does not fit as it is" in text
     shown = CliRunner().invoke(application, ["cost", str(file), "--json", "--variants", "1"])
     data = json.loads(shown.output)

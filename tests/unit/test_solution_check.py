@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ctypes
 import shutil
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,9 @@ from conftest import Floats, run_compiler
 import bgc
 from bgc.building.build import runtime_directory
 from bgc.driver import compile_scene
+from bgc.emission.blocks import plan_blocks
 from bgc.emission.emit import amalgamate
+from bgc.emission.sparse import entries_of_matrix
 from bgc.options import Options
 from bgc.runtime.running.binding import Instance, Library
 
@@ -36,8 +40,8 @@ bgc_status bgc_trial(const bgc_model *m, bgc_data *d, int at, double corrupted, 
 """
 
 
-@pytest.fixture(scope="module")
-def boom(tmp_path_factory: pytest.TempPathFactory) -> Instance:
+@pytest.fixture(scope="module", params=["unrolled", "blocks"])
+def boom(tmp_path_factory: pytest.TempPathFactory, request: Any) -> Instance:
     """A boom whose factors and whose limits of `solutions.h` can be changed."""
     folder = tmp_path_factory.mktemp("boom")
     runtime = folder / "runtime"
@@ -49,6 +53,11 @@ def boom(tmp_path_factory: pytest.TempPathFactory) -> Instance:
     with (runtime / "linear.c").open("a", encoding="utf-8") as file:
         file.write(TRIAL)
     units = compile_scene(MODEL, Options(scene="short"), until="emit").emitted
+    if request.param == "blocks":
+        lowered = units.lowered
+        entries = entries_of_matrix(lowered.program, lowered.jacobian)
+        blocks = plan_blocks(lowered.plan, entries)
+        units = replace(units, lowered=replace(lowered, blocks=blocks))
     source, target = folder / "boom.c", folder / "boom.so"
     source.write_text(amalgamate(units, runtime))
     run_compiler("-shared", source, "-o", target, "-lm")

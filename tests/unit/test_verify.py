@@ -9,6 +9,7 @@ import pytest
 
 from bgc.algebra.dag import Kind
 from bgc.driver import Stages, compile_scene
+from bgc.ir.lowered import BlockPlan, LuPlan
 from bgc.ir.program import MassEntry
 from bgc.ir.verify import BrokenInvariant, verify
 from bgc.options import Options
@@ -28,6 +29,11 @@ def test_sound_results_pass(stages):
 
 def with_first(items: tuple[Any, ...], **changes: Any) -> tuple[Any, ...]:
     return (replace(items[0], **changes), *items[1:])
+
+
+def one_block(plan: LuPlan, **changes: Any) -> BlockPlan:
+    """All pivots of a plan in one block."""
+    return replace(BlockPlan(plan.rows, plan.columns, (len(plan.rows),), ((),), ((),)), **changes)
 
 
 GRAPH: dict[str, Callable[[Any], Any]] = {
@@ -71,6 +77,10 @@ LOWERED: dict[str, Callable[[Any], Any]] = {
     ),
     "another number of rows": lambda w: replace(w, jacobian=replace(w.jacobian, by_time=())),
     "no permutation": lambda w: replace(w, plan=replace(w.plan, rows=(0,) * len(w.plan.rows))),
+    "another number of pivots": lambda w: replace(w, blocks=one_block(w.plan, sizes=(1,))),
+    "too large": lambda w: replace(w, blocks=one_block(w.plan, sizes=(0, len(w.plan.rows)))),
+    "wrong side of it": lambda w: replace(w, blocks=one_block(w.plan, right=((0,),))),
+    "other pivots": lambda w: replace(w, blocks=one_block(w.plan, rows=w.plan.rows[::-1])),
     "a varying node": lambda w: replace(w, hoisted=(w.program.states[0].derivative,)),
     "twice": lambda w: replace(
         w, kernels=with_first(w.kernels, stores=(*w.kernels[0].stores, *w.kernels[0].stores))
