@@ -6,7 +6,7 @@ module. Peers that are missing on the machine are rows that say so; all are ther
     pip install mujoco pin casadi
     apt-get install libsundials-dev libsuitesparse-dev libeigen3-dev libboost-dev
 
-All take two minutes of one processor. Nothing of this is a test.
+All take three minutes of one processor. Nothing of this is a test.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pathlib import Path
 
 from table import machine, pin, show
 
-_NAMES = ("kernels", "sundials", "scipy_solvers", "rigid_peers", "casadi_code",
+_NAMES = ("kernels", "sundials", "growth", "scipy_solvers", "rigid_peers", "casadi_code",
           "ensembles", "long_runs")  # fmt: skip
 _PACKAGES = ("numpy", "scipy", "mujoco", "pin", "casadi")
 
