@@ -18,9 +18,11 @@ from bgc.options import Options
 from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
 from bgc.runtime.cli.options import (
     check_target,
+    device_option,
     method_options,
     preview_option,
     read_assignments,
+    read_devices,
     read_method,
     read_uses,
     scene_option,
@@ -32,6 +34,7 @@ from bgc.runtime.cli.options import (
 from bgc.runtime.model import Model
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.running.compiling import load_as
+from bgc.runtime.running.devices import Choices, read_choices
 from bgc.runtime.running.failures import SimulationError
 from bgc.runtime.running.progress import CompilingLine
 from bgc.runtime.running.simulate import method_of, times_of
@@ -52,6 +55,7 @@ _PAGES = (".html", ".htm")
 @whole_option
 @strict_option
 @preview_option
+@device_option
 @method_options
 @click.option(
     "--export", metavar="FILE", help="Write a replay as one HTML file, and serve nothing."
@@ -73,6 +77,7 @@ def view(
     port: int,
     no_browser: bool,
     quiet: bool,
+    devices: tuple[str, ...],
     **method: Any,
 ) -> None:
     """Show a scene of FILE in the browser: its shapes in 3D, its plots, sliders for its parameters.
@@ -93,6 +98,7 @@ def view(
             _serve_recording(recording, port, no_browser)
         return
     arguments = read_method(method)
+    chosen = read_devices(devices)
     options = Options(
         scene, strict=strict, whole=whole, uses=read_uses(uses), preview=preview, shapes=True
     )
@@ -102,9 +108,9 @@ def view(
         model = load_as(Model, file, options, dict(read_assignments(assignments)), line)
     print_diagnostics(model.warnings)
     if export is not None:
-        _export_run(model, file, arguments, export, quiet)
+        _export_run(model, file, {**arguments, "devices": chosen}, export, quiet)
     else:
-        _serve_model(model, file, arguments, port, no_browser)
+        _serve_model(model, file, arguments, read_choices(chosen), port, no_browser)
 
 
 def _export_run(
@@ -147,7 +153,12 @@ def _serve_recording(recording: Recording, port: int, no_browser: bool) -> None:
 
 
 def _serve_model(
-    model: Model, file: Path, arguments: dict[str, Any], port: int, no_browser: bool
+    model: Model,
+    file: Path,
+    arguments: dict[str, Any],
+    devices: Choices,
+    port: int,
+    no_browser: bool,
 ) -> None:
     # Needs aiohttp, which is optional.
     from bgc.runtime.view.server import Server
@@ -162,7 +173,7 @@ def _serve_model(
         method = method.with_capped_step(times, model.facts.timed)
     description = describe_model(model, file.name)
     server = Server(description, meshes_of(description, model.folder))
-    run = LiveRun(model, method, {})
+    run = LiveRun(model, method, {}, devices)
     player = Player(run, server.publish, duration, every)
     try:
         first = run.reset()

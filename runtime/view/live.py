@@ -11,6 +11,7 @@ from bgc.diagnostics.catalogue.view import parameter_not_applied
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
+from bgc.runtime.running.devices import NO_CHOICES, Choices
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.run import Method
@@ -29,13 +30,18 @@ class LiveRun:
     """
 
     def __init__(
-        self, model: LoadedModel, method: Method, parameters: Mapping[str, ParameterValue]
+        self,
+        model: LoadedModel,
+        method: Method,
+        parameters: Mapping[str, ParameterValue],
+        devices: Choices = NO_CHOICES,
     ) -> None:
-        """Prepare a run; `reset` starts it."""
+        """Prepare a run, with other `devices` than the scene's if given; `reset` starts it."""
         self.model = model
         self.method = method
         self.given: dict[str, float] = model.parameters.given(parameters)
         self.time = 0.0
+        self._devices = devices
         self._open = ExitStack()
         self._instance: Instance | None = None
 
@@ -51,7 +57,8 @@ class LiveRun:
         """
         self.close()
         self._open = ExitStack()
-        started = self.model.started(self.method, bool(self.model.accounts), self.given)
+        accounts = bool(self.model.accounts)
+        started = self.model.started(self.method, accounts, self.given, devices=self._devices)
         self._instance = self._open.enter_context(started)
         self.time = 0.0
         rows, fault = self.advance(np.zeros(1))

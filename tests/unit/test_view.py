@@ -19,6 +19,7 @@ from view_server import address, home, serving
 import bgc
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
+from bgc.runtime.running.devices import read_choices
 from bgc.runtime.running.simulate import method_of
 from bgc.runtime.view import page as pages
 from bgc.runtime.view.description import describe_model, meshes_of, panels_of
@@ -473,3 +474,29 @@ def test_ctrl_c_ends_the_command_at_once(file, monkeypatch):
         p.send_signal(2)
         assert p.wait(10) == 130
         assert "Traceback" not in p.stderr.read()
+
+
+def test_a_device_of_the_command_moves_the_model(tmp_path, monkeypatch):
+    monkeypatch.setattr("bgc.runtime.cli.view.bundle", lambda: "")
+    (tmp_path / "d.bg").write_text(
+        """model M { input u[3] : m; state x : m = 0 m; der(x) = u[1]/(1 s); }
+        scene s of M { device hand = trace(file = "a.csv"); drive u = hand.position; observe x;
+        step 10 ms; run 1 s every 0.5 s; }""",
+        "utf-8",
+    )
+    for name, x in (("a", 1), ("b", 3)):
+        (tmp_path / f"{name}.csv").write_text(f"time,x,y,z\n0,{x},0,0\n9,{x},0,0\n")
+    looped = bgc.compile(tmp_path / "d.bg", shapes=True)
+    for devices, end in (({}, 1), ({"hand": str(tmp_path / "b.csv")}, 3)):
+        run = LiveRun(looped, method_of(looped)[0], {}, read_choices(devices))
+        run.reset()
+        (row,), _ = run.advance(np.array([1.0]))
+        run.close()
+        assert row[0] == pytest.approx(end)
+    target = tmp_path / "d.html"
+    command = ["view", str(tmp_path / "d.bg"), "--device", f"hand={tmp_path / 'b.csv'}"]
+    done = CliRunner().invoke(application, [*command, "--export", str(target)])
+    assert done.exit_code == 0, done.output
+    held = json.loads(target.read_text("utf-8").split('id="replay">')[1].split("</script>")[0])
+    rows = np.frombuffer(zlib.decompress(b64decode(held["data"])), "<f4").reshape(3, -1)
+    assert rows[2, -1] == pytest.approx(3)
