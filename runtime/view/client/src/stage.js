@@ -143,7 +143,7 @@ export class Stage {
     colour(this.sky.material.uniforms.horizon, t.horizon);
     colour(this.sky.material.uniforms.glow, t.glint);
     this.hemisphere.color.set(t.horizon);
-    this.hemisphere.intensity = t.sky;
+    this.hemisphere.intensity = (this.scene.environment ? 1 : 2.4) * t.sky;
     this.sun.intensity = t.sun;
     this.scene.environmentIntensity = 0.5 * t.sky;
     this.renderer.toneMappingExposure = t.exposure;
