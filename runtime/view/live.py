@@ -24,7 +24,7 @@ class LiveRun:
     Attributes
     ----------
     time
-        The time of the last row, s.
+        The time of the last row, s; after a failure that of the last good state.
     given
         Parameter values that were set, SI; they hold for this run and after each reset.
     """
@@ -78,6 +78,9 @@ class LiveRun:
         status, done = instance.run(times, rows)
         if done:
             self.time = float(times[done - 1])
+        if status is not Status.OK:
+            # Its last good state lies behind the last row: the next one follows it.
+            self.time = max(self.time, instance.time)
         failed = status not in (Status.OK, Status.INTERRUPTED)
         return rows[:done], self.model.explain(instance, status) if failed else None
 

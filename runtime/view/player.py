@@ -85,7 +85,7 @@ class Player:
     def command(self, command: Mapping[str, Any]) -> None:
         """Queue a command of a client: a checked message of `protocol`."""
         self._commands.put(command)
-        if command["type"] in ("reset", "pause"):
+        if command["type"] == "reset":
             self._run.stop()
 
     def close(self) -> None:
@@ -112,7 +112,7 @@ class Player:
             if monotonic() < due or not self.playing:
                 continue
             due = due + FRAME if monotonic() - due < _LATE else monotonic() + FRAME
-            self._advance()
+            self._guard(self._advance)
             now = monotonic()
             if now - measured[0] > 0.5:
                 self._actual = (self._run.time - measured[1]) / (now - measured[0])
@@ -128,9 +128,20 @@ class Player:
             return True
         if command["type"] == "close":
             return False
-        getattr(self, f"_on_{command['type']}")(command)
+        self._guard(lambda: getattr(self, f"_on_{command['type']}")(command))
         self._publish("state", self.state)
         return True
+
+    def _guard(self, work: Callable[[], None]) -> None:
+        """Do work; a fault of bgc itself stops the run and is shown, but the thread goes on."""
+        try:
+            work()
+        except Exception as problem:
+            self.playing = False
+            text = f"this is a bug in bgc: {type(problem).__name__}: {problem}"
+            message = {"code": "", "text": text, "help": ""}
+            fault = {"time": self._run.time, "stopped": True, "messages": [message], "full": text}
+            self._publish("fault", fault)
 
     def _on_play(self, command: Mapping[str, Any]) -> None:
         if self.ended:

@@ -5,6 +5,7 @@ import json
 import struct
 import subprocess
 import sys
+import threading
 import time
 import zlib
 from base64 import b64decode
@@ -149,6 +150,20 @@ def test_a_value_that_the_state_contradicts_is_taken_back(tmp_path):
     run.close()
 
 
+def test_an_interrupted_run_continues_behind_its_last_good_state(model):
+    fixed = LiveRun(model, method_of(model, "rk4", {"step": 1e-5})[0], {})
+    fixed.reset()
+    threading.Timer(0.02, fixed.stop).start()
+    rows, fault = fixed.advance(np.array([2000.0]))
+    assert len(rows) == 0 and fault is None and 0 < fixed.time < 2000
+    rows, fault = fixed.advance(np.array([fixed.time + 1e-4]))
+    assert len(rows) == 1 and fault is None
+    fixed.set_parameter("length", 3.0)
+    rows, fault = fixed.advance(np.array([fixed.time + 1e-4]))
+    assert len(rows) == 1 and fault is None
+    fixed.close()
+
+
 # --- the player -------------------------------------------------------------------------------
 
 
@@ -224,6 +239,18 @@ def test_a_failed_step_stops_the_player_with_its_reason(played):
     }
     assert "too fast" in fault["messages"][0]["text"] and fault["stopped"]
     assert not player.playing and len(seen.rows()) > 2
+
+
+def test_a_bug_is_shown_and_does_not_end_the_thread(played, monkeypatch):
+    player, seen = played
+    monkeypatch.setattr(player._run, "advance", lambda times: 1 / 0)
+    player.command({"type": "play"})
+    seen.wait(lambda s: any(kind == "fault" for kind, _ in s.events))
+    fault = next(content for kind, content in seen.events if kind == "fault")
+    assert "ZeroDivisionError" in fault["messages"][0]["text"] and not player.playing
+    monkeypatch.undo()
+    player.command({"type": "step"})
+    seen.wait(lambda s: len(s.rows()) == 2)
 
 
 @pytest.mark.parametrize(
