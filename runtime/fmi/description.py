@@ -120,7 +120,7 @@ def _indexed(unknowns: Sequence[Unknown], index: dict[int, int]) -> list[tuple[i
 
 
 def _joined(references: Iterable[int], index: dict[int, int]) -> str:
-    return " ".join(str(k) for k in sorted(index[r] for r in references))
+    return " ".join(str(k) for k in sorted(index[r] for r in references if r in index))
 
 
 # --- FMI 3 ------------------------------------------------------------------------------------

@@ -111,7 +111,7 @@ def prepare_model(
     source = with_prefix(source, prefix)
     interval = facts.every or (facts.duration / 1000 if facts.duration else None)
     description = Description(
-        name=facts.scene,
+        name=identifier,
         identifier=identifier,
         token=token,
         text=f"Scene {facts.scene} of the bond graph model {facts.model}.",

@@ -85,6 +85,7 @@ def variable_table(
     accounts: Mapping[str, str],
     indicators: int = 0,
     inputs: ChosenInputs | None = None,
+    timeless: bool = False,
 ) -> Table:
     """Tabulate the variables of a program.
 
@@ -100,9 +101,13 @@ def variable_table(
         The number of event indicators that are variables, as FMI 3 has them.
     inputs
         The inputs after those of the devices.
+    timeless
+        Whether the time is no variable of the model description: FMI 2 permits that, and the FMI
+        Library would ask for its start value.
     """
     names: set[str] = {"time"}
-    found = [Variable(0, "time", "s", "independent", "continuous", "time", 0)]
+    time = Variable(0, "time", "s", "independent", "continuous", "time", 0)
+    found = [replace(time, hidden=timeless)]
 
     def add(kind: str, index: int, name: str, unit: str, causality: str, **rest: object) -> None:
         while name in names:
