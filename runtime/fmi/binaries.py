@@ -34,10 +34,10 @@ PLATFORMS = {
     p.name: p
     for p in (
         Platform("linux64", "linux64", "x86_64-linux", "x86_64-linux-gnu.2.17", "so"),
-        Platform("linux-aarch64", "aarch64-linux", "aarch64-linux", "aarch64-linux-gnu.2.17", "so"),
+        Platform("linux-aarch64", "linux64", "aarch64-linux", "aarch64-linux-gnu.2.17", "so"),
         Platform("win64", "win64", "x86_64-windows", "x86_64-windows-gnu", "dll"),
         Platform("darwin64", "darwin64", "x86_64-darwin", "x86_64-macos", "dylib"),
-        Platform("darwin-aarch64", "aarch64-darwin", "aarch64-darwin", "aarch64-macos", "dylib"),
+        Platform("darwin-aarch64", "darwin64", "aarch64-darwin", "aarch64-macos", "dylib"),
     )
 }
 _SYSTEMS = {"linux": "linux", "darwin": "darwin", "win32": "win"}
@@ -59,6 +59,19 @@ def read_platforms(text: str | None) -> tuple[Platform, ...]:
     if unknown:
         raise BgError([unknown_platform(unknown[0], sorted(PLATFORMS))])
     return tuple(PLATFORMS[name] for name in dict.fromkeys(names))
+
+
+def binary_folders(platforms: Sequence[Platform], version: int) -> dict[str, str]:
+    """The folders of the binaries by the platforms' names.
+
+    FMI 2 names no processor but that of `linux64` and `darwin64`, and importers on other ones look
+    there too. Where two platforms would share a folder, the second has its name of FMI 3.
+    """
+    folders: dict[str, str] = {}
+    for each in sorted(platforms, key=lambda p: "aarch64" in p.name):
+        shared = version == 3 or each.folder2 in folders.values()
+        folders[each.name] = each.folder3 if shared else each.folder2
+    return folders
 
 
 def build_binaries(source: str, platforms: Sequence[Platform]) -> dict[str, bytes]:

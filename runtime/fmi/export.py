@@ -8,7 +8,7 @@ from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from bgc.printing.draw import lay_out, to_dot
-from bgc.runtime.fmi.binaries import Platform, build_binaries
+from bgc.runtime.fmi.binaries import Platform, binary_folders, build_binaries
 from bgc.runtime.fmi.companions import osp_description, reference_files
 from bgc.runtime.fmi.description import (
     build_description,
@@ -64,10 +64,10 @@ def _entries(model: FmuModel, platforms: Sequence[Platform]) -> Mapping[str, byt
         entries["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.encode()
         icon = "terminalsAndIcons/icon.png"
     entries[f"sources/{identifier}.c"] = model.source.encode()
-    for platform, content in build_binaries(model.source, platforms).items():
-        place = next(p for p in platforms if p.name == platform)
-        directory = place.folder2 if model.version == 2 else place.folder3
-        entries[f"binaries/{directory}/{identifier}.{place.ending}"] = content
+    folders = binary_folders(platforms, model.version)
+    contents = build_binaries(model.source, platforms)
+    for each in platforms:
+        entries[f"binaries/{folders[each.name]}/{identifier}.{each.ending}"] = contents[each.name]
     if picture is not None:
         entries[icon] = picture
     return entries

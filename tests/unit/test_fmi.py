@@ -22,7 +22,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.options import Options
 from bgc.runtime.cli.app import application
 from bgc.runtime.fmi import binaries
-from bgc.runtime.fmi.binaries import PLATFORMS, host_platform, read_platforms
+from bgc.runtime.fmi.binaries import PLATFORMS, binary_folders, host_platform, read_platforms
 from bgc.runtime.fmi.export import write_fmu
 from bgc.runtime.fmi.model import prepare_model
 from bgc.runtime.fmi.units import unit_definitions
@@ -220,7 +220,7 @@ def test_rollback_and_serialised_states_continue_with_the_same_bits(made):
     def run(fmu, first, last):
         for k in range(first, last):
             fmu.setReal([references["pull"]], [float(k % 3)])
-            fmu.doStep(k * 0.1, 0.1)
+            fmu.doStep(k * 0.07, 0.07)
         return fmu.getReal(names)
 
     run(fmu, 0, 6)
@@ -232,6 +232,10 @@ def test_rollback_and_serialised_states_continue_with_the_same_bits(made):
     assert fmu.getReal(names) == kept
     assert run(fmu, 6, 15) == wanted
     fmu.freeFMUstate(state)
+    fmu.reset()
+    initialised(fmu)
+    run(fmu, 0, 6)
+    assert run(fmu, 6, 15) == wanted
     fmu.freeInstance()
     other, references = opened(made.two, FMU2Slave)
     initialised(other)
@@ -404,6 +408,14 @@ def test_files_beside_the_fmu(made):
     }
     assert members["hand.velocity"] == [f"hand.velocity[{k}]" for k in (1, 2, 3)]
     assert {"pull", "where", "hand.force", "energy.residual"} <= members.keys()
+
+
+def test_binaries_lie_where_importers_look_for_them():
+    two, three = (
+        [*binary_folders(read_platforms(names), version).values()]
+        for names, version in (("linux64,linux-aarch64,darwin-aarch64,win64", 2), ("win64", 3))
+    )
+    assert two == ["linux64", "win64", "aarch64-linux", "darwin64"] and three == ["x86_64-windows"]
 
 
 def refused(arguments: list[str]) -> str:
