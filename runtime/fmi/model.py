@@ -82,7 +82,7 @@ def prepare_model(
     tunable = tunable_parameters(program)
     indicators = len(stages.lowered.switches) if version == 3 else 0
     table = variable_table(
-        stages.optimised, parameters, tunable, loaded.accounts, indicators, chosen
+        stages.optimised, parameters, tunable, loaded.accounts, indicators, chosen, version == 2
     )
     table = _with_nominals(table, scale)
     structure = model_structure(stages.lowered, table, start is not None)
@@ -93,7 +93,7 @@ def prepare_model(
     source_key = token
     token = "-".join((token[:8], token[8:12], token[12:16], token[16:20], token[20:]))
     token = f"{{{token}}}"
-    derivatives = len(table.free) == len(program.states) or not _couples(table, stages)
+    derivatives = not _couples(table, stages)
     mockup = Mockup(
         version=version,
         token=token,

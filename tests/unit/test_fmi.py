@@ -148,6 +148,8 @@ def initialised(fmu, start=0.0):
 @pytest.mark.parametrize("name", ["two", "three", "decay", "explosion"])
 def test_descriptions_are_valid(made, name):
     assert validate_fmu(getattr(made, name)) == []
+    variables = fmpy.read_model_description(getattr(made, name)).modelVariables
+    assert sum(v.name == "time" for v in variables) == (name == "three")
 
 
 def test_arrays_terminals_and_units(made):
