@@ -161,6 +161,8 @@ bgc_fmi_status bgc_fmi_adjoint(bgc_fmi *i, const unsigned *unknown, size_t n_unk
 /* --- tuning.c: parameters that have changed during a run take effect */
 bgc_fmi_status bgc_fmi_tune(bgc_fmi *i);
 
+bgc_fmi_status bgc_fmi_solve_algebraic(bgc_fmi *i, double *right, int transposed);
+
 /* --- co_simulation.c: to t + step, or to *reached where the importer wants to return early */
 bgc_fmi_status bgc_fmi_step(bgc_fmi *i, double t, double step, double *reached);
 bgc_status bgc_fmi_return_to_point(bgc_fmi *i);

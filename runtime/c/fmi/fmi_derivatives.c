@@ -14,8 +14,8 @@
 static int is_free(const bgc_fmi *i, int k) { return i->d->algebraic[k] == 0.0; }
 
 /* Solves with g_z, or its transpose, in the rows and columns of the states that are not free: right is
- * overwritten; entries of free states are zero. */
-static bgc_fmi_status solve_algebraic(bgc_fmi *i, double *right, int transposed) {
+ * overwritten; entries of free states are zero. i->partial holds df/dx. */
+bgc_fmi_status bgc_fmi_solve_algebraic(bgc_fmi *i, double *right, int transposed) {
     const int n = i->m->n_state;
     int bad;
 
@@ -241,7 +241,7 @@ bgc_fmi_status bgc_fmi_directional(bgc_fmi *i, const unsigned *unknown, size_t n
     }
     if (status == BGC_FMI_OK && i->d->core.algebraic > 0) {
         multiply_partials(i);
-        status = solve_algebraic(i, i->result, 0);
+        status = bgc_fmi_solve_algebraic(i, i->result, 0);
         for (int k = 0; k < n && status == BGC_FMI_OK; k++) {
             i->seed[k] = is_free(i, k) ? i->seed[k] : -i->result[k];
         }
@@ -276,7 +276,7 @@ bgc_fmi_status bgc_fmi_adjoint(bgc_fmi *i, const unsigned *unknown, size_t n_unk
     }
     if (i->d->core.algebraic > 0) {
         memcpy(i->rate, i->seed, (size_t)n * sizeof *i->rate);
-        status = solve_algebraic(i, i->rate, 1);
+        status = bgc_fmi_solve_algebraic(i, i->rate, 1);
         for (int e = 0; e < i->n_partial && status == BGC_FMI_OK; e++) {
             const int row = i->partial_row[e];
             if (row < n && !is_free(i, row)) {

@@ -18,6 +18,7 @@
 static const double hysteresis = 64.0 * DBL_EPSILON; /* relative to the largest argument */
 static const double allowed_drift = 0.1;              /* of the tolerances */
 enum { LOOKS_AHEAD = 64 };                            /* for a switch of time alone */
+enum { MOST_CORRECTIONS = 8 };
 
 /* --- states ------------------------------------------------------------------------------------ */
 
@@ -28,7 +29,66 @@ void bgc_fmi_set_time(bgc_fmi *i, double t) {
     }
 }
 
-/* Solves the algebraic equations for the states that are not free, at the present modes. */
+/* One correction by Newton's method of the states that are not free; returns its size, the largest over the
+ * tolerance of a state, or INFINITY where it is undefined. */
+static double correct_states(bgc_fmi *i) {
+    const bgc_model *m = i->m;
+    bgc_data *d = i->d;
+    double *change = i->result, size = 0.0;
+
+    m->rhs(d->h, d->core.t, d->x, d->u, change, d->work);
+    bgc_differentiate(m, d, d->core.t, d->x, i->partial, d->dfdt);
+    d->core.jac_valid = 0;
+    memset(i->partial + m->n_jac, 0, (size_t)(i->n_partial - m->n_jac) * sizeof *i->partial);
+    if (bgc_first_bad(m->n_state, change) >= 0 || bgc_first_bad(m->n_jac, i->partial) >= 0 ||
+        bgc_fmi_solve_algebraic(i, change, 0) != BGC_FMI_OK || bgc_first_bad(m->n_state, change) >= 0) {
+        return (double)INFINITY;
+    }
+    for (int k = 0; k < m->n_state; k++) {
+        d->x[k] -= change[k];
+        size = fmax(size, fabs(change[k]) / bgc_tolerance(d, k, fabs(d->x[k])));
+    }
+    return size;
+}
+
+/* Newton's method up to a part of the tolerances: rounding keeps a state near zero from converging relative
+ * to itself, as the runtime has it. */
+static int is_nearly_satisfied(bgc_fmi *i) {
+    for (int k = 0; k < MOST_CORRECTIONS; k++) {
+        const double size = correct_states(i);
+        if (size <= allowed_drift) {
+            return 1;
+        }
+        if (isinf(size)) {
+            return 0;
+        }
+    }
+    return 0;
+}
+
+/* Solves the algebraic equations for the states that are not free: at the present modes, or, where these
+ * have no solution there, with every operation evaluated. The importer tries times beyond an event. */
+static bgc_status solve_algebraic_states(bgc_fmi *i) {
+    bgc_data *d = i->d;
+    const size_t size = (size_t)i->m->n_state * sizeof *d->x;
+    bgc_status status;
+
+    memcpy(i->seed, d->x, size);
+    status = bgc_satisfy(i->m, d, d->core.t, d->x);
+    if (status != BGC_OK) {
+        memcpy(d->x, i->seed, size);
+        if (is_nearly_satisfied(i)) {
+            return BGC_OK;
+        }
+    }
+    if (status != BGC_OK && i->m->n_switch > 0) {
+        bgc_release_modes(i->m, d);
+        status = bgc_satisfy(i->m, d, d->core.t, d->x);
+        bgc_hold_modes(i->m, d);
+    }
+    return status;
+}
+
 bgc_fmi_status bgc_fmi_satisfy(bgc_fmi *i) {
     bgc_data *d = i->d;
     bgc_status status;
@@ -39,7 +99,7 @@ bgc_fmi_status bgc_fmi_satisfy(bgc_fmi *i) {
     i->core.has_row = 0;
     d->core.f_valid = d->core.jac_valid = 0;
     if (d->core.algebraic > 0 && i->info->n_free < i->m->n_state) {
-        status = bgc_satisfy(i->m, d, d->core.t, d->x);
+        status = solve_algebraic_states(i);
         if (status != BGC_OK) {
             return bgc_fmi_explain(i, BGC_FMI_DISCARD, status);
         }

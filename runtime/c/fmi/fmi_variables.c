@@ -135,6 +135,12 @@ bgc_fmi_status bgc_fmi_rates(bgc_fmi *i, double *rate) {
     int bad, coupled = 0;
 
     m->rhs(d->h, i->core.t, i->view_x, i->view_u, rate, d->work);
+    if (m->n_switch > 0 && bgc_first_bad(n, rate) >= 0) { /* undefined beyond an event in held modes */
+        for (int k = 0; k < m->n_switch; k++) {
+            i->view_u[m->n_input + k] = (double)NAN;
+        }
+        m->rhs(d->h, i->core.t, i->view_x, i->view_u, rate, d->work);
+    }
     for (int k = 0; k < n; k++) {
         const int skipped = !whole && d->algebraic[k] != 0.0;
         coupled |= d->inverse_mass[k] == 0.0 && !skipped;
