@@ -64,8 +64,13 @@ SOLVER_OPTIONS: Mapping[str, SolverOption] = {
 """Options of `solver NAME(..)`."""
 
 DRIVER_OPTIONS: Mapping[str, Mapping[str, bool]] = {
+    "forcedimension": {"id": False, "gravity": False, "smooth": False},
     "pointer": {"smooth": False},
+    "spring_hand": dict.fromkeys(
+        ("mass", "damping", "stiffness", "amplitude", "frequency", "axis"), False
+    ),
     "trace": {"file": True, "scale": False, "loop": False},
+    "udp": {"port": True, "host": False, "wait": False},
 }
 """Options of drivers, and whether they are needed; those of other drivers are not compared."""
 

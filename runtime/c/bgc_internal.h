@@ -25,7 +25,7 @@
  *         bgc_follow_faint               states below their tolerance (faint.c)
  *         bgc_before_hidden              a pulse of a function of states within the step (watch.c)
  *         bgc_balance_step               energies of the step and their error (accounts.c)
- *         accept                         d->next becomes the present; bgc_handle_event, bgc_jump
+ *         accept_step                    d->next becomes the present; bgc_handle_event, bgc_jump
  *     write_row                        outputs and accounts, by dense output inside the step
  *
  * A rejected attempt leaves the present as it was and sets a shorter length. A fixed step is taken

@@ -60,8 +60,8 @@ static bgc_status complete(const bgc_model *m, bgc_data *d, const bgc_method *me
 }
 
 /* Makes d->next the present state at t_new, and handles the event at the end of the step, if any. */
-static bgc_status accept(const bgc_model *m, bgc_data *d, const bgc_balance *balance,
-                         double t_new) {
+static bgc_status accept_step(const bgc_model *m, bgc_data *d, const bgc_balance *balance,
+                              double t_new) {
     const size_t size = (size_t)m->n_state * sizeof *d->x;
     bgc_core *core = &d->core;
 
@@ -214,7 +214,7 @@ static bgc_status attempt_fixed(const bgc_model *m, bgc_data *d, const bgc_metho
         bgc_settle_energy_scale(m, d);
         bgc_balance_step(m, d, method, t_new, &balance);
     }
-    return accept(m, d, &balance, t_new);
+    return accept_step(m, d, &balance, t_new);
 }
 
 /* --- steps with error control -------------------------------------------------------------- */
@@ -437,7 +437,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     core->error_old = bgc_remembered(error);
     core->rejected = core->hidden = 0;
     core->failed_state = -1;
-    return accept(m, d, &balance, t_new);
+    return accept_step(m, d, &balance, t_new);
 }
 
 /* One attempt at a step. BGC_OK: the state has advanced, or the next attempt is shorter. Otherwise the

@@ -4,7 +4,10 @@
 #define BGC_DRIVERS_H
 
 #define BGC_DRIVERS(DRIVER) \
+    DRIVER(bgc_forcedimension_driver) \
     DRIVER(bgc_pointer_driver) \
-    DRIVER(bgc_trace_driver)
+    DRIVER(bgc_spring_hand_driver) \
+    DRIVER(bgc_trace_driver) \
+    DRIVER(bgc_udp_driver)
 
 #endif
