@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import weakref
 from ctypes import (
     CFUNCTYPE,
     POINTER,
@@ -40,6 +41,7 @@ POLICIES = ("hold", "skip", "slow")
 """Overrun policies, in the order of `bgc_servo_policy`."""
 
 _ABI = 1  # BGC_SERVO_ABI
+_PATIENCE = 2.0  # s until a loop that does not end is left behind
 _Fields: TypeAlias = list[tuple[str, Any]]
 _MODEL_FUNCTIONS = (
     ("run", "bgc_run"),
@@ -227,6 +229,12 @@ class Servo:
         if not self._servo:
             raise BgError([no_memory()])
         self.record_size = int(self._functions.bgc_servo_record_size(self._servo))
+        # At the end of the process too, for the loop must not outlive the model that it runs.
+        self._finalizer = weakref.finalize(self, _end, self._functions, self._servo)
+
+    def __del__(self) -> None:
+        if getattr(self, "_servo", None) and self.join(0.0):
+            self.free()
 
     def open(self, index: int, driver: int, options: bytes) -> tuple[Status, str]:
         """Open a device with the driver at an address; return the driver's message too."""
@@ -281,5 +289,12 @@ class Servo:
     def free(self) -> None:
         """Set forces to zero, close the devices and free the loop, whose threads have ended."""
         if self._servo:
+            self._finalizer.detach()
             self._functions.bgc_servo_free(self._servo)
             self._servo = None
+
+
+def _end(functions: ctypes.CDLL, servo: int) -> None:
+    """End a loop that nobody has stopped, with zero force; a thread may still take its records."""
+    functions.bgc_servo_stop(servo)
+    functions.bgc_servo_join(servo, _PATIENCE)

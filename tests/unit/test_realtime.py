@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -345,6 +346,21 @@ def test_half_a_second_in_real_time_with_a_device_in_python(model: Any) -> None:
     assert sum(map(len, seen)) == report.samples == len(loop.time)
     assert loop.latest()["x"] == 0.04 and hand.written > 0
     assert report.work.worst >= report.work.p50 > 0.0
+
+
+def test_a_loop_that_nobody_stops_ends_with_the_process(folder: Path) -> None:
+    script = (  # what is registered first is called last
+        "import atexit, ctypes, sys\n"
+        "force = (ctypes.c_double * 3).in_dll(ctypes.CDLL(sys.argv[2]), 'faulty_force')\n"
+        "atexit.register(lambda: print(any(force)))\n"
+        "import bgc\n"
+        "model = bgc.compile(sys.argv[1])\n"
+        "loop = model.realtime(devices={'hand': sys.argv[2]}).start()\n"
+        "while not any(force): loop.step()\n"
+    )
+    command = [sys.executable, "-c", script, str(folder / "held.bg"), str(folder / "faulty.so")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "False\n", "")
 
 
 def test_the_commands_in_real_time(folder: Path) -> None:
