@@ -127,7 +127,10 @@ class Report:
         if refused := [name for name, given in self._asked() if given is False]:
             yield messages.not_realtime(refused)
         if self.missed and self.samples:
-            yield messages.deadlines_missed(self.missed, self.samples, self.policy, self._late())
+            has_priority = self.fifo is True
+            yield messages.deadlines_missed(
+                self.missed, self.samples, self.policy, self._late(), has_priority
+            )
         if self.lost_records:
             yield messages.records_lost(self.lost_records)
 

@@ -113,7 +113,9 @@ def not_realtime(refused: Sequence[str]) -> Diagnostic:
     )
 
 
-def deadlines_missed(missed: int, samples: int, policy: str, effect: str) -> Diagnostic:
+def deadlines_missed(
+    missed: int, samples: int, policy: str, effect: str, has_priority: bool
+) -> Diagnostic:
     """BG767: deadlines were missed
 
     What: in some periods the work ended after the deadline. The overrun policy of the scene says
@@ -128,7 +130,9 @@ def deadlines_missed(missed: int, samples: int, policy: str, effect: str) -> Dia
     return warning(
         "BG767",
         f"{missed:,} of {samples:,} deadlines missed, policy {policy}{effect}",
-        help="get real-time priority (`bgc doc BG766`), or take a cheaper method (`bgc trade`)",
+        help="take a cheaper method (`bgc trade`) or a longer step"
+        if has_priority
+        else "get real-time priority (`bgc doc BG766`), or take a cheaper method (`bgc trade`)",
     )
 
 
