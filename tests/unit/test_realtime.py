@@ -20,10 +20,13 @@ from click.testing import CliRunner
 import bgc
 from bgc.building.build import runtime_directory
 from bgc.diagnostics.diagnostic import BgError
-from bgc.driver import check_source
+from bgc.diagnostics.source import Source
+from bgc.driver import check_source, compile_scene
+from bgc.grammar.format import format_source
+from bgc.options import Options
 from bgc.runtime.cli.app import application
 from bgc.runtime.realtime import loop as loop_module
-from bgc.runtime.realtime.binding import ClockStruct, End, NowFunction, SleepFunction
+from bgc.runtime.realtime.binding import POLICIES, ClockStruct, End, NowFunction, SleepFunction
 from bgc.runtime.realtime.loop import Realtime
 from bgc.runtime.realtime.options import RealtimeOptions
 from bgc.runtime.running.simulate import method_of
@@ -303,6 +306,19 @@ def test_what_the_loop_refuses_before_it_starts(model: Any, folder: Path) -> Non
     path.write_text(SCENE.replace("skip", "wait"))
     (diagnostic,) = check_source(path)
     assert diagnostic.code == "BG776" and diagnostic.span and diagnostic.span.text == "wait"
+
+
+@pytest.mark.parametrize("policy", POLICIES)
+def test_a_policy_is_formatted_inherited_and_reserves_no_word(tmp_path: Path, policy: str) -> None:
+    text = (
+        f"model M {{ state {policy} = 1; der({policy}) = -{policy}; }}\n"
+        f"scene a of M {{ deadline  1 ms ,{policy} ; run 1 s; observe {policy}; }}\n"
+        "scene b is a { run 2 s; }\n"
+    )
+    assert f"deadline 1 ms, {policy};" in format_source(Source("m.bg", text))
+    (tmp_path / "m.bg").write_text(text)
+    stages = compile_scene(tmp_path / "m.bg", Options("b"), until="elaborate")
+    assert stages.graph.scene.overrun == policy
 
 
 def test_a_pose_from_python_reaches_the_model(model: Any) -> None:
