@@ -10,10 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-enum {
-    REJECTIONS_BY_DEFECT = 3, /* in a row, before the algebraic equations are solved at the present */
-    REJECTIONS_AT_ROOT = 5    /* the same, before a step by Euler's method is tried */
-};
+enum { REJECTIONS_AT_ROOT = 5 }; /* in a row, before a step by Euler's method is tried */
 static const double short_of_pole = 1e-3; /* relative: time before a divisor vanishes */
 
 /* Completes a step to d->next at *t_new: normalises quaternions, satisfies the algebraic equations,
@@ -320,12 +317,6 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     bgc_status status;
     int bad, sampled;
 
-    /* The last step left a small defect in the algebraic equations. Where a law is much steeper at its end
-     * than at its start, that is more than the tolerance, and no shorter step has a smaller error. */
-    if (core->rejected == REJECTIONS_BY_DEFECT && core->algebraic > 0) {
-        (void)bgc_satisfy(m, d, core->t, d->x);
-        core->f_valid = core->jac_valid = 0;
-    }
     bgc_evaluate_f(m, d);
     bad = bgc_first_bad(m->n_state, d->f);
     if (bad >= 0) {
