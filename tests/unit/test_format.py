@@ -139,7 +139,9 @@ def test_untidy_text_becomes_tidy() -> None:
 
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
 def test_models_of_the_repository(path: Path) -> None:
-    check(read_source(path).text)
+    text = read_source(path).text
+    check(text)
+    assert formatted(text) == text, f"run `bgc fmt {path.relative_to(ROOT)}`"
 
 
 def test_nothing_stays_nothing() -> None:
