@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from bgc.emission import print_lu
 from bgc.emission.blocks import plan_blocks
 from bgc.emission.lu_cost import block_cost, table_cost, unrolled_cost
+from bgc.emission.print_lu import is_unrolled
 from bgc.ir.lowered import BlockPlan, Lowered, LuPlan
 
 # Operations of a factorisation up to which unrolled code was the fastest for every pattern that
@@ -22,12 +22,13 @@ def choose_blocks(plan: LuPlan, positions: Collection[tuple[int, int]]) -> Block
     """Plan blocks of rows where they are estimated to be the fastest; else return None.
 
     Without blocks `print_lu` unrolls code up to a number of operations, and prints tables above it.
+    Kept vertices of chains have no blocks: their rows are short, and the order of their pivots is
+    what makes them exactly 1.
     """
-    if plan.operations <= _ALWAYS_UNROLLED:
+    if plan.operations <= _ALWAYS_UNROLLED or plan.units:
         return None
     blocks = plan_blocks(plan, positions)
-    unrolled = plan.operations <= print_lu.UNROLLED
-    other = unrolled_cost(plan) if unrolled else table_cost(plan)
+    other = unrolled_cost(plan) if is_unrolled(plan) else table_cost(plan)
     own = block_cost(blocks.sizes, blocks.left, blocks.right, len(positions))
     return blocks if own < other else None
 
@@ -36,5 +37,4 @@ def describe_factors(lowered: Lowered) -> str:
     """Name the way in which a single instance factorises W."""
     if lowered.blocks is not None:
         return f"{len(lowered.blocks.sizes)} blocks of rows"
-    unrolled = lowered.plan.operations <= print_lu.UNROLLED
-    return "unrolled code" if unrolled else "tables of entries"
+    return "unrolled code" if is_unrolled(lowered.plan) else "tables of entries"

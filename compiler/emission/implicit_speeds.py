@@ -19,11 +19,14 @@ from dataclasses import dataclass, replace
 
 from bgc.algebra.dag import Dag, Kind, Level, Op, Symbol
 from bgc.emission.differentiate import differentiated_rows, forward_rows, jacobian_of
+from bgc.emission.kept_vertices import Order, Settings, order_elimination
 from bgc.emission.optimise import number_values
-from bgc.emission.vertices import TIME
+from bgc.emission.vertices import TIME, DerivativeGraph
 from bgc.ir.graph import Node
 from bgc.ir.lowered import Jacobian
 from bgc.ir.program import Program, SpeedEquations
+
+_SETTINGS: tuple[Settings, ...] = ((4, 12), (20, 40))  # no single one is good for all
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,49 +38,113 @@ class _Implicit:
     residuals: tuple[Node, ...]
 
 
-def differentiate_implicitly(program: Program) -> tuple[Program, Jacobian] | None:
-    """A program on a DAG with [g_x g_z; r_x r_z] and df/dt; None if no flow can be kept.
+@dataclass(frozen=True, slots=True)
+class ImplicitForms:
+    """The ways to differentiate a program with its speeds as unknowns of the linear systems.
 
-    The given program is unchanged; the returned one has the same node numbers.
+    Each gives a program on a DAG of its own, with [g_x g_z; r_x r_z] and df/dt.
     """
+
+    program: Program  # on a DAG with the values of the speeds and df/dt
+    form: _Implicit
+    speeds: dict[Symbol, Node]
+    by_time: tuple[Node, ...]
+    slopes: tuple[tuple[int, int], ...]
+
+    def accumulated(self) -> tuple[Program, Jacobian]:
+        """With the speeds alone as inner unknowns z, and all derivatives accumulated."""
+        found = differentiated_rows(self.form.dag, self._outputs, self._column)
+        assert found is not None
+        dag, rows = found
+        return self._joined(dag, jacobian_of(dag, rows), len(self.speeds))
+
+    def with_kept_vertices(self, most: int) -> tuple[Program, Jacobian] | None:
+        """With intermediate values in z too, and an order of the pivots (`kept_vertices.py`).
+
+        None if it takes more than `most` products, or where M is not the identity.
+        """
+        if self.program.mass is not None:
+            return None
+        size, count = len(self.program.states), len(self.speeds)
+        dag = self.form.dag.copy()
+        graph = DerivativeGraph(dag, self._outputs, self._column)
+        graph.eliminate_choices()
+        pattern = {target: edges.keys() for target, edges in graph.edges().items()}
+        speeds = range(size, size + count)
+        orders = (order_elimination(pattern, speeds, settings) for settings in _SETTINGS)
+        order = min(orders, key=lambda order: order.products)
+        if order.products > most:
+            return None
+        for vertex in order.accumulated:
+            graph.accumulate(vertex)
+        local = _with_kept(dag, graph, order, size + count)
+        return self._joined(dag, local, count + len(order.kept))
+
+    @property
+    def _outputs(self) -> tuple[Node, ...]:
+        return (*self.form.rates, *self.form.residuals)
+
+    def _column(self, symbol: Symbol) -> int | None:
+        """The column of the derivatives by a state or a speed."""
+        match symbol.kind:
+            case Kind.STATE:
+                return symbol.index
+            case Kind.SPEED:
+                return len(self.program.states) + symbol.index
+            case _:
+                return None
+
+    def _joined(self, other: Dag, local: Jacobian, inner: int) -> tuple[Program, Jacobian]:
+        """The program and the entries of a Jacobian on another DAG, on one."""
+        dag = self.program.dag.copy()
+        jacobian = replace(
+            local,
+            entries=tuple(_adopted(dag, other, local.entries, self.speeds)),
+            by_time=self.by_time,
+            inner=inner,
+            slopes=self.slopes,
+        )
+        return replace(self.program, dag=dag), jacobian
+
+
+def implicit_forms(program: Program) -> ImplicitForms | None:
+    """The implicit forms of a program, whose nodes keep their numbers; None if it has no speeds."""
     if program.speeds is None:
         return None
     form = _implicit_form(program, program.speeds)
     if form is None:
         return None
-    size = len(program.states)
-
-    def column(symbol: Symbol) -> int | None:
-        match symbol.kind:
-            case Kind.STATE:
-                return symbol.index
-            case Kind.SPEED:
-                return size + symbol.index
-            case _:
-                return None
-
-    found = differentiated_rows(form.dag, (*form.rates, *form.residuals), column)
-    assert found is not None
-    local = jacobian_of(*found)
     dag = program.dag.copy()
-    speeds = {
-        Symbol(Kind.SPEED, k): node
-        for k, node in enumerate(_adopted(dag, program.speeds.dag, program.speeds.values, {}))
-    }
-    entries = _adopted(dag, found[0], local.entries, speeds)
+    values = _adopted(dag, program.speeds.dag, program.speeds.values, {})
     outputs = [state.derivative for state in program.states]
-    by_time = [
-        row.get(TIME, dag.zero)
-        for row in forward_rows(dag, outputs, lambda s: TIME if s.kind is Kind.TIME else None)
-    ]
-    jacobian = replace(
-        local,
-        entries=tuple(entries),
-        by_time=tuple(by_time),
-        inner=len(program.speeds.values),
-        slopes=dependences(program),
+    rows = forward_rows(dag, outputs, lambda s: TIME if s.kind is Kind.TIME else None)
+    return ImplicitForms(
+        replace(program, dag=dag),
+        form,
+        {Symbol(Kind.SPEED, k): node for k, node in enumerate(values)},
+        tuple(row.get(TIME, dag.zero) for row in rows),
+        dependences(program),
     )
-    return replace(program, dag=dag), jacobian
+
+
+def _with_kept(dag: Dag, graph: DerivativeGraph, order: Order, size: int) -> Jacobian:
+    """The entries of what is left of a graph; kept vertices follow `size` unknowns."""
+    number = {vertex: size + k for k, vertex in enumerate(order.kept)}
+    entries: dict[tuple[int, int], Node] = {}
+    for target, edges in graph.edges().items():
+        row = ~target if target < 0 else number[target]
+        for source, edge in edges.items():
+            entries[row, ~source if source < 0 else number[source]] = edge
+    minus = dag.const(-1)
+    entries |= {(k, k): minus for k in number.values()}
+    places = sorted(entries)
+    return Jacobian(
+        rows=tuple(row for row, _ in places),
+        columns=tuple(column for _, column in places),
+        entries=tuple(entries[place] for place in places),
+        by_time=(),
+        pivots=tuple(pivot if pivot >= 0 else number[~pivot] for pivot in order.pivots),
+    )
 
 
 def dependences(program: Program) -> tuple[tuple[int, int], ...]:

@@ -12,9 +12,10 @@ from bgc.algebra.dag import Dag, Kind, Level, Op
 from bgc.algebra.derivatives import directional_derivative, gradient
 from bgc.emission.differentiate import differentiate, differentiate_within, operation_count
 from bgc.emission.factorisation import choose_blocks
-from bgc.emission.implicit_speeds import differentiate_implicitly
+from bgc.emission.implicit_speeds import implicit_forms
 from bgc.emission.kernels import hoisted_nodes
 from bgc.emission.optimise import number_values
+from bgc.emission.print_lu import solve_operations
 from bgc.emission.sparse import entries_of_matrix, plan_lu
 from bgc.emission.switches import hold_modes
 from bgc.emission.timed_terms import find_timed_terms
@@ -110,6 +111,10 @@ _Planned = tuple[Program, tuple[Switch, ...], Jacobian, tuple[Node, ...], LuPlan
 _SOLUTIONS = 6  # for each Jacobian: of ros34prw 4, of rodas5p 8
 _GAIN = 0.9  # of the operations: what takes more is not worth inner unknowns
 _LEAST = 2_000  # operations that are worth a comparison
+_KEPT_GAIN = (
+    0.75  # solutions along a chain take longer than their operations: one waits for another
+)
+_LARGE = 20_000  # operations from which on intermediate values may be worth keeping
 
 
 def _planned(program: Program, switches: tuple[Switch, ...]) -> _Planned:
@@ -117,12 +122,18 @@ def _planned(program: Program, switches: tuple[Switch, ...]) -> _Planned:
 
     With the results of `_optimised`.
     """
-    implicit = differentiate_implicitly(program)
-    if implicit is None:
+    forms = implicit_forms(program)
+    if forms is None:
         return _with_plan(_optimised(*differentiate(program), switches))
-    other = _with_plan(_optimised(*implicit, switches))
+    other = _with_plan(_optimised(*forms.accumulated(), switches))
     cost = _cost(other)
-    explicit = differentiate_within(program, cost + cost // 4 + _LEAST)
+    if cost > _LARGE:
+        kept = forms.with_kept_vertices(cost - _SOLUTIONS * _solution(other))
+        if kept is not None:
+            narrow = _with_plan(_optimised(*kept, switches))
+            if _cost(narrow) < _KEPT_GAIN * cost:
+                other, cost = narrow, _cost(narrow)
+    explicit = differentiate_within(program, max(cost, _LEAST))
     if explicit is None:
         return other
     usual = _with_plan(_optimised(*explicit, switches))
@@ -140,7 +151,13 @@ def _with_plan(
 def _cost(planned: _Planned) -> int:
     """The operations of a Jacobian, its factorisation and the solutions with it."""
     program, _, jacobian, _, plan = planned
-    return operation_count(program.dag, jacobian) + plan.operations + 2 * _SOLUTIONS * plan.entries
+    made = operation_count(program.dag, jacobian) + plan.operations
+    return made + _SOLUTIONS * _solution(planned)
+
+
+def _solution(planned: _Planned) -> int:
+    """The operations of one solution."""
+    return solve_operations(planned[4], len(planned[0].states))
 
 
 def _optimised(

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from bgc.building.build import runtime_sources
+from bgc.building.build import EVERY_PART, needed_sources
 from bgc.emission.amalgamate import joined
 from bgc.emission.emit import EmittedModel, emit_lowered
 from bgc.emission.partials import with_partials
@@ -48,7 +48,8 @@ def mockup_source(emitted: EmittedModel, facts: Mockup, runtime_dir: Path) -> st
     """Print the C11 file of an FMU, which requires only libm; equal input gives equal bytes."""
     lowered, pattern = with_partials(emitted.lowered, facts.accounts)
     own = emit_lowered(lowered, emitted.source_hash, split=False).units
-    sources = runtime_sources(runtime_dir)
+    parts = EVERY_PART if lowered.blocks is not None else EVERY_PART - {"blocks"}
+    sources = needed_sources(runtime_dir, parts)
     kept = {name: path for name, path in sources.items() if not name.startswith("drivers/")}
     kept["devices"] = runtime_dir / "absent" / "devices.c"  # the importer takes their place
     glue = [f"fmi/{name}" for name in (*_SHARED, f"fmi{facts.version}")]

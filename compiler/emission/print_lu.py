@@ -20,6 +20,7 @@ from bgc.emission.windows import pointer_argument, shift_indices
 from bgc.ir.lowered import BlockPlan, LuPlan
 
 UNROLLED = 30_000  # operations of a factorisation
+UNROLLED_CHAIN = 150_000  # of one whose pivots follow a chain: its rows are short
 _CHUNK = 250  # operations in one C function
 _PER_LINE = 5  # products in one line of text
 
@@ -63,6 +64,11 @@ class _Slots:
         return self.first[k] + len(self.plan.lower[k])
 
 
+def is_unrolled(plan: LuPlan) -> bool:
+    """Return whether a factorisation without blocks is unrolled code; else it has tables."""
+    return plan.operations <= (UNROLLED_CHAIN if plan.units else UNROLLED)
+
+
 def print_lu(
     plan: LuPlan,
     mass: dict[Position, int] | None,
@@ -86,7 +92,7 @@ def print_lu(
         laid_out = lay_out_blocks(blocks, mass, jacobian, inner)
         return MatrixText("", {}, 0, plan.operations, solve, laid_out)
     tables = _pattern(plan, mass, jacobian)
-    if plan.operations > UNROLLED:
+    if not is_unrolled(plan):
         return MatrixText("", tables, 0, plan.operations, solve)
     slots = _Slots(plan, _row_starts(plan), len(plan.rows) - inner)
     factor = _unrolled_factor(slots, mass, jacobian, shared, numbers)
@@ -183,7 +189,7 @@ def _unrolled_factor(
     chunks = _in_chunks(
         statement
         for k in range(len(plan.rows))
-        for statement in _factor_row(slots, k, mass, jacobian, f"{numbers.function}fabs")
+        for statement in _factor_row(slots, k, mass, jacobian, numbers)
     )
     parts, calls = [], []
     for count, statements in enumerate(chunks, 1):
@@ -214,27 +220,49 @@ def _unused(mass: dict[Position, int] | None, jacobian: dict[Position, int]) -> 
     return ("" if mass else "    (void)m;\n") + ("" if jacobian else "    (void)jac;\n")
 
 
+def _product(left: str, right: str, sign: int | None, other: int | None, numbers: Numbers) -> str:
+    """A product as text; a factor that is always 1 or -1 has that sign."""
+    if sign is not None and other is not None:
+        return numbers.constant(f"{sign * other}.0")
+    if sign is not None:
+        return right if sign > 0 else _negated(right)
+    if other is not None:
+        return left if other > 0 else _negated(left)
+    return f"{left} * {right}"
+
+
+def _negated(term: str) -> str:
+    """The negative of a term: -a * b is (-a) * b."""
+    return term[1:] if term.startswith("-") else f"-{term}"
+
+
 def _factor_row(
     slots: _Slots,
     k: int,
     mass: dict[Position, int] | None,
     jacobian: dict[Position, int],
-    fabs: str,
+    numbers: Numbers,
 ) -> Iterator[tuple[str, int]]:
     """The statements of row k from left to right, each with its number of operations."""
-    plan = slots.plan
+    plan, fabs = slots.plan, f"{numbers.function}fabs"
     lower, upper = plan.lower[k], plan.upper[k]
     row = plan.rows[k]
     products: dict[int, list[str]] = {j: [] for j in (*lower, k, *upper)}
     for left, i in enumerate(lower, slots.first[k]):
         for right, j in enumerate(plan.upper[i], slots.pivot(i) + 1):
-            products[j].append(f"lu[{left}] * lu[{right}]")
+            signs = plan.units.get((k, i)), plan.units.get((i, j))
+            products[j].append(_product(f"lu[{left}]", f"lu[{right}]", *signs, numbers))
     for slot, j in enumerate(products, slots.first[k]):
+        if (k, j) in plan.units:
+            growth = f"\n    g += {numbers.constant('1.0')};" if j == k else ""
+            constant = numbers.constant(f"{plan.units[k, j]}.0")
+            yield f"    lu[{slot}] = {constant};{growth}", 1
+            continue
         position = (row, plan.columns[j])
         terms = products[j]
         start = _entry_of_w(position, mass, jacobian, slots.states)
         if not start:
-            start = f"-{terms[0]}"  # -a * b is (-a) * b
+            start = _negated(terms[0])
             following = terms[1:]
         else:
             following = terms
@@ -242,7 +270,8 @@ def _factor_row(
         operations = 2 + 2 * len(terms)
         inner = f"({value})" if following or " " in start else value
         if j < k:
-            yield f"    lu[{slot}] = {inner} * lu[{slots.pivot(j)}];", operations
+            scaled = _product(inner, f"lu[{slots.pivot(j)}]", None, plan.units.get((j, j)), numbers)
+            yield f"    lu[{slot}] = {scaled};", operations
         elif j > k:
             yield f"    lu[{slot}] = {value};", operations
         else:
@@ -278,9 +307,11 @@ def needed_columns(plan: LuPlan, states: int) -> list[bool]:
 def solve_operations(plan: LuPlan, states: int) -> int:
     """The multiplications and additions of one solution."""
     nonzero, needed = nonzero_rows(plan, states), needed_columns(plan, states)
-    forward = sum(nonzero[j] for lower in plan.lower for j in lower)
-    backward = sum(len(upper) for k, upper in enumerate(plan.upper) if needed[k])
-    return 2 * (forward + backward) + sum(needed)
+    forward = [(k, j) for k, lower in enumerate(plan.lower) for j in lower if nonzero[j]]
+    backward = [(k, j) for k, upper in enumerate(plan.upper) if needed[k] for j in upper]
+    pivots = [(k, k) for k in range(len(plan.rows)) if needed[k]]
+    trivial = sum(place in plan.units for place in (*forward, *backward, *pivots))
+    return 2 * (len(forward) + len(backward)) + len(pivots) - trivial
 
 
 def _unrolled_solve(slots: _Slots, shared: bool, numbers: Numbers) -> str:
@@ -299,29 +330,34 @@ def _unrolled_solve(slots: _Slots, shared: bool, numbers: Numbers) -> str:
     statements = []
     for k, lower in enumerate(plan.lower):
         terms = [
-            f"lu[{slot}] * {place[j]}" for slot, j in enumerate(lower, slots.first[k]) if nonzero[j]
+            _product(f"lu[{slot}]", place[j], plan.units.get((k, j)), None, numbers)
+            for slot, j in enumerate(lower, slots.first[k])
+            if nonzero[j]
         ]
         if not nonzero[k] or not (terms or not diagonal):
             continue
         if plan.rows[k] < states:
             start = f"b[{plan.rows[k]}]" + (" - " if terms else "")
         else:
-            start, terms = f"-{terms[0]}" + (" - " if terms[1:] else ""), terms[1:]
+            start, terms = _negated(terms[0]) + (" - " if terms[1:] else ""), terms[1:]
         statements.append((f"    {place[k]} = {_wrapped(start, terms, ' - ')};", len(terms)))
     for k in reversed(range(len(plan.rows))):
         if not needed[k]:
             continue
         pivot = slots.pivot(k)
-        terms = [f"lu[{slot}] * {place[j]}" for slot, j in enumerate(plan.upper[k], pivot + 1)]
+        terms = [
+            _product(f"lu[{slot}]", place[j], plan.units.get((k, j)), None, numbers)
+            for slot, j in enumerate(plan.upper[k], pivot + 1)
+        ]
         terms.reverse()  # the unknowns computed first come first, which avoids pipeline stalls
         start = place[k] + (" - " if terms else "")
         if not nonzero[k]:
-            start = (f"-{terms[0]}" if terms else "0.0") + (" - " if terms[1:] else "")
+            zero = numbers.constant("0.0")
+            start = (_negated(terms[0]) if terms else zero) + (" - " if terms[1:] else "")
             terms = terms[1:]
-        if terms or not nonzero[k]:
-            value = f"({_wrapped(start, terms, ' - ')}) * lu[{pivot}]"
-        else:
-            value = f"{place[k]} * lu[{pivot}]"
+        value = _wrapped(start, terms, " - ")
+        value = f"({value})" if terms or not nonzero[k] else value
+        value = _product(value, f"lu[{pivot}]", None, plan.units.get((k, k)), numbers)
         line = f"    {place[k]} = {value};"
         if not diagonal:
             line += f"\n    {unknown(plan.columns[k])} = {place[k]};"

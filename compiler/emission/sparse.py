@@ -12,6 +12,7 @@ follows from the rows above it, each entry a single sum of products.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from heapq import heapify, heappop, heappush
 
 from bgc.algebra.matching import Matching
@@ -23,6 +24,10 @@ _MAX_FOR_EXACT_FILL = 5_000  # operations of a factorisation up to which exact f
 
 def plan_lu(program: Program, jacobian: Jacobian) -> LuPlan:
     """Plan the factorisation of the iteration matrix of a program."""
+    if jacobian.pivots:
+        places = zip(jacobian.rows, jacobian.columns, strict=True)
+        plan = plan_in_order(jacobian.size, places, jacobian.pivots)
+        return with_units(plan, program, jacobian)
     places = zip(jacobian.rows, jacobian.columns, strict=True)
     return plan_pattern(jacobian.size, _entries_of_mass(program), places)
 
@@ -57,6 +62,50 @@ def plan_pattern(
     if plan.operations > _MAX_FOR_EXACT_FILL:
         return plan
     return min(plan, _eliminate(pattern, column_of, _fill_count), key=lambda p: p.operations)
+
+
+def plan_in_order(size: int, places: Iterable[tuple[int, int]], order: Sequence[int]) -> LuPlan:
+    """Plan the factorisation of a pattern with pivots on the diagonal, in a given order."""
+    pattern: list[set[int]] = [{k} for k in range(size)]
+    for row, column in places:
+        pattern[row].add(column)
+    rank = {pivot: place for place, pivot in enumerate(order)}
+    return _eliminate(pattern, range(size), lambda rows, columns, pivot: rank[pivot])
+
+
+def with_units(plan: LuPlan, program: Program, jacobian: Jacobian) -> LuPlan:
+    """Find the entries of the factors that are always 1 or -1, and count operations without them.
+
+    These are entries of W that elimination leaves as they are. M is the identity.
+    """
+    value, states = program.dag.value, len(program.states)
+    known = {
+        (row, column): -int(number)
+        for row, column, entry in zip(
+            jacobian.rows, jacobian.columns, jacobian.entries, strict=True
+        )
+        if (number := value(entry)) in (1, -1) and not (row == column and row < states)
+    }
+    units: dict[tuple[int, int], int] = {}
+    operations = 0
+    for k, (lower, upper) in enumerate(zip(plan.lower, plan.upper, strict=True)):
+        filled: set[int] = set()
+        row = plan.rows[k]
+        for j in lower:
+            sign = known.get((row, plan.columns[j])) if j not in filled else None
+            pivot = units.get((j, j))
+            if sign is not None and pivot is not None:
+                units[k, j] = sign * pivot
+            operations += pivot is None
+            for i in plan.upper[j]:
+                filled.add(i)
+                operations += 2 - ((k, j) in units or (j, i) in units)
+        for j in (k, *upper):
+            sign = known.get((row, plan.columns[j])) if j not in filled else None
+            if sign is not None:
+                units[k, j] = sign
+        operations += (k, k) not in units
+    return replace(plan, units=units, operations=operations)
 
 
 def _match(preferred: Sequence[set[int]], pattern: Sequence[set[int]]) -> list[int]:

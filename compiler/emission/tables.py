@@ -7,7 +7,7 @@ from itertools import accumulate
 
 from bgc.algebra.dag import Dag, Kind, Symbol
 from bgc.emission.block_tables import print_blocks
-from bgc.emission.print_lu import UNROLLED, MatrixText
+from bgc.emission.print_lu import MatrixText, is_unrolled
 from bgc.emission.switches import few_states_read
 from bgc.ir.defaults import default_values
 from bgc.ir.lowered import Lowered
@@ -118,7 +118,7 @@ def model_tables(
     if program.slots:
         fields.append(("n_slot", str(program.slots)))
     if matrix.blocks is not None:
-        tables.append(print_blocks(matrix.blocks, lowered.plan.operations <= UNROLLED))
+        tables.append(print_blocks(matrix.blocks, is_unrolled(lowered.plan)))
         fields.append(("blocks", "&model_blocks"))
     if program.start is not None:
         table("start_guess", "double ", [number(x) for x in program.start.guess])

@@ -44,11 +44,11 @@ def eliminated_rows(
 
     Returns None if the DAG exceeds `budget` nodes.
     """
-    graph = _Graph(dag, outputs, column_of)
+    graph = DerivativeGraph(dag, outputs, column_of)
     return graph.rows() if graph.eliminate(budget) else None
 
 
-class _Graph:
+class DerivativeGraph:
     """The graph of partial derivatives during elimination.
 
     Vertices are nodes and, with negative numbers, sinks: one for every output and two for every
@@ -114,6 +114,34 @@ class _Graph:
             {column[symbol]: edge for symbol, edge in self._into[sink].items()}
             for sink in self._of_output
         ]
+
+    def eliminate_choices(self) -> None:
+        """Eliminate what is below the operands of choices, and turn these into vertices."""
+        below = set(
+            self._dag.reachable(x for node in self._sinks for x in self._dag.operands(node))
+        )
+        for node in list(self._sinks):
+            self._resolve_choice(node)
+        for vertex in sorted(below & self._into.keys()):
+            self.accumulate(vertex)
+        assert not self._sinks, "a choice is not differentiated"
+
+    def accumulate(self, vertex: Node) -> None:
+        """Eliminate a vertex."""
+        self._eliminate_vertex(vertex)
+
+    def edges(self) -> dict[int, dict[int, Node]]:
+        """The edges into vertices and outputs (row k as ~k), by their sources (column k as ~k)."""
+        column = self._column
+        named = {vertex: vertex for vertex in self._into if vertex >= 0}
+        named |= {sink: ~row for row, sink in enumerate(self._of_output)}
+        return {
+            name: {
+                ~column[source] if source in column else source: edge
+                for source, edge in self._into[target].items()
+            }
+            for target, name in named.items()
+        }
 
     def eliminate(self, budget: int) -> bool:
         """Eliminate all nodes except symbols; False if the DAG exceeds `budget` nodes."""

@@ -6,7 +6,8 @@ iteration matrix is planned symbolically: pivots, fill and order of the operatio
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import Enum
 
 from bgc.algebra.operation import Jump, Watch
@@ -19,8 +20,10 @@ from bgc.ir.program import Program
 class Jacobian:
     """The stored entries of df/dx, sorted by row, then column, and df/dt for every row.
 
-    With `inner` unknowns z beside the states, f = g(x, z) and 0 = r(x, z), the entries are those of
-    [g_x g_z; r_x r_z], and `slopes` are the places of the entries of df/dx.
+    With `inner` unknowns z beside the states, f = g(x, z) and 0 = r(x, z), the entries are those
+    of [g_x g_z; r_x r_z], and `slopes` are the places of the entries of df/dx. `pivots` is the
+    order in which the unknowns have to be eliminated, on the diagonal; empty where any order is as
+    safe.
     """
 
     rows: tuple[int, ...]
@@ -29,6 +32,7 @@ class Jacobian:
     by_time: tuple[Node, ...]
     inner: int = 0
     slopes: tuple[tuple[int, int], ...] = ()
+    pivots: tuple[int, ...] = ()
 
     @property
     def size(self) -> int:
@@ -78,8 +82,9 @@ class LuPlan:
 
     Pivot k is in row `rows[k]` and column `columns[k]` of W. Row k of the factors has its entries
     left of the pivot in the columns of the pivots `lower[k]`, those right of it in the columns of
-    the pivots `upper[k]` (both ascending). `operations` counts the multiplications, additions and
-    divisions of one numerical factorisation.
+    the pivots `upper[k]` (both ascending). `units` maps places (k, j) of the factors that are
+    always 1 or -1 to that number. `operations` counts the multiplications, additions and divisions
+    of one numerical factorisation.
     """
 
     rows: tuple[int, ...]
@@ -87,6 +92,7 @@ class LuPlan:
     lower: tuple[tuple[int, ...], ...]
     upper: tuple[tuple[int, ...], ...]
     operations: int
+    units: Mapping[tuple[int, int], int] = field(default_factory=dict)
 
     @property
     def entries(self) -> int:

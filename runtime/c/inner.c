@@ -9,21 +9,20 @@
 
 #include <math.h>
 
-/* The matrix of bgc_eliminate_inner; NULL where the memory does not suffice. */
-static const double *eliminated(const bgc_model *m, bgc_data *d, const double *local) {
+/* Fills d->inner by bgc_eliminate_inner; returns its width, 0 where the memory does not suffice. */
+static size_t eliminate(const bgc_model *m, bgc_data *d, const double *local) {
     if (!bgc_make_room(&d->inner, &d->inner_room, (size_t)bgc_unknowns(m))) {
-        return NULL;
+        return 0;
     }
-    bgc_eliminate_inner(m, local, d->inner);
-    return d->inner;
+    return bgc_eliminate_inner(m, local, d->inner);
 }
 
 /* The entries of df/dx from those of [g_x g_z; r_x r_z]; NaN where the memory does not suffice. */
 static void find_slopes(const bgc_model *m, bgc_data *d, const double *local, double *jac) {
-    const double *a = eliminated(m, d, local);
+    const size_t width = eliminate(m, d, local);
 
-    if (a != NULL) {
-        bgc_gather_slopes(m, a, jac);
+    if (width > 0) {
+        bgc_gather_slopes(m, d->inner, width, jac);
         return;
     }
     for (int k = 0; k < m->n_jac; k++) {
@@ -55,19 +54,21 @@ const double *bgc_slopes(const bgc_model *m, bgc_data *d) {
  * a component that is zero but for rounding counts in the check of a solution (linear.c). */
 void bgc_scale_inner(const bgc_model *m, bgc_data *d) {
     const size_t n = (size_t)bgc_unknowns(m);
-    const double *a;
+    size_t width;
 
     if (m->n_inner == 0) {
         return;
     }
     m->jacobian(d->h, d->core.t, d->x, d->u, d->local, d->residual, d->work);
-    a = eliminated(m, d, d->local);
+    width = eliminate(m, d, d->local);
     for (size_t i = (size_t)m->n_state; i < n; i++) {
+        const double *row = d->inner + i * width;
+        const size_t before = i < width ? i : width;
         double sum = 0.0;
-        for (size_t j = 0; a != NULL && j < i; j++) {
-            sum += fabs(a[i * n + j]) * d->scale[j];
+        for (size_t j = 0; width > 0 && j < before; j++) {
+            sum += fabs(row[j]) * d->scale[j];
         }
-        d->scale[i] = a == NULL ? 0.0 : sum / fabs(a[i * n + i]);
+        d->scale[i] = width > 0 && i < width ? sum / fabs(row[i]) : sum;
         d->scale[i] = isfinite(d->scale[i]) ? d->scale[i] : 0.0;
     }
 }

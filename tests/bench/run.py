@@ -19,7 +19,7 @@ from pathlib import Path
 
 from table import machine, pin, show
 
-_NAMES = ("kernels", "sundials", "growth", "scipy_solvers", "rigid_peers", "casadi_code",
+_NAMES = ("kernels", "arms", "sundials", "growth", "scipy_solvers", "rigid_peers", "casadi_code",
           "ensembles", "long_runs")  # fmt: skip
 _PACKAGES = ("numpy", "scipy", "mujoco", "pin", "casadi")
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from bgc.driver import compile_scene
-from bgc.emission import lower
+from bgc.emission import implicit_speeds, lower
 from bgc.ir.lowered import Lowered
 from bgc.options import Options
 from bgc.resolution.resolve import load_text
@@ -66,6 +66,24 @@ def chain(bodies: int, parent: Parent = serial, base: str = "ground : Ground;") 
     return "\n".join(lines) + "\n"
 
 
+def arm_of_boxes(bodies: int) -> str:
+    """An arm of equal links on joints about z, y, x in turn."""
+    lines = ["import arms.link;", "", "model Boxes {", "  ground : Ground;"]
+    for k in range(bodies):
+        before = f"node{k - 1}" if k else "ground"
+        lines += [
+            f"  mount{k} : Mount(offset = [0.3 m, 0, 0]);",
+            f"  joint{k} : Revolute(axis = {'zyx'[k % 3]}, angle0 = 0.3 rad, lock = Rigid[5],",
+            "    friction = 0.5 N*m*s);",
+            f"  node{k} : J1;",
+            f"  body{k} : HeavyBody(mass = 2 kg, com = [0.15 m, 0.01 m, 0.02 m],",
+            "    inertia = symmetric(0.01, 0.001, 0, 0.03, 0, 0.03));",
+            f"  {before} -> mount{k} -> joint{k} -> node{k} -> body{k};",
+        ]
+    last = f"joint{bodies - 1}.free.f"
+    return "\n".join([*lines, "}", "", f"scene hang of Boxes {{ observe {last} as v; }}"]) + "\n"
+
+
 def lowered(source: str) -> Lowered:
     """The lowered program of a text."""
     package = load_text(source, "chain.bg")
@@ -76,7 +94,18 @@ def lowered(source: str) -> Lowered:
 def solved_in_f() -> Iterator[None]:
     """Compile without inner unknowns."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(lower, "differentiate_implicitly", lambda program: None)
+        patch.setattr(lower, "implicit_forms", lambda program: None)
+        yield
+
+
+@contextmanager
+def kept_vertices() -> Iterator[None]:
+    """Compile with intermediate values as inner unknowns, whatever they cost."""
+    with pytest.MonkeyPatch.context() as patch:
+        forms = implicit_speeds.ImplicitForms
+        patch.setattr(forms, "accumulated", lambda self: self.with_kept_vertices(10**9))
+        patch.setattr(lower, "_GAIN", 1e9)
+        patch.setattr(lower, "_LEAST", -1)
         yield
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from chains import binary, chain, lowered, operations, solved_in_f
+from chains import arm_of_boxes, binary, chain, kept_vertices, lowered, operations, solved_in_f
 from numpy.typing import NDArray
 from random_arms import random_arm
 
@@ -27,8 +30,8 @@ MECHANISMS = {
 }
 
 
-def slopes(found: Lowered, states: Floats) -> Floats:
-    """df/dx, where inner unknowns are eliminated by NumPy."""
+def local_matrix(found: Lowered, states: Floats) -> Floats:
+    """The entries of the Jacobian with inner unknowns, as a matrix."""
     program, jacobian = found.program, found.jacobian
     values = dict(default_values(program.dag, program.parameters))
     values[Symbol(Kind.TIME, 0)] = 0.3
@@ -36,7 +39,19 @@ def slopes(found: Lowered, states: Floats) -> Floats:
     matrix = np.zeros((jacobian.size, jacobian.size))
     entries = evaluate_nodes(program.dag, jacobian.entries, values)
     matrix[jacobian.rows, jacobian.columns] = entries
-    n = len(program.states)
+    return matrix
+
+
+def iteration_matrix(found: Lowered, states: Floats, c: float) -> Floats:
+    """W = c M - J with inner unknowns, where M is the identity."""
+    diagonal = np.zeros(found.jacobian.size)
+    diagonal[: len(found.program.states)] = c
+    return np.diag(diagonal) - local_matrix(found, states)
+
+
+def slopes(found: Lowered, states: Floats) -> Floats:
+    """df/dx, where inner unknowns are eliminated by NumPy."""
+    matrix, n = local_matrix(found, states), len(found.program.states)
     inner = np.linalg.solve(matrix[n:, n:], matrix[n:, :n])
     return matrix[:n, :n] - matrix[:n, n:] @ inner
 
@@ -60,6 +75,37 @@ def test_the_jacobian_is_that_of_explicit_rates(name: str) -> None:
         assert error <= 1e-10 * np.abs(expected).max()
 
 
+def test_kept_vertices_have_pivots_of_one_and_leave_the_others() -> None:
+    """The order is safe: pivots are those of the accumulated matrix in the same order."""
+    with kept_vertices():
+        found = lowered(MECHANISMS["tree"])
+    accumulated = lowered(MECHANISMS["tree"])
+    plan, few = found.plan, accumulated.jacobian.size
+    assert found.jacobian.size > few + 10 and plan.columns == plan.rows
+    assert all(plan.units[k, k] == 1 for k, row in enumerate(plan.rows) if row >= few)
+    states = np.random.default_rng(2).uniform(-1, 1, len(found.program.states))
+    np.testing.assert_allclose(slopes(found, states), slopes(accumulated, states), atol=1e-9)
+    mine = pivots_of(iteration_matrix(found, states, 50.0), plan.rows)
+    order = [row for row in plan.rows if row < few]
+    expected = pivots_of(iteration_matrix(accumulated, states, 50.0), order)
+    kept = [x for row, x in zip(plan.rows, mine, strict=True) if row < few]
+    np.testing.assert_allclose(kept, expected, rtol=1e-9)
+
+
+def pivots_of(matrix: Floats, order: Sequence[int]) -> list[float]:
+    """The pivots of elimination on the diagonal in a given order."""
+    left = matrix[np.ix_(order, order)].copy()
+    for k in range(len(left)):
+        left[k + 1 :, k:] -= np.outer(left[k + 1 :, k] / left[k, k], left[k, k:])
+    return np.diag(left).tolist()
+
+
+def test_operations_of_an_arm_grow_hardly_more_than_its_length() -> None:
+    counts = [operations(lowered(arm_of_boxes(bodies))) for bodies in (12, 24)]
+    assert math.log2(counts[1] / counts[0]) < 1.3
+    assert counts[0] < 40_000
+
+
 # --- runs --------------------------------------------------------------------------------------
 
 
@@ -72,20 +118,25 @@ class Pair:
 
 
 @pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> Pair:
+def models(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bgc.Model]:
+    """An arm with speeds as unknowns, with intermediate values too, and with neither."""
     folder = tmp_path_factory.mktemp("arm")
-    models = []
-    for k in range(2):
-        with pytest.MonkeyPatch.context() as patch:  # the keys of the cache hold the source
-            patch.setenv("BGC_CACHE_DIR", str(folder / str(k)))
-            path = folder / "arm.bg"
-            path.write_text(chain(4), "utf-8")
-            if k == 0:
-                models.append(bgc.compile(path))
-            else:
-                with solved_in_f():
-                    models.append(bgc.compile(path))
-    return Pair(*models)
+    path = folder / "arm.bg"
+    path.write_text(chain(4), "utf-8")
+    found = {}
+    forms = {"speeds": nullcontext(), "kept": kept_vertices(), "explicit": solved_in_f()}
+    for name, form in forms.items():
+        with pytest.MonkeyPatch.context() as patch, form:  # the keys of the cache hold the source
+            patch.setenv("BGC_CACHE_DIR", str(folder / name))
+            found[name] = bgc.compile(path)
+    sizes = {name: model.library.model.n_lu for name, model in found.items()}
+    assert len(set(sizes.values())) == 3
+    return found
+
+
+@pytest.fixture(params=["speeds", "kept"])
+def arm(models: dict[str, bgc.Model], request: pytest.FixtureRequest) -> Pair:
+    return Pair(models[request.param], models["explicit"])
 
 
 def test_the_jacobian_of_a_compiled_model_is_that_of_differences(arm: Pair) -> None:

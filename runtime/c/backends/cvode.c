@@ -71,9 +71,10 @@ static int jacobian(sunrealtype t, N_Vector y, N_Vector f, SUNMatrix J, void *da
     if (q->m->n_inner == 0) {
         q->m->jacobian(q->d->h, t, x, q->d->u, q->d->jac, q->d->dfdt, q->d->work);
     } else {
+        size_t width;
         q->m->jacobian(q->d->h, t, x, q->d->u, q->d->local, q->d->dfdt, q->d->work);
-        bgc_eliminate_inner(q->m, q->d->local, q->inner);
-        bgc_gather_slopes(q->m, q->inner, q->d->jac);
+        width = bgc_eliminate_inner(q->m, q->d->local, q->inner);
+        bgc_gather_slopes(q->m, q->inner, width, q->d->jac);
     }
 #ifdef BGC_KLU
     for (int j = 0; j <= q->size; j++) {
