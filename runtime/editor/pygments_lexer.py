@@ -34,7 +34,7 @@ _UNIT = r"[A-Za-z_]\w*(?:\^-?[0-9.]+)?(?:[*/][A-Za-z_]\w*(?:\^-?[0-9.]+)?)*"
 _NO_UNIT = alternatives(("in", "then", "else", "and", "or", "as", "every", "within", "offset"))
 
 
-class BgLexer(RegexLexer):
+class BgLexer(RegexLexer):  # type: ignore[misc]
     """Colours `.bg` text as the editors do, from the same words."""
 
     name = "bgc"
