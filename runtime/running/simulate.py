@@ -135,7 +135,10 @@ def state_after(model: LoadedModel, time: float, state: Array | None = None) -> 
             require(instance, instance.restart())
         status, _, _ = run_watched(instance, times, rows, progress=False)
     require(instance, status)
-    return instance.state.copy(), instance.input.copy()
+    # The last step may end behind the time: its dense output has the state there.
+    at_end = instance.time <= time
+    reached = instance.state.copy() if at_end else instance.state_at(time)
+    return reached, instance.input.copy()
 
 
 def named_result(

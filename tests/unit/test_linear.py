@@ -199,6 +199,19 @@ def test_no_equilibrium_is_said_so(tmp_path):
     assert "`tank.q`" in str(error.value) and "2" in str(error.value)
 
 
+def test_the_state_at_a_time_is_not_that_at_the_end_of_the_last_step(tmp_path):
+    """The last step of an adaptive method ends behind the time that was asked for."""
+    path = tmp_path / "model.bg"
+    path.write_text(
+        "model Swing { s : C(stiffness = 1, q0 = 1); m : I(1); j : J1; j -> s, m; }"
+        " scene swing of Swing { observe s.q; run 1 s; }"
+    )
+    model = bgc.compile(path)
+    state = dict(zip((s.name for s in model.states), model.state_at(0.7)[0], strict=True))
+    assert state["s.q"] == pytest.approx(math.cos(0.7), rel=1e-5)
+    assert state["m.p"] == pytest.approx(-math.sin(0.7), rel=1e-5)
+
+
 def test_the_state_at_a_time_is_that_of_a_run(tmp_path):
     path = tmp_path / "model.bg"
     path.write_text(TWO_MASSES)
