@@ -32,7 +32,12 @@ _HOMES = {
     "Trade": ("bgc.runtime.trade.trade", "Trade"),
     "compile": ("bgc.runtime.compiling", "compile_model"),
     "trade": ("bgc.runtime.trade.trade", "trade"),
+    "load_ipython_extension": ("bgc.runtime.magic", "load_ipython_extension"),
 }
+
+
+def __dir__() -> list[str]:
+    return sorted({*__all__, "__version__", "__doc__"})
 
 
 def __getattr__(name: str) -> Any:

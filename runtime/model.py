@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from bgc.diagnostics.doors import with_doors
 from bgc.runtime.linear.state_space import Linearisation, Mode, modes_of, pencil_eigenvalues
 from bgc.runtime.results.arrays import Array, Complex
 from bgc.runtime.results.result import Result
@@ -17,17 +18,22 @@ from bgc.runtime.running.devices import read_choices
 from bgc.runtime.running.failures import require
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
+from bgc.runtime.running.quantity import Quantity, in_si
 from bgc.runtime.running.simulate import method_of, simulate, state_after, times_of
 
 if TYPE_CHECKING:
+    from bgc.driver import Stage, Stages
+    from bgc.runtime.documents.views import Drawing, Equations, Tables
     from bgc.runtime.realtime.loop import Realtime
     from bgc.runtime.realtime.options import RealtimeOptions
     from bgc.runtime.realtime.python_device import PythonDevice
     from bgc.runtime.results.ensemble import Ensemble
     from bgc.runtime.running.many import Sets
+    from bgc.runtime.running.stepping import Stepping
     from bgc.symbolic.model import SymbolicModel
 
 
+@with_doors
 class Model(LoadedModel):
     """A compiled model: set its parameters, simulate it, linearise it.
 
@@ -37,16 +43,16 @@ class Model(LoadedModel):
 
     def simulate(
         self,
-        duration: float | None = None,
+        duration: Quantity | None = None,
         *,
-        every: float | None = None,
+        every: Quantity | None = None,
         solver: str | None = None,
-        rtol: float | None = None,
-        atol: float | None = None,
-        step: float | None = None,
-        max_step: float | None = None,
+        rtol: Quantity | None = None,
+        atol: Quantity | None = None,
+        step: Quantity | None = None,
+        max_step: Quantity | None = None,
         substeps: int | None = None,
-        settle: float | None = None,
+        settle: Quantity | None = None,
         start: Literal["rest", "given"] | None = None,
         parameters: Mapping[str, ParameterValue] | None = None,
         progress: bool = False,
@@ -58,10 +64,10 @@ class Model(LoadedModel):
         Parameters
         ----------
         duration, every
-            End time and interval between rows, s; by default the scene's. Without an interval
-            there is a row for each step of a fixed-step method, else there are 1,000 intervals.
-            If the equations depend explicitly on time, adaptive methods take no step longer than
-            five row intervals, unless `max_step` is given.
+            End time and interval between rows, s or texts such as `"2 s"`; by default the
+            scene's. Without an interval there is a row for each step of a fixed-step method, else
+            there are 1,000 intervals. If the equations depend explicitly on time, adaptive
+            methods take no step longer than five row intervals, unless `max_step` is given.
         solver, rtol, atol, step, max_step
             Method and its options; by default the scene's, else `rodas5p`, or `ros34prw` where
             the scene gives a step. `atol` applies to all states, SI; without it each state has
@@ -116,11 +122,10 @@ class Model(LoadedModel):
                 progress=progress,
                 devices=devices,
             )
-        options = {"rtol": rtol, "atol": atol, "step": step, "max_step": max_step}
-        options |= {"substeps": substeps, "settle": settle}
+        options = _options(rtol, atol, step, max_step, substeps, settle)
         method, notices = method_of(self, solver, options, values)
         method = method.started(start)
-        times = times_of(self, method, duration, every)
+        times = times_of(self, method, _seconds(duration), _seconds(every, "every"))
         choices = read_choices(devices or {})
         return simulate(self, method, times, values, progress, notices, choices)
 
@@ -133,14 +138,14 @@ class Model(LoadedModel):
 
     def realtime(
         self,
-        duration: float | None = None,
+        duration: Quantity | None = None,
         *,
         devices: Mapping[str, str | PythonDevice] | None = None,
         options: RealtimeOptions | None = None,
         record: str | Path | None = None,
         keep: int = 60_000,
         solver: str | None = None,
-        step: float | None = None,
+        step: Quantity | None = None,
         start: Literal["rest", "given"] | None = None,
         parameters: Mapping[str, ParameterValue] | None = None,
         on_records: Callable[[Array], None] | None = None,
@@ -184,12 +189,14 @@ class Model(LoadedModel):
         from bgc.runtime.realtime.loop import Realtime
         from bgc.runtime.realtime.options import RealtimeOptions
 
-        method, notices = method_of(self, solver, {"step": step}, parameters or {})
+        method, notices = method_of(
+            self, solver, {"step": _seconds(step, "step")}, parameters or {}
+        )
         loop = Realtime(
             self,
             method.started(start),
             options or RealtimeOptions(),
-            duration=duration,
+            duration=_seconds(duration),
             devices=devices,
             record=None if record is None else Path(record),
             keep=keep,
@@ -202,16 +209,16 @@ class Model(LoadedModel):
     def simulate_many(
         self,
         parameters: Sets,
-        duration: float | None = None,
+        duration: Quantity | None = None,
         *,
-        every: float | None = None,
+        every: Quantity | None = None,
         solver: str | None = None,
-        rtol: float | None = None,
-        atol: float | None = None,
-        step: float | None = None,
-        max_step: float | None = None,
+        rtol: Quantity | None = None,
+        atol: Quantity | None = None,
+        step: Quantity | None = None,
+        max_step: Quantity | None = None,
         substeps: int | None = None,
-        settle: float | None = None,
+        settle: Quantity | None = None,
         start: Literal["rest", "given"] | None = None,
         progress: bool = False,
         vectorised: bool = True,
@@ -256,11 +263,10 @@ class Model(LoadedModel):
         from bgc.runtime.running.many import parameter_sets, simulate_many
 
         sets = parameter_sets(parameters)
-        options = {"rtol": rtol, "atol": atol, "step": step, "max_step": max_step}
-        options |= {"substeps": substeps, "settle": settle}
+        options = _options(rtol, atol, step, max_step, substeps, settle)
         method, notices = method_of(self, solver, options)
         method = method.started(start)
-        times = times_of(self, method, duration, every, len(sets))
+        times = times_of(self, method, _seconds(duration), _seconds(every, "every"), len(sets))
         return simulate_many(self, method, sets, times, progress, vectorised, notices, resume)
 
     def initial_state(self, parameters: Mapping[str, ParameterValue] | None = None) -> Array:
@@ -270,11 +276,11 @@ class Model(LoadedModel):
     def rhs(
         self,
         state: Array | None = None,
-        time: float = 0.0,
+        time: Quantity = 0.0,
         parameters: Mapping[str, ParameterValue] | None = None,
     ) -> Array:
         """f of `M y' = f(t, y)`, by default at the initial state."""
-        instance = self.instance_at(state, time, parameters)
+        instance = self.instance_at(state, _seconds(time, "time") or 0.0, parameters)
         status, f = instance.rhs()
         require(instance, status)
         return f
@@ -282,11 +288,11 @@ class Model(LoadedModel):
     def jacobian(
         self,
         state: Array | None = None,
-        time: float = 0.0,
+        time: Quantity = 0.0,
         parameters: Mapping[str, ParameterValue] | None = None,
     ) -> Array:
         """df/dy, dense (n, n), by default at the initial state."""
-        instance = self.instance_at(state, time, parameters)
+        instance = self.instance_at(state, _seconds(time, "time") or 0.0, parameters)
         status, dense, _ = instance.jacobian()
         require(instance, status)
         return dense
@@ -294,11 +300,11 @@ class Model(LoadedModel):
     def observe(
         self,
         state: Array | None = None,
-        time: float = 0.0,
+        time: Quantity = 0.0,
         parameters: Mapping[str, ParameterValue] | None = None,
     ) -> dict[str, float]:
         """The observed values, by default at the initial state; no energy accounts."""
-        instance = self.instance_at(state, time, parameters)
+        instance = self.instance_at(state, _seconds(time, "time") or 0.0, parameters)
         status, values = instance.outputs()
         require(instance, status)
         pairs = zip(self.measured, values.tolist(), strict=True)
@@ -309,9 +315,9 @@ class Model(LoadedModel):
         inputs: Sequence[str] = (),
         outputs: Sequence[str] = (),
         *,
-        at: float | Literal["steady"] | None = None,
+        at: Quantity | Literal["steady"] | None = None,
         state: Array | None = None,
-        time: float = 0.0,
+        time: Quantity = 0.0,
         parameters: Mapping[str, ParameterValue] | None = None,
     ) -> Linearisation:
         """Linearise about an operating point: `dx' = A dx + B du`, `dy = C dx + D du`.
@@ -351,8 +357,8 @@ class Model(LoadedModel):
         if state is not None:
             names = (variable.name for variable in self.states)
             given = dict(zip(names, np.asarray(state, dtype=float).tolist(), strict=True))
-            return opened.linearise(opened.at_state(given, time))
-        return opened.linearise(opened.operating_point(at))
+            return opened.linearise(opened.at_state(given, _seconds(time, "time") or 0.0))
+        return opened.linearise(opened.operating_point(_point(at)))
 
     def symbolic(
         self,
@@ -406,11 +412,11 @@ class Model(LoadedModel):
     def eigenvalues(
         self,
         state: Array | None = None,
-        time: float = 0.0,
+        time: Quantity = 0.0,
         parameters: Mapping[str, ParameterValue] | None = None,
     ) -> Complex:
         """Eigenvalues of the emitted Jacobian at a state, 1/s, by rising real part."""
-        instance = self.instance_at(state, time, parameters)
+        instance = self.instance_at(state, _seconds(time, "time") or 0.0, parameters)
         status, dense, _ = instance.jacobian()
         require(instance, status)
         status, mass = instance.mass()
@@ -420,12 +426,125 @@ class Model(LoadedModel):
     def modes(
         self,
         state: Array | None = None,
-        time: float = 0.0,
+        time: Quantity = 0.0,
         parameters: Mapping[str, ParameterValue] | None = None,
     ) -> tuple[Mode, ...]:
         """Modes of the emitted Jacobian at a state, by rising frequency."""
         return modes_of(self.eigenvalues(state, time, parameters))
 
-    def state_at(self, time: float) -> tuple[Array, Array]:
+    def state_at(self, time: Quantity) -> tuple[Array, Array]:
         """Run to a time, s; return the state and the device inputs then. No rows are kept."""
-        return state_after(self, time)
+        return state_after(self, _seconds(time, "time") or 0.0)
+
+    # --- stepwise ---------------------------------------------------------------------
+
+    def step(
+        self,
+        *,
+        solver: str | None = None,
+        rtol: Quantity | None = None,
+        step: Quantity | None = None,
+        max_step: Quantity | None = None,
+        parameters: Mapping[str, ParameterValue] | None = None,
+    ) -> Stepping:
+        """Begin a run that the program advances piece by piece.
+
+        Between the pieces the observed values and the state can be read: to stop at a condition, to
+        show them, to feed another program. Options are as for `simulate`; an adaptive method takes
+        its own steps, and its values at the times asked for are those of its dense output.
+
+        Examples
+        --------
+        >>> with model.step() as run:  # doctest: +SKIP
+        ...     while run.advance("10 ms")["height"] > 0:
+        ...         print(run.time, run["height"])
+        """
+        # Few programs run stepwise.
+        from bgc.runtime.running.stepping import Stepping
+
+        options = _options(rtol, None, step, max_step, None, None)
+        method, _ = method_of(self, solver, options, parameters or {})
+        return Stepping(self, method, parameters or {})
+
+    # --- views ------------------------------------------------------------------------
+
+    def graph(self, *, depth: int | None = None, collapsed: Sequence[str] = ()) -> Drawing:
+        """Draw the bond graph with half arrows and causal strokes; a notebook shows it.
+
+        Parameters
+        ----------
+        depth
+            Draw parts below this level as one node each.
+        collapsed
+            Paths of parts to draw as one node.
+        """
+        # Loads the compiler, as `linearise` does.
+        from bgc.runtime.documents.views import drawing_of
+
+        return drawing_of(self._stages("causality"), depth, tuple(collapsed))
+
+    @property
+    def causality(self) -> Tables:
+        """Causal strokes with their reasons, storage and algebraic loops, as tables."""
+        # Loads the compiler, as `linearise` does.
+        from bgc.runtime.documents.views import causality_of
+
+        return causality_of(self._stages("equations"))
+
+    @property
+    def equations(self) -> Equations:
+        """The state equations that the scene needs: `text`, and `latex` for a notebook."""
+        # Loads the compiler, as `linearise` does.
+        from bgc.runtime.documents.views import equations_of
+
+        return equations_of(self._stages("optimise"))
+
+    def _stages(self, until: Stage) -> Stages:
+        # Loads the compiler, as `linearise` does.
+        from bgc.driver import compile_scene
+
+        if self.origin is None:
+            raise ValueError("a model without its source has no graph and no equations")
+        path, options = self.origin
+        return compile_scene(path, options, until=until)
+
+    def _repr_html_(self) -> str:
+        # Only a notebook needs it.
+        from bgc.printing.tables import Table
+        from bgc.runtime.results.html import table_html
+
+        rows = [
+            (kind, v.name, v.shown.label)
+            for kind, some in (("state", self.states), ("output", self.outputs))
+            for v in some
+        ]
+        title = repr(self).strip("<>")
+        table = table_html(Table(title, ("", "name", "unit"), tuple(rows)))
+        return table + self.parameters._repr_html_()
+
+
+def _seconds(value: Quantity | None, name: str = "duration") -> float | None:
+    return in_si(value, name, "s")
+
+
+def _point(at: Quantity | Literal["steady"] | None) -> float | Literal["steady"] | None:
+    return "steady" if at == "steady" else in_si(at, "at", "s")
+
+
+def _options(
+    rtol: Quantity | None,
+    atol: Quantity | None,
+    step: Quantity | None,
+    max_step: Quantity | None,
+    substeps: int | None,
+    settle: Quantity | None,
+) -> dict[str, float | None]:
+    """The options of a method by name, SI."""
+    return {
+        "rtol": in_si(rtol, "rtol", ""),
+        "atol": in_si(atol, "atol", ""),
+        "step": in_si(step, "step", "s"),
+        "max_step": in_si(max_step, "max_step", "s"),
+        "substeps": substeps,
+        "settle": in_si(settle, "settle", "Hz"),
+    }

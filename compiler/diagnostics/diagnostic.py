@@ -69,6 +69,11 @@ class BgError(Exception):
         self.diagnostics = tuple(diagnostics)
         super().__init__("\n".join(map(_line, self.diagnostics)))
 
+    def _render_traceback_(self) -> list[str]:
+        """Return the lines that IPython prints: the diagnostics with their excerpts, no frames."""
+        notes: list[str] = getattr(self, "__notes__", [])
+        return "\n".join(notes or [f"{type(self).__name__}: {self}"]).strip("\n").split("\n")
+
 
 def _line(diagnostic: Diagnostic) -> str:
     """Format a diagnostic in one line: place, code, message, way out."""

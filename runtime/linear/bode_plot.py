@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from bgc.runtime.linear.frequency import Response
-from bgc.runtime.results.plot import COLOURS, STYLE, Target, write_figure
+from bgc.runtime.results.plot import COLOURS, STYLE, Picture, Target, write_figure
 
 _WIDTH, _HEIGHT = 8.0, 5.6  # inches
 _PHASE_STEPS = (15.0, 30.0, 45.0, 90.0, 180.0, 360.0)
@@ -21,7 +21,7 @@ def plot_bode(responses: Sequence[Response], path: Target = None) -> Figure:
     """Draw responses in one chart, and write it as .png, .svg or .pdf."""
     several = len(responses) > 1
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(_WIDTH, _HEIGHT), layout="constrained")
+        figure = Picture(figsize=(_WIDTH, _HEIGHT), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True)
         for response, colour in zip(responses, cycle(COLOURS), strict=False):
             label = f"{response.output} by {response.input}"

@@ -12,7 +12,7 @@ from matplotlib.ticker import MultipleLocator
 
 from bgc.runtime.linear.frequency import Response
 from bgc.runtime.results.arrays import Array, Complex
-from bgc.runtime.results.plot import COLOURS, STYLE, Target, write_figure
+from bgc.runtime.results.plot import COLOURS, STYLE, Picture, Target, write_figure
 
 _SIZE = 6.4  # inches
 _WIDEST = 8.0  # half the width of a Nyquist chart whose curve is unbounded
@@ -28,7 +28,7 @@ def plot_nyquist(response: Response, path: Target = None) -> Figure:
     """
     value = response.value
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(_SIZE, _SIZE), layout="constrained")
+        figure = Picture(figsize=(_SIZE, _SIZE), layout="constrained")
         axes = figure.subplots()
         angle = np.linspace(0, 2 * math.pi, 361)
         axes.plot(np.cos(angle), np.sin(angle), color=_GUIDE, linewidth=0.8, linestyle=":")
@@ -89,7 +89,7 @@ def plot_nichols(response: Response, path: Target = None) -> Figure:
     shown = np.isfinite(magnitude) & (magnitude > _LOWEST)
     low, high = _limits(phase[shown])
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(8.0, 5.6), layout="constrained")
+        figure = Picture(figsize=(8.0, 5.6), layout="constrained")
         axes = figure.subplots()
         bottom = max(_LOWEST, math.floor(magnitude[shown].min(initial=-30) / 10) * 10)
         top = min(_HIGHEST, max(20.0, math.ceil(magnitude[shown].max(initial=10) / 10) * 10))

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from bgc.runtime.linear.locus import Locus
 from bgc.runtime.linear.zeros import Factors
 from bgc.runtime.results.arrays import Complex
-from bgc.runtime.results.plot import COLOURS, STYLE, Target, write_figure
+from bgc.runtime.results.plot import COLOURS, STYLE, Picture, Target, write_figure
 
 _WIDTH, _HEIGHT = 7.0, 5.8  # inches
 _RATIOS = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9)  # damping ratios of the rays
@@ -24,7 +24,7 @@ _SPREAD = 30.0  # ratio of magnitudes from which on both axes are symmetrical lo
 def plot_poles(poles: Complex, zeros: Complex, title: str, path: Target = None) -> Figure:
     """Draw poles as crosses and zeros as circles, with rays of equal damping ratio."""
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(_WIDTH, _HEIGHT), layout="constrained")
+        figure = Picture(figsize=(_WIDTH, _HEIGHT), layout="constrained")
         axes = figure.subplots()
         _frame(axes, np.concatenate((poles, zeros)))
         _draw_zeros(axes, zeros)
@@ -40,7 +40,7 @@ def plot_poles(poles: Complex, zeros: Complex, title: str, path: Target = None) 
 def plot_locus(locus: Locus, factors: Factors, title: str, path: Target = None) -> Figure:
     """Draw the branches of a root locus from the poles to the zeros, with its crossings."""
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(_WIDTH, _HEIGHT), layout="constrained")
+        figure = Picture(figsize=(_WIDTH, _HEIGHT), layout="constrained")
         axes = figure.subplots()
         crossings = np.array([1j * crossing.omega for crossing in locus.crossings])
         _frame(axes, np.concatenate((factors.poles, factors.zeros, crossings, crossings.conj())))

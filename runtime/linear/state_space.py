@@ -5,15 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bgc.diagnostics.catalogue.analysis import singular_mass
+from bgc.diagnostics.catalogue.machine import package_missing
+from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.doors import with_doors
 from bgc.runtime.results.arrays import Array, Complex
 from bgc.values.shown import Shown
 
 _ROUNDING = 1e-14
 _WELL_CONDITIONED = 1e12
+_SHOWN = 12  # states up to which a notebook shows all matrices
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +54,8 @@ class Mode:
         return -1 / real if real != 0 else math.inf
 
 
-@dataclass(frozen=True, slots=True)
+@with_doors
+@dataclass(frozen=True, repr=False)
 class Linearisation:
     """`E dx' = A dx + B du`, `dy = C dx + D du` about an operating point.
 
@@ -124,6 +131,70 @@ class Linearisation:
             found.append(_mode(complex(values[k]), shares))
         return _by_frequency(found)
 
+    def to_ss(self, package: Literal["scipy", "control"] = "scipy") -> Any:
+        """Return a state space of SciPy, or of python-control with the names of all signals.
+
+        `scipy.signal.StateSpace` or `control.StateSpace`; a mass matrix E that is not the identity
+        is divided out.
+
+        Raises
+        ------
+        BgError
+            E is singular (BG794), or python-control is not installed (BG058).
+        """
+        A: Array = self.A
+        B: Array = self.B
+        if not self.is_explicit:
+            if np.linalg.cond(self.E) > _WELL_CONDITIONED:
+                raise BgError([singular_mass()])
+            A = np.asarray(np.linalg.solve(self.E, A), dtype=np.float64)
+            B = np.asarray(np.linalg.solve(self.E, B), dtype=np.float64)
+        if package == "control":
+            try:
+                import control  # optional, and slow to load
+            except ImportError as problem:
+                raise BgError([package_missing("control", "`to_ss`", "control")]) from problem
+            names = {"states": self.states, "inputs": self.inputs, "outputs": self.outputs}
+            return control.ss(A, B, self.C, self.D, **{k: list(v) for k, v in names.items()})
+        # Slow to load, and few linear models go there.
+        from scipy.signal import StateSpace
+
+        return StateSpace(A, B, self.C, self.D)
+
+    def _repr_html_(self) -> str:
+        # Only a notebook needs it.
+        from bgc.printing.tables import Table
+        from bgc.runtime.results.html import tables_html
+
+        modes = tuple(
+            (
+                f"{mode.eigenvalue:.5g}",
+                f"{mode.natural_period:.5g} s",
+                f"{mode.damping:.4g}",
+                ", ".join(name for name, _ in mode.shares[:2]),
+            )
+            for mode in self.modes()
+        )
+        header = ("eigenvalue [1/s]", "natural period", "damping ratio", "states")
+        tables = [Table(repr(self).strip("<>"), header, modes)]
+        if len(self.states) <= _SHOWN:
+            rates = tuple(f"d {name}/dt" for name in self.states)
+            tables += [
+                Table(title, ("", *columns), _rows(names, matrix))
+                for title, names, columns, matrix in (
+                    ("A", rates, self.states, self.A),
+                    ("B", rates, self.inputs, self.B),
+                    ("C", self.outputs, self.states, self.C),
+                    ("D", self.outputs, self.inputs, self.D),
+                )
+                if matrix.size
+            ]
+        return tables_html(tables)
+
+    def __repr__(self) -> str:
+        size = f"{len(self.states)} states, {len(self.inputs)} inputs, {len(self.outputs)} outputs"
+        return f"<bgc linear form at {self.time:g} s: {size}>"
+
     def response(self, omega: Array) -> Complex:
         """Compute the transfer matrix `C (i w E - A)^-1 B + D` at frequencies in rad/s, (k, p, m).
 
@@ -136,6 +207,14 @@ class Linearisation:
             except np.linalg.LinAlgError:
                 values[k] = np.nan
         return values
+
+
+def _rows(names: Sequence[str], matrix: Array) -> tuple[tuple[str, ...], ...]:
+    """The rows of a matrix as texts, each behind its name."""
+    return tuple(
+        (name, *(f"{value:.5g}" for value in row))
+        for name, row in zip(names, matrix.tolist(), strict=True)
+    )
 
 
 def pencil_eigenvalues(matrix: Array, mass: Array) -> Complex:

@@ -8,7 +8,7 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from bgc.runtime.linear.time_response import TimeResponse
-from bgc.runtime.results.plot import COLOURS, STYLE, Target, write_figure
+from bgc.runtime.results.plot import COLOURS, STYLE, Picture, Target, write_figure
 
 _GUIDE = "#999999"
 
@@ -17,7 +17,7 @@ def plot_time_response(response: TimeResponse, title: str, path: Target = None) 
     """Draw each output in a panel of its own, with its steady value as a dotted line."""
     count = len(response.outputs)
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(8.0, 0.8 + 2.8 * count), layout="constrained")
+        figure = Picture(figsize=(8.0, 0.8 + 2.8 * count), layout="constrained")
         every = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
         for k, axes in enumerate(every):
             axes.plot(response.time, response.value[:, k], color=COLOURS[0])

@@ -4,26 +4,31 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
 from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.doors import with_doors
 from bgc.runtime.results.arrays import Array, Mask
 from bgc.runtime.results.files import write_arrays, written_whole
 from bgc.runtime.results.finite import not_finite
-from bgc.runtime.results.result import UnknownColumn
+from bgc.runtime.results.result import Result, UnknownColumn
 from bgc.values.shown import Shown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DONE, FAILED, INTERRUPTED = "done", "failed", "interrupted"
 
 
+@with_doors
 @dataclass(frozen=True, eq=False, repr=False)
 class Ensemble:
     """Rows of many runs, SI values: an array over instances, times and outputs.
@@ -100,6 +105,62 @@ class Ensemble:
             f"{len(self.time)} rows to {end}{ended}>"
         )
 
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.names)
+
+    def _repr_html_(self) -> str:
+        # Only a notebook needs it.
+        from bgc.runtime.results.notebook import ensemble_html
+
+        return ensemble_html(self)
+
+    def run(self, number: int) -> Result:
+        """Return one instance, from 0, as a result: to plot it, to write it.
+
+        Raises IndexError for a number that no instance has.
+        """
+        columns = dict(zip(self.names, self.values[number].T, strict=True))
+        failure = self.failures.get(number)
+        message = failure.message if failure is not None else ""
+        return Result(
+            self.scene, self.time, columns, self.units, self.solver, {}, self.status[number],
+            message, shown=self.shown,
+        )  # fmt: skip
+
+    def plot(self, path: str | Path | None = None, columns: Sequence[str] | None = None) -> Figure:
+        """Plot columns of all instances against time, a panel for each; return the figure.
+
+        Parameters
+        ----------
+        path
+            The file to write (`.png`, `.svg`, `.pdf`); none by default.
+        columns
+            Outputs or vectors; by default all, up to 12.
+        """
+        # Loads matplotlib, which most ensembles do without.
+        from bgc.runtime.results.plot import plot_ensemble
+
+        return plot_ensemble(self, path, columns)
+
+    def to_pandas(self) -> Any:
+        """Return a pandas DataFrame over `instance` and `time`, with the outputs as columns.
+
+        The varied parameters are levels of the index too; undone rows are NaN.
+        """
+        try:
+            import pandas as pd  # optional, and slow to load
+        except ImportError as problem:
+            raise BgError([package_missing("pandas", "`to_pandas`", "pandas")]) from problem
+        count, rows = len(self), len(self.time)
+        given = {name: np.repeat(v, rows) for name, v in self.parameters.items()}
+        levels = {"instance": np.repeat(np.arange(count), rows), **given}
+        index = pd.MultiIndex.from_arrays(
+            [*levels.values(), np.tile(self.time, count)], names=[*levels, "time"]
+        )
+        return pd.DataFrame(
+            self.values.reshape(count * rows, len(self.names)), index=index, columns=self.names
+        )
+
     @cached_property
     def not_finite(self) -> Mapping[int, Diagnostic]:
         """The warnings about values that are not finite, by instance; found when first asked."""
@@ -126,6 +187,16 @@ class Ensemble:
         while f"{name}[{count + 1}]" in self.names:
             count += 1
         return [self.names.index(f"{name}[{k + 1}]") for k in range(count)]
+
+    def expand(self, names: Sequence[str]) -> list[str]:
+        """Replace the names of vectors by those of their columns; BG065 for unknown names."""
+        found: list[str] = []
+        for name in names:
+            places = self._places(name)
+            if not places:
+                raise UnknownColumn([unknown_column(name, self.names)])
+            found += [self.names[place] for place in places]
+        return found
 
     def to_csv(self, path: str | Path) -> None:
         """Write a line for each row of each instance: `instance,<parameter>,..,time,<name>,..`.

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from io import BytesIO
 from itertools import cycle
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
@@ -27,6 +28,7 @@ KINDS = (".png", ".svg", ".pdf")
 
 _WIDTH, _PANEL_HEIGHT, _SQUARE_HEIGHT, _MARGIN = 8.0, 2.4, 4.2, 0.7  # inches
 _MOST_IN_LEGEND = 10
+_PANELS = 12  # of an ensemble
 _UNLIKE_RANGES = 10.0
 _SMALL, _LARGE = 1e-3, 1e5  # numbers of an axis that are written in full
 # Okabe and Ito's colours, which colour-blind readers can tell apart.
@@ -48,6 +50,15 @@ STYLE: dict[Any, Any] = {
 
 Target: TypeAlias = str | Path | None
 """A file to draw to, or None for the figure alone."""
+
+
+class Picture(Figure):
+    """A figure that a notebook shows, whether or not it has loaded `pyplot`."""
+
+    def _repr_png_(self) -> bytes:
+        out = BytesIO()
+        self.savefig(out, format="png", dpi=100)
+        return out.getvalue()
 
 
 class Columns(Protocol):
@@ -81,6 +92,49 @@ class Columns(Protocol):
     def __getitem__(self, name: str) -> Array: ...
 
     def __iter__(self) -> Iterator[str]: ...
+
+
+class Instances(Protocol):
+    """What a plot of many runs needs of an ensemble."""
+
+    @property
+    def scene(self) -> str:
+        """The scene."""
+
+    @property
+    def time(self) -> Array:
+        """Times of the rows, s, (rows,)."""
+
+    @property
+    def values(self) -> Array:
+        """The outputs of all instances, (n, rows, outputs)."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The outputs."""
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """The units of their values."""
+
+    @property
+    def shown(self) -> Mapping[str, Shown]:
+        """The units as written."""
+
+    @property
+    def parameters(self) -> Mapping[str, Array]:
+        """The varied parameters, (n,) each."""
+
+    @property
+    def status(self) -> tuple[str, ...]:
+        """The status of each instance."""
+
+    def expand(self, names: Sequence[str]) -> list[str]:
+        """Replace the names of vectors by those of their columns."""
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, name: str) -> Array: ...
 
 
 def read_panel(text: str) -> Panel:
@@ -120,6 +174,51 @@ def plot_result(
     return figure
 
 
+def plot_ensemble(
+    ensemble: Instances, path: str | Path | None, columns: Sequence[str] | None
+) -> Figure:
+    """Draw each column of all instances; see `Ensemble.plot`."""
+    if path is not None and Path(path).suffix.lower() not in KINDS:
+        raise BgError([unknown_file_kind(str(path), KINDS)])
+    if not len(ensemble) or len(ensemble.time) < 2:
+        raise BgError([nothing_to_draw("the runs ended at their start")])
+    chosen = ensemble.expand(columns) if columns is not None else list(ensemble.names)[:_PANELS]
+    if not chosen:
+        raise BgError([nothing_to_draw("the scene observes nothing")])
+    with matplotlib.rc_context(STYLE):
+        height = _PANEL_HEIGHT * len(chosen) + _MARGIN
+        figure = Picture(figsize=(_WIDTH, height), layout="constrained")
+        axes: Any = None
+        for k, name in enumerate(chosen):
+            axes = figure.add_subplot(len(chosen), 1, k + 1, sharex=axes)
+            shown = ensemble.shown.get(name) or Shown(ensemble.units[name])
+            colours = cycle(COLOURS)
+            for number, values in enumerate(ensemble[name]):
+                few = len(ensemble) <= _MOST_IN_LEGEND
+                axes.plot(
+                    ensemble.time,
+                    values / shown.factor,
+                    color=next(colours) if few else COLOURS[0],
+                    alpha=1.0 if few else max(0.05, 10 / len(ensemble)),
+                    label=_instance(ensemble, number) if few and k == 0 else None,
+                )
+            axes.set_ylabel(f"{name} [{shown.label}]" if shown.label else name)
+            axes.tick_params(labelbottom=k == len(chosen) - 1)
+            if k == 0 and len(ensemble) <= _MOST_IN_LEGEND:
+                axes.legend()
+        axes.set_xlabel("time [s]")
+        figure.suptitle(f"{ensemble.scene}: {len(ensemble)} instances")
+        if path is not None:
+            write_figure(figure, path)
+    return figure
+
+
+def _instance(ensemble: Instances, number: int) -> str:
+    """The values of an instance, for the legend."""
+    given = (f"{name} = {values[number]:.4g}" for name, values in ensemble.parameters.items())
+    return ", ".join(given) or str(number)
+
+
 def _across(result: Columns, panel: Panel) -> str:
     """The column of the horizontal axis; BG069 for a vector of several columns."""
     columns = result.expand([panel.across])
@@ -145,7 +244,7 @@ def _panels_by_unit(result: Columns, columns: Sequence[str]) -> list[Panel]:
 
 def _draw(result: Columns, panels: Sequence[Panel]) -> Figure:
     heights = [_PANEL_HEIGHT if p.across == "time" else _SQUARE_HEIGHT for p in panels]
-    figure = Figure(figsize=(_WIDTH, sum(heights) + _MARGIN), layout="constrained")
+    figure = Picture(figsize=(_WIDTH, sum(heights) + _MARGIN), layout="constrained")
     grid = figure.add_gridspec(len(panels), 1, height_ratios=heights)
     timed: Any = None
     for k, panel in enumerate(panels):

@@ -16,6 +16,7 @@ from bgc.diagnostics.catalogue.accuracy import out_of_balance
 from bgc.diagnostics.catalogue.arguments import unknown_column
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.doors import with_doors
 from bgc.language.columns import column_of, component_of
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_arrays, written_whole
@@ -45,6 +46,7 @@ class UnknownColumn(BgError, KeyError):
     __str__ = BgError.__str__
 
 
+@with_doors
 @dataclass(frozen=True, eq=False, repr=False)
 class Result(Mapping[str, Array]):
     """Rows of a run, as columns by name; SI values.
@@ -161,6 +163,15 @@ class Result(Mapping[str, Array]):
         ended = "" if self.status == "done" else f", {self.status}: {self.message}"
         return f"<bgc result of {self.scene}: {len(self.time)} rows to {end}{ended}>"
 
+    def _ipython_key_completions_(self) -> list[str]:
+        return ["time", *self.columns, *self._vectors()]
+
+    def _repr_html_(self) -> str:
+        # Loads matplotlib; only a notebook needs it.
+        from bgc.runtime.results.notebook import result_html
+
+        return result_html(self)
+
     def _components(self, name: object) -> list[str]:
         """Find the columns of a vector, in order; empty where `name` is not a vector."""
         found = []
@@ -235,6 +246,28 @@ class Result(Mapping[str, Array]):
         frame = pd.DataFrame(dict(self.columns), index=pd.Index(self.time, name="time"))
         frame.attrs["units"] = {"time": "s", **self.units}
         return frame
+
+    def to_polars(self) -> Any:
+        """Return a Polars DataFrame with `time` and a column for each name."""
+        try:
+            import polars as pl  # optional, and slow to load
+        except ImportError as problem:
+            raise BgError([package_missing("polars", "`to_polars`", "polars")]) from problem
+        return pl.DataFrame({"time": self.time, **self.columns})
+
+    def to_xarray(self) -> Any:
+        """Return an xarray Dataset over `time`: one variable for each name, with its unit."""
+        try:
+            import xarray as xr  # optional, and slow to load
+        except ImportError as problem:
+            raise BgError([package_missing("xarray", "`to_xarray`", "xarray")]) from problem
+        found = {
+            name: ("time", values, {"units": self.units.get(name, "")})
+            for name, values in self.columns.items()
+        }
+        about = {"scene": self.scene, "solver": self.solver, "status": self.status}
+        time = ("time", self.time, {"units": "s"})
+        return xr.Dataset(found, coords={"time": time}, attrs=about)
 
     def plot(
         self,

@@ -7,8 +7,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from bgc.building.built import ENERGY_ACCOUNTS, Built, RunFacts
-from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.catalogue.arguments import wrong_state
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.options import Options
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest
@@ -150,6 +153,8 @@ class LoadedModel:
         instance = self.parameters.instance(parameters or {})
         require(instance, instance.reset(time), self._places)
         if state is not None:
+            if np.shape(state) != instance.state.shape:
+                raise BgError([wrong_state(np.shape(state), len(self.states))])
             instance.state[:] = state
         elif self.facts.rest is not None:
             status, _ = go_to_rest(instance, self.facts.rest)

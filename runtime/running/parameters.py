@@ -17,6 +17,8 @@ from bgc.diagnostics.catalogue.arguments import (
     wrong_shape,
 )
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.doors import with_doors
+from bgc.printing.tables import Table
 from bgc.runtime.running.binding import Instance, Library, text
 from bgc.runtime.running.quantity import read_quantity
 from bgc.values.shown import Shown
@@ -46,6 +48,7 @@ class Parameter:
         return f"<parameter {self.name} = {self.shown.text(self.value)}>"
 
 
+@with_doors
 class Parameters(Mapping[str, Parameter]):
     """A model's parameters by name.
 
@@ -95,6 +98,19 @@ class Parameters(Mapping[str, Parameter]):
         lines = (f"  {p.name} = {p.shown.text(p.value)}" for p in found)
         compiled_in = [f"compiled in, see `folded`: {len(self.folded)}"] if self.folded else []
         return "\n".join(("parameters:", *lines, *compiled_in))
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self._index)
+
+    def _repr_html_(self) -> str:
+        # Only a notebook needs it.
+        from bgc.runtime.results.html import table_html
+
+        instance = self.instance({})
+        found = [self._describe(index, instance) for index in self._index.values()]
+        rows = tuple((p.name, p.shown.text(p.value), p.shown.text(p.default)) for p in found)
+        note = f"{len(self.folded)} compiled in, see `folded`" if self.folded else ""
+        return table_html(Table("parameters", ("name", "value", "default"), rows, note))
 
     def can_set(self, name: str, value: ParameterValue) -> bool:
         """Return whether a value can be set: a parameter of that name, or a vector for a vector."""

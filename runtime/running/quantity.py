@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import re
+from numbers import Real
+from typing import TypeAlias
 
-from bgc.diagnostics.catalogue.arguments import not_a_value, wrong_unit
+from bgc.diagnostics.catalogue.arguments import not_a_quantity, not_a_value, wrong_unit
 from bgc.diagnostics.diagnostic import BgError
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
@@ -40,6 +42,24 @@ def read_number(text: str) -> float | None:
 
     parsed = parse_unit(rest.strip()) if rest[0].isspace() else None
     return float(match.group()) * float(parsed.factor) if parsed else None
+
+
+Quantity: TypeAlias = float | str
+"""An SI number, or a text with a unit: `0.002`, `"2 ms"`."""
+
+
+def in_si(value: Quantity | None, name: str, unit: str) -> float | None:
+    """Return an argument as an SI number, from a number or a text; None for None.
+
+    `name` names it in messages. Raises BgError: BG062 or BG063 for a text, BG790 for another type.
+    """
+    if value is None:
+        return None
+    if isinstance(value, str):
+        return read_quantity(value, name, unit)
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise BgError([not_a_quantity(name, type(value).__name__, unit)])
+    return float(value)
 
 
 def spelled_time(seconds: float) -> str:

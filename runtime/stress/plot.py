@@ -13,7 +13,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from bgc.diagnostics.catalogue.machine import unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.results.plot import KINDS, STYLE, write_figure
+from bgc.runtime.results.plot import KINDS, STYLE, Picture, write_figure
 from bgc.runtime.stress.judge import Judgement, Verdict
 from bgc.runtime.stress.stress import Point, StressMap
 from bgc.values.shown import Shown
@@ -48,7 +48,7 @@ def _draw(found: StressMap) -> Figure:
     rows = _grid_rows(found) if found.grid else _drive_rows(found)
     widest = max(len(cells) for _, cells in rows)
     size = (widest * _CELL[0] + _MARGIN[0], len(rows) * _CELL[1] + _MARGIN[1])
-    figure = Figure(figsize=size, layout="constrained")
+    figure = Picture(figsize=size, layout="constrained")
     axes: Any = figure.add_subplot()
     for height, (_, cells) in enumerate(rows):
         for place, (value, judgement) in enumerate(cells):

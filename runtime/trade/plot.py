@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from bgc.diagnostics.catalogue.machine import nothing_to_draw, unknown_file_kind
 from bgc.diagnostics.diagnostic import BgError
-from bgc.runtime.results.plot import COLOURS, KINDS, STYLE, write_figure
+from bgc.runtime.results.plot import COLOURS, KINDS, STYLE, Picture, write_figure
 from bgc.runtime.trade.configurations import Variant
 from bgc.runtime.trade.judge import spelled
 from bgc.runtime.trade.measurement import Measurement
@@ -41,7 +41,7 @@ def plot_trade(trade: TradeResult, path: str | Path | None = None) -> Figure:
 
 
 def _draw(trade: TradeResult) -> Figure:
-    figure = Figure(figsize=_SIZE, layout="constrained")
+    figure = Picture(figsize=_SIZE, layout="constrained")
     axes: Any = figure.add_subplot()
     axes.set_xscale("log")
     axes.set_yscale("log")

@@ -11,11 +11,15 @@ from bgc.building.backends import BACKENDS
 from bgc.diagnostics.catalogue.arguments import bad_option, no_duration, unknown_solver
 from bgc.diagnostics.catalogue.trade import nothing_to_measure
 from bgc.diagnostics.diagnostic import BgError
+from bgc.diagnostics.doors import door, with_doors
 from bgc.options import Options
+from bgc.printing.tables import Table
+from bgc.runtime.results.html import figure_html, table_html
 from bgc.runtime.running.compiling import load_model
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.methods import default_method
 from bgc.runtime.running.parameters import ParameterValue
+from bgc.runtime.running.quantity import Quantity, in_si
 from bgc.runtime.running.rows import row_times
 from bgc.runtime.trade.configurations import (
     KEEPS,
@@ -42,6 +46,7 @@ REPEATS = 3
 _TYPICAL_RTOL = 1e-6
 
 
+@with_doors
 class Trade(TradeResult):
     """A trade study of a scene, to be printed, drawn and written.
 
@@ -52,6 +57,12 @@ class Trade(TradeResult):
     def table(self) -> list[dict[str, Any]]:
         """A row for each configuration, as `to_csv` writes them; times in s, errors in SI units."""
         return records(self)
+
+    def _repr_html_(self) -> str:
+        """The recommendation, the table and the plot."""
+        rows = tuple(tuple(_cell(v) for v in row.values()) for row in self.table)
+        header = tuple(self.table[0]) if rows else ()
+        return table_html(Table(self.sentence, header, rows)) + figure_html(self.plot())
 
     def to_csv(self, path: str | Path) -> None:
         """Write the table."""
@@ -72,6 +83,13 @@ class Trade(TradeResult):
         return plot_trade(self, path)
 
 
+def _cell(value: object) -> str:
+    if value is None:
+        return ""
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+@door
 def trade(
     model: str | Path | LoadedModel,
     scene: str | None = None,
@@ -80,11 +98,11 @@ def trade(
     uses: Mapping[str, str] | None = None,
     solvers: Sequence[str] | None = None,
     rtols: Sequence[float] = RTOLS,
-    steps: Sequence[float] | None = None,
+    steps: Sequence[Quantity] | None = None,
     keeps: Sequence[float] = KEEPS,
     variants: Sequence[str] = (),
-    duration: float | None = None,
-    budget: float = BUDGET,
+    duration: Quantity | None = None,
+    budget: Quantity = BUDGET,
     repeats: int = REPEATS,
     fresh: bool = False,
     progress: bool = False,
@@ -132,6 +150,8 @@ def trade(
         is no reference.
     """
     started = time.monotonic()
+    duration, budget = in_si(duration, "duration", "s"), in_si(budget, "budget", "s") or 0.0
+    lengths = () if steps is None else [in_si(step, "steps", "s") or 0.0 for step in steps]
     loaded = _loaded(model, scene, parameters, uses)
     facts = loaded.facts
     end = facts.duration if duration is None else duration
@@ -139,7 +159,7 @@ def trade(
         raise BgError([no_duration(facts.scene)])
     if not loaded.measured:
         raise BgError([nothing_to_measure(facts.scene)])
-    _check(rtols, steps or (), keeps, budget)
+    _check(rtols, lengths, keeps, budget)
     adaptive, fixed = _methods(loaded, solvers)
     store = open_store(loaded, end, facts.every)
     if fresh:
@@ -151,7 +171,7 @@ def trade(
     others = chosen_variants(session, variants) if variants else ()
     reference = session.reference()
     target = session.target(reference)
-    ladder = _ladder(session, reference, end) if steps is None and fixed else tuple(steps or ())
+    ladder = _ladder(session, reference, end) if steps is None and fixed else tuple(lengths)
     methods = loaded.library.methods
     configurations = scene_configurations(
         adaptive,

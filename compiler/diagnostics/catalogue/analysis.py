@@ -173,3 +173,22 @@ def bad_duration(duration: float) -> Diagnostic:
         f"a step response needs a positive duration, not {duration:g} s",
         help="without `--time`, six time constants of the slowest mode are taken",
     )
+
+
+def singular_mass() -> Diagnostic:
+    """BG794: a linear form without a state space
+
+    What: `to_ss` was asked for the state space of `E x' = A x + B u` with a singular E.
+
+    Why: the model has hidden constraints, which the states of a state space cannot have.
+
+    Example: a linear form with `is_explicit` False.
+
+    Way out: use `A`, `B`, `C`, `D` and `E` in a descriptor system, or give the model the compliance
+    that the constraint neglects.
+    """
+    return error(
+        "BG794",
+        "the mass matrix of this linear form is singular",
+        help="use `A`, `B`, `C`, `D` and `E` as a descriptor system",
+    )

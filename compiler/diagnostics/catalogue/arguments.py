@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from bgc.diagnostics.catalogue import did_you_mean, error, listed
+from bgc.diagnostics.catalogue import did_you_mean, error, listed, with_article
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
 
@@ -88,6 +88,79 @@ def not_a_value(text: str, name: str, unit: str = "") -> Diagnostic:
         help=f"a unit has no parentheses: write `{unit}`"
         if unit
         else "write a number, or a number, one blank and a unit: `7`, `7 t`, `45 deg`",
+    )
+
+
+def not_a_quantity(name: str, given: str, unit: str) -> Diagnostic:
+    """BG790: an argument that is neither a number nor a text
+
+    What: a function of the Python interface was given a value of another type where it takes a
+    quantity.
+
+    Why: a quantity is an SI number, or a text with a number and a unit.
+
+    Example: `model.simulate(duration=[1, 2])`
+
+    Way out: write `model.simulate(duration=2)` or `model.simulate(duration="2 s")`.
+    """
+    shown = f" {unit}" if unit else ""
+    return error(
+        "BG790",
+        f"`{name}` is {with_article(given)}, not a number or a text",
+        help=f'give an SI number, or a text with a unit: `{name}="2{shown}"`',
+    )
+
+
+def wrong_state(shape: tuple[int, ...], states: int) -> Diagnostic:
+    """BG791: a state of the wrong size
+
+    What: a function of the Python interface was given a state that has not one number for each
+    state of the model.
+
+    Why: a state is an array in the order of `model.states`.
+
+    Example: `model.rhs(0.1)` to mean a time.
+
+    Way out: `model.rhs(time=0.1)`, or a state such as `model.initial_state()`.
+    """
+    given = " x ".join(map(str, shape)) if shape else "a scalar"
+    return error(
+        "BG791",
+        f"a state of this model has {states} numbers; the one given has the shape {given}",
+        help="start from `model.initial_state()`; a time is given by name: `time=0.1`",
+    )
+
+
+def run_is_over() -> Diagnostic:
+    """BG792: a run that is over
+
+    What: a run of `model.step()` was advanced or read after it had ended.
+
+    Why: it ends where its `with` block ends, by `close`, or with the error of an earlier `advance`.
+
+    Example: `with model.step() as run: pass`, then `run.advance("1 s")`
+
+    Way out: begin another run with `model.step()`.
+    """
+    return error("BG792", "this run is over", help="begin another one: `model.step()`")
+
+
+def bad_magic(line: str) -> Diagnostic:
+    """BG793: a cell magic with wrong arguments
+
+    What: the line of `%%bgc` does not name a variable for the model, or has more than it takes.
+
+    Why: the model is bound to that variable.
+
+    Example: `%%bgc` alone.
+
+    Way out: write `%%bgc motor`, `%%bgc motor start` for its scene `start`, or
+    `%%bgc motor --file motor.bg` to keep the text in a file.
+    """
+    return error(
+        "BG793",
+        f"`%%bgc {line.strip()}` does not name a variable for the model",
+        help="write `%%bgc NAME`, `%%bgc NAME SCENE` or `%%bgc NAME --file FILE.bg`",
     )
 
 
