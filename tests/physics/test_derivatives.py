@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-import bgc
 import bgc.library
 from bgc.algebra.dag import TABLE_OPS, Dag, Kind, Op, Symbol
 from bgc.algebra.evaluate import apply, to_double
@@ -126,8 +125,8 @@ def rates(program: Program, values: Mapping[Symbol, Lanes], lanes: int) -> Lanes
 
 @cache
 def compiled(path: Path, scene: str) -> tuple[Model, Program]:
-    program = compile_scene(path, Options(scene), until="optimise").optimised
-    return bgc.compile(path, scene=scene), program
+    stages = compile_scene(path, Options(scene))
+    return Model(stages.built), stages.optimised
 
 
 def point(model: Model) -> Floats:
@@ -171,9 +170,12 @@ def test_jacobian_is_that_of_central_differences(path: Path, scene: str) -> None
         return (model.rhs(ahead, time) - model.rhs(behind, time)) / (2 * h)
 
     for k, x in enumerate(state):
-        h = 1e-4 * max(abs(x), 1e-3)
-        difference = (4 * central(k, h) - central(k, 2 * h)) / 3
-        rounding = 1e-14 * size / h
-        largest = np.abs(jacobian[:, k]).max()
-        error = np.abs(difference - jacobian[:, k])
-        assert (error <= 1e-6 * np.abs(jacobian[:, k]) + 1e-7 * largest + 10 * rounding).all()
+        column = np.abs(jacobian[:, k])
+        within = np.zeros(len(state), bool)
+        # Of two steps the short one suffers from terms that cancel, the long one from kinks nearby.
+        for least in (1e-3, 1e-1):
+            h = 1e-4 * max(abs(x), least)
+            difference = (4 * central(k, h) - central(k, 2 * h)) / 3
+            error, rounding = np.abs(difference - jacobian[:, k]), 1e-14 * size / h
+            within |= error <= 1e-6 * column + 1e-7 * column.max() + 10 * rounding
+        assert within.all()

