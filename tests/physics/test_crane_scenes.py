@@ -1,0 +1,184 @@
+"""The scenes of cranes and arms, and their mechanisms against Pinocchio."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from probe import probe
+from published_arms import pinocchio_model
+
+import bgc
+import bgc.library
+
+SCENES = Path(bgc.library.__path__[0]) / "scenes"
+G = 9.81
+
+
+def bar(length, mass, side):
+    """Moments of a uniform square bar along x."""
+    along, across = mass * side**2 / 6, mass * (length**2 + side**2) / 12
+    return f"{along!r} 0 0 {across!r} 0 {across!r}"
+
+
+# Angles are positive upwards: about -y.
+TELESCOPIC = f"""
+post - turns  0 0 1  0 0 0  0 0 0
+  6000  0 0 1.5  5000 0 0 5000 0 1000
+outer post turns  0 -1 0  0 0 3  0 0 0
+  7000  5 0 0  {bar(10, 7000, 0.8)}
+inner outer slides  1 0 0  10 0 0  0 0 0
+  4000  5 0 0  {bar(10, 4000, 0.6)}
+tip inner fixed  0 0 0  10 0 0  0 0 0
+  0  0 0 0  0 0 0 0 0 0
+"""
+EXCAVATOR = """
+platform - turns  0 0 1  0 0 1.1  0 0 0
+  9000  -1 0 0.9  9e3 0 0 15e3 0 18e3
+boom platform turns  0 -1 0  0.3 0 0.8  0 0 0
+  1600  2.7 0 0  150 0 0 4600 0 4600
+stick boom turns  0 -1 0  5.7 0 0  0 0 0
+  800  1 0 0  60 0 0 620 0 620
+bucket stick turns  0 -1 0  2.9 0 0  0 0 0
+  700  0.7 0 0  120 0 0 150 0 150
+soil bucket fixed  0 0 0  1.5 0 0  0 0 0
+  500  -0.7 0 -0.2  53.333333333333336 0 0 53.333333333333336 0 53.333333333333336
+tip bucket fixed  0 0 0  1.5 0 0  0 0 0
+  0  0 0 0  0 0 0 0 0 0
+"""
+MECHANISMS = {
+    "telescopic": (
+        TELESCOPIC,
+        ("crane.pedestal.angle", "crane.luff.angle", "crane.telescope.extension"),
+        0.0,  # the drives carry the weights
+    ),
+    "excavator": (
+        EXCAVATOR,
+        tuple(f"machine.{joint}.angle" for joint in ("ring", "foot", "elbow", "wrist")),
+        G,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_a_mechanism_has_pinocchios_mass_matrix_and_forces(name):
+    pin = pytest.importorskip("pinocchio")
+    table, joints, gravity = MECHANISMS[name]
+    machine = probe("cranes", name, *(f"rates[{k + 1}]" for k in range(len(joints))))
+    model = pinocchio_model(table, gravity)
+    data = model.createData()
+    tip = model.getFrameId("tip")
+    rng = np.random.default_rng(3)
+    for _ in range(30):
+        q, v = rng.uniform(-1.5, 1.5, len(joints)), rng.normal(size=len(joints))
+        state = machine.at(dict(zip(joints, q, strict=True)), v)
+        mass, exact = machine.mass_matrix(state), pin.crba(model, data, q)
+        exact = np.triu(exact) + np.triu(exact, 1).T
+        np.testing.assert_allclose(mass, exact, rtol=0, atol=1e-12 * np.abs(exact).max())
+        bias, forces = -mass @ machine.accelerations(state), pin.nonLinearEffects(model, data, q, v)
+        np.testing.assert_allclose(bias, forces, rtol=0, atol=1e-11 * np.abs(forces).max())
+        pin.framesForwardKinematics(model, data, q)
+        found = machine.vector(state, "tip")
+        np.testing.assert_allclose(found, data.oMf[tip].translation, rtol=0, atol=1e-12)
+
+
+@cache
+def model(name, scene=None):
+    return bgc.compile(SCENES / f"{name}.bg", scene=scene or name)
+
+
+# Scene, the column that a command moves, when it does, and where it is in the end.
+MOVED = {
+    "telescopic_crane": ("reach[2]", 1.0, 11.490666646784671 + 1.5),
+    "knuckle_boom": ("reach[3]", 1.0, None),
+    "gantry": ("position[1]", 1.0, 8.0),
+    "ur5": ("q[1] [deg]", 0.5, 0.0),
+    "panda": ("q[4] [deg]", 0.5, -135.0),
+    "excavator": ("cylinders[2]", 0.5, None),
+}
+
+
+@pytest.mark.parametrize("name", MOVED)
+def test_a_scene_starts_at_rest_moves_and_keeps_its_account(name):
+    column, begins, end = MOVED[name]
+    result = model(name).simulate()
+    still = result[column][result.time < begins]
+    assert np.ptp(still) < 1e-8
+    assert np.ptp(result[column]) > 0.2
+    if end is not None:
+        assert result[column][-1] == pytest.approx(end, rel=2e-3, abs=0.15)
+    assert np.abs(result["energy.residual"]).max() < 1e-5 + 3e-6 * result.counts["exchanged"]
+
+
+def test_anti_sway_brings_the_load_of_the_gantry_to_rest():
+    left = []
+    for damping in (0.0, 0.5):
+        result = model("gantry").simulate(parameters={"crane.damping": damping})
+        late = result.time > 20
+        left.append(np.ptp(result["load_at[1]"][late]))
+    assert left[0] > 0.2
+    assert left[1] < 0.1 * left[0]
+
+
+def test_cranes_are_compared_with_one_operator_and_load():
+    """The tips of all three do as asked; on a vessel that heels by what each of them weighs."""
+    heel = {}
+    for scene in ("compare_cranes", "two_beam", "telescopic"):
+        result = model("compare_cranes", scene).simulate()
+        moved = result["reach"] - result["reach"][0]
+        assert np.abs(moved[-1] - [0, 0, 1]).max() < 0.02
+        before = result.time < 1
+        assert np.ptp(result["tip"][before], axis=0).max() < 1e-6
+        assert result["force"][0, 2] == pytest.approx(2000 * G, rel=5e-3)
+        heel[scene] = abs(result["roll [deg]"][0])
+    assert heel["two_beam"] > heel["telescopic"] > heel["compare_cranes"]
+
+
+def test_a_scene_with_one_line_changed_starts_at_rest(tmp_path):
+    """Another beam, rope, crane or vessel. Cranes are compared above."""
+    changes = (
+        (model("compare_cranes", "two_beam"), {"crane.boom.length": 14.0}, "tip"),
+        (model("telescopic_crane"), {"load.length": 9.0}, "load_at"),
+    )
+    for crane, values, column in changes:
+        run = {"every": 0.1, "solver": "rodas5p", "rtol": 1e-6}
+        result = crane.simulate(0.3, **run, parameters=values)
+        assert np.ptp(result[column], axis=0).max() < 1e-6
+    file = tmp_path / "changed.bg"
+    text = (SCENES / "knuckle_boom.bg").read_text()
+    text = text.replace("import crane.lift;", "import crane.lift;\nimport marine.osv;")
+    file.write_text(text.replace("  use crane", "  use vessel = OsvSeakeeping;\n  use crane", 1))
+    result = bgc.compile(file).simulate(1.0)
+    assert np.ptp(result["load_at"], axis=0).max() < 1e-6
+
+
+SEEDS = (1, 2)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_winch_of_the_whole_machine_takes_out_the_heave(seed):
+    """At least 90 % of it, in JONSWAP, Hs 2.5 m, Tp 8 s, with limits of flow and pressure."""
+    machine = model("knuckle_boom_at_sea")
+    options = {"solver": "rodas5p", "rtol": 1e-4}
+    free, held = (
+        machine.simulate(21, **options, parameters={"compensation": share, "vessel.sea.seed": seed})
+        for share in (0, 1)
+    )
+    quiet = held.time > 10
+    left, whole = (np.std(result["height"][quiet]) for result in (held, free))
+    assert whole > 0.1
+    assert left < 0.1 * whole
+    assert np.abs(held["pressure [bar]"]).max() < 300
+
+
+def test_the_crane_at_sea_starts_at_rest_and_converges_at_a_millisecond():
+    machine = model("knuckle_boom_at_sea")
+    run = machine.simulate()
+    exact = machine.simulate(solver="rodas5p", rtol=1e-8)
+    assert np.ptp(exact["stroke"], axis=0).min() > 0.05
+    assert run["tension [kN]"][0] == pytest.approx(2200 * G / 1e3, rel=1e-6)
+    assert np.abs(run["stroke"] - exact["stroke"]).max() < 1e-4
+    assert np.abs(run["height"] - exact["height"]).max() < 2e-3
+    assert np.abs(np.diff(exact["height"])[:2]).max() < 2e-3
