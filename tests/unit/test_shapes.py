@@ -378,7 +378,8 @@ def test_all_shapes_of_the_library_are_valid():
         "Rectangle", "BoxSection", "TubeSection", "ISection", "GivenSection",
         "SolidBox", "SolidCylinder", "SolidSphere",
         "RegularWave", "GivenWaves", "Jonswap", "Rope", "Tackle", "HookLoad",
-        "GantryCrane", "Excavator", "ArmCell",
+        "GantryCrane", "Excavator", "ArmCell", "CraneAtSea",
+        "LoadCell", "Member", "KnuckleBoomMechanism",
     }  # fmt: skip
     assert drawn >= {
         "post.box", "pedestal.cylinder", "slide.cylinder", "swivel.sphere", "payload.sphere",

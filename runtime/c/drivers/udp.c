@@ -72,7 +72,7 @@ static void udp_put_number(unsigned char *to, double value) {
 static int udp_take(udp_state *u, const unsigned char *bytes, ssize_t count,
                     const struct sockaddr_in *from) {
     static const unsigned char head[8] = {'B', 'G', 'C', 'P', 1, 0, 0, 0};
-    double number[POSE_NUMBERS];
+    double values[POSE_NUMBERS];
     uint64_t sequence;
 
     if (count != POSE_BYTES || memcmp(bytes, head, sizeof head) != 0 ||
@@ -88,9 +88,9 @@ static int udp_take(udp_state *u, const unsigned char *bytes, ssize_t count,
     u->answers = 1;
     u->pose.stamp = udp_get_number(bytes + 16);
     for (int k = 0; k < POSE_NUMBERS; k++) {
-        number[k] = udp_get_number(bytes + 24 + 8 * k);
+        values[k] = udp_get_number(bytes + 24 + 8 * k);
     }
-    memcpy(&u->pose, number, sizeof number);
+    memcpy(&u->pose, values, sizeof values);
     return 1;
 }
 
@@ -184,13 +184,13 @@ static int udp_read(void *handle, double t, bgc_pose *pose) {
 static int udp_write(void *handle, double t, const bgc_effort *effort) {
     udp_state *u = handle;
     unsigned char bytes[FORCE_BYTES] = {'B', 'G', 'C', 'F', 1};
-    double number[8] = {t};
+    double values[8] = {t};
 
-    memcpy(number + 1, effort, sizeof *effort);
+    memcpy(values + 1, effort, sizeof *effort);
     udp_put(bytes + 8, ++u->sent);
     udp_put(bytes + 16, u->sequence);
     for (int k = 0; k < 8; k++) {
-        udp_put_number(bytes + 24 + 8 * k, number[k]);
+        udp_put_number(bytes + 24 + 8 * k, values[k]);
     }
     /* A datagram that is lost here is one of those that may be lost on the way. */
     if (sendto(u->socket, bytes, sizeof bytes, 0, (struct sockaddr *)&u->device,
