@@ -246,17 +246,23 @@ class _Walk:
     def _part(self, part: syntax.Part, region: Region) -> None:
         self._note(part.name_span, region.names.get(part.name))
         self._all(part.index, region)
-        self._type_use(part.type, region)
+        # The arguments of a slot go to the model that fills it, whatever its interface declares.
+        default = part.default
+        filling = self.table.arguments(default.name, self.module) if default else None
+        self._type_use(part.type, region, filling)
         if part.default is not None:
             self._type_use(part.default, region)
         law = region.with_names(_LAW)
         for equation in part.law or ():
             self._all((equation.left, equation.right), law)
 
-    def _type_use(self, use: syntax.TypeUse, region: Region) -> None:
+    def _type_use(
+        self, use: syntax.TypeUse, region: Region, further: Members | None = None
+    ) -> None:
+        """Note the names of a use; `further` are arguments beside those of its type."""
         self._note(use.name_span, type_symbol(use.name, self.module))
         self._all(use.dims, region)
-        members = self.table.arguments(use.name, self.module)
+        members = {**(further or {}), **self.table.arguments(use.name, self.module)}
         for argument in use.arguments:
             target = members.get(argument.name) if argument.name else None
             if argument.name is not None:
