@@ -20,7 +20,7 @@ from pathlib import Path
 from table import machine, pin, show
 
 _NAMES = ("kernels", "arms", "sundials", "growth", "scipy_solvers", "rigid_peers", "casadi_code",
-          "ensembles", "long_runs")  # fmt: skip
+          "ensembles", "long_runs", "compile_growth")  # fmt: skip
 _PACKAGES = ("numpy", "scipy", "mujoco", "pin", "casadi")
 
 
