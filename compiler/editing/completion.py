@@ -1,4 +1,4 @@
-"""What may be written at a cursor: names, types, arguments, units, words of the language."""
+"""Completions at a cursor: names, types, arguments, units, words of the language."""
 
 from __future__ import annotations
 

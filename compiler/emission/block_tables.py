@@ -49,7 +49,7 @@ def lay_out_blocks(
     column_of = {column: k for k, column in enumerate(plan.columns)}
 
     def assembly(entries: Mapping[Position, int]) -> list[list[tuple[int, int]]]:
-        """Of each block: the entries in its rows, and their places in its sheet."""
+        """Find the entries in the rows of each block, and their places in its sheet."""
         lists: list[list[tuple[int, int]]] = [[] for _ in plan.sizes]
         for (row, column), entry in entries.items():
             k = row_of[row]

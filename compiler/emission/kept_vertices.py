@@ -29,7 +29,7 @@ from heapq import heapify, heappop, heappush
 
 Edges = Mapping[int, Collection[int]]
 Settings = tuple[int, int]
-"""How many products more than edges a cheap vertex may cost: at the start, and after each group."""
+"""Limits for a cheap vertex, products less edges: at the start, and after each group."""
 
 
 @dataclass(frozen=True, slots=True)

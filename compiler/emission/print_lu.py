@@ -288,7 +288,7 @@ def _factor_row(
 
 
 def nonzero_rows(plan: LuPlan, states: int) -> list[bool]:
-    """Whether row k may be nonzero after forward substitution: right-hand sides are, in states."""
+    """Return whether row k may be nonzero after forward substitution; rows of states may."""
     found: list[bool] = []
     for row, lower in zip(plan.rows, plan.lower, strict=True):
         found.append(row < states or any(found[j] for j in lower))
@@ -296,7 +296,7 @@ def nonzero_rows(plan: LuPlan, states: int) -> list[bool]:
 
 
 def needed_columns(plan: LuPlan, states: int) -> list[bool]:
-    """Whether the states need the unknown of pivot k in backward substitution."""
+    """Return whether the states need the unknown of pivot k in backward substitution."""
     needed = [column < states for column in plan.columns]
     for k, upper in enumerate(plan.upper):
         for j in upper if needed[k] else ():

@@ -25,8 +25,8 @@ _REST = 1e-9  # of the stored energy in a second: less power than that is roundi
 _CANCELLED = (
     1e-8  # of the powers of single sources and resistors: less is what rounding leaves of them
 )
-_ROUNDINGS = 4  # random ones, by which a broken balance is told from rounding
-_EXPLAINED = 10.0  # of the differences between them: a larger sum is no rounding
+_ROUNDINGS = 4  # random perturbations, which separate a broken balance from rounding
+_EXPLAINED = 10.0  # of the differences between them: a larger sum is not rounding
 _SOLVED = 1e-9  # of the powers that unsolved unknowns have: less is the error of their solution
 
 

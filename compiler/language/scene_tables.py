@@ -82,7 +82,7 @@ OVERRUN_POLICIES: Mapping[str, str] = {
     "skip": "the model catches up with the last pose, without reading or writing the device",
     "slow": "simulated time runs slower than the clock",
 }
-"""What a loop in real time does where it is late by a period: the second part of `deadline`."""
+"""Overrun policies of a loop in real time, the second part of `deadline`."""
 
 DEVICE_INPUTS: Mapping[str, Channel] = {
     "position": Channel((3,), _METRE, "position of the handle"),

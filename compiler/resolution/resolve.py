@@ -250,7 +250,7 @@ def _check_members(module: Module, report: Report) -> None:
 
 
 _CHECKS = (_check_types, _check_members)
-"""What is checked in all files, each once the one before found no error."""
+"""Checks of all files, in order; each runs if the one before found no error."""
 
 
 def _check_model(model: syntax.Model, module: Module, report: Report) -> None:

@@ -1,4 +1,4 @@
-"""What the commands on linear models share: their options, and the model that these name."""
+"""Options that the commands on linear models share, and the model that these name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What commands in real time share: limits of the loop, and its live view."""
+"""Options and live view that the commands in real time share."""
 
 from __future__ import annotations
 

@@ -56,14 +56,14 @@ def alternatives(words: Iterable[str]) -> str:
 
 
 STATEMENT = r"(?:(?<=[;{}])|^)(\s*)"
-"""Where a statement may begin."""
+"""Pattern before a place at which a statement may begin."""
 
 NOT_A_NAME = r"(?!\s*(?:[:.=,)\[]|->))"
-"""What does not follow a word that is a keyword only in its place."""
+"""Pattern that may not follow a word that is a keyword only in its place."""
 
 BETWEEN = r"(?<=[\s)\]])(?<!\bas\s)"
 GOES_ON = r"(?=\s+(?!->)[\w\"\[(.-]|\s*[;{]|\s*$)"
-"""What stands before and behind a keyword within a statement."""
+"""Patterns before and behind a keyword within a statement."""
 
 OF_PORTS = r"(?<=[\w\]]\s)(?:out|main)(?=\s+(?::|main))"
 """The keywords of a port before its domain."""

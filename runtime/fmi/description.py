@@ -20,7 +20,7 @@ _STRUCTURED = re.compile(rf"(?:der\()?{_NAME}(?:\.{_NAME})*\)?")
 
 @dataclass(frozen=True, slots=True)
 class Description:
-    """What a model description says besides its variables.
+    """Contents of a model description besides its variables.
 
     `duration`, `tolerance` and `interval` are the default experiment; None where the scene has
     none. `indicators` counts the event indicators.

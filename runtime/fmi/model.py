@@ -133,7 +133,7 @@ def _tool() -> str:
 
 
 def _couples(table: Table, stages: Stages) -> bool:
-    """Whether a mass matrix couples states that follow from algebraic equations."""
+    """Return whether a mass matrix couples states that follow from algebraic equations."""
     states = stages.lowered.program.states
     return len(table.free) == len(states) and any(s.kind == "algebraic" for s in states)
 

@@ -38,7 +38,7 @@ class Structure:
 
 
 def tunable_parameters(program: Program) -> tuple[bool, ...]:
-    """Which parameters act on a run, and may change during it.
+    """Find the parameters that act on a run and may change during it.
 
     Not those that act on the start alone, nor those on which sampling times or the geometry of
     closed chains depend.

@@ -245,7 +245,7 @@ class Servo:
         return Status(status), message.value.decode("utf-8", "backslashreplace")
 
     def capabilities(self, index: int) -> CapabilitiesStruct:
-        """What an open device can do."""
+        """The capabilities of an open device."""
         found = self._functions.bgc_servo_capabilities(self._servo, index).contents
         assert isinstance(found, CapabilitiesStruct)
         return found

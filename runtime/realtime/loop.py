@@ -193,7 +193,7 @@ class Realtime:
 
     @property
     def report(self) -> Report:
-        """How the loop is doing; final once it has been stopped or waited for."""
+        """The present report of the loop; final once it has been stopped or waited for."""
         return self._final or self._read_report()
 
     def _read_report(self) -> Report:
@@ -240,7 +240,7 @@ class Realtime:
         return dict(zip(self.columns, row.tolist(), strict=False))
 
     def last_force(self, index: int) -> list[float]:
-        """What was written to a device in the last sample, 7 numbers; zero before the first."""
+        """The values written to a device in the last sample, 7 numbers; zero before the first."""
         latest = self._latest
         return [0.0] * 7 if latest is None else forces_of(latest, index)[-1].tolist()
 

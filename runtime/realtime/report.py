@@ -94,12 +94,12 @@ class Report:
 
     @property
     def is_running(self) -> bool:
-        """Whether the loop still runs."""
+        """True while the loop runs."""
         return self.end is End.RUNNING
 
     @property
     def failed(self) -> bool:
-        """Whether a fault ended the loop."""
+        """True if a fault ended the loop."""
         return self.end not in _GOOD_ENDS
 
     def lines(self) -> Iterator[str]:

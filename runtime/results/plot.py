@@ -95,7 +95,7 @@ class Columns(Protocol):
 
 
 class Instances(Protocol):
-    """What a plot of many runs needs of an ensemble."""
+    """The part of an ensemble that is drawn."""
 
     @property
     def scene(self) -> str:

@@ -82,14 +82,14 @@ class Template:
 
 @dataclass(frozen=True)
 class Wishes:
-    """What a program may have."""
+    """Features that a program may have."""
 
     initials: bool = True
     size: int = 5
 
 
 class Home(Protocol):
-    """What the models of one program share."""
+    """Facts that the models of one program share."""
 
     rng: random.Random
     wishes: Wishes

@@ -293,7 +293,7 @@ def _confirmed(
 def _variants(
     program: Program, place: Path, scales: Mapping[str, float], base: Columns, count: int
 ) -> tuple[str, str] | None:
-    """What is wrong with some variants, None if nothing is."""
+    """Describe the first fault of some variants; None without a fault."""
     for name in random.Random(program.seed).sample(sorted(VARIANTS), count):
         try:
             other = VARIANTS[name](program, place, program.seed)

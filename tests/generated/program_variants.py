@@ -53,7 +53,7 @@ def _constant(program: Program, place: Path, seed: int) -> Columns:
 
 
 def _set_at_run_time(program: Program, place: Path, seed: int) -> Columns:
-    """What the scene sets, set at run time."""
+    """The scene's values, set at run time."""
     sets = program.scene.sets
     writer = Writer(program)
     values = {writer.path(path): float(value.value) for path, value in sets}  # type: ignore[attr-defined]

@@ -33,7 +33,7 @@ def test_a_steady_wind_grows_with_height(load):
 
 @pytest.mark.parametrize("seed", [1, 4])
 def test_gusts_have_the_energy_of_their_spectrum(load, seed):
-    """Of NORSOK N-003 at 20 m and 20 m/s, from 1/2400 to 1/2 Hz."""
+    """The spectrum of NORSOK N-003 at 20 m and 20 m/s, from 1/2400 to 1/2 Hz."""
     result = load("weather", "gusts").simulate(36000, every=2, parameters={"wind.seed": seed})
 
     def spectrum(f: float) -> float:

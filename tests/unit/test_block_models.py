@@ -152,7 +152,7 @@ def test_pivots_that_vanish_are_exchanged_in_a_block_and_else_end_in_dense_facto
 def test_batches_use_unrolled_code_where_single_instances_use_blocks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of models whose unrolled code is not too long: `bgc_lanes.h` has no blocks."""
+    """Lanes of models whose unrolled code is not too long: `bgc_lanes.h` has no blocks."""
     source = tmp_path / "line.bg"
     source.write_text(
         "model Line { param k = 2; wall : Sf(f = 0); pull : Se(e = sin(time));"

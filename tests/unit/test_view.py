@@ -168,7 +168,7 @@ def test_an_interrupted_run_continues_behind_its_last_good_state(model):
 
 
 class Seen:
-    """What a player has published."""
+    """The rows that a player has published."""
 
     def __init__(self):
         self.events = []

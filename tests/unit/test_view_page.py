@@ -93,7 +93,7 @@ class View:
             time.sleep(0.03)
 
     def colours(self):
-        """How many colours the canvas shows, in steps of a 16th."""
+        """The number of colours of the canvas, in steps of a 16th."""
         return self.ask(
             """(() => {
               const view = bgcView; view.stage.draw();

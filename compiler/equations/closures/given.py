@@ -1,4 +1,4 @@
-"""Whether a program whose chains are closed starts at the flows and momenta that its model gives.
+"""Check that closed chains start at the flows and momenta that the model gives.
 
 The momenta of the start are projected until the closing rows hold. What a model gives may be moved
 by that: which rows are independent is known only where the chain is closed, after initial values

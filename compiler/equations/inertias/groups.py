@@ -27,7 +27,7 @@ class Group:
 
     @property
     def is_linear(self) -> bool:
-        """Whether all momenta are linear in the flows."""
+        """True if all momenta are linear in the flows."""
         return all(element.law.capacity is not None for element in self.elements)
 
     def names(self) -> list[str]:
