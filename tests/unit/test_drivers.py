@@ -14,42 +14,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from device_interface import Driver, Pose
 from scipy.linalg import expm
 
 from bgc.runtime.realtime.binding import CapabilitiesStruct
 
 FINE, SATURATED, NO_NEWS, LOST = 0, 1, 2, -1
-
-
-class Pose(ctypes.Structure):
-    _fields_ = (
-        ("position", ctypes.c_double * 3),
-        ("orientation", ctypes.c_double * 4),
-        ("velocity", ctypes.c_double * 3),
-        ("angular_velocity", ctypes.c_double * 3),
-        ("gripper", ctypes.c_double),
-        ("buttons", ctypes.c_double * 8),
-        ("stamp", ctypes.c_double),
-    )
-
-
-class Driver(ctypes.Structure):
-    _fields_ = (
-        ("abi", ctypes.c_uint32),
-        ("name", ctypes.c_char_p),
-        (
-            "open",
-            ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_size_t),
-        ),
-        ("read", ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p)),
-        (
-            "write",
-            ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.c_void_p),
-        ),
-        ("close", ctypes.CFUNCTYPE(None, ctypes.c_void_p)),
-        ("capabilities", ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)),
-        ("last_error", ctypes.CFUNCTYPE(ctypes.c_char_p, ctypes.c_void_p)),
-    )
 
 
 class Device:

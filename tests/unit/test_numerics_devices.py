@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from device_interface import Driver, Pose
 
 from bgc.language.scene_tables import DRIVER_OPTIONS
 
@@ -21,35 +22,6 @@ KNOWN = (
     "vx, vy, vz, wx, wy, wz, fx, fy, fz, tx, ty, tz, gripper_force"
 )
 HAND = "time,x,y,z\n0,0,0,0\n1,1,0,-2\n3,1,0,0\n"
-
-
-class Pose(ctypes.Structure):
-    _fields_ = (
-        ("position", ctypes.c_double * 3),
-        ("orientation", ctypes.c_double * 4),
-        ("velocity", ctypes.c_double * 3),
-        ("angular_velocity", ctypes.c_double * 3),
-        ("gripper", ctypes.c_double),
-        ("buttons", ctypes.c_double * 8),
-        ("stamp", ctypes.c_double),
-    )
-
-
-class Driver(ctypes.Structure):
-    _fields_ = (
-        ("abi", ctypes.c_uint32),
-        ("name", ctypes.c_char_p),
-        (
-            "open",
-            ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_size_t),
-        ),
-        (
-            "read",
-            ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.POINTER(Pose)),
-        ),
-        ("write", ctypes.c_void_p),
-        ("close", ctypes.CFUNCTYPE(None, ctypes.c_void_p)),
-    )
 
 
 class Trace:
