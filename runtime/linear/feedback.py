@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from bgc.diagnostics.catalogue.analysis import no_loop
+from bgc.diagnostics.catalogue.analysis import no_loop, out_of_range
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.state_space import Linearisation
 from bgc.values.units import DIMENSIONLESS, divide, parse_unit, si_symbol
 
 REFERENCE = "reference"
+_LARGEST = 1e100  # of an entry: a product of three is finite
 
 
 def with_gain(linear: Linearisation, gain: float) -> Linearisation:
@@ -20,7 +21,7 @@ def with_gain(linear: Linearisation, gain: float) -> Linearisation:
     The new input is the deviation that a controller receives, with the unit of the output.
     """
     units = {**linear.units, linear.inputs[0]: linear.units[linear.outputs[0]]}
-    return replace(linear, B=gain * linear.B, D=gain * linear.D, units=units)
+    return _in_range(replace(linear, B=gain * linear.B, D=gain * linear.D, units=units))
 
 
 def close_loop(linear: Linearisation, gain: float = 1.0) -> Linearisation:
@@ -51,7 +52,7 @@ def close_loop(linear: Linearisation, gain: float = 1.0) -> Linearisation:
         raise BgError([no_loop(gain, linear.inputs[0], linear.outputs[0])])
     inner = gain / around
     units = {**linear.units, REFERENCE: linear.units[linear.outputs[0]]}
-    return replace(
+    closed = replace(
         linear,
         A=linear.A - inner * linear.B @ linear.C,
         B=inner * linear.B,
@@ -60,6 +61,16 @@ def close_loop(linear: Linearisation, gain: float = 1.0) -> Linearisation:
         inputs=(REFERENCE,),
         units=units,
     )
+    return _in_range(closed)
+
+
+def _in_range(linear: Linearisation) -> Linearisation:
+    """Refuse matrices whose products leave the range of double precision (BG798)."""
+    for matrix in (linear.A, linear.B, linear.C, linear.D):
+        size = np.abs(matrix).max(initial=0.0)
+        if not size <= _LARGEST or 0 < size < 1 / _LARGEST:
+            raise BgError([out_of_range(linear.outputs[0])])
+    return linear
 
 
 def gain_unit(linear: Linearisation) -> str:

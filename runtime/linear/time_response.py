@@ -10,7 +10,7 @@ from typing import TextIO
 
 import numpy as np
 
-from bgc.diagnostics.catalogue.analysis import no_time_response
+from bgc.diagnostics.catalogue.analysis import no_time_response, out_of_range
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.linear.fast_modes import balancing
 from bgc.runtime.linear.state_space import Linearisation
@@ -128,7 +128,8 @@ def step_response(linear: Linearisation, duration: float | None = None) -> TimeR
     Raises
     ------
     BgError
-        BG796 where algebraic equations that cannot be eliminated remain in the model.
+        BG796 where algebraic equations that cannot be eliminated remain in the model, BG798 where
+        values leave the range of double precision.
     """
     return _response(linear, duration, impulse=False)
 
@@ -195,13 +196,17 @@ def _response(linear: Linearisation, duration: float | None, *, impulse: bool) -
     extended = np.zeros((n + 1, n + 1))
     extended[:n, :n], extended[:n, n:] = linear.A, linear.B
     scale = balancing(extended)
-    forward = expm(extended / scale[:, None] * scale * (duration / _ROWS))
+    with np.errstate(over="ignore", invalid="ignore"):
+        forward = expm(extended / scale[:, None] * scale * (duration / _ROWS))
     state = np.zeros((_ROWS + 1, n + 1))
     state[0, :n] = linear.B[:, 0] / scale[:n] if impulse else 0.0
     state[0, n] = 0.0 if impulse else 1.0 / scale[n]
-    for k in range(_ROWS):
-        state[k + 1] = forward @ state[k]
-    value = (state * scale) @ np.hstack((linear.C, linear.D)).T
+    with np.errstate(over="ignore", invalid="ignore"):
+        for k in range(_ROWS):
+            state[k + 1] = forward @ state[k]
+        value = (state * scale) @ np.hstack((linear.C, linear.D)).T
+    if not np.isfinite(value).all():
+        raise BgError([out_of_range(linear.outputs[0])])
     units = [quotient_unit(linear.units[y], linear.units[linear.inputs[0]]) for y in linear.outputs]
     if impulse:
         units = [quotient_unit(unit, "s") for unit in units]

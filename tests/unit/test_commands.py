@@ -408,6 +408,10 @@ def test_linear_commands_print_and_draw(rc):
         (["step", "--output", "voltage", "--time", "0 s"], "BG797"),
         (["step", "--output", "supply.e", "--gain", "-1", "--closed"], "BG795"),
         (["margins", "--output", "voltage", "--gain", "2 N"], "BG063"),
+        (["step", "--output", "voltage", "--gain", "-9", "--closed", "--time", "1e9 s"], "BG798"),
+        (["poles", "--output", "voltage", "--gain", "1e300", "--closed"], "BG798"),
+        (["bode", "--output", "voltage", "--gain", "1e308"], "BG798"),
+        (["locus", "--output", "voltage", "--gain", "1e-300"], "BG798"),
     ],
 )
 def test_linear_commands_refuse(rc, arguments, code):

@@ -192,3 +192,18 @@ def singular_mass() -> Diagnostic:
         "the mass matrix of this linear form is singular",
         help="use `A`, `B`, `C`, `D` and `E` as a descriptor system",
     )
+
+
+def out_of_range(name: str) -> Diagnostic:
+    """BG798: numbers of a linear model beyond double precision
+
+    What: a gain or a duration makes numbers that double precision cannot hold.
+    Why: a loop with such a gain, or a response over such a time, would be rounding or infinite.
+    Example: `bgc step servo.bg --input supply.e --output turn --gain 1e300 --closed`
+    Way out: a smaller gain or a shorter `--time`, a few time constants of an unstable loop.
+    """
+    return error(
+        "BG798",
+        f"the response of `{name}` leaves the range of double precision",
+        help="choose a gain nearer to 1, or a shorter `--time`",
+    )
