@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import TypeAlias
 
@@ -40,15 +40,20 @@ class Reader:
 
     def read(self, path: Path, name: str) -> Parsed:
         """Read and parse a file; `name` is that of its messages. BgError if it cannot be read."""
-        return parse(Source(name, read_source(path).text))
+        return _parse(Source(name, read_source(path).text))
 
 
 Parsed: TypeAlias = tuple[syntax.File, tuple[Diagnostic, ...]]
 
 
+@lru_cache(maxsize=256)  # a process that loads models one after the other imports the same files
+def _parse(source: Source) -> Parsed:
+    return parse(source)
+
+
 def load(path: Path) -> Package:
     """Read a file with all its imports; BgError lists all errors in them."""
-    return _load_root(parse(read_source(path)), path)
+    return _load_root(_parse(read_source(path)), path)
 
 
 def load_text(text: str, name: str = "<text>") -> Package:

@@ -37,6 +37,16 @@ def test_one_file_reached_twice_is_one_file(tmp_path):
     assert len(load(tmp_path / "top.bg").modules) == 4
 
 
+def test_a_file_that_changed_is_read_again(tmp_path):
+    write(tmp_path, top='import "part.bg"; model M { output y = k; }', part="const k = 1;")
+    values = []
+    for text in ("const k = 1;", "const k = 2;", "const k = 1;"):
+        write(tmp_path, part=text)
+        graph = elaborate(load(tmp_path / "top.bg"))
+        values.append(graph.dag.value(graph.observations[0].node))
+    assert values == [1, 2, 1]
+
+
 def test_names_mean_what_they_mean_in_their_own_file(tmp_path):
     write(
         tmp_path,
