@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from bgc.diagnostics.catalogue.pages import find_page, near_pages, pages, topics
 from bgc.printing.tables import Table
 from bgc.reference.entry import Block, Entry, Group, paragraphs
@@ -36,6 +38,7 @@ def _by_topic() -> tuple[Block, ...]:
     )
 
 
+@cache
 def _summaries() -> dict[str, str]:
     return {code: _title(page) for code, page in pages().items()}
 

@@ -73,10 +73,12 @@ def fitting(interface: str) -> tuple[str, ...]:
 # --- entries --------------------------------------------------------------------------------
 
 
+@cache
 def _modules() -> dict[str, str]:
     return {module: first_sentence(file_doc(module_text(module))) for module in library_modules()}
 
 
+@cache
 def _summaries() -> dict[str, str]:
     return _modules() | {d.full_name: first_sentence(d.doc) for d in declarations()}
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib import resources
 from pathlib import Path
 
 
+@cache
 def library_folder() -> Path:
     """Return the folder of the `.bg` files of the installed library."""
     return Path(str(resources.files("bgc.library")))
 
 
+@cache
 def library_modules() -> tuple[str, ...]:
     """Return the dotted names of the library's modules, sorted."""
     folder = library_folder()

@@ -5,7 +5,8 @@ from __future__ import annotations
 import inspect
 import pkgutil
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import cache
 from importlib import import_module
 from types import ModuleType
 
@@ -20,15 +21,18 @@ def find_page(code: str) -> str | None:
     return pages().get(f"BG{code.upper().removeprefix('BG')}")
 
 
-def pages() -> dict[str, str]:
+@cache
+def pages() -> Mapping[str, str]:
     """Return all pages by code, in the order of the codes."""
     return dict(sorted(item for _, found in topics() for item in found.items()))
 
 
-def topics() -> list[tuple[str, dict[str, str]]]:
+@cache
+def topics() -> tuple[tuple[str, Mapping[str, str]], ...]:
     """Return the topics in the order of their first codes: a title, and its pages by code."""
     found = [(_title(topic), dict(sorted(_pages_of(topic)))) for topic in _modules()]
-    return sorted(((title, some) for title, some in found if some), key=lambda item: min(item[1]))
+    with_pages = ((title, some) for title, some in found if some)
+    return tuple(sorted(with_pages, key=lambda item: min(item[1])))
 
 
 def near_pages(text: str) -> dict[str, str]:
