@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import click
+from click.shell_completion import CompletionItem
 
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.cli.signals import Caught
@@ -24,7 +25,7 @@ _NOT_UTF8 = re.compile("[\udc80-\udcff]")  # surrogates for bytes of file names
 
 # Each command is a module of this package, imported when it is named. So the modules import at
 # their top what they need, and `bgc run` does not wait for what `bgc trade` imports.
-_GROUPS = {
+GROUPS = {
     "Write and check": {
         "new": "write a small model and scene to begin with",
         "check": "report errors and warnings without compiling",
@@ -32,6 +33,7 @@ _GROUPS = {
         "doc": "look up elements, functions, library parts, diagnostics ..",
         "explain": "look up a diagnostic (the same as doc)",
         "doctor": "check compiler, cache and packages of this machine",
+        "completion": "print the script for completion in bash, zsh or fish",
         "lsp": "serve an editor: diagnostics, completion, hover, hints, names",
     },
     "Run": {
@@ -63,7 +65,7 @@ _GROUPS = {
         "activity": "show where the energy goes, and what could be left out",
     },
 }
-_COMMANDS = {name: text for group in _GROUPS.values() for name, text in group.items()}
+COMMANDS = {name: text for group in GROUPS.values() for name, text in group.items()}
 
 
 class Application(click.Group):
@@ -71,20 +73,29 @@ class Application(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names of the commands, group by group."""
-        return list(_COMMANDS)
+        return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Load a command."""
-        if cmd_name not in _COMMANDS:
+        if cmd_name not in COMMANDS:
             return None
         command = getattr(import_module(f"bgc.runtime.cli.{cmd_name}"), cmd_name)
         assert isinstance(command, click.Command)
         return command
 
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Complete the names of commands and of own options, without loading the commands."""
+        names = [
+            CompletionItem(name, help=text)
+            for name, text in COMMANDS.items()
+            if name.startswith(incomplete)
+        ]
+        return [*names, *click.Command.shell_complete(self, ctx, incomplete)]
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands in their groups, without loading them."""
-        width = max(map(len, _COMMANDS))
-        for title, commands in _GROUPS.items():
+        width = max(map(len, COMMANDS))
+        for title, commands in GROUPS.items():
             with formatter.section(title):
                 formatter.write_dl([(f"{name:<{width}}", text) for name, text in commands.items()])
 
@@ -114,13 +125,31 @@ class Application(click.Group):
         sys.exit(status or DONE)
 
 
-@click.command(cls=Application, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="bgc-lang", prog_name="bgc")
-def application() -> None:
+@click.command(
+    cls=Application,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    invoke_without_command=True,
+    no_args_is_help=True,
+    subcommand_metavar="COMMAND [ARGS]...",
+)
+@click.option("--version", is_flag=True, help="Print the version.")
+@click.option("--json", "as_json", is_flag=True, help="Print the version as JSON, with interfaces.")
+@click.pass_context
+def application(context: click.Context, version: bool, as_json: bool) -> None:
     """Compile bond graphs to C, and run them.
 
     FILE is a .bg file. `bgc COMMAND --help` describes a command, `bgc doc` the language.
     """
+    if as_json and not version:
+        raise click.UsageError("--json needs --version")
+    if version:
+        # Metadata of the installation takes 20 ms to import.
+        from bgc.runtime.cli.version import version_text
+
+        click.echo(version_text(as_json))
+        context.exit()
+    if context.invoked_subcommand is None:
+        raise click.UsageError("Missing command.")
 
 
 def print_diagnostics(diagnostics: Iterable[Diagnostic]) -> None:

@@ -13,6 +13,7 @@ from bgc.diagnostics.catalogue.devices import bad_device_option
 from bgc.diagnostics.catalogue.machine import cannot_write, unknown_file_kind
 from bgc.diagnostics.catalogue.symbolic import bad_pair
 from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.cli.completion import scenes_of
 from bgc.runtime.running.quantity import read_quantity
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
@@ -41,7 +42,7 @@ def model_file(command: _Command) -> _Command:
 def scene_option(command: _Command) -> _Command:
     """Add `--scene`."""
     text = "Scene to take; by default the first of the file."
-    return click.option("--scene", metavar="NAME", help=text)(command)
+    return click.option("--scene", metavar="NAME", help=text, shell_complete=scenes_of)(command)
 
 
 def set_option(command: _Command) -> _Command:
