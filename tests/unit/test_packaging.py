@@ -198,7 +198,31 @@ def test_a_source_distribution_holds_the_backend(tmp_path, monkeypatch):
             archive.add(tmp_path / "bgc-1", "bgc-1")
         return "bgc-1.tar.gz"
 
+    bundled = []
     monkeypatch.setattr(built._setuptools, "build_sdist", plain)
+    monkeypatch.setattr(built, "bundle_page", lambda: bundled.append(True))
     with tarfile.open(tmp_path / built.build_sdist(str(tmp_path))) as archive:
         names = archive.getnames()
     assert {"bgc-1/a.txt", "bgc-1/.build/bgc_build.py"} <= set(names)
+    assert bundled
+
+
+# --- other forms of the package --------------------------------------------------------------
+
+
+def test_the_recipe_and_the_citation_agree_with_the_project():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    recipe = (ROOT / ".packaging/conda/recipe.yaml").read_text("utf-8")
+    required = re.search(r"\n  run:\n((?:    - .*\n)+)", recipe)[1].replace(
+        "matplotlib-base", "matplotlib"
+    )
+    listed = re.findall(r"- ([\w-]+) (>=[\d.]+)", required)
+    assert [name + version for name, version in listed if name != "python"] == project[
+        "dependencies"
+    ]
+    assert f"python {project['requires-python']}" in required
+    assert f'version: "{project["version"]}"' in recipe
+    citation = (ROOT / ".packaging/CITATION.cff").read_text("utf-8")
+    assert f"\nversion: {project['version']}\n" in citation
+    changes = (ROOT / ".packaging/CHANGELOG.md").read_text("utf-8")
+    assert f"\n## {project['version']}" in changes
