@@ -1,0 +1,198 @@
+"""Build the site: `python .site/build.py OUT` (needs `pip install ".[site]"`).
+
+The manual, the reference of the library, the tutorials, the gallery and the pages of diagnostics
+become one site of static files, which asks no other host for anything. Each scene of the gallery
+is run for its picture; with the extra `zig`, `--live` adds a page with the live model.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+from pathlib import Path
+
+from check_links import broken_links
+from pages import Links, Page, anchors_of, one_page, pages_by_heading, written
+
+from bgc.diagnostics.catalogue.pages import topics
+from bgc.reference.library import declarations
+
+ROOT = Path(__file__).resolve().parents[1]
+SCENES = ROOT / "library" / "scenes"
+_LABEL = re.compile(r"^(What|Why|Example|Way out):", re.MULTILINE)
+_HIDDEN = re.compile(r"<!--.*?-->\n?", re.DOTALL)
+
+
+def main() -> int:
+    """Build the site and check its links; return the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--live", action="store_true", help="live pages in the gallery")
+    parser.add_argument("--scenes", nargs="*", help="scenes of the gallery; by default all")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        work = Path(folder)
+        pages = write_pages(work / "docs", given.scenes, live=given.live)
+        (work / "zensical.toml").write_text(configuration(pages), "utf-8")
+        shutil.copyfile(Path(__file__).with_name("site.css"), work / "docs/site.css")
+        command = [sys.executable, "-m", "zensical", "build", "--strict"]
+        subprocess.run(command, cwd=work, check=True)
+        shutil.rmtree(given.out, ignore_errors=True)
+        shutil.copytree(work / "site", given.out)
+    problems = broken_links(given.out)
+    print("\n".join(problems) or f"{sum(map(len, pages.values()))} pages in {given.out}")
+    return 1 if problems else 0
+
+
+# --- the pages ------------------------------------------------------------------------------
+
+
+def write_pages(
+    docs: Path, scenes: Sequence[str] | None = None, live: bool = False
+) -> dict[str, list[Page]]:
+    """Write all pages and the files they show; return the pages by the titles of their parts.
+
+    `scenes` are those of the gallery, by default all files of `library/scenes`.
+    """
+    every_scene = sorted(path.stem for path in SCENES.glob("*.bg"))
+    parts = {
+        "bgc": _home(),
+        "Tutorials": _tutorials(),
+        "Manual": _manual(),
+        "Library": _library(),
+        "Gallery": _gallery(docs, every_scene if scenes is None else scenes, live),
+        "Diagnostics": _diagnostics(),
+        "Developing": _developing(),
+    }
+    every = [page for pages in parts.values() for page in pages]
+    places = {page.source: page.path for page in reversed(every) if page.source}
+
+    def copy(file: str) -> str:
+        place = f"files/{file.lstrip('.')}"  # Zensical leaves out what begins with a dot
+        (docs / place).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / file, docs / place)
+        return place
+
+    links = Links(places | dict(anchors_of(every)), copy)
+    for page in every:
+        path = docs / page.path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(written(page, links), "utf-8")
+    return parts
+
+
+def _read(source: str) -> str:
+    return _HIDDEN.sub("", (ROOT / source).read_text("utf-8")).lstrip()
+
+
+def _home() -> list[Page]:
+    return one_page("index.md", "bgc", "README.md", _read("README.md"))
+
+
+def _tutorials() -> list[Page]:
+    index = _read("library/examples/README.md")
+    names = re.findall(r"\]\((\w+)\.md\)", index)
+    pages = one_page("tutorials/index.md", "Overview", "library/examples/README.md", index)
+    for name in names:
+        source = f"library/examples/{name}.md"
+        text = _read(source)
+        title = text.partition("\n")[0].removeprefix("# ")
+        pages += one_page(f"tutorials/{name}.md", title, source, text)
+    return pages
+
+
+def _manual() -> list[Page]:
+    source = "grammar/LANGUAGE.md"
+    first = Page("manual/index.md", "Overview", source)
+    return pages_by_heading(source, _read(source), first, lambda _, anchor: f"manual/{anchor}.md")
+
+
+def _library() -> list[Page]:
+    source = "library/README.md"
+    first = Page("library/index.md", "Overview", source)
+    path = lambda title, _: f"library/{title.replace('.', '/')}.md"  # noqa: E731
+    return pages_by_heading(source, _read(source), first, path)
+
+
+def _diagnostics() -> list[Page]:
+    lines = ["# Diagnostics", "", "`bgc doc BG301` prints the page of a code in a terminal.", ""]
+    for title, found in topics():
+        lines += [f"## {title[:1].upper()}{title[1:]}", ""]
+        for code, page in found.items():
+            name, _, rest = page.partition("\n")
+            lines += [
+                f"### {code}: {name.partition(': ')[2]} {{#{code.lower()}}}",
+                "",
+                _LABEL.sub(r"\n**\1:**", rest.strip()),
+                "",
+            ]
+    return [Page("diagnostics.md", "Diagnostics", "", lines)]
+
+
+def _developing() -> list[Page]:
+    return [
+        page
+        for path, title, source in (
+            ("developing/compiler.md", "The compiler", "compiler/README.md"),
+            ("developing/tests.md", "The tests", "tests/README.md"),
+            ("developing/changes.md", "Changes", ".packaging/CHANGELOG.md"),
+        )
+        for page in one_page(path, title, source, _read(source))
+    ]
+
+
+# --- the gallery ----------------------------------------------------------------------------
+
+
+def _gallery(docs: Path, scenes: Sequence[str], live: bool) -> list[Page]:
+    """Show scenes of `library/scenes` with the curves that they observe."""
+    lines = ["# Gallery", "", "Scenes of the library, each run as it stands.", ""]
+    (docs / "gallery").mkdir(parents=True, exist_ok=True)
+    for name in scenes:
+        path = SCENES / f"{name}.bg"
+        found = [d for d in declarations() if d.module == f"scenes.{name}" and d.kind == "scene"]
+        lines += [f"## {name.replace('_', ' ').capitalize()}", "", found[0].doc, ""]
+        lines += [f"![Curves of {name}](gallery/{name}.png)", ""]
+        _bgc("run", path, "--quiet", "--plot", docs / "gallery" / f"{name}.png")
+        if live:
+            _bgc("build", path, "--target", "html", "-o", docs / "gallery" / f"{name}.html")
+            lines += [f"[Open the live model](gallery/{name}.html)", ""]
+        lines += ["```sh", f"bgc view library/scenes/{name}.bg", "```", ""]
+    return [Page("gallery.md", "Gallery", "", lines)]
+
+
+def _bgc(*arguments: object) -> None:
+    subprocess.run(["bgc", *map(str, arguments)], check=True)
+
+
+# --- the configuration ----------------------------------------------------------------------
+
+
+def configuration(parts: dict[str, list[Page]]) -> str:
+    """Return the settings of Zensical: the navigation, no fonts and no icons of other hosts."""
+    entries = ",\n".join(_entry(title, pages) for title, pages in parts.items())
+    template = Path(__file__).with_name("zensical.toml").read_text("utf-8")
+    return template.replace("nav = []", f"nav = [\n{entries}\n]")
+
+
+def _entry(title: str, pages: list[Page]) -> str:
+    if len(pages) == 1:
+        return f'  {{ "{title}" = "{pages[0].path}" }}'
+    return f'  {{ "{title}" = [{", ".join(_listed(pages))}] }}'
+
+
+def _listed(pages: list[Page]) -> Iterator[str]:
+    """List pages; those of modules with a folder, `crane.beam`, stand below the folder's name."""
+    for folder, some in groupby(pages, lambda page: page.title.rpartition(".")[0]):
+        items = [f'{{ "{page.title.rpartition(".")[2]}" = "{page.path}" }}' for page in some]
+        yield f'{{ "{folder}" = [{", ".join(items)}] }}' if folder else ", ".join(items)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

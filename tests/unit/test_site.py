@@ -1,0 +1,78 @@
+"""The pages of the site: every link of the repository's Markdown leads somewhere in it."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+SITE = Path(__file__).parents[2] / ".site"
+if not SITE.is_dir():
+    pytest.skip("not a checkout", allow_module_level=True)
+sys.path.insert(0, str(SITE))
+
+from build import configuration, write_pages  # noqa: E402
+from check_links import broken_links  # noqa: E402
+from pages import Links, Page, anchors_of, pages_by_heading, written  # noqa: E402
+
+MANUAL = """\
+# Manual
+
+See [the end](#the-end), `a[1](b)` and [bonds](#bonds).
+
+## Contents
+
+1. [Bonds](#bonds)
+
+## Bonds
+
+```bg rlc.bg error BG301
+# not a heading [x](y)
+```
+
+### The end
+
+Back to [the
+start](#manual), [a picture](../a.svg).
+"""
+
+
+def test_a_file_becomes_pages_whose_links_hold():
+    first = Page("manual/index.md", "Overview", "grammar/M.md")
+    pages = pages_by_heading("grammar/M.md", MANUAL, first, lambda _, name: f"manual/{name}.md")
+    assert [page.path for page in pages] == ["manual/index.md", "manual/bonds.md"]
+    links = Links(
+        {"grammar/M.md": "manual/index.md", **dict(anchors_of(pages))}, lambda f: f"files/{f}"
+    )
+    start, bonds = (written(page, links) for page in pages)
+    assert "[the end](bonds.md#the-end), `a[1](b)` and [bonds](bonds.md#bonds)" in start
+    assert "1. [Bonds](bonds.md#bonds)" in start
+    assert bonds.startswith("# Bonds {#bonds}\n")
+    assert '```bg title="rlc.bg"\n# not a heading [x](y)\n```\n' in bonds
+    assert "## The end {#the-end}" in bonds
+    assert "start](index.md#manual), [a picture](../files/a.svg)" in bonds
+    lost = Page("manual/lost.md", "Lost", "grammar/M.md", ["[x](#nowhere)"])
+    with pytest.raises(LookupError, match="nothing in the site is #nowhere"):
+        written(lost, links)
+
+
+def test_every_page_of_the_repository_is_written(tmp_path):
+    parts = write_pages(tmp_path, scenes=[])
+    every = [page for pages in parts.values() for page in pages]
+    assert len({page.path for page in every}) == len(every) > 150
+    assert all((tmp_path / page.path).read_text("utf-8").startswith("#") for page in every)
+    settings = configuration(parts)
+    assert all(f'"{page.path}"' in settings for page in every)
+
+
+def test_broken_links_are_found(tmp_path):
+    (tmp_path / "a.html").write_text(
+        '<h1 id="top">A</h1><a href="b.html#here">b</a><a href="#top">top</a><a href="c.html">c</a>'
+        '<a href="b.html#gone">b</a><script src="https://a.test/x.js"></script>'
+        '<a href="https://a.test">elsewhere</a>'
+    )
+    (tmp_path / "b.html").write_text('<p id="here">B</p>')
+    assert broken_links(tmp_path) == [
+        "a.html: b.html#gone: no such heading",
+        "a.html: c.html: no such file",
+        "a.html: https://a.test/x.js: from another host",
+    ]
