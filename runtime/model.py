@@ -28,8 +28,10 @@ if TYPE_CHECKING:
     from bgc.runtime.realtime.options import RealtimeOptions
     from bgc.runtime.realtime.python_device import PythonDevice
     from bgc.runtime.results.ensemble import Ensemble
-    from bgc.runtime.running.many import Sets
+    from bgc.runtime.results.study import Study
+    from bgc.runtime.running.cases import Sets
     from bgc.runtime.running.stepping import Stepping
+    from bgc.runtime.studies.sweep import Vary
     from bgc.symbolic.model import SymbolicModel
 
 
@@ -260,14 +262,91 @@ class Model(LoadedModel):
             An argument or a parameter is at fault.
         """
         # Loading this would take 6 % of a warm `bgc run`, which has no ensemble.
-        from bgc.runtime.running.many import parameter_sets, simulate_many
+        from bgc.runtime.running.cases import checked_cases
+        from bgc.runtime.running.many import plan_many, simulate_many
 
-        sets = parameter_sets(parameters)
+        cases = checked_cases(parameters, self.parameters)
         options = _options(rtol, atol, step, max_step, substeps, settle)
         method, notices = method_of(self, solver, options)
         method = method.started(start)
-        times = times_of(self, method, _seconds(duration), _seconds(every, "every"), len(sets))
-        return simulate_many(self, method, sets, times, progress, vectorised, notices, resume)
+        times = times_of(self, method, _seconds(duration), _seconds(every, "every"), len(cases))
+        plan = plan_many(self, method, cases, times, vectorised)
+        return simulate_many(plan, progress, notices, resume)
+
+    def sweep(
+        self,
+        vary: Vary = (),
+        observe: Sequence[str] = (),
+        duration: Quantity | None = None,
+        *,
+        sample: int | None = None,
+        design: str = "latin",
+        seed: int = 0,
+        cases: str | Path | None = None,
+        progress: bool = False,
+        resume: bool = False,
+        every: Quantity | None = None,
+        solver: str | None = None,
+        rtol: Quantity | None = None,
+        atol: Quantity | None = None,
+        step: Quantity | None = None,
+        max_step: Quantity | None = None,
+        substeps: int | None = None,
+        settle: Quantity | None = None,
+        start: Literal["rest", "given"] | None = None,
+    ) -> Ensemble | Study:
+        """Run the model over values of its parameters, as `bgc sweep` does.
+
+        Parameters
+        ----------
+        vary
+            `{"m": "1..4 kg:4", "k": "1..1000 N/m:4 log", "c": [1, 2, "5 N*s/m"]}`, or texts
+            `["m=1..4 kg:4"]`. By default all combinations of the values are run.
+        observe
+            Observables such as `max(tension)` or `quantile(tension, 0.95) from 20 s`. Each run
+            leaves these numbers and no rows, so that memory does not grow with the rows.
+        sample, design, seed
+            Number of points to take from the ranges: a `latin` hypercube, a `sobol` sequence, or
+            the sample of Sobol indices, `saltelli`, of (parameters + 2) times as many runs.
+        cases
+            A CSV file with a column for each parameter, `mass [t]`; each case is combined with all
+            combinations of `vary`.
+        resume
+            As for `simulate_many`.
+        duration, every, solver, rtol, atol, step, max_step, substeps, settle, start
+            As for `simulate`.
+
+        Returns
+        -------
+        Study
+            With observables: one row for each run.
+        Ensemble
+            Without: all rows of all runs.
+
+        Raises
+        ------
+        StudyInterrupted, EnsembleInterrupted
+            Ctrl-C; `result` holds what was done.
+        BgError
+            An argument or a parameter is at fault.
+        """
+        # As for `simulate_many`.
+        from bgc.runtime.running.batches import rows_at_once
+        from bgc.runtime.studies.sweep import Design, observables_of, sweep
+
+        chosen = Design(vary, sample, design, seed, cases)
+        observables = observables_of(self, observe)
+        options = _options(rtol, atol, step, max_step, substeps, settle)
+        method, notices = method_of(self, solver, options)
+        method = method.started(start)
+        values = chosen.values(self.parameters)
+        count = len(next(iter(values.values()), ()))
+        at_once = rows_at_once(count) if observables else count
+        times = times_of(self, method, _seconds(duration), _seconds(every, "every"), at_once)
+        return sweep(
+            self, chosen, method, times, observables, progress=progress, notices=notices,
+            resume=resume,
+        )  # fmt: skip
 
     def initial_state(self, parameters: Mapping[str, ParameterValue] | None = None) -> Array:
         """The state at time 0, SI, in the order of `states`."""

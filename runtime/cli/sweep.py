@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
 from bgc.runtime.cli.app import AT_FAULT, INTERRUPTED, print_diagnostics
 from bgc.runtime.cli.options import (
@@ -21,15 +22,28 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
+from bgc.runtime.cli.printing import print_tables
 from bgc.runtime.compiling import compile_model
-from bgc.runtime.results.ensemble import EnsembleInterrupted
-from bgc.runtime.running.sweep import points, read_range
+from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted
+from bgc.runtime.results.study import Study, StudyInterrupted
+from bgc.runtime.running.sweep import DESIGNS
 
 _TABLES = (".csv", ".npz")
+_PICTURES = (".png", ".svg", ".pdf")
 _SHOWN = 3  # failures, and warnings of instances
 
+_EPILOG = """\b
+Examples:
+  bgc sweep lift.bg --vary "mass=5..9 t:20" --out rows.csv
+  bgc sweep lift.bg --vary "mass=5, 7, 9 t" --vary "k=1..100 N/m:7 log" \\
+      --observe "max(tension)" --plot map.png
+  bgc sweep lift.bg --vary "mass=5..9 t" --vary "length=2..20 m" --sample 256 \\
+      --design saltelli --observe "max(tension) from 20 s" --rank
+  bgc sweep lift.bg --cases cases.csv --observe "rms(heave)" --out study.csv
+"""
 
-@click.command()
+
+@click.command(epilog=_EPILOG)
 @model_file
 @scene_option
 @set_option
@@ -38,10 +52,11 @@ _SHOWN = 3  # failures, and warnings of instances
     "--vary",
     "varied",
     multiple=True,
-    required=True,
-    metavar="RANGE",
-    help='Values of a parameter: "boom.mass=5..9 t:20" for 20 values. May be repeated.',
+    metavar="VALUES",
+    help='Values of a parameter: "boom.mass=5..9 t:20" for 20 values, "k=1..100 N/m:5 log", '
+    '"seed=1, 2, 5". May be repeated.',
 )
+@click.option("--cases", metavar="FILE", help="CSV file with a column for each parameter.")
 @click.option(
     "--sample",
     type=click.IntRange(min=1),
@@ -49,10 +64,31 @@ _SHOWN = 3  # failures, and warnings of instances
     help="Take N points spread over all ranges instead of all combinations.",
 )
 @click.option(
+    "--design",
+    type=click.Choice(DESIGNS),
+    default="latin",
+    help="How --sample spreads them; saltelli (N base points) is for Sobol indices.",
+)
+@click.option("--seed", type=int, default=0, help="Seed of the sample; 0 by default.")
+@click.option(
+    "--observe",
+    "observed",
+    multiple=True,
+    metavar="TEXT",
+    help='Keep this number of each run, and no rows: "max(tension)", "quantile(x, 0.95)", '
+    '"rms(heave) from 20 s". May be repeated.',
+)
+@click.option("--rank", is_flag=True, help="Rank the parameters by their influence.")
+@click.option(
     "--out",
     metavar="FILE",
-    required=True,
     help="File to write: .csv, .npz, or - for standard output.",
+)
+@click.option("--plot", metavar="FILE", help="Draw the observables, or all rows: .png, .svg, .pdf.")
+@click.option(
+    "--kind",
+    type=click.Choice(("curves", "map", "contour", "scatter", "histogram")),
+    help="Kind of the plot of observables.",
 )
 @method_options
 @click.option("--quiet", "-q", is_flag=True, help="Print no summary and no progress bar.")
@@ -65,8 +101,15 @@ def sweep(
     assignments: tuple[str, ...],
     uses: tuple[str, ...],
     varied: tuple[str, ...],
+    cases: str | None,
     sample: int | None,
-    out: str,
+    design: str,
+    seed: int,
+    observed: tuple[str, ...],
+    rank: bool,
+    out: str | None,
+    plot: str | None,
+    kind: str | None,
     quiet: bool,
     **method: Any,
 ) -> None:
@@ -76,39 +119,80 @@ def sweep(
     After Ctrl-C or SIGTERM the instances that are done are written; the same command then
     computes the others.
     """
+    if not varied and cases is None:
+        raise click.UsageError('give --vary "NAME=LOW..HIGH", or --cases FILE')
+    if not observed and out is None and plot is None:
+        raise click.UsageError('give --out FILE, --plot FILE or --observe "max(NAME)"')
+    if not observed and (rank or kind):
+        raise click.UsageError('--rank and --kind need --observe "max(NAME)"')
     check_target(out, (*_TABLES, "-"))
+    check_target(plot, _PICTURES)
     arguments = read_method(method)
     model = compile_model(
         file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
     )
     print_diagnostics(model.warnings)
-    ranges = [read_range(text, model.parameters) for text in varied]
-    values = points(ranges, sample)
     status = 0
     try:
-        ensemble = model.simulate_many(values, **arguments, progress=not quiet, resume=True)
-    except EnsembleInterrupted as problem:
+        found = model.sweep(
+            varied, observed, **arguments, sample=sample, design=design, seed=seed, cases=cases,
+            progress=not quiet, resume=True,
+        )  # fmt: skip
+    except (EnsembleInterrupted, StudyInterrupted) as problem:
         again = "; the same command computes the others" if problem.kept else ""
         click.echo(f"{problem}{again}", err=True)
-        ensemble, status = problem.result, INTERRUPTED
+        found, status = problem.result, INTERRUPTED
     except KeyboardInterrupt:
         click.echo("interrupted before the first instance: nothing is written", err=True)
         context.exit(INTERRUPTED)
-    placed = (ensemble.placed_failures(), ensemble.placed_warnings())
-    shown = (diagnostic for each in placed for diagnostic in islice(each, _SHOWN))
-    print_diagnostics((*ensemble.warnings, *shown))
-    if out == "-":
-        ensemble.write_csv(sys.stdout)
-    elif Path(out).suffix.lower() == ".npz":
-        ensemble.to_npz(out)
-    else:
-        ensemble.to_csv(out)
+    _report(found)
+    _write(found, out)
+    _draw(found, plot, kind, status)
     if not quiet:
-        counts = {name: ensemble.status.count(name) for name in dict.fromkeys(ensemble.status)}
-        ended = ", ".join(f"{count} {name}" for name, count in counts.items())
-        undefined = len(ensemble.not_finite)
-        ended += f"; {undefined} with values that are not finite" if undefined else ""
-        earlier = f"; {ensemble.recalled} of them before" if ensemble.recalled else ""
-        alone = f"; one by one: {ensemble.alone}" if ensemble.alone else ""
-        click.echo(f"{ended}{earlier}{alone}", err=out == "-")
-    context.exit(status or (AT_FAULT if ensemble.failures else 0))
+        click.echo(_summary(found), err=out == "-")
+    if isinstance(found, Study) and not quiet and out != "-":
+        print_tables([found.statistics().table()])
+    if isinstance(found, Study) and rank:
+        print_tables(found.sensitivity().tables())
+    context.exit(status or (AT_FAULT if found.failures else 0))
+
+
+def _report(found: Ensemble | Study) -> None:
+    """Print the warnings, and the first failures with their instances."""
+    placed = [found.placed_failures()]
+    if isinstance(found, Ensemble):
+        placed.append(found.placed_warnings())
+    shown = (diagnostic for each in placed for diagnostic in islice(each, _SHOWN))
+    print_diagnostics((*found.warnings, *shown))
+
+
+def _write(found: Ensemble | Study, out: str | None) -> None:
+    if out == "-":
+        found.write_csv(sys.stdout)
+    elif out is not None and Path(out).suffix.lower() == ".npz":
+        found.to_npz(out)
+    elif out is not None:
+        found.to_csv(out)
+
+
+def _draw(found: Ensemble | Study, plot: str | None, kind: str | None, status: int) -> None:
+    if plot is None or (status and not found.status.count("done")):
+        return
+    if isinstance(found, Study):
+        found.plot(plot, kind=kind)
+    else:
+        found.plot(plot)
+
+
+def _summary(found: Ensemble | Study) -> str:
+    """Count the instances by their status, and say how they were run."""
+    counts = {name: found.status.count(name) for name in dict.fromkeys(found.status)}
+    ended = ", ".join(f"{count} {name}" for name, count in counts.items())
+    if isinstance(found, Ensemble):
+        undefined = len(found.not_finite)
+    else:
+        undefined = int((~np.isfinite(found.values[found.done]).all(axis=1)).sum())
+    ended += f"; {undefined} with values that are not finite" if undefined else ""
+    earlier = f"; {found.recalled} of them before" if found.recalled else ""
+    alone = f"; one by one: {found.alone}" if found.alone else ""
+    return f"{ended}{earlier}{alone}"

@@ -219,19 +219,11 @@ class Ensemble:
 
     def placed_failures(self) -> Iterator[Diagnostic]:
         """List the errors, each with the number and the values (SI) of its instance."""
-        return self._placed(self.failures)
+        return placed(self.failures, self.parameters)
 
     def placed_warnings(self) -> Iterator[Diagnostic]:
         """List the warnings about rows, each with the number and the values of its instance."""
-        return self._placed(self.not_finite)
-
-    def _placed(self, diagnostics: Mapping[int, Diagnostic]) -> Iterator[Diagnostic]:
-        for k, why in diagnostics.items():
-            values = ", ".join(
-                f"`{name}` = {self.parameters[name][k]:.6g}" for name in self.parameters
-            )
-            place = f"in instance {k}, with {values}" if values else f"in instance {k}"
-            yield replace(why, note=f"{why.note}\n{place}" if why.note else place)
+        return placed(self.not_finite, self.parameters)
 
     def to_npz(self, path: str | Path) -> None:
         """Write NumPy's compressed archive: `values`, `time`, `names`, `status` and `about`.
@@ -285,6 +277,16 @@ class Ensemble:
             },
             name=self.scene,
         )
+
+
+def placed(
+    diagnostics: Mapping[int, Diagnostic], parameters: Mapping[str, Array]
+) -> Iterator[Diagnostic]:
+    """Add to each diagnostic the number and the values (SI) of its instance."""
+    for k, why in diagnostics.items():
+        values = ", ".join(f"`{name}` = {parameters[name][k]:.6g}" for name in parameters)
+        place = f"in instance {k}, with {values}" if values else f"in instance {k}"
+        yield replace(why, note=f"{why.note}\n{place}" if why.note else place)
 
 
 class EnsembleInterrupted(KeyboardInterrupt):

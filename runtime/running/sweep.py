@@ -1,42 +1,113 @@
-"""Ranges of parameters for `bgc sweep`, and the points of a grid or a sample of them."""
+"""Values of parameters for `bgc sweep`, and the points of a grid or a sample of them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
+from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.ensembles import bad_range, too_many_instances, varied_twice
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.parameters import Parameters
 from bgc.runtime.running.quantity import read_quantity
 
+DESIGNS = ("latin", "sobol", "saltelli")
+
 _COUNT = 10  # default number of values of a range
 _MOST = 1_000_000  # instances of a sweep
 
 
+class Axis(Protocol):
+    """The values of one parameter."""
+
+    @property
+    def name(self) -> str:
+        """The parameter."""
+
+    def values(self) -> Array:
+        """Its values in a grid, SI."""
+
+    def at(self, u: Array) -> Array:
+        """Its values at numbers from 0 to 1."""
+
+
 @dataclass(frozen=True, slots=True)
 class Range:
-    """A parameter from one SI value to another, both included, in `count` values."""
+    """A parameter from one SI value to another, both included, in `count` values.
+
+    With `log`, equal steps are equal ratios.
+    """
 
     name: str
     low: float
     high: float
     count: int = _COUNT
+    log: bool = False
+
+    def values(self) -> Array:
+        """Equally spaced values."""
+        if self.log:
+            return np.geomspace(self.low, self.high, self.count)
+        return np.linspace(self.low, self.high, self.count)
+
+    def at(self, u: Array) -> Array:
+        """Values at numbers from 0 to 1."""
+        if self.log:
+            return np.asarray(self.low * (self.high / self.low) ** u)
+        return self.low + (self.high - self.low) * u
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """A parameter with given SI values; a sample takes each with the same probability."""
+
+    name: str
+    numbers: tuple[float, ...]
+
+    def values(self) -> Array:
+        """The values."""
+        return np.array(self.numbers)
+
+    def at(self, u: Array) -> Array:
+        """Values at numbers from 0 to 1."""
+        places = np.minimum((u * len(self.numbers)).astype(int), len(self.numbers) - 1)
+        return np.asarray(self.values()[places])
+
+
+def read_axis(text: str, parameters: Parameters) -> Range | Listed:
+    """Read a range (`read_range`), or a list `name=1, 2, 5 kg`.
+
+    A unit behind the last value of a list is for all that have none.
+
+    Raises BgError: BG743 for another form, and the errors of a wrong name or unit.
+    """
+    name, equals, rest = (part.strip() for part in text.partition("="))
+    if not (name and equals) or "," not in rest or ".." in rest:
+        return read_range(text, parameters)
+    parts = [part.strip() for part in rest.split(",")]
+    if not all(parts):
+        raise BgError([bad_range(text)])
+    _, _, unit = parts[-1].partition(" ")
+    texts = [part if " " in part else f"{part} {unit}".strip() for part in parts]
+    si = parameters[name].unit
+    return Listed(name, tuple(read_quantity(each, name, si) for each in texts))
 
 
 def read_range(text: str, parameters: Parameters) -> Range:
-    """Read `name=low..high unit:count`; the unit and the count are optional.
+    """Read `name=low..high unit:count log`; the unit, the count and `log` are optional.
 
     A unit after `low` applies to `low` alone.
 
     Raises BgError: BG743 for another form, and the errors of a wrong name or unit.
     """
     name, equals, rest = (part.strip() for part in text.partition("="))
-    span, colon, count = (part.strip() for part in rest.partition(":"))
+    log = rest.endswith(" log")
+    span, colon, count = (part.strip() for part in rest.removesuffix(" log").partition(":"))
     low, dots, high = (part.strip() for part in span.partition(".."))
     counted = not colon or (count.isdecimal() and int(count) > 0)
     if not (name and equals and low and dots and high and counted):
@@ -44,40 +115,104 @@ def read_range(text: str, parameters: Parameters) -> Range:
     _, _, unit = high.partition(" ")
     start = low if " " in low else f"{low} {unit}".strip()
     first, last = (read_quantity(value, name, parameters[name].unit) for value in (start, high))
-    return Range(name, first, last, int(count) if colon else _COUNT)
+    if log and not (first > 0 and last > 0):
+        raise BgError([bad_range(text)])
+    return Range(name, first, last, int(count) if colon else _COUNT, log)
 
 
-def points(ranges: Sequence[Range], sample: int | None) -> dict[str, Array]:
+def points(
+    axes: Sequence[Axis],
+    sample: int | None,
+    design: str = "latin",
+    seed: int = 0,
+    cases: Mapping[str, Array] | None = None,
+) -> dict[str, Array]:
     """Compute the values of all instances: every combination, or a sample of so many points.
 
-    Raises BgError: BG744 if a parameter has two ranges, BG745 if there are too many instances.
+    `cases` are given points, each of which is combined with all combinations of the axes. A
+    sample of the design `saltelli` has `sample` base points, rounded up to a power of two, and
+    base points times (parameters + 2) instances.
+
+    Raises BgError: BG744 if a parameter is varied twice, BG745 if there are too many instances,
+    BG066 for an unknown design or a sample of cases.
     """
-    names = [each.name for each in ranges]
+    cases = cases or {}
+    names = [*cases, *(each.name for each in axes)]
     for name in names:
         if names.count(name) > 1:
             raise BgError([varied_twice(name)])
-    count = sample or math.prod(each.count for each in ranges)
+    if design not in DESIGNS:
+        raise BgError([bad_option("design", design, f"one of {', '.join(DESIGNS)}", "sobol")])
+    given = len(next(iter(cases.values()))) if cases else 1
+    if sample is not None and cases:
+        raise BgError([bad_option("sample", sample, "left out where the cases are given", "")])
+    count = given * math.prod(len(each.values()) for each in axes)
+    if sample is not None:
+        count = sample * (len(axes) + 2) if design == "saltelli" else sample
     if count > _MOST:
         raise BgError([too_many_instances(count, _MOST)])
-    return grid(ranges) if sample is None else latin_hypercube(ranges, sample)
+    if sample is None:
+        return grid(axes, cases)
+    if design == "latin":
+        return latin_hypercube(axes, sample, seed)
+    return (saltelli if design == "saltelli" else sobol)(axes, sample, seed)
 
 
-def grid(ranges: Sequence[Range]) -> dict[str, Array]:
-    """Combine all values of the ranges: one value for each instance, by parameter."""
-    axes = [np.linspace(each.low, each.high, each.count) for each in ranges]
-    points = np.meshgrid(*axes, indexing="ij")
-    return {each.name: p.ravel() for each, p in zip(ranges, points, strict=True)}
+def grid(axes: Sequence[Axis], cases: Mapping[str, Array] | None = None) -> dict[str, Array]:
+    """Combine all values of the axes: one value for each instance, by parameter.
+
+    Each of the `cases` is combined with all of them.
+    """
+    count = len(next(iter(cases.values()))) if cases else 1
+    lists = [np.arange(count), *(each.values() for each in axes)]
+    places, *found = (each.ravel() for each in np.meshgrid(*lists, indexing="ij"))
+    given = {name: np.asarray(values)[places] for name, values in (cases or {}).items()}
+    return {**given, **{each.name: p for each, p in zip(axes, found, strict=True)}}
 
 
-def latin_hypercube(ranges: Sequence[Range], count: int) -> dict[str, Array]:
-    """Spread `count` points over the ranges by Latin hypercube sampling, with a fixed seed.
+def latin_hypercube(axes: Sequence[Axis], count: int, seed: int = 0) -> dict[str, Array]:
+    """Spread `count` points over the axes by Latin hypercube sampling.
 
     M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21 (1979).
     """
     # Slow to load, and a grid does without it.
     from scipy.stats import qmc
 
-    points = qmc.LatinHypercube(d=len(ranges), seed=0).random(count)
-    return {
-        each.name: each.low + (each.high - each.low) * points[:, k] for k, each in enumerate(ranges)
-    }
+    points = qmc.LatinHypercube(d=len(axes), seed=seed).random(count)
+    return {each.name: each.at(points[:, k]) for k, each in enumerate(axes)}
+
+
+def sobol(axes: Sequence[Axis], count: int, seed: int = 0) -> dict[str, Array]:
+    """Take `count` points of Sobol's sequence with Owen's scrambling.
+
+    Its balance needs a power of two points: A. B. Owen, "On dropping the first Sobol' point", 2020.
+    """
+    points = _sobol_points(len(axes), count, seed)
+    return {each.name: each.at(points[:, k]) for k, each in enumerate(axes)}
+
+
+def saltelli(axes: Sequence[Axis], count: int, seed: int = 0) -> dict[str, Array]:
+    """Make the sample for Sobol indices: A, B, and A with one column of B for each parameter.
+
+    `count` is rounded up to a power of two. A. Saltelli et al., Computer Physics Communications
+    181 (2010) 259-270.
+    """
+    count = 1 << max(count - 1, 0).bit_length()
+    both = _sobol_points(2 * len(axes), count, seed)
+    a, b = both[:, : len(axes)], both[:, len(axes) :]
+    blocks = [a, b]
+    for k in range(len(axes)):
+        mixed = a.copy()
+        mixed[:, k] = b[:, k]
+        blocks.append(mixed)
+    points = np.concatenate(blocks)
+    return {each.name: each.at(points[:, k]) for k, each in enumerate(axes)}
+
+
+def _sobol_points(dimensions: int, count: int, seed: int) -> Array:
+    # Slow to load, and a grid does without it.
+    from scipy.stats import qmc
+
+    power = max(count - 1, 0).bit_length()
+    points: Array = qmc.Sobol(d=dimensions, scramble=True, seed=seed).random_base2(power)
+    return points[:count]

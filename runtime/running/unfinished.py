@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Sequence, Set
 from contextlib import suppress
 from dataclasses import astuple, dataclass
 from pathlib import Path
 
 import numpy as np
 
-from bgc.building.cache import digest_of, open_cache
+from bgc.building.cache import digest_of, digest_of_bytes, open_cache
 from bgc.building.recall import machine_identity
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.files import write_arrays
+from bgc.runtime.results.observables import Observable
+from bgc.runtime.running.cases import Cases
 from bgc.runtime.running.identity import scene_identity
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
@@ -60,11 +62,25 @@ class Unfinished:
 def find_unfinished(
     model: LoadedModel,
     method: Method,
-    sets: Sequence[Mapping[str, float]],
+    cases: Cases,
     times: Array,
     alone: str,
+    observables: Sequence[Observable] = (),
 ) -> Unfinished:
     """Find the file of an ensemble, by everything that decides its rows."""
-    state = repr((astuple(method), alone, times.tolist(), [sorted(s.items()) for s in sets]))
-    key = (*scene_identity(model, {}), machine_identity(), state)
+    key = (ensemble_identity(model, method, cases, times, alone, observables), machine_identity())
     return Unfinished(open_cache().root / FOLDER / f"{digest_of(key)}.npz")
+
+
+def ensemble_identity(
+    model: LoadedModel,
+    method: Method,
+    cases: Cases,
+    times: Array,
+    alone: str,
+    observables: Sequence[Observable] = (),
+) -> str:
+    """Hash everything but the machine that decides the rows of an ensemble."""
+    arrays = (digest_of_bytes(each.tobytes()) for each in (times, cases.values))
+    state = repr((astuple(method), alone, cases.names, tuple(observables)))
+    return digest_of((*scene_identity(model, {}), state, *arrays))

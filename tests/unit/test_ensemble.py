@@ -23,7 +23,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.cli.app import application
 from bgc.runtime.model import Model
 from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted
-from bgc.runtime.running import many, unfinished
+from bgc.runtime.running import batches, many, unfinished
 
 pytestmark = pytest.mark.slow
 
@@ -349,7 +349,7 @@ def test_registers_of_every_width_give_the_same_values(
     expected = oscillator.simulate_many(values, **FIXED)
     monkeypatch.setenv("CC", compiler)
     model = bgc.compile(oscillator_file)
-    library = many._lane_library(model)
+    library = many.lane_library(model)
     assert width in (None, library.width)
     ensemble = model.simulate_many(values, **FIXED)
     assert ensemble.together == 10
@@ -441,14 +441,14 @@ def test_an_xarray_is_labelled(oscillator):
 
 def test_ctrl_c_keeps_what_was_computed(oscillator, monkeypatch):
     waits = iter(range(2))
-    original = many.wait
+    original = batches.wait
 
     def interrupted_wait(*arguments, **named):
         if next(waits, None) == 0:
             raise KeyboardInterrupt
         return original(*arguments, **named)
 
-    monkeypatch.setattr(many, "wait", interrupted_wait)
+    monkeypatch.setattr(batches, "wait", interrupted_wait)
     sets = {"k": np.linspace(5, 6, 40)}
     with pytest.raises(EnsembleInterrupted) as caught:
         oscillator.simulate_many(sets, 1e5, every=1e4, solver="rk4", step=1e-5)
@@ -458,17 +458,17 @@ def test_ctrl_c_keeps_what_was_computed(oscillator, monkeypatch):
     assert "interrupted" in result.status
 
 
-def interrupt_after(monkeypatch, batches: int) -> None:
+def interrupt_after(monkeypatch, after: int) -> None:
     """Stop an ensemble as Ctrl-C does, when so many batches have been run."""
-    original = many._Work.run_batch
+    original = batches.Work.run_batch
     count = iter(range(1, 1000))
 
     def run_batch(work, start):
         original(work, start)
-        if next(count) == batches:
+        if next(count) == after:
             work.stopping = True
 
-    monkeypatch.setattr(many._Work, "run_batch", run_batch)
+    monkeypatch.setattr(batches.Work, "run_batch", run_batch)
 
 
 @pytest.mark.parametrize("vectorised", [True, False])
@@ -559,7 +559,7 @@ def test_a_sweep_that_is_interrupted_while_it_compiles_writes_nothing(
     def interrupted(*arguments, **named):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(many, "_lane_library", interrupted)
+    monkeypatch.setattr(many, "lane_library", interrupted)
     ended = sweep(oscillator_file, "--vary", "k=5..7 N/m:40", "--out", tmp_path / "many.csv")
     assert (ended.exit_code, "nothing is written" in ended.stderr) == (130, True)
     assert not (tmp_path / "many.csv").exists()

@@ -64,6 +64,7 @@ bgc.runtime.measuring
 bgc.runtime.activity
 bgc.runtime.trade
 bgc.runtime.stress
+bgc.runtime.studies
 bgc.runtime.editor
 bgc.runtime.view
 bgc.runtime

@@ -64,18 +64,21 @@ def source_changed(path: str) -> Diagnostic:
 def bad_range(text: str) -> Diagnostic:
     """BG743: `--vary` without a range
 
-    What: the text is not of the form `name=low..high`, optionally with a unit and a count.
+    What: the text is neither a range `name=low..high`, optionally with a unit, a count and `log`,
+    nor a list `name=1, 2, 5 kg`.
 
-    Why: a sweep varies each parameter from one value to another.
+    Why: a sweep varies each parameter from one value to another, or over given values. The ends
+    of a logarithmic range are positive.
 
     Example: `--vary boom.mass=7`.
 
-    Way out: write `--vary "boom.mass=5..9 t:20"` for 20 values from 5 t to 9 t.
+    Way out: write `--vary "boom.mass=5..9 t:20"` for 20 values from 5 t to 9 t, or
+    `--vary "boom.mass=5, 7, 9 t"`.
     """
     return error(
         "BG743",
         f"`{text}` is not of the form name=low..high unit:count",
-        help='write `--vary "boom.mass=5..9 t:20"`; the unit and the count are optional',
+        help='write `--vary "boom.mass=5..9 t:20"`, or values, `--vary "boom.mass=5, 7, 9 t"`',
     )
 
 

@@ -1,0 +1,263 @@
+"""Observables of a run: `max(tension) from 20 s`, one number for each run, and criteria on them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from bgc.diagnostics.catalogue import did_you_mean
+from bgc.diagnostics.catalogue.arguments import unknown_column
+from bgc.diagnostics.catalogue.studies import bad_observable
+from bgc.diagnostics.diagnostic import BgError
+from bgc.language.columns import column_of, component_of, name_in_si
+from bgc.runtime.results.arrays import Array
+from bgc.values.shown import Shown
+
+_FORM = re.compile(
+    r"(?P<function>\w+)\s*\((?P<inside>.*)\)\s*"
+    r"(?:from\s+(?P<start>.+?))?\s*(?:(?<!\S)to\s+(?P<end>.+?))?\s*"
+)
+_COMPARISON = re.compile(r"(?P<left>.+?)\s*(?P<sign><=|>=|<|>)\s*(?P<limit>[^<>=]+)")
+
+
+def _mean(x: Array, weights: Array, _: float) -> float:
+    return float(weights @ x)
+
+
+def _rms(x: Array, weights: Array, _: float) -> float:
+    return float(np.sqrt(weights @ (x * x)))
+
+
+def _sd(x: Array, weights: Array, _: float) -> float:
+    return float(np.sqrt(weights @ (x - weights @ x) ** 2))
+
+
+def _crossings(x: Array, _: Array, level: float) -> float:
+    return float(np.count_nonzero((x[:-1] < level) & (x[1:] >= level)))
+
+
+# Name: the reduction of the values at the rows, their weights (the share of time that a row stands
+# for) and an argument; the kind of the argument; whether the result has the unit of the column.
+_FUNCTIONS: Mapping[str, tuple[Callable[[Array, Array, float], float], str, bool]] = (
+    MappingProxyType(
+        {
+            "max": (lambda x, w, a: float(x.max()), "", True),
+            "min": (lambda x, w, a: float(x.min()), "", True),
+            "mean": (_mean, "", True),
+            "rms": (_rms, "", True),
+            "sd": (_sd, "", True),
+            "range": (lambda x, w, a: float(x.max() - x.min()), "", True),
+            "peak": (lambda x, w, a: float(np.abs(x).max()), "", True),
+            "first": (lambda x, w, a: float(x[0]), "", True),
+            "last": (lambda x, w, a: float(x[-1]), "", True),
+            "quantile": (lambda x, w, a: float(np.quantile(x, a)), "share", True),
+            "crossings": (_crossings, "level", False),
+            "above": (lambda x, w, a: float(w @ (x > a)), "level", False),
+        }
+    )
+)
+FUNCTIONS = tuple(_FUNCTIONS)
+
+_NUMBER = Shown("1")
+
+Reader = Callable[[str, str, str], float]
+"""Reads a number with its unit as an SI value: text, name for messages, SI unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Observable:
+    """One number of a run: a function of an observed column between two times, s.
+
+    `name` is its text. The functions work on the rows of the run: an extreme between two rows is
+    not seen. `mean`, `rms`, `sd` and `above` weight the rows by the trapezoidal rule; `quantile`
+    interpolates linearly between the sorted rows. `crossings` counts upward crossings of a level,
+    `above` is the share of time above one, `peak` the largest magnitude.
+    """
+
+    name: str
+    function: str
+    column: str
+    argument: float = 0.0
+    start: float = 0.0
+    end: float = float("inf")
+    unit: str = ""
+    shown: Shown = _NUMBER
+
+    def of(self, time: Array, values: Array) -> float:
+        """Compute it from a column; NaN where a row of its part of the run is not finite."""
+        some = (time >= self.start) & (time <= self.end)
+        x, t = values[some], time[some]
+        if not len(x) or not np.isfinite(x).all():
+            return float("nan")
+        reduce, _, _ = _FUNCTIONS[self.function]
+        return reduce(x, _weights(t), self.argument)
+
+
+@dataclass(frozen=True, slots=True)
+class Criterion:
+    """A demand on an observable: it has to be below (or above) a limit, SI."""
+
+    observable: Observable
+    below: bool
+    limit: float
+
+    @property
+    def name(self) -> str:
+        """The criterion as a text in the unit of its column."""
+        sign = "<" if self.below else ">"
+        return f"{self.observable.name} {sign} {self.observable.shown.text(self.limit)}"
+
+    def margin(self, value: Array) -> Array:
+        """The distance to the limit, SI, positive where the criterion holds."""
+        return np.asarray(self.limit - value if self.below else value - self.limit)
+
+    def utilisation(self, value: Array) -> Array:
+        """Value over limit for `<`, limit over value for `>`, above 1 where it does not hold.
+
+        Where limit or value has the other sign or is zero, it is 0 or 2: a ratio has no meaning.
+        """
+        value = np.asarray(value, dtype=float)
+        top, bottom = (value, self.limit) if self.below else (self.limit, value)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.asarray(np.divide(top, bottom), dtype=float)
+        plain = np.where(self.margin(value) > 0, 0.0, 2.0)
+        usable = (np.asarray(bottom) > 0) & (np.asarray(top) >= 0)
+        found = np.where(usable, ratio, plain)
+        return np.where(np.isnan(value), np.nan, found)
+
+
+def _weights(time: Array) -> Array:
+    """Weights of the rows by the trapezoidal rule, of sum 1."""
+    if len(time) == 1:
+        return np.ones(1)
+    halves = np.diff(time) / 2
+    weights = np.concatenate((halves, [0.0])) + np.concatenate(([0.0], halves))
+    return np.asarray(weights / weights.sum())
+
+
+def read_observables(
+    texts: Sequence[str],
+    columns: Mapping[str, tuple[str, Shown]],
+    read: Reader,
+) -> tuple[Observable, ...]:
+    """Read texts such as `max(tension)`; of a vector, one observable for each component.
+
+    `columns` are the observed columns with their SI units and the units in which they are shown.
+
+    Raises BgError: BG787 for another text, BG065 for an unknown column, BG062 or BG063 for a number
+    or its unit.
+    """
+    found = [each for text in texts for each in _read(text, columns, read)]
+    return tuple({each.name: each for each in found}.values())
+
+
+def read_criterion(
+    text: str, columns: Mapping[str, tuple[str, Shown]], read: Reader
+) -> tuple[Criterion, ...]:
+    """Read `max(tension) < 300 kN`, or `tension < 300 kN`, which stands for its largest value.
+
+    Raises BgError as `read_observables` does.
+    """
+    match = _COMPARISON.fullmatch(text.strip())
+    if match is None:
+        raise BgError(
+            [bad_observable(text, "it compares nothing", "write `max(tension) < 300 kN`")]
+        )
+    below = match["sign"].startswith("<")
+    left = match["left"].strip()
+    if _FORM.fullmatch(left) is None:
+        left = f"{'max' if below else 'min'}({left})"
+    return tuple(
+        Criterion(
+            each, below, _in_unit(match["limit"], f"the limit of {each.name}", each.unit, read)
+        )
+        for each in _read(left, columns, read)
+    )
+
+
+def _read(
+    text: str, columns: Mapping[str, tuple[str, Shown]], read: Reader
+) -> Iterator[Observable]:
+    text = " ".join(text.split())
+    match = _FORM.fullmatch(text)
+    if match is None:
+        raise BgError([bad_observable(text, "it is not of the form `function(column)`")])
+    function = match["function"]
+    if function not in _FUNCTIONS:
+        reason = f"there is no function `{function}`"
+        raise BgError([bad_observable(text, reason, did_you_mean(function, FUNCTIONS))])
+    wanted, argument = _arguments(match["inside"])
+    _, kind, keeps_unit = _FUNCTIONS[function]
+    if bool(kind) != bool(argument):
+        reason = f"`{function}` takes {'a column and a ' + kind if kind else 'one column'}"
+        raise BgError([bad_observable(text, reason)])
+    start = read(match["start"], "from", "s") if match["start"] else 0.0
+    end = read(match["end"], "to", "s") if match["end"] else float("inf")
+    if not 0 <= start < end:
+        raise BgError([bad_observable(text, "its part of the run has no length")])
+    for column in _expand(wanted, columns):
+        unit, shown = columns[column]
+        number = 0.0
+        if kind:
+            number = _in_unit(argument, function, unit if kind == "level" else "", read)
+        if kind == "share" and not 0 <= number <= 1:
+            raise BgError([bad_observable(text, "a quantile lies between 0 and 1")])
+        inside = ", ".join(filter(None, (name_in_si(column), argument)))
+        name = f"{function}({inside}){text[match.end('inside') + 1 :]}"
+        yield Observable(
+            name, function, column, number, start, end,
+            unit if keeps_unit else "1", shown if keeps_unit else _NUMBER,
+        )  # fmt: skip
+
+
+def _in_unit(text: str, name: str, unit: str, read: Reader) -> float:
+    """Read a number in the unit of a column, which is not SI where the scene observes it so.
+
+    A number alone is in the unit of the column.
+    """
+    number = read(text, name, unit)
+    return number / read(f"1 {unit}", name, unit) if unit and " " in text.strip() else number
+
+
+def _arguments(inside: str) -> tuple[str, str]:
+    """Split `M[1,2], 0.95` at the comma outside brackets."""
+    depth = 0
+    for place, character in enumerate(inside):
+        depth += (character == "[") - (character == "]")
+        if character == "," and depth == 0:
+            return inside[:place].strip(), inside[place + 1 :].strip()
+    return inside.strip(), ""
+
+
+def _expand(name: str, columns: Mapping[str, tuple[str, Shown]]) -> list[str]:
+    """The columns of a name: itself, with the unit of its column, or the components of a vector."""
+    in_si = {name_in_si(column): column for column in columns}
+    for spelling in (name, column_of(name)):
+        if spelling in columns:
+            return [spelling]
+        if spelling in in_si:
+            return [in_si[spelling]]
+    parts = [c for c in columns if name_in_si(component_of(c)[0]) == name]
+    if not parts:
+        raise BgError([unknown_column(name, columns)])
+    return parts
+
+
+@dataclass(frozen=True, slots=True)
+class Reducer:
+    """Computes observables from the rows of a run.
+
+    `places` are the columns of the observables in a row.
+    """
+
+    observables: tuple[Observable, ...]
+    places: tuple[int, ...]
+
+    def __call__(self, time: Array, rows: Array) -> Array:
+        """Reduce rows, (rows, width), to one number for each observable."""
+        pairs = zip(self.observables, self.places, strict=True)
+        return np.array([each.of(time, rows[:, place]) for each, place in pairs])

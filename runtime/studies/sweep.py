@@ -1,0 +1,108 @@
+"""A sweep: many runs of a model over values of its parameters, or observables of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from bgc.diagnostics.catalogue.arguments import bad_option
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.ensemble import Ensemble
+from bgc.runtime.results.observables import Observable, read_observables
+from bgc.runtime.results.study import Study
+from bgc.runtime.running.cases import checked_cases
+from bgc.runtime.running.csv_tables import read_cases
+from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.many import observe_many, observed_columns, plan_many, simulate_many
+from bgc.runtime.running.parameters import Parameters, ParameterValue
+from bgc.runtime.running.quantity import read_quantity
+from bgc.runtime.running.run import Method
+from bgc.runtime.running.sweep import Axis, Listed, points, read_axis
+
+Vary: TypeAlias = Mapping[str, str | Sequence[float | str] | Array] | Sequence[str]
+"""Values by parameter: `{"m": "1..4 kg:4", "k": [1, 2, "5 N/m"]}`, or `["m=1..4 kg:4"]`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Design:
+    """The points of a sweep: axes, and the way in which points are taken from them.
+
+    `sample` is the number of points of a `latin` or `sobol` sample, or of the base points of a
+    `saltelli` one; None for all combinations of the values. `cases` is a CSV file of given points,
+    each of which is combined with all combinations of the axes.
+    """
+
+    vary: Vary = field(default_factory=dict)
+    sample: int | None = None
+    design: str = "latin"
+    seed: int = 0
+    cases: str | Path | None = None
+
+    @property
+    def name(self) -> str:
+        """`grid`, `cases`, or the design of the sample."""
+        if self.sample is not None:
+            return self.design
+        return "cases" if self.cases is not None else "grid"
+
+    def values(self, parameters: Parameters) -> dict[str, Array]:
+        """The values of all runs by parameter, SI.
+
+        Raises BgError: BG743 to BG745, BG788, BG066, and those of a wrong name, unit or number.
+        """
+        if self.sample is not None and self.sample < 1:
+            raise BgError([bad_option("sample", self.sample, "a positive whole number", "64")])
+        if self.design == "saltelli" and self.sample is None:
+            wanted = "given with a sample, the number of base points"
+            raise BgError([bad_option("design", self.design, wanted, "sample 256")])
+        given = read_cases(self.cases, parameters) if self.cases is not None else None
+        return points(read_axes(self.vary, parameters), self.sample, self.design, self.seed, given)
+
+
+def read_axes(vary: Vary, parameters: Parameters) -> list[Axis]:
+    """Read the axes of a sweep from texts, or from a mapping of texts and lists."""
+    if not isinstance(vary, Mapping):
+        return [read_axis(text, parameters) for text in vary]
+    axes: list[Axis] = []
+    for name, value in vary.items():
+        if isinstance(value, str):
+            axes.append(read_axis(f"{name}={value}", parameters))
+        else:
+            numbers = (_number(each, name, parameters) for each in np.asarray(value, dtype=object))
+            axes.append(Listed(name, tuple(numbers)))
+    return axes
+
+
+def _number(value: ParameterValue, name: str, parameters: Parameters) -> float:
+    (number,) = parameters.checked(name, value).values()
+    return number
+
+
+def observables_of(model: LoadedModel, texts: Sequence[str]) -> tuple[Observable, ...]:
+    """Read observables of the columns of a scene; see `read_observables`."""
+    return read_observables(texts, observed_columns(model), read_quantity)
+
+
+def sweep(
+    model: LoadedModel,
+    design: Design,
+    method: Method,
+    times: Array,
+    observables: Sequence[Observable] = (),
+    *,
+    progress: bool = False,
+    notices: Sequence[Diagnostic] = (),
+    resume: bool = False,
+    vectorised: bool = True,
+) -> Ensemble | Study:
+    """Run all points of a design; see `Model.sweep`."""
+    cases = checked_cases(design.values(model.parameters), model.parameters)
+    plan = plan_many(model, method, cases, times, vectorised, tuple(observables))
+    if observables:
+        return observe_many(plan, progress, notices, resume, design.name)
+    return simulate_many(plan, progress, notices, resume)

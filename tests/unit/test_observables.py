@@ -1,0 +1,99 @@
+"""Observables of a run, criteria on them, and how their texts are read."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.results.observables import read_criterion, read_observables
+from bgc.runtime.running.quantity import read_quantity
+from bgc.values.shown import Shown
+
+COLUMNS = {
+    "x": ("N", Shown("kN", 1e3)),
+    "y [mm]": ("mm", Shown("mm")),
+    "tip[1]": ("m", Shown("m")),
+    "tip[2]": ("m", Shown("m")),
+}
+TIME = np.array([*np.linspace(0, 10, 4001), 10.001])
+WAVE = 3 + 2 * np.sin(2 * np.pi * TIME)
+
+
+def of(text: str) -> float:
+    (found,) = read_observables([text], COLUMNS, read_quantity)
+    return found.of(TIME, WAVE)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("max(x)", 5),
+        ("min(x)", 1),
+        ("mean(x)", 3),
+        ("rms(x)", np.sqrt(9 + 2)),
+        ("sd(x)", np.sqrt(2)),
+        ("range(x)", 4),
+        ("peak(x)", 5),
+        ("first(x) from 0.25 s", 5),
+        ("last(x) to 750 ms", 1),
+        ("quantile(x, 0.75)", 3 + np.sqrt(2)),
+        ("crossings(x, 0.004 kN)", 10),
+        ("crossings(x, 4) from 1 s to 3.9 s", 3),
+        ("above(x, 4)", 1 / 3),
+    ],
+)
+def test_observables_are_those_of_the_wave(text, expected):
+    assert of(text) == pytest.approx(expected, rel=3e-3)
+
+
+def test_rows_of_unequal_intervals_are_weighted_by_time():
+    time = np.array([0.0, 1.0, 1.25, 1.5, 4.0])
+    (mean,) = read_observables(["mean(x)"], COLUMNS, read_quantity)
+    assert mean.of(time, 2 * time) == pytest.approx(4.0, rel=1e-14)
+
+
+def test_an_undefined_row_makes_only_its_part_undefined():
+    broken = np.where(TIME > 5, np.nan, WAVE)
+    early, late = read_observables(["max(x) to 4 s", "max(x)"], COLUMNS, read_quantity)
+    assert early.of(TIME, broken) == pytest.approx(5) and np.isnan(late.of(TIME, broken))
+
+
+def test_vectors_and_columns_in_other_units():
+    found = read_observables(["max(tip)", "peak(tip.y)", "above(y, 3 cm)"], COLUMNS, read_quantity)
+    assert [each.name for each in found[:3]] == ["max(tip[1])", "max(tip[2])", "peak(tip[2])"]
+    assert (found[3].column, found[3].argument, found[3].unit) == ("y [mm]", 30, "1")
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("x", "BG787"),
+        ("largest(x)", "BG787"),
+        ("max(x, 3)", "BG787"),
+        ("quantile(x)", "BG787"),
+        ("quantile(x, 2)", "BG787"),
+        ("max(x) from 3 s to 2 s", "BG787"),
+        ("max(z)", "BG065"),
+        ("above(x, 3 kg)", "BG063"),
+        ("max(x) from 3 m", "BG063"),
+        ("above(x, much)", "BG062"),
+    ],
+)
+def test_other_texts_are_refused(text, code):
+    with pytest.raises(BgError) as caught:
+        read_observables([text], COLUMNS, read_quantity)
+    assert [d.code for d in caught.value.diagnostics] == [code]
+
+
+def test_criteria_compare_with_a_limit_in_any_unit():
+    (upper,) = read_criterion("x < 300 kN", COLUMNS, read_quantity)
+    assert (upper.name, upper.limit) == ("max(x) < 300 kN", 3e5)
+    np.testing.assert_allclose(
+        upper.utilisation(np.array([1.5e5, 6e5, -1.0, np.nan])), [0.5, 2, 0, np.nan]
+    )
+    (lower,) = read_criterion("min(tip.x) >= 2 m", COLUMNS, read_quantity)
+    np.testing.assert_allclose(lower.utilisation(np.array([4.0, 1.0, -1.0])), [0.5, 2, 2])
+    for wrong in ("max(x)", "max(x) < ", "max(x) = 3"):
+        with pytest.raises(BgError, match="BG787"):
+            read_criterion(wrong, COLUMNS, read_quantity)
