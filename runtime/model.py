@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from bgc.runtime.results.study import Study
     from bgc.runtime.running.cases import Sets
     from bgc.runtime.running.stepping import Stepping
+    from bgc.runtime.studies.estimate import Estimate
+    from bgc.runtime.studies.motion import Motion
     from bgc.runtime.studies.sweep import Vary
     from bgc.symbolic.model import SymbolicModel
 
@@ -346,6 +348,75 @@ class Model(LoadedModel):
         return sweep(
             self, chosen, method, times, observables, progress=progress, notices=notices,
             resume=resume,
+        )  # fmt: skip
+
+    def fit(
+        self,
+        motion: Motion,
+        vary: Vary,
+        *,
+        match: Mapping[str, str] | None = None,
+        columns: Sequence[str] = (),
+        noise: Mapping[str, Quantity] | None = None,
+        loss: Literal["linear", "soft_l1", "huber", "cauchy"] = "linear",
+        starts: int = 1,
+        confidence: float = 0.95,
+        solver: str | None = None,
+        rtol: Quantity | None = None,
+        atol: Quantity | None = None,
+        step: Quantity | None = None,
+        max_step: Quantity | None = None,
+        substeps: int | None = None,
+        settle: Quantity | None = None,
+        start: Literal["rest", "given"] | None = None,
+    ) -> Estimate:
+        """Estimate parameters from a recorded motion, as `bgc fit` does.
+
+        Minimises the sum of squared residuals in units of their noise within the bounds, by SciPy's
+        `least_squares`. Each point and its finite differences run as one batch.
+
+        Parameters
+        ----------
+        motion
+            A CSV file with the columns `time` and observed names, `x [mm]`; a result; or columns
+            by name, SI. The model runs to the recorded times.
+        vary
+            Parameters with their bounds, `{"k": "1..1000 N/m"}` or `["k=1..1000 N/m"]`. The
+            iteration starts at the present values, or in the middle where they are outside.
+        match, columns
+            Observed names of recorded columns, `{"x": "position"}`; the observed columns to fit,
+            by default all that were recorded.
+        noise
+            Standard deviations of columns; those of the residuals by default, to which the weights
+            of the columns are adapted.
+        loss
+            "linear": least squares. The others give outliers beyond the noise less weight.
+        starts
+            Number of points within the bounds, run as one batch, among which to start.
+        confidence
+            Probability of the intervals. They are those of the linearised problem with independent
+            normal noise.
+        solver, rtol, atol, step, max_step, substeps, settle, start
+            As for `simulate`.
+
+        Raises
+        ------
+        BgError
+            The data or the bounds are at fault (BG788, BG479), or the run at the start fails.
+        """
+        # As for `simulate_many`.
+        from bgc.runtime.studies.bounds import read_bounds, read_noise
+        from bgc.runtime.studies.fit import FitOptions, fit
+        from bgc.runtime.studies.motion import read_motion
+
+        options = _options(rtol, atol, step, max_step, substeps, settle)
+        method, _ = method_of(self, solver, options)
+        recorded = read_motion(motion, self, match or {}, columns)
+        bounds = read_bounds(vary, self.parameters)
+        known = read_noise(noise or {}, recorded.names, self.outputs)
+        return fit(
+            self, method.started(start), recorded, bounds,
+            FitOptions(loss, known, starts, confidence),
         )  # fmt: skip
 
     def initial_state(self, parameters: Mapping[str, ParameterValue] | None = None) -> Array:

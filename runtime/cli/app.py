@@ -41,6 +41,7 @@ GROUPS = {
         "view": "show a scene in the browser, live, or a recorded run",
         "haptic": "run a scene in real time with its devices",
         "sweep": "simulate a scene for many values of its parameters",
+        "fit": "estimate parameters from a recorded motion",
         "devices": "list drivers and haptic devices, and why one cannot be used",
         "build": "compile a scene to C, to a shared object or to an FMU",
     },

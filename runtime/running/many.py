@@ -107,14 +107,18 @@ def plan_many(
 
 
 def simulate_many(
-    plan: Plan, progress: bool = False, notices: Sequence[Diagnostic] = (), resume: bool = False
+    plan: Plan,
+    progress: bool = False,
+    notices: Sequence[Diagnostic] = (),
+    resume: bool = False,
+    library: LaneLibrary | None = None,
 ) -> Ensemble:
     """Run a model with all parameter sets, each to all times; see `Model.simulate_many`.
 
     With `resume`, what is done is kept if Ctrl-C ends the call, and the next equal call goes on
-    from there.
+    from there. `library` is that of the batches, where the caller has loaded it.
     """
-    work = plan.work(None if plan.alone else lane_library(plan.model))
+    work = plan.work(None if plan.alone else library or lane_library(plan.model))
     rows = work.rows
     assert rows is not None
     unfinished = _unfinished(plan) if resume else None

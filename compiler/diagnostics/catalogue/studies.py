@@ -1,8 +1,10 @@
-"""BG47x, BG78x, BG79x: observables of runs, tables of cases."""
+"""BG47x, BG78x, BG79x: observables of runs, tables of cases, estimation."""
 
 from __future__ import annotations
 
-from bgc.diagnostics.catalogue import error
+from collections.abc import Sequence
+
+from bgc.diagnostics.catalogue import error, warning
 from bgc.diagnostics.diagnostic import Diagnostic
 
 
@@ -42,3 +44,46 @@ def bad_case_table(path: str, reason: str, line: int = 0) -> Diagnostic:
     """
     place = f"line {line} of `{path}`" if line else f"`{path}`"
     return error("BG788", f"{place} cannot be read: {reason}", help="see `bgc doc BG788`")
+
+
+def not_identifiable(names: Sequence[str], condition: float) -> Diagnostic:
+    """BG478: parameters that the data do not determine
+
+    What: a change of some parameters together hardly changes the computed motion, so that the data
+    determine their combination and not each of them.
+
+    Why: the columns of the sensitivity matrix, each scaled to length 1, are almost linearly
+    dependent (its condition number exceeds 10,000), or one of them is zero.
+
+    Example: mass and stiffness from a free oscillation, which depends on their ratio alone.
+
+    Way out: fix one of the parameters, observe another quantity, or record a motion that excites
+    them differently.
+    """
+    listed = ", ".join(f"`{name}`" for name in names)
+    if len(names) == 1:
+        what = f"{listed} has no influence on the fitted columns"
+    else:
+        what = f"the data determine a combination of {listed}, not each of them"
+    size = "infinite" if condition == float("inf") else f"{condition:.2g}"
+    return warning(
+        "BG478",
+        f"{what} (condition number {size})",
+        help="fix one of them, or fit a motion that depends on them separately",
+    )
+
+
+def cannot_fit(reason: str, way_out: str = "") -> Diagnostic:
+    """BG479: an estimation that cannot begin
+
+    What: the parameters cannot be estimated from these data.
+
+    Why: no column of the data is observed by the scene, there are fewer values than parameters, a
+    start value is outside its bounds, or the run at the start values fails.
+
+    Example: data with the columns `time` and `x` for a scene that observes `position`.
+
+    Way out: name the columns as the scene does, or give `--match "position=x"`; give start values
+    by `--set`.
+    """
+    return error("BG479", f"the parameters cannot be estimated: {reason}", help=way_out)

@@ -1,0 +1,53 @@
+"""Bounds of the parameters and noise of the columns of an estimation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from bgc.diagnostics.catalogue.ensembles import varied_twice
+from bgc.diagnostics.catalogue.studies import cannot_fit
+from bgc.diagnostics.diagnostic import BgError
+from bgc.language.columns import name_in_si
+from bgc.runtime.running.loaded import Variable
+from bgc.runtime.running.parameters import Parameters
+from bgc.runtime.running.quantity import Quantity, in_si
+from bgc.runtime.running.sweep import Range
+from bgc.runtime.studies.sweep import Vary, read_axes
+
+
+def read_bounds(vary: Vary, parameters: Parameters) -> list[Range]:
+    """Read the bounds of parameters; a list of two numbers is a range too.
+
+    Bounds outside the range of a parameter are moved to its ends.
+
+    Raises BgError: BG743, BG744, and those of a wrong name or unit.
+    """
+    found: list[Range] = []
+    for axis in read_axes(vary, parameters):
+        if any(axis.name == each.name for each in found):
+            raise BgError([varied_twice(axis.name)])
+        numbers = axis.values()
+        info = parameters[axis.name]
+        low, high = max(numbers.min(), info.low), min(numbers.max(), info.high)
+        found.append(Range(axis.name, float(low), float(high)))
+    return found
+
+
+def read_noise(
+    noise: Mapping[str, Quantity], fitted: Sequence[str], outputs: Sequence[Variable]
+) -> dict[str, float]:
+    """Read the standard deviations of columns, in their units."""
+    units = {variable.name: variable.unit for variable in outputs}
+    names = {**{name_in_si(name): name for name in fitted}, **{name: name for name in fitted}}
+    found = {}
+    for name, value in noise.items():
+        if name not in names:
+            raise BgError([cannot_fit(f"`{name}`, whose noise is given, is not fitted")])
+        column = names[name]
+        unit = "" if units[column] == "1" else units[column]
+        number = in_si(value, f"the noise of {name}", unit)
+        assert number is not None
+        if isinstance(value, str) and unit and " " in value.strip():
+            number /= in_si(f"1 {unit}", name, unit) or 1.0
+        found[column] = number
+    return found

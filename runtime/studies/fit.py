@@ -1,0 +1,270 @@
+"""Estimation of parameters from a recorded motion by nonlinear least squares."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bgc.diagnostics.catalogue.arguments import bad_option
+from bgc.diagnostics.catalogue.studies import cannot_fit, not_identifiable
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.run import Method
+from bgc.runtime.running.sweep import Range, sobol
+from bgc.runtime.studies.estimate import Estimate
+from bgc.runtime.studies.motion import Recorded
+from bgc.runtime.studies.residuals import Residuals, penalty
+
+LOSSES = ("linear", "soft_l1", "huber", "cauchy")
+
+_PASSES = 3  # fits with weights from the residuals of the one before
+_COLLINEAR = 1e4  # condition number from which on parameters count as not identifiable
+_SHARE = 0.3  # of a singular vector: parameters that belong to a combination
+_MOST_RUNS = 200  # points of one fit
+_TO_SIGMA = 1.4826  # times the median magnitude of normal residuals is their deviation
+
+
+@dataclass(frozen=True, slots=True)
+class FitOptions:
+    """Options of an estimation.
+
+    `noise` are the standard deviations of the columns by name, in their units; estimated from the
+    residuals where they are not given. `starts` is the number of points of a Sobol sequence among
+    which the first point is chosen, besides the present values.
+    """
+
+    loss: str = "linear"
+    noise: Mapping[str, float] | None = None
+    starts: int = 1
+    confidence: float = 0.95
+
+
+def fit(
+    model: LoadedModel,
+    method: Method,
+    recorded: Recorded,
+    bounds: Sequence[Range],
+    options: FitOptions,
+) -> Estimate:
+    """Estimate parameters within bounds; see `Model.fit`."""
+    _check(recorded, bounds, options)
+    names = tuple(each.name for each in bounds)
+    low, high = (np.array([getattr(each, end) for each in bounds]) for end in ("low", "high"))
+    present = np.array([model.parameters[name].value for name in names])
+    inside = (present >= low) & (present <= high)
+    start = np.where(inside, present, _middle(low, high))
+    known = recorded.values
+    spread = np.nanstd(known, axis=0)
+    noise = np.where(spread > 0, spread, np.maximum(np.nanmax(np.abs(known), axis=0), 1e-300))
+    given = options.noise or {}
+    for k, name in enumerate(recorded.names):
+        noise[k] = given.get(name, noise[k])
+    problem = Residuals(model, method, recorded, names, low, high, _scales(start, low, high), noise)
+    start = _best_start(problem, bounds, start, options.starts)
+    point = start
+    for _ in range(_PASSES):
+        solution = _solve(problem, point, options.loss)
+        point = np.asarray(solution.x)
+        free = [k for k, name in enumerate(recorded.names) if name not in given]
+        before = problem.noise.copy()
+        values = problem.values(point)
+        assert values is not None
+        deviations = _deviations(values - recorded.values, len(names), options.loss)
+        problem.noise[free] = np.maximum(deviations[free], 1e-12 * before[free])
+        if len(recorded.names) == 1 and options.loss == "linear":
+            break  # the weight of one column does not move the estimate
+        if np.allclose(problem.noise, before, rtol=0.01, atol=0):
+            break
+    return _judge(problem, point, start, solution, options)
+
+
+def _check(recorded: Recorded, bounds: Sequence[Range], options: FitOptions) -> None:
+    if options.loss not in LOSSES:
+        raise BgError([bad_option("loss", options.loss, f"one of {', '.join(LOSSES)}", "huber")])
+    if not 0 < options.confidence < 1:
+        wanted = "a number between 0 and 1"
+        raise BgError([bad_option("confidence", options.confidence, wanted, "0.95")])
+    if options.starts < 1:
+        raise BgError([bad_option("starts", options.starts, "a positive whole number", "16")])
+    if not bounds:
+        raise BgError([cannot_fit("no parameter is to be estimated", 'give `--vary "k=1..9 N/m"`')])
+    for each in bounds:
+        if not each.low < each.high:
+            raise BgError([cannot_fit(f"the bounds of `{each.name}` hold a single value")])
+    for name, value in (options.noise or {}).items():
+        if name not in recorded.names:
+            raise BgError([cannot_fit(f"`{name}`, whose noise is given, is not fitted")])
+        if not value > 0:
+            raise BgError([bad_option("noise", value, "a positive standard deviation", "1e-3")])
+    count = int(recorded.known.sum())
+    if count <= len(bounds):
+        reason = f"{count} recorded values do not determine {len(bounds)} parameters"
+        raise BgError([cannot_fit(reason, "give a longer recording or fewer parameters")])
+
+
+def _middle(low: Array, high: Array) -> Array:
+    """Middles of ranges: geometric where both ends are positive and far apart."""
+    far = (low > 0) & (high > 10 * low)
+    with np.errstate(invalid="ignore"):
+        return np.where(far, np.sqrt(np.abs(low * high)), (low + high) / 2)
+
+
+def _scales(start: Array, low: Array, high: Array) -> Array:
+    return np.where(np.abs(start) > 0, np.abs(start), high - low)
+
+
+def _best_start(problem: Residuals, bounds: Sequence[Range], start: Array, count: int) -> Array:
+    """The present values, or the point of a Sobol sequence with the least squares if better."""
+    points = start[None, :]
+    if count > 1:
+        spread = [
+            Range(each.name, each.low, each.high, log=each.low > 0 and each.high > 10 * each.low)
+            for each in bounds
+        ]
+        more = np.column_stack(list(sobol(spread, count - 1).values()))
+        points = np.concatenate((points, more))
+    found = problem.many(points)
+    squares = [
+        np.inf if each is None
+        else float(np.nansum(((each - problem.recorded.values) / problem.noise) ** 2))
+        for each in found
+    ]  # fmt: skip
+    best = int(np.argmin(squares))
+    if not np.isfinite(squares[best]):
+        why = problem.failures[0].message if problem.failures else "its values are not finite"
+        reason = f"the run with the start values fails: {why}"
+        raise BgError([cannot_fit(reason, "give other start values by `--set`, or `--starts 16`")])
+    return np.asarray(points[best])
+
+
+def _solve(problem: Residuals, start: Array, loss: str) -> Any:
+    """Minimise the loss from a point on; residuals are in units of their noise."""
+    # Slow to load, and only an estimation needs it.
+    from scipy.optimize import least_squares
+
+    first = problem.residuals(start)
+    assert first is not None
+    refused = penalty(first)
+
+    def residuals(point: Array) -> Array:
+        found = problem.residuals(point)
+        return refused if found is None else found
+
+    # The solver asks for derivatives only where it has accepted a point.
+    return least_squares(
+        residuals,
+        start,
+        jac=problem.jacobian,
+        bounds=(problem.low, problem.high),
+        x_scale=problem.scale,
+        loss=loss,
+        max_nfev=_MOST_RUNS,
+    )
+
+
+def _deviations(residuals: Array, parameters: int, loss: str) -> Array:
+    """The standard deviation of the residuals of each column, robust for a robust loss."""
+    known = np.isfinite(residuals)
+    count = known.sum(axis=0)
+    if loss == "linear":
+        freedom = np.maximum(count - parameters * count / count.sum(), 1)
+        return np.sqrt(np.nansum(residuals**2, axis=0) / freedom)
+    return np.asarray(_TO_SIGMA * np.nanmedian(np.abs(residuals), axis=0))
+
+
+def _influence(r: Array, loss: str) -> tuple[Array, Array]:
+    """The derivative psi of the loss by a residual, and that of psi (`least_squares`' losses)."""
+    z = r * r
+    if loss == "soft_l1":
+        return r * (1 + z) ** -0.5, (1 + z) ** -1.5
+    if loss == "huber":
+        near = np.abs(r) <= 1
+        return np.where(near, r, np.sign(r)), near.astype(float)
+    if loss == "cauchy":
+        return r / (1 + z), (1 - z) / (1 + z) ** 2
+    return r, np.ones_like(r)
+
+
+def _judge(
+    problem: Residuals, point: Array, start: Array, solution: Any, options: FitOptions
+) -> Estimate:
+    """Intervals from the Jacobian and the noise, and the warnings.
+
+    The covariance is s^2 (J^T J)^-1 with s^2 = mean(psi^2)/mean(psi')^2 m/(m - n), which is the sum
+    of squares over m - n for least squares (P. J. Huber, Robust Statistics, 1981, section 7.6).
+    Parameters at a bound are kept there: they have no interval, and those of the others hold for
+    these values.
+    """
+    # Slow to load, and only an estimation needs it.
+    from scipy.stats import t as student
+
+    residuals, jacobian = problem.residuals(point), problem.jacobian(point)
+    assert residuals is not None
+    m, n = jacobian.shape
+    edge = 1e-6 * problem.scale
+    at_bound = (point - problem.low <= edge) | (problem.high - point <= edge)
+    free = np.flatnonzero(~at_bound)
+    psi, slope = _influence(residuals, options.loss)
+    variance = float(np.mean(psi**2) / np.mean(slope) ** 2) * m / max(m - n, 1)
+    warnings, determined = _identifiable(problem.names, jacobian, free)
+    half = np.full(n, np.nan)
+    correlation = np.full((n, n), np.nan)
+    if len(free) and determined:
+        scaled = jacobian[:, free] * problem.scale[free]
+        inverse = np.linalg.inv(scaled.T @ scaled) * np.outer(*2 * (problem.scale[free],))
+        errors = np.sqrt(variance * np.diag(inverse))
+        half[free] = student.ppf((1 + options.confidence) / 2, max(m - n, 1)) * errors
+        lengths = np.sqrt(np.diag(inverse))
+        correlation[np.ix_(free, free)] = inverse / np.outer(lengths, lengths)
+    values = problem.values(point)
+    assert values is not None
+    parameters = problem.model.parameters
+    return Estimate(
+        scene=problem.model.facts.scene,
+        names=problem.names,
+        values=point,
+        half_widths=half,
+        start=start,
+        at_bound=tuple(bool(each) for each in at_bound),
+        confidence=options.confidence,
+        correlation=correlation,
+        recorded=problem.recorded,
+        computed=values,
+        noise=dict(zip(problem.recorded.names, problem.noise.tolist(), strict=True)),
+        shown={name: parameters[name].shown for name in problem.names},
+        shown_columns={v.name: v.shown for v in problem.model.outputs},
+        converged=bool(solution.status > 0),
+        loss=options.loss,
+        runs=problem.runs,
+        failed=len(problem.failures),
+        warnings=tuple(warnings),
+    )
+
+
+def _identifiable(
+    names: Sequence[str], jacobian: Array, free: Array
+) -> tuple[list[Diagnostic], bool]:
+    """Warn of combinations of parameters that the data do not determine (BG478).
+
+    The columns are scaled to length 1: D. A. Belsley, E. Kuh, R. E. Welsch, Regression
+    Diagnostics, 1980, chapter 3.
+    """
+    lengths = np.linalg.norm(jacobian, axis=0)
+    largest = float(np.linalg.norm(jacobian)) or 1.0
+    silent = [k for k in free if lengths[k] <= 1e-12 * largest]
+    found = [not_identifiable([names[k]], float("inf")) for k in silent]
+    rest = [k for k in free if k not in silent]
+    if rest:
+        _, sizes, rows = np.linalg.svd(jacobian[:, rest] / lengths[rest], full_matrices=False)
+        for size, row in zip(sizes, rows, strict=True):
+            condition = float(sizes[0] / size) if size > 0 else float("inf")
+            if condition > _COLLINEAR:
+                shared = [
+                    names[k] for k, share in zip(rest, row, strict=True) if abs(share) > _SHARE
+                ]
+                found.append(not_identifiable(shared, condition))
+    return found, not found

@@ -1,0 +1,115 @@
+"""A recorded motion, and its columns matched to those that a scene observes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from bgc.diagnostics.catalogue.studies import bad_case_table, cannot_fit
+from bgc.diagnostics.diagnostic import BgError
+from bgc.language.columns import column_of, name_in_si
+from bgc.runtime.results.arrays import Array, Mask
+from bgc.runtime.results.result import Result
+from bgc.runtime.running.csv_tables import factor, read_columns
+from bgc.runtime.running.loaded import LoadedModel, Variable
+
+Motion: TypeAlias = str | Path | Result | Mapping[str, Array]
+"""A CSV file with the column `time`, a result, or columns by name (SI)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """Recorded values of columns of a scene.
+
+    Attributes
+    ----------
+    time
+        Times of the rows of a run, s, (rows,); the first is 0.
+    names
+        The fitted columns.
+    values
+        The recorded values in the units of these columns, (rows, columns); NaN where none is
+        recorded: in a row that a run needs at its start, and in empty cells.
+    """
+
+    time: Array
+    names: tuple[str, ...]
+    values: Array
+
+    @property
+    def known(self) -> Mask:
+        """Mask of the recorded values."""
+        return np.isfinite(self.values)
+
+
+def read_motion(
+    motion: Motion, model: LoadedModel, match: Mapping[str, str], columns: Sequence[str] = ()
+) -> Recorded:
+    """Read a motion, and match its columns to the observed ones.
+
+    `match` gives the observed column of a recorded one of another name. `columns` are the observed
+    columns to fit; by default all that were recorded.
+
+    Raises BgError: BG788 for an unreadable file, BG479 where no column matches, BG063 for a unit.
+    """
+    path = str(motion) if isinstance(motion, (str, Path)) else "the motion"
+    if isinstance(motion, (str, Path)):
+        found = read_columns(motion)
+    elif isinstance(motion, Result):
+        pairs = ((name, motion[name]) for name in ("time", *motion))
+        found = {(name_in_si(name), _unit_of(motion, name)): values for name, values in pairs}
+    else:
+        found = {(name, ""): np.asarray(values, float) for name, values in motion.items()}
+    times = {name: values * factor(unit, name, "s") for (name, unit), values in found.items()
+             if name == "time"}  # fmt: skip
+    if "time" not in times:
+        raise BgError([bad_case_table(path, "it has no column `time`")])
+    time = times["time"]
+    if len(time) < 2 or not (np.diff(time) > 0).all() or time[0] < 0 or not np.isfinite(time).all():
+        raise BgError([bad_case_table(path, "its times do not rise from 0 or later")])
+    known = {spelling: v for v in model.outputs for spelling in (v.name, name_in_si(v.name))}
+    fitted: dict[str, Array] = {}
+    for (name, unit), values in found.items():
+        if name == "time":
+            continue
+        wanted = match.get(name, name)
+        variable = known.get(wanted) or known.get(column_of(wanted))
+        if variable is None or (columns and not {wanted, variable.name} & {*columns}):
+            if name in match:
+                raise BgError([cannot_fit(f"the scene does not observe `{wanted}`")])
+            continue
+        if len(values) != len(time):
+            raise BgError([bad_case_table(path, f"`{name}` and `time` differ in length")])
+        fitted[variable.name] = values * _into(unit, name, variable)
+    if not fitted:
+        recorded = ", ".join(f"`{name}`" for name, _ in found if name != "time")
+        observed = ", ".join(f"`{v.name}`" for v in model.outputs)
+        raise BgError(
+            [
+                cannot_fit(
+                    f"the scene observes {observed or 'nothing'}, the data have {recorded}",
+                    'name the columns alike, or give `--match "OBSERVED=RECORDED"`',
+                )
+            ]
+        )
+    table = np.column_stack(list(fitted.values()))
+    if time[0] > 0:  # a run begins at 0, where nothing is recorded
+        time = np.concatenate(([0.0], time))
+        table = np.concatenate((np.full((1, table.shape[1]), np.nan), table))
+    return Recorded(time, tuple(fitted), table)
+
+
+def _into(unit: str, name: str, variable: Variable) -> float:
+    """The factor from the unit of a recorded column to that of an observed one."""
+    if not unit:
+        return 1.0
+    return factor(unit, name, variable.unit) / factor(variable.unit, name, variable.unit)
+
+
+def _unit_of(result: Result, name: str) -> str:
+    unit = "s" if name == "time" else result.units.get(name, "")
+    return "" if unit == "1" else unit
