@@ -40,7 +40,7 @@ RECORD_HEAD, POSE_SIZE, EFFORT_SIZE = 3, 23, 7
 POLICIES = ("hold", "skip", "slow")
 """Overrun policies, in the order of `bgc_servo_policy`."""
 
-_ABI = 1  # BGC_SERVO_ABI
+_ABI = 2  # BGC_SERVO_ABI
 _PATIENCE = 2.0  # s until a loop that does not end is left behind
 _Fields: TypeAlias = list[tuple[str, Any]]
 _MODEL_FUNCTIONS = (
@@ -119,7 +119,7 @@ class TimesStruct(Structure):
 
 _COUNTERS = (
     *("samples", "missed", "overruns", "dropped", "skipped", "saturated", "limited", "no_news"),
-    "lost_records",
+    *("lost_records", "exchanges"),
 )
 _VALUES = ("time", "elapsed", "behind", "gain", "worst_power", "zero_after")
 
@@ -165,12 +165,20 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_servo_handle": (c_void_p, (c_void_p, c_int)),
     "bgc_servo_loop": (None, (c_void_p,)),
     "bgc_servo_start": (c_int, (c_void_p,)),
-    "bgc_servo_stop": (None, (c_void_p,)),
+    "bgc_servo_stop": (None, (c_void_p, c_int)),
+    "bgc_servo_prepare": (
+        c_void_p,
+        (c_void_p, POINTER(_ModelTable), POINTER(OptionsStruct), c_int, c_void_p, c_void_p),
+    ),
+    "bgc_servo_post": (c_int, (c_void_p, c_void_p)),
+    "bgc_servo_drop": (None, (c_void_p, c_void_p)),
     "bgc_servo_join": (c_int, (c_void_p, c_double)),
     "bgc_servo_watch": (None, (c_void_p,)),
     "bgc_servo_get_report": (None, (c_void_p, POINTER(ReportStruct))),
     "bgc_servo_record_size": (c_int, (c_void_p,)),
     "bgc_servo_take": (c_size_t, (c_void_p, c_void_p, c_size_t)),
+    "bgc_servo_retired": (c_int, (c_void_p,)),
+    "bgc_servo_next": (None, (c_void_p,)),
     "bgc_servo_free": (None, (c_void_p,)),
 }
 
@@ -205,8 +213,17 @@ def load_servo() -> ServoLibrary:
     return ServoLibrary(functions)
 
 
+def _table_of(instance: Instance) -> _ModelTable:
+    """The functions of an instance's model for the loop."""
+    model = instance.library
+    table = _ModelTable(cast(model.pointer, c_void_p), instance.address)
+    for name, function in _MODEL_FUNCTIONS:
+        setattr(table, name, cast(getattr(model.functions, function), c_void_p))
+    return table
+
+
 class Servo:
-    """A loop on an instance of a model, which it keeps. `width` is that of the model's rows."""
+    """A loop on instances of models, which it keeps. `width` is that of the rows of the first."""
 
     def __init__(
         self,
@@ -216,19 +233,15 @@ class Servo:
         width: int,
         clock: ClockStruct | None = None,
     ) -> None:
-        self.instance, self.width, self._clock = instance, width, clock
+        self._instances, self._clock = [instance], clock
         self._functions = library.functions
-        model = instance.library
-        table = _ModelTable(cast(model.pointer, c_void_p), instance.address)
-        for name, function in _MODEL_FUNCTIONS:
-            setattr(table, name, cast(getattr(model.functions, function), c_void_p))
+        table = _table_of(instance)
         clock_pointer = None if clock is None else byref(clock)
         self._servo = self._functions.bgc_servo_new(
             byref(table), byref(options), width, clock_pointer
         )
         if not self._servo:
             raise BgError([no_memory()])
-        self.record_size = int(self._functions.bgc_servo_record_size(self._servo))
         # At the end of the process too, for the loop must not outlive the model that it runs.
         self._finalizer = weakref.finalize(self, _end, self._functions, self._servo)
 
@@ -262,9 +275,34 @@ class Servo:
         """Start the threads of loop and watchdog; return whether the system gave them."""
         return bool(self._functions.bgc_servo_start(self._servo))
 
-    def stop(self) -> None:
-        """Ask the loop to end after its sample."""
-        self._functions.bgc_servo_stop(self._servo)
+    def stop(self, at_once: bool = False) -> None:
+        """Ask the loop to end when the force has fallen to zero, or `at_once`."""
+        self._functions.bgc_servo_stop(self._servo, int(at_once))
+
+    def prepare(
+        self, instance: Instance, options: OptionsStruct, width: int, ports: list[int], poses: Array
+    ) -> int:
+        """Make a course of an instance, which is started after this; return its address.
+
+        `ports` are the devices of the loop that the model's devices are, `poses` the poses that
+        these have at the start, (devices, POSE_SIZE).
+        """
+        table, places = _table_of(instance), (c_int * max(len(ports), 1))(*ports)
+        course = self._functions.bgc_servo_prepare(
+            self._servo, byref(table), byref(options), width, places, poses.ctypes.data
+        )
+        if not course:
+            raise BgError([no_memory()])
+        return int(course)
+
+    def post(self, course: int, instance: Instance) -> bool:
+        """Ask the loop to go on with a course; False where another waits or the loop has ended."""
+        self._instances.append(instance)
+        return bool(self._functions.bgc_servo_post(self._servo, course))
+
+    def drop(self, course: int) -> None:
+        """Free a course that was not posted."""
+        self._functions.bgc_servo_drop(self._servo, course)
 
     def join(self, seconds: float) -> bool:
         """Wait for the threads; return whether they have ended."""
@@ -280,8 +318,22 @@ class Servo:
         self._functions.bgc_servo_get_report(self._servo, byref(report))
         return report
 
+    @property
+    def record_size(self) -> int:
+        """Numbers in a record of the course that the reader is at."""
+        return int(self._functions.bgc_servo_record_size(self._servo))
+
+    @property
+    def is_retired(self) -> bool:
+        """Whether the reader's course has no more records than those that wait."""
+        return bool(self._functions.bgc_servo_retired(self._servo))
+
+    def next(self) -> None:
+        """Go on to the records of the next course, where those of this one have been taken."""
+        self._functions.bgc_servo_next(self._servo)
+
     def take(self, most: int = 4096) -> Array:
-        """Take the records that are ready, (n, record_size); by one thread."""
+        """Take the records of the reader's course that are ready, (n, record_size); one thread."""
         records = np.empty((most, self.record_size))
         count = self._functions.bgc_servo_take(self._servo, records.ctypes.data, most)
         return records[: int(count)]
@@ -296,5 +348,7 @@ class Servo:
 
 def _end(functions: ctypes.CDLL, servo: int) -> None:
     """End a loop that nobody has stopped, with zero force; a thread may still take its records."""
-    functions.bgc_servo_stop(servo)
-    functions.bgc_servo_join(servo, _PATIENCE)
+    functions.bgc_servo_stop(servo, 0)
+    if not functions.bgc_servo_join(servo, _PATIENCE):
+        functions.bgc_servo_stop(servo, 1)
+        functions.bgc_servo_join(servo, _PATIENCE)

@@ -5,15 +5,15 @@ from __future__ import annotations
 import ctypes
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from threading import Event, Lock, Thread
 from types import TracebackType
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 
 from bgc.diagnostics.catalogue.arguments import device_not_opened
+from bgc.diagnostics.catalogue.exchange import cannot_exchange
 from bgc.diagnostics.catalogue.realtime import (
     no_pointer,
     python_device_failed,
@@ -22,22 +22,31 @@ from bgc.diagnostics.catalogue.realtime import (
 )
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.realtime.binding import ClockStruct, End, Servo, load_servo
-from bgc.runtime.realtime.options import RealtimeOptions, fill_options, period_of
+from bgc.runtime.realtime.course import (
+    Course,
+    make_course,
+    options_of,
+    places_of,
+    resting_poses,
+)
+from bgc.runtime.realtime.options import RealtimeOptions
 from bgc.runtime.realtime.python_device import PythonDevice, PythonThread, stamp
-from bgc.runtime.realtime.records import Recorder, forces_of, rows_of
+from bgc.runtime.realtime.records import Recorder, forces_of, rows_of, whole_poses_of
 from bgc.runtime.realtime.report import Report, report_of
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.rest import AtRest
 from bgc.runtime.results.result import Result
 from bgc.runtime.running.devices import DeviceChoice, find_drivers, read_choices
-from bgc.runtime.running.failures import quotable, require
+from bgc.runtime.running.failures import quotable
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
-from bgc.runtime.running.run import Method, set_method, start
-from bgc.runtime.running.simulate import named_result
+from bgc.runtime.running.quantity import Quantity, in_si
+from bgc.runtime.running.run import Method
+from bgc.runtime.running.simulate import method_of, named_result
 from bgc.runtime.running.structures import Status
 
 _DRAIN_SECONDS = 0.01
-_PATIENCE = 2.0  # s until a loop that does not end is left behind
+_PATIENCE = 2.0  # s without a sample until a loop that does not end is left behind
 _Device = str | PythonDevice
 
 
@@ -52,8 +61,8 @@ class Realtime:
     ----------
     devices
         Names of the devices.
-    columns
-        Names of the model's outputs, in the order of the rows.
+    at_rest
+        The start of the present model, where it is one at rest.
     warnings
         Of the recording and of devices that are Python objects.
     """
@@ -72,37 +81,34 @@ class Realtime:
         on_records: Callable[[Array], None] | None = None,
         clock: ClockStruct | None = None,
     ) -> None:
-        self.columns = tuple(variable.name for variable in model.measured)
         self.warnings: list[Diagnostic] = []
-        self._model, self._method = model, method
         self._on_records, self._keep = on_records, keep
         self._given = options.checked()
         self._final: Report | None = None
         self._own = {k: v for k, v in (devices or {}).items() if not isinstance(v, str)}
         named = {k: v for k, v in (devices or {}).items() if isinstance(v, str)}
         self._choices = read_choices(named) | dict.fromkeys(self._own, DeviceChoice("pointer"))
-        self._instance = model.parameters.instance(parameters or {})
-        require(self._instance, set_method(self._instance, method, bool(model.accounts)))
-        self._found = find_drivers(self._instance, model.folder, self._choices)
+        course = make_course(model, method, parameters or {})
+        # In the order of their posts; the reader of records may be behind the loop.
+        self._courses, self._read = [course], 0
+        self._found = find_drivers(course.instance, model.folder, self._choices)
         self.devices = tuple(device.name for device in self._found)
         library = load_servo()
-        period = period_of(model, method, self._instance.sample_period)
-        self._options = fill_options(library.defaults(), self._given, model, period, duration)
-        self._servo = Servo(library, self._instance, self._options, model.row_width, clock)
+        self._defaults = library.defaults
+        self._options = options_of(course, library.defaults(), self._given, duration)
+        self._servo = Servo(library, course.instance, self._options, model.row_width, clock)
         try:
             self._open_devices()
-            settle = dict(model.facts.solver_options).get("settle", 0.0)
-            settled = method if method.settle > 0 else replace(method, settle=settle)
-            status, self.at_rest = start(self._instance, settled, method.rest_of(model.facts))
-            if status is not Status.OK:
-                raise BgError([model.explain(self._instance, status)])
+            self.at_rest: AtRest | None = course.start()
         except BaseException:
             self._servo.free()
             raise
+        self._record = record
         self._recorder = None if record is None else Recorder(record, self.devices)
         self._kept: list[Array] = []
         self._latest: Array | None = None
-        self._news, self._ended, self._taking = Event(), Event(), Lock()
+        self._news, self._ended = Event(), Event()
+        self._taking, self._exchanging = Lock(), Lock()
         self._drain: Thread | None = None
         self._threads: list[PythonThread] = []
 
@@ -152,10 +158,14 @@ class Realtime:
             raise
         return self.close()
 
-    def stop(self) -> Report:
-        """End the loop after its sample, with zero force; return the final report."""
+    def stop(self, *, at_once: bool = False) -> Report:
+        """End the loop when the force has fallen to zero; return the final report.
+
+        The force falls in the time of the ramp, while the model runs on; with `at_once` it is zero
+        after the present sample. A device without motors makes no difference.
+        """
         if self._final is None:
-            self._servo.stop()
+            self._servo.stop(at_once)
         return self.close()
 
     def close(self) -> Report:
@@ -165,20 +175,30 @@ class Realtime:
         """
         if self._final is not None:
             return self._final
-        if not self._servo.join(_PATIENCE):
-            raise BgError([thread_left(_PATIENCE)])
+        self._join()
         self._ended.set()
         for thread in self._threads:
             thread.stop()
         if self._drain is not None:
             self._drain.join()
+        self._close_recorder()
+        self._final = self._read_report()
+        self._servo.free()
+        return self._final
+
+    def _join(self) -> None:
+        """Wait for the threads as long as the loop takes samples; BG775 where it does not end."""
+        samples = -1
+        while not self._servo.join(_PATIENCE):
+            before, samples = samples, self._servo.report().samples
+            if samples == before:
+                raise BgError([thread_left(_PATIENCE)])
+
+    def _close_recorder(self) -> None:
         if self._recorder is not None:
             self._recorder.close()
             if self._recorder.problem is not None:
                 self.warnings.append(recording_ended(*self._recorder.problem))
-        self._final = self._read_report()
-        self._servo.free()
-        return self._final
 
     def __enter__(self) -> Self:
         return self.start()
@@ -200,10 +220,105 @@ class Realtime:
         raw = self._servo.report()
         failure = None
         if raw.end == End.MODEL:
-            failure = self._model.explain(self._instance, Status(raw.status))
+            course = self._courses[raw.exchanges]
+            failure = course.model.explain(course.instance, Status(raw.status))
         return report_of(raw, self._options, self.devices, failure)
 
+    # --- another model -------------------------------------------------------------------------
+
+    def exchange(
+        self,
+        model: LoadedModel,
+        *,
+        solver: str | None = None,
+        step: Quantity | None = None,
+        start: Literal["rest", "given"] | None = None,
+        parameters: Mapping[str, ParameterValue] | None = None,
+        wait: bool = True,
+    ) -> None:
+        """Let another model, or this one with other parameters, take the place of the present one.
+
+        The devices stay open and the loop keeps its pace. The force falls to zero in the time of
+        the ramp, the new model starts, at rest where its scene says so, at its own time, and the
+        force rises again. From then on `time`, `rows`, `columns` and `result` are those of the new
+        model, and a recording goes on in another table (`motion_2.csv`), which replays with the
+        new scene. The start is computed before anything changes, in the calling thread.
+
+        Parameters
+        ----------
+        model
+            A model whose scene has devices of the same names and the same period.
+        solver, step, start, parameters
+            As for `Model.realtime`.
+        wait
+            Whether to return only when the new model runs, or the loop has ended.
+
+        Raises
+        ------
+        BgError
+            BG757: the devices or the period differ, another exchange is under way, or the loop has
+            ended; or an argument, a parameter or the start is at fault. The loop goes on.
+        """
+        method, notices = method_of(model, solver, {"step": in_si(step, "step", "s")})
+        course = make_course(model, method.started(start), parameters or {})
+        with self._exchanging:
+            self._post(course)
+            place = len(self._courses) - 1
+        self.warnings += notices
+        while wait and self._drain is not None and self._read < place and not self._ended.is_set():
+            self._ended.wait(_DRAIN_SECONDS)
+
+    def _post(self, course: Course) -> None:
+        """Start a course at the present pose, and hand it to the loop."""
+        places = places_of(course, self.devices, self._options.period)
+        if self._final is not None:
+            raise BgError([cannot_exchange("the loop has ended")])
+        options = options_of(course, self._defaults(), self._given, None)
+        width, poses = course.model.row_width, self._present_poses()
+        address = self._servo.prepare(course.instance, options, width, places, poses)
+        self._courses.append(course)
+        try:
+            at_rest = course.start()
+            if not self._servo.post(address, course.instance):
+                running = self.report.is_running
+                reason = "another exchange is under way" if running else "the loop has ended"
+                raise BgError([cannot_exchange(reason)])
+        except BaseException:
+            self._courses.pop()
+            self._servo.drop(address)
+            raise
+        self.at_rest = at_rest
+
+    def _present_poses(self) -> Array:
+        if self._drain is None:
+            self._take()  # from within the loop's own thread
+        latest = self._latest
+        if latest is None or not self.devices:
+            return resting_poses(len(self.devices))
+        return np.vstack([whole_poses_of(latest, k) for k in range(len(self.devices))])
+
+    def _follow_exchange(self) -> None:
+        """Go on to the records of the next course."""
+        self._servo.next()
+        with self._taking:
+            self._kept, self._latest = [], None
+            self._read += 1
+        if self._record is not None:
+            self._close_recorder()
+            path = self._record.with_stem(f"{self._record.stem}_{self._read + 1}")
+            self._recorder = Recorder(path, self.devices)
+
+    @property
+    def _course(self) -> Course:
+        """The course of the records."""
+        return self._courses[self._read]
+
     # --- records -------------------------------------------------------------------------------
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the model's outputs, in the order of the rows."""
+        return self._course.columns
 
     @property
     def time(self) -> Array:
@@ -228,7 +343,8 @@ class Realtime:
             chosen = np.unique([*range(0, len(times), stride), len(times) - 1])
             times, rows = times[chosen], rows[chosen]
         notices = (*self.warnings, *self.report.warnings())
-        result = named_result(self._model, times, rows, self._method, self._instance, notices)
+        own = self._course
+        result = named_result(own.model, times, rows, own.method, own.instance, notices)
         problem = self.report.problem
         return result if problem is None else result.ended("failed", problem.message)
 
@@ -267,7 +383,14 @@ class Realtime:
 
     def _take(self) -> None:
         """Take all records that are ready, and hand them on."""
-        while len(records := self._servo.take()):
+        while True:
+            is_retired = self._servo.is_retired  # before its last records are taken
+            records = self._servo.take()
+            if len(records) == 0:
+                if not is_retired:
+                    return
+                self._follow_exchange()
+                continue
             with self._taking:
                 self._kept.append(records)
                 self._latest = records[-1:]
@@ -322,7 +445,8 @@ class Realtime:
         words = np.concatenate([pose, [gripper], pressed, [stamp()]])
         if len(words) != 23 or not np.isfinite(words[:7]).all():
             raise ValueError("a pose has 3 positions, a quaternion and up to 8 buttons")
-        feed = self._instance.library.functions.bgc_feed_pointer
+        # The drivers are those of the first model.
+        feed = self._courses[0].instance.library.functions.bgc_feed_pointer
         feed(ctypes.c_void_p(self._servo.handle(index)), ctypes.c_void_p(words.ctypes.data))
 
     def _pointer_index(self, device: str | None) -> int:
@@ -345,7 +469,7 @@ class Realtime:
     def _failer(self, name: str) -> Callable[[str], None]:
         def failed(reason: str) -> None:
             self.warnings.append(python_device_failed(name, quotable(reason)))
-            self._servo.stop()
+            self._servo.stop(at_once=True)
 
         return failed
 

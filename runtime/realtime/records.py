@@ -28,6 +28,12 @@ def poses_of(records: Array, device: int) -> Array:
     return records[:, first : first + len(_POSE)]
 
 
+def whole_poses_of(records: Array, device: int) -> Array:
+    """Poses of a device with their time stamps, (n, 23), as `bgc_pose` has them."""
+    first = RECORD_HEAD + device * _DEVICE_SIZE
+    return records[:, first : first + POSE_SIZE]
+
+
 def forces_of(records: Array, device: int) -> Array:
     """Force, torque and gripper force that were written to a device, (n, 7)."""
     first = RECORD_HEAD + device * _DEVICE_SIZE + POSE_SIZE + EFFORT_SIZE

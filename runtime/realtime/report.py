@@ -62,6 +62,8 @@ class Report:
         Whether SCHED_FIFO and locked memory were granted; None where they were not asked for.
     lost_records
         Records that found no room, since nobody took them.
+    exchanges
+        Models that took the place of another one.
     problem
         The fault that ended the loop, None if there is none.
     """
@@ -88,6 +90,7 @@ class Report:
     fifo: bool | None
     locked: bool | None
     lost_records: int
+    exchanges: int
     policy: str
     period: float
     problem: Diagnostic | None = None
@@ -105,7 +108,9 @@ class Report:
     def lines(self) -> Iterator[str]:
         """The report as lines of text."""
         slow = f", {self.behind:.4g} s behind the clock" if self.behind > 0 else ""
-        yield f"{self.samples:,} samples of {spelled_time(self.period)}, {self.time:.6g} s{slow}"
+        models = f", {self.exchanges + 1} models" if self.exchanges else ""
+        period = spelled_time(self.period)
+        yield f"{self.samples:,} samples of {period}, {self.time:.6g} s{slow}{models}"
         share = 100.0 * self.missed / max(self.samples, 1)
         yield f"deadlines missed: {self.missed:,} ({share:.3g} %), policy {self.policy}" + (
             self._late()
@@ -173,6 +178,7 @@ def report_of(
         fifo=_granted(raw.fifo),
         locked=_granted(raw.locked),
         lost_records=raw.lost_records,
+        exchanges=raw.exchanges,
         policy=POLICIES[options.policy],
         period=options.period,
         problem=_problem(end, raw, options, devices, model_failure),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -38,10 +39,12 @@ model Held {{
   input v[3] : m/s;
   input q[4];
   param limit = 10;
-  state angle = 0.3;
+  param first = 0.3;
+  param gravity = 20 in 0 .. 100;
+  state angle = first;
   state rate = 0;
   der(angle) = rate;
-  der(rate) = -20*sin(angle) + 3*x[1] + v[1] + q[4];
+  der(rate) = -gravity*sin(angle) + 3*x[1] + v[1] + q[4];
   assert angle < limit, "the pendulum is too high";
 }}
 scene s of Held {{
@@ -55,6 +58,29 @@ scene s of Held {{
   deadline 1 ms, skip;
   step 1 ms;
   run 1 s every 1 ms;
+}}
+model Heavier is Held {{
+  output lift = 2*angle;
+}}
+scene heavier of Heavier {{
+  device hand = trace(file = "absent.csv");
+  drive x = hand.position;
+  drive v = hand.velocity;
+  drive q = hand.orientation;
+  drive hand.force = [0 N, 2 N, 0 N];
+  observe angle, lift;
+  set first = 0.1;
+  step 1 ms;
+  run 1 s every 1 ms;
+}}
+scene other_device of Held {{
+  device stick = pointer();
+  drive x = stick.position;
+  drive v = stick.velocity;
+  drive q = stick.orientation;
+  observe angle;
+  step 1 ms;
+  run 1 s;
 }}
 """
 
@@ -95,6 +121,7 @@ class Bench:
         record = options.pop("record", None)
         chosen = replace(RealtimeOptions(priority=False, ramp=0.0), **options)
         ctypes.c_void_p.in_dll(self.library, "virtual_watch").value = None
+        ctypes.c_void_p.in_dll(self.library, "virtual_call").value = None
         ctypes.c_int64.in_dll(self.library, "virtual_time").value = 0
         self.loop = Realtime(
             self.model,
@@ -114,6 +141,13 @@ class Bench:
         watch = ctypes.cast(servo._functions.bgc_servo_watch, ctypes.c_void_p)
         ctypes.c_void_p.in_dll(self.library, "virtual_watch").value = watch.value
         ctypes.c_void_p.in_dll(self.library, "virtual_servo").value = servo._servo
+
+    def at(self, time: float, call: Callable[[], object]) -> None:
+        """Call a function from within the loop, in the sample at a simulated time."""
+        self._call = ctypes.CFUNCTYPE(None)(call)
+        address = ctypes.cast(self._call, ctypes.c_void_p).value
+        ctypes.c_double.in_dll(self.library, "virtual_call_at").value = time
+        ctypes.c_void_p.in_dll(self.library, "virtual_call").value = address
 
     @property
     def force(self) -> list[float]:
@@ -135,11 +169,13 @@ def test_a_quiet_loop_keeps_its_periods(bench: Bench) -> None:
     assert report.end is End.DONE and report.problem is None
     assert (report.samples, report.missed, report.overruns, report.behind) == (1001, 0, 0, 0.0)
     np.testing.assert_allclose(loop.time, np.arange(1001) * 1e-3, atol=1e-12)
-    gain = np.minimum(1.0, np.arange(1, 1002) * 1e-3 / 0.2)
+    # The force rises in 0.2 s, and falls in the last 0.2 s.
+    gain = np.minimum(1.0, np.minimum(np.arange(1, 1002), np.arange(1000, -1, -1)) * 1e-3 / 0.2)
     forces = loop.forces()
-    np.testing.assert_allclose(forces[1:, 0], (gain * wanted_force(loop.time))[1:], rtol=1e-9)
-    np.testing.assert_allclose(forces[:, 1], gain)
-    assert bench.force == [0.0] * 3  # at the end, whatever the model asked for
+    wanted = gain * wanted_force(loop.time)
+    np.testing.assert_allclose(forces[1:, 0], wanted[1:], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(forces[:, 1], gain, atol=1e-12)
+    assert bench.force == [0.0] * 3
     assert ctypes.c_int.in_dll(bench.library, "faulty_open").value == 0
     assert 0.0 < report.lateness.worst < 5e-6  # the spin of a clock that moves by 1 us a look
 
@@ -219,8 +255,10 @@ def test_a_fault_ends_the_loop_without_force(
     if end is End.STALLED and "driver" not in fault:
         zero_at = ctypes.c_double.in_dll(bench.library, "faulty_zero_at").value
         assert 0.2 < zero_at < 0.2035  # the watchdog, while the loop still stood
-    assert np.isfinite(loop._instance.state).all()
-    assert loop._instance.time == pytest.approx(report.time, abs=0.002)  # the state is kept
+    assert np.isfinite(loop._courses[0].instance.state).all()
+    assert loop._courses[0].instance.time == pytest.approx(
+        report.time, abs=0.002
+    )  # the state is kept
 
 
 def test_a_saturated_motor_and_a_patient_loop_go_on(bench: Bench) -> None:
@@ -258,12 +296,105 @@ def test_limits_of_force_rate_and_power(bench: Bench) -> None:
 
 
 def test_the_dead_mans_button_takes_the_force_away_at_once(bench: Bench) -> None:
-    loop = bench.make(duration=0.5, dead_man=2, ramp=0.05)
+    loop = bench.make(duration=0.6, dead_man=2, ramp=0.05)
     loop.run_here()
     force = np.abs(loop.forces()[:, 1])
     time = loop.time
     assert (force[(time > 0.2995) & (time < 0.4005)] == 0.0).all()
     assert force[299] == 1.0 and force[401] == pytest.approx(0.02) and force[460] == 1.0
+
+
+def test_a_normal_stop_lets_the_force_fall(bench: Bench) -> None:
+    """Asked to stop at 0.3 s, the loop runs on for the ramp of 0.1 s; at once, it does not."""
+    loop = bench.make(duration=9.0, ramp=0.1)
+    bench.at(0.2995, lambda: loop._servo.stop())
+    report = loop.run_here()
+    assert report.end is End.STOPPED and report.samples == 401
+    force = loop.forces()[:, 1]
+    np.testing.assert_allclose(force[301:], np.arange(99, -1, -1) / 100, atol=1e-12)
+    assert report.gain == 0.0 and bench.force == [0.0] * 3
+
+    loop = bench.make(duration=9.0, ramp=0.1)
+    bench.at(0.2995, lambda: loop._servo.stop(at_once=True))
+    assert loop.run_here().samples == 301 and bench.force == [0.0] * 3
+
+    # A limit of the rate holds too: 11 N fall by 20 N/s in 0.55 s, whatever the ramp.
+    loop = bench.make(duration=9.0, ramp=0.1, max_force_rate=20.0)
+    bench.at(1.0, lambda: loop._servo.stop())
+    report = loop.run_here()
+    size = np.linalg.norm(loop.forces()[:, :3], axis=1)
+    assert report.end is End.STOPPED and size[-1] == 0.0 and size[1000] > 1.5
+    assert np.abs(np.diff(size)).max() <= 0.0200001
+    # So it does before the end of the duration: 12 N would take 0.6 s.
+    loop = bench.make(duration=1.5, ramp=0.1, max_force_rate=20.0)
+    size = np.linalg.norm(loop.forces()[:, :3], axis=1) if loop.run_here() else None
+    assert size[-1] == 0.0 and np.abs(np.diff(size)).max() <= 0.0200001
+
+    # A fault while it falls is a fault.
+    loop = bench.make("fault=unplugged,from=0.35", 9.0, ramp=0.1)
+    bench.at(0.2995, lambda: loop._servo.stop())
+    assert loop.run_here().end is End.LOST and bench.force == [0.0] * 3
+
+
+def test_a_model_takes_the_place_of_another_in_the_running_loop(
+    bench: Bench, folder: Path, tmp_path: Path
+) -> None:
+    other = bgc.compile(folder / "held.bg", scene="heavier")
+    record = tmp_path / "motion.csv"
+    loop = bench.make(duration=1.0, ramp=0.1, record=record)
+    seen: list[tuple[tuple[str, ...], np.ndarray, np.ndarray]] = []
+    loop._on_records = lambda _: seen.append((loop.columns, loop._records.copy(), loop.rows.copy()))
+    bench.at(0.2995, lambda: loop.exchange(other, parameters={"limit": 20}))
+    report = loop.run_here()
+    assert report.end is End.DONE and (report.samples, report.exchanges) == (1001, 1)
+    assert report.missed == 0 and "2 models" in next(report.lines())
+    assert ctypes.c_int.in_dll(bench.library, "faulty_open").value == 0  # opened once
+
+    # The force falls to zero under the first model, and rises from zero under the second.
+    (columns, records, rows), after = seen[-2], loop.forces()
+    assert (columns, loop.columns) == (("angle", "rate", "x"), ("angle", "lift"))
+    before = records[:, 3 + 23 + 7 :][:, :7]
+    assert len(before) == 401 and len(after) == 600
+    np.testing.assert_allclose(before[301:, 1], np.arange(99, -1, -1) / 100, atol=1e-12)
+    gain = np.minimum(1.0, np.minimum(np.arange(1, 601), np.arange(599, -1, -1)) / 100)
+    np.testing.assert_allclose(after[:, 1], 2.0 * gain, atol=1e-12)
+
+    # The new model starts at its own time and start; both parts replay to the same bits.
+    assert loop.time[0] == 0.0 and loop.rows[0, 0] == 0.1
+    np.testing.assert_allclose(loop.time, np.arange(600) * 1e-3, atol=1e-12)
+    for model, path, expected, duration in (
+        (bench.model, record, rows, 0.4),
+        (other, tmp_path / "motion_2.csv", loop.rows, 0.599),
+    ):
+        result = model.simulate(duration, devices={"hand": str(path)})
+        columns = tuple(variable.name for variable in model.measured)
+        replayed = np.column_stack([result[name] for name in columns])
+        assert replayed.tobytes() == np.ascontiguousarray(expected).tobytes()
+
+
+def test_an_exchange_that_is_refused_changes_nothing(bench: Bench, folder: Path) -> None:
+    found: list[str] = []
+
+    def refused(**arguments: Any) -> None:
+        with pytest.raises(BgError) as caught:
+            loop.exchange(arguments.pop("model", bench.model), **arguments)
+        (diagnostic,) = caught.value.diagnostics
+        found.append(f"{diagnostic.code} {diagnostic.message}")
+
+    def attack() -> None:
+        refused(model=bgc.compile(folder / "held.bg", scene="other_device"))
+        refused(step=2e-3)
+        refused(parameters={"gravity": 0}, start="rest")  # there is no rest
+        loop.exchange(bench.model, wait=False)
+        refused()
+
+    loop = bench.make(duration=0.6, ramp=0.1)
+    bench.at(0.2, attack)
+    assert loop.run_here().exchanges == 1
+    refused()
+    words = ("`stick`, the loop `hand`", "period of 0.002", "BG7", "under way", "has ended")
+    for line, word in zip(found, words, strict=True):
+        assert word in line and line.startswith("BG757") == (word != "BG7")
 
 
 def test_a_full_disk_ends_the_recording_alone(bench: Bench) -> None:

@@ -10,7 +10,6 @@ typedef struct {
     double *memory;
     size_t width, room;
     atomic_size_t written, taken; /* records since the start */
-    atomic_int_fast64_t lost;     /* records that found no room */
 } bgc_ring;
 
 /* Whether there is memory for it; every page is touched. */
@@ -29,7 +28,6 @@ static inline double *bgc_next_record(bgc_ring *r) {
     const size_t written = atomic_load_explicit(&r->written, memory_order_relaxed);
 
     if (written - atomic_load_explicit(&r->taken, memory_order_acquire) >= r->room) {
-        atomic_fetch_add_explicit(&r->lost, 1, memory_order_relaxed);
         return NULL;
     }
     return r->memory + written % r->room * r->width;

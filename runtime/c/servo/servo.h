@@ -4,17 +4,21 @@
  * The loop stands between the model and its devices: it opens the real drivers, and gives the model a
  * stand-in for each, which reads poses ahead and limits what is written.
  *
- * After bgc_servo_new nothing is allocated, no lock is taken, and no file or clock but the monotonic one is
- * touched. Records go to a ring with one writer (the loop) and one reader; the report and the
+ * After bgc_servo_new the loop allocates nothing, takes no lock, and touches no file or clock but the
+ * monotonic one. Records go to a ring with one writer (the loop) and one reader; the report and the
  * histograms are counters that the loop alone writes. The clock and the sleep are functions, so that tests
  * run the same loop on a clock of their own.
+ *
+ * A model in the loop is a course. Another one takes its place while the devices stay open: it is prepared
+ * and started by another thread, then posted; the loop lets the force fall to zero, changes the course
+ * between two samples, and lets the force rise again.
  */
 #ifndef BGC_SERVO_H
 #define BGC_SERVO_H
 
 #include "bgc.h"
 
-#define BGC_SERVO_ABI 1
+#define BGC_SERVO_ABI 2
 
 /* Functions of the model's shared object. */
 typedef struct {
@@ -54,7 +58,8 @@ typedef struct {
     double max_force, max_torque, max_gripper_force; /* N, N m, N; 0: that of the device */
     double max_force_rate; /* N/s (torque: N m/s); 0: none */
     double max_power;     /* W into the hand; 0: none */
-    double ramp;          /* s in which the force rises after a start or an enable */
+    double ramp;          /* s in which the force rises after a start, an enable or an exchange, and falls
+                           * before a normal end and an exchange */
     int dead_man;         /* button 1 .. 8 without which there is no force; 0: none */
     double stale;         /* s without news of a device until it counts as stuck; 0: never */
     double burst;         /* missed deadlines, less a tenth of the kept ones, that end the loop; 0: never;
@@ -88,7 +93,8 @@ typedef struct {
     int device;          /* at fault, or -1 */
     int fifo, locked;    /* 1: granted, 0: not asked for, -errno: refused */
     int64_t samples, missed, overruns, dropped, skipped, saturated, limited, no_news, lost_records;
-    double time;         /* s, simulated */
+    int64_t exchanges;   /* models that took the place of another one */
+    double time;         /* s, simulated, of the present model */
     double elapsed;      /* s of the clock since the first sample */
     double behind;       /* s by which simulated time has fallen behind the clock */
     double gain;         /* 0 to 1: of the force */
@@ -105,6 +111,7 @@ typedef struct {
 enum { BGC_RECORD_HEAD = 3, BGC_POSE_SIZE = 23, BGC_EFFORT_SIZE = 7 };
 
 typedef struct bgc_servo bgc_servo;
+typedef struct bgc_course bgc_course;
 
 uint32_t bgc_servo_version(void);
 bgc_servo_options bgc_servo_defaults(void);
@@ -120,16 +127,31 @@ void *bgc_servo_handle(const bgc_servo *s, int k); /* that of the real driver */
 /* The loop: in this thread, or in one of its own with a watchdog beside it. */
 void bgc_servo_loop(bgc_servo *s);
 int bgc_servo_start(bgc_servo *s);
-/* Asks the loop to end after its sample. */
-void bgc_servo_stop(bgc_servo *s);
+/* Asks the loop to end once the force has fallen to zero; or, `at_once`, after its sample. */
+void bgc_servo_stop(bgc_servo *s, int at_once);
+
+/* Another model for a loop that runs, in a thread of its caller: its deadline and policy are those of
+ * `options`. port[k] is the device of the loop that device k of the model is, one for each; `pose` has
+ * BGC_POSE_SIZE doubles for each device of the loop, with which the model starts. The caller then sets the
+ * model's options and resets it. NULL: no memory. */
+bgc_course *bgc_servo_prepare(bgc_servo *s, const bgc_servo_model *model, const bgc_servo_options *options,
+                              int width, const int *port, const double *pose);
+/* Asks the loop to go on with a prepared course. 0: another one waits, or the loop has ended. */
+int bgc_servo_post(bgc_servo *s, bgc_course *course);
+/* Frees a course that was not posted. */
+void bgc_servo_drop(bgc_servo *s, bgc_course *course);
 /* Waits at most so many seconds for the threads to end; 1: they have. */
 int bgc_servo_join(bgc_servo *s, double seconds);
 /* What the watchdog does in each of its periods. */
 void bgc_servo_watch(bgc_servo *s);
 void bgc_servo_get_report(const bgc_servo *s, bgc_servo_report *report);
+/* Of the course that the reader is at. */
 int bgc_servo_record_size(const bgc_servo *s);
-/* Moves at most n records to `to`; returns their number. One reader. */
+/* Moves at most n records of that course to `to`; returns their number. One reader. */
 size_t bgc_servo_take(bgc_servo *s, double *to, size_t n);
+/* 1: that course has no more records than those that wait. The reader then goes on to the next one. */
+int bgc_servo_retired(const bgc_servo *s);
+void bgc_servo_next(bgc_servo *s);
 /* Zero force, closes the devices and frees; not before the threads have ended. */
 void bgc_servo_free(bgc_servo *s);
 

@@ -1,4 +1,5 @@
-/* servo_internal.h: an instance of the loop, shared by servo.c and threads.c. */
+/* servo_internal.h: an instance of the loop, shared by the files of this folder. They call each other in the
+ * order ports.c, ends.c, loop.c, exchange.c, servo.c, threads.c, each only those before it. */
 #ifndef BGC_SERVO_INTERNAL_H
 #define BGC_SERVO_INTERNAL_H
 
@@ -16,33 +17,55 @@ typedef _Atomic double atomic_double;
 /* Who may call the drivers. */
 enum { BGC_NOBODY, BGC_LOOP, BGC_WATCHDOG };
 
-/* A device: the real driver, and what went to it and came from it last. */
+/* A device: the real driver, and what was written to it last. */
 typedef struct {
-    bgc_servo *servo;
-    int k;
     const bgc_driver *driver; /* NULL: not open */
     void *handle;
     bgc_capabilities can;
+    bgc_effort given;
+    double time;     /* s: of the last sample */
+    int64_t news_at; /* ns: when the device last gave something new */
+} bgc_port;
+
+/* The stand-in of a device in a model. */
+typedef struct {
+    bgc_course *course;
+    int port;
     int is_read; /* the pose is one of the device */
+    double time; /* s: of the last sample, as the model has it */
     bgc_pose pose;
-    bgc_effort wanted, given; /* of the model; written */
-    double time;              /* s: of the last sample, as the model has it */
-    int64_t news_at;          /* ns: when the device last gave something new */
+    bgc_effort wanted; /* of the model */
 } bgc_slot;
 
-struct bgc_servo {
+/* A model in the loop. Until it is posted it belongs to the thread that prepares it, then to the loop. */
+struct bgc_course {
+    bgc_servo *servo;
     bgc_servo_model model;
-    bgc_servo_options options;
-    bgc_servo_clock clock;
-    bgc_slot *slot;
+    double deadline; /* s */
+    int policy;
+    bgc_slot *slot; /* one for each port */
     double *row;
     int width;
     bgc_ring ring;
+    double origin;   /* s: time of the model at its first sample */
+    int64_t samples; /* taken */
+    int sampling;    /* in the model's bgc_run: its stand-ins are those of a sample */
+    atomic_int retired;
+    bgc_course *_Atomic next; /* took its place */
+    bgc_course *older;        /* in the list of all */
+};
+
+struct bgc_servo {
+    bgc_servo_options options;
+    bgc_servo_clock clock;
+    bgc_port *port;
+    int ports;
 
     /* Of the loop alone. */
-    int sampling; /* in the model's bgc_run: its stand-ins are those of a sample */
-    int first;    /* in the first sample */
-    int blind;    /* in a sample that leaves the devices alone */
+    int blind;          /* in a sample that leaves the devices alone */
+    int falls;          /* the force goes to zero, before a normal end or an exchange */
+    int has_gain;       /* the gain of this sample is known */
+    double most_gain;   /* before the end of the duration */
     bgc_servo_end cause;
     bgc_status status;
     int device;
@@ -50,14 +73,51 @@ struct bgc_servo {
     double misses;
     int64_t last_work;
 
+    /* Of callers. */
+    bgc_course *courses; /* all, the latest first */
+    bgc_course *reading; /* of the reader of records */
+
     /* Between threads. */
+    bgc_course *_Atomic course;  /* in the loop */
+    bgc_course *_Atomic pending; /* to take its place */
     atomic_int owner, ended, stop_wanted, stalled, in_driver, released, fifo, locked, threads;
     atomic_int_fast64_t beat; /* ns: begin of the last sample */
     atomic_int_fast64_t samples, missed, overruns, dropped, skipped, saturated, limited, no_news;
+    atomic_int_fast64_t lost_records, exchanges;
     atomic_double time, elapsed, behind, gain, worst_power, zero_after;
     bgc_histogram lateness, jitter, work;
 };
 
 extern const bgc_servo_clock bgc_system_clock;
+
+static inline int64_t bgc_servo_ns(double seconds) { return (int64_t)(1e9 * seconds + 0.5); }
+
+static inline int64_t bgc_servo_now(const bgc_servo *s) { return s->clock.now(s->clock.of); }
+
+static inline void bgc_servo_add(atomic_int_fast64_t *counter, int64_t n) {
+    atomic_fetch_add_explicit(counter, n, memory_order_relaxed);
+}
+
+static inline void bgc_servo_set(atomic_double *value, double to) {
+    atomic_store_explicit(value, to, memory_order_relaxed);
+}
+
+/* ports.c: the devices, and their stand-ins in a model. */
+extern const bgc_pose bgc_servo_resting;
+extern const bgc_driver bgc_servo_stand_in; /* opened with the address of a slot as its options */
+void bgc_servo_write_zero(bgc_servo *s);    /* by the owner of the drivers */
+void bgc_servo_note(bgc_servo *s, bgc_servo_end cause, int device, const char *message);
+int bgc_servo_is_quiet(const bgc_servo *s); /* no device has a force */
+int bgc_servo_has_motors(const bgc_servo *s);
+
+/* ends.c */
+int bgc_servo_claim(bgc_servo *s, int owner);
+void bgc_servo_finish(bgc_servo *s, bgc_servo_end cause, int64_t due);
+
+/* exchange.c */
+bgc_course *bgc_servo_make_course(bgc_servo *s, const bgc_servo_model *model,
+                                  const bgc_servo_options *options, int width);
+bgc_status bgc_servo_attach(bgc_course *c, int device, int port, char *message, size_t size);
+void bgc_servo_free_course(bgc_course *c);
 
 #endif

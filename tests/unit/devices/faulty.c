@@ -13,6 +13,8 @@
 int64_t virtual_time; /* ns */
 void (*virtual_watch)(void *servo);
 void *virtual_servo;
+void (*virtual_call)(void); /* called once, from within a read, at this time or after it */
+double virtual_call_at;     /* s of simulated time */
 double faulty_force[3], faulty_zero_at; /* s: when zero force was written after another */
 int faulty_open, faulty_hold;
 
@@ -76,8 +78,14 @@ static int is(const char *kind) {
 }
 
 static int faulty_read(void *handle, double t, bgc_pose *pose) {
+    void (*const call)(void) = t >= virtual_call_at ? virtual_call : NULL;
+
     (void)handle;
     fault.time = t;
+    if (call != NULL) {
+        virtual_call = NULL;
+        call();
+    }
     if (is("unplugged")) {
         return BGC_DEVICE_LOST;
     }

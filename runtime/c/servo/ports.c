@@ -1,0 +1,217 @@
+/* ports.c: the devices of the loop, and the stand-ins through which a model reads and drives them. */
+#include "servo_internal.h"
+
+#include <stdio.h>
+
+const bgc_pose bgc_servo_resting = {.orientation = {1.0, 0.0, 0.0, 0.0}};
+
+void bgc_servo_write_zero(bgc_servo *s) {
+    static const bgc_effort none = {{0.0}, {0.0}, {0.0}};
+
+    for (int k = 0; k < s->ports; k++) {
+        bgc_port *port = &s->port[k];
+        if (port->driver != NULL) {
+            port->driver->write(port->handle, port->time, &none);
+            port->given = none;
+        }
+    }
+}
+
+/* Notes the cause of the end that is under way, unless there is one. */
+void bgc_servo_note(bgc_servo *s, bgc_servo_end cause, int device, const char *message) {
+    if (s->cause == BGC_SERVO_RUNNING) {
+        s->cause = cause;
+        s->device = device;
+        snprintf(s->message, sizeof s->message, "%s", message != NULL ? message : "");
+    }
+}
+
+int bgc_servo_is_quiet(const bgc_servo *s) {
+    double sum = atomic_load_explicit(&s->gain, memory_order_relaxed);
+
+    for (int k = 0; k < s->ports; k++) {
+        const bgc_effort *given = &s->port[k].given;
+        for (int i = 0; i < 3; i++) {
+            sum += fabs(given->force[i]) + fabs(given->torque[i]);
+        }
+        sum += fabs(given->gripper_force[0]);
+    }
+    return sum == 0.0;
+}
+
+int bgc_servo_has_motors(const bgc_servo *s) {
+    uint32_t driven = 0;
+
+    for (int k = 0; k < s->ports; k++) {
+        driven |= s->port[k].can.driven;
+    }
+    return driven != 0;
+}
+
+/* --- reading ------------------------------------------------------------------------------------- */
+
+/* The reason of a driver's last fault. */
+static const char *reason_of(const bgc_port *port) {
+    return port->driver->last_error != NULL ? port->driver->last_error(port->handle) : NULL;
+}
+
+static int is_answer(int answer) {
+    return answer == BGC_DEVICE_FINE || answer == BGC_DEVICE_SATURATED ||
+           answer == BGC_DEVICE_NO_NEWS;
+}
+
+/* Whether all numbers of a pose are finite; its quaternion becomes a unit one, of the two the one nearer to
+ * that before. */
+static int make_valid(bgc_pose *pose, const bgc_pose *before) {
+    double values[BGC_POSE_SIZE], length = 0.0, sum = 0.0, dot = 0.0;
+
+    memcpy(values, pose, sizeof values);
+    for (int k = 0; k < BGC_POSE_SIZE; k++) {
+        sum += 0.0 * values[k];
+    }
+    for (int k = 0; k < 4; k++) {
+        length += pose->orientation[k] * pose->orientation[k];
+        dot += pose->orientation[k] * before->orientation[k];
+    }
+    if (sum != 0.0 || !(length > 0.0) || !isfinite(length)) {
+        return 0;
+    }
+    length = sqrt(length);
+    length = fabs(length - 1.0) > 1e-12 ? length : 1.0;
+    for (int k = 0; k < 4; k++) {
+        pose->orientation[k] /= dot < 0.0 ? -length : length;
+    }
+    return 1;
+}
+
+/* bgc_driver.read of a stand-in: the pose of the real device, or the last one in a blind sample. The first
+ * sample takes the pose with which the model was started, so that a replay of the record starts alike. */
+static int slot_read(void *handle, double t, bgc_pose *pose) {
+    bgc_slot *slot = handle;
+    bgc_servo *s = slot->course->servo;
+    bgc_port *port = &s->port[slot->port];
+    bgc_pose found = bgc_servo_resting;
+    int64_t now;
+    int answer;
+
+    /* Before it runs, a course that another thread prepares has no driver to call. */
+    slot->time = t;
+    if (slot->course->samples == 0 && slot->is_read) {
+        *pose = slot->pose;
+        return BGC_DEVICE_FINE;
+    }
+    port->time = t;
+    if (s->blind) {
+        *pose = slot->pose;
+        return BGC_DEVICE_FINE;
+    }
+    answer = port->driver->read(port->handle, t, &found);
+    now = bgc_servo_now(s);
+    if (!is_answer(answer)) {
+        bgc_servo_note(s, BGC_SERVO_LOST, slot->port, reason_of(port));
+        return BGC_DEVICE_LOST;
+    }
+    if (!make_valid(&found, &slot->pose)) {
+        bgc_servo_note(s, BGC_SERVO_BAD_POSE, slot->port, NULL);
+        return BGC_DEVICE_LOST;
+    }
+
+    /* Without news the last pose holds, for a time. */
+    if (answer == BGC_DEVICE_NO_NEWS || (found.stamp != 0.0 && found.stamp == slot->pose.stamp)) {
+        bgc_servo_add(&s->no_news, 1);
+        if (s->options.stale > 0.0 && port->can.driven != 0 &&
+            now - port->news_at > bgc_servo_ns(s->options.stale)) {
+            bgc_servo_note(s, BGC_SERVO_STUCK, slot->port, NULL);
+            return BGC_DEVICE_LOST;
+        }
+    } else {
+        port->news_at = now;
+    }
+    slot->pose = *pose = found;
+    slot->is_read = 1;
+    return BGC_DEVICE_FINE;
+}
+
+/* --- writing ------------------------------------------------------------------------------------- */
+
+/* The gain of the force, once a sample: it rises after a start, an exchange, and each press of the dead
+ * man's button, without which it is zero at once; it falls before a normal end and an exchange. */
+static void follow_ramp(const bgc_course *c) {
+    bgc_servo *s = c->servo;
+    const int button = s->options.dead_man;
+    const double step = s->options.ramp > 0.0 ? s->options.period / s->options.ramp : 1.0;
+    double gain = atomic_load_explicit(&s->gain, memory_order_relaxed);
+    int is_held = button == 0;
+
+    for (int k = 0; k < s->ports && button > 0; k++) {
+        is_held |= c->slot[k].pose.buttons[button - 1] > 0.5;
+    }
+    if (s->falls) {
+        /* Less half a step: rounding adds up over a ramp. */
+        gain = gain > 1.5 * step && bgc_servo_has_motors(s) ? gain - step : 0.0;
+    } else {
+        gain = fmin(1.0, gain + step);
+    }
+    bgc_servo_set(&s->gain, is_held ? fmin(gain, s->most_gain) : 0.0);
+    atomic_store_explicit(&s->released, !is_held, memory_order_relaxed);
+}
+
+/* bgc_driver.write of a stand-in: the limited effort to the real device. Between samples, and in a blind
+ * one, the device keeps what it has. */
+static int slot_write(void *handle, double t, const bgc_effort *effort) {
+    bgc_slot *slot = handle;
+    bgc_servo *s = slot->course->servo;
+    bgc_port *port = &s->port[slot->port];
+    bgc_effort e = *effort;
+    double gain, power = 0.0;
+    int answer;
+
+    (void)t;
+    if (!slot->course->sampling || s->blind || s->cause != BGC_SERVO_RUNNING) {
+        return BGC_DEVICE_FINE;
+    }
+    if (!s->has_gain) {
+        follow_ramp(slot->course);
+        s->has_gain = 1;
+    }
+    slot->wanted = *effort;
+    gain = atomic_load_explicit(&s->gain, memory_order_relaxed);
+
+    /* Without the dead man's button the limit of the rate does not hold the force. */
+    if (gain > 0.0 || !atomic_load_explicit(&s->released, memory_order_relaxed)) {
+        bgc_servo_add(&s->limited, bgc_limit_effort(&s->options, &port->can, &slot->pose, &port->given,
+                                                    gain, &e, &power));
+    } else {
+        memset(&e, 0, sizeof e);
+    }
+    if (power > atomic_load_explicit(&s->worst_power, memory_order_relaxed)) {
+        bgc_servo_set(&s->worst_power, power);
+    }
+    answer = port->driver->write(port->handle, port->time, &e);
+    port->given = e;
+    bgc_servo_add(&s->saturated, answer == BGC_DEVICE_SATURATED);
+    if (!is_answer(answer)) {
+        bgc_servo_note(s, BGC_SERVO_LOST, slot->port, reason_of(port));
+        return BGC_DEVICE_LOST;
+    }
+    return BGC_DEVICE_FINE;
+}
+
+/* --- the stand-in -------------------------------------------------------------------------------- */
+
+/* bgc_driver.open of a stand-in: `options` is the address of its slot. */
+static void *slot_open(const char *options, char *message, size_t size) {
+    (void)message, (void)size;
+    return (void *)(uintptr_t)options;
+}
+
+static void slot_close(void *handle) { (void)handle; }
+
+const bgc_driver bgc_servo_stand_in = {
+    .abi = BGC_DEVICE_ABI,
+    .name = "servo",
+    .open = slot_open,
+    .read = slot_read,
+    .write = slot_write,
+    .close = slot_close,
+};

@@ -1,0 +1,98 @@
+"""Models of a servo loop: the one that runs, and others that take its place while it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bgc.diagnostics.catalogue.exchange import cannot_exchange
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.realtime.binding import POSE_SIZE, OptionsStruct
+from bgc.runtime.realtime.options import RealtimeOptions, fill_options, period_of
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.rest import AtRest
+from bgc.runtime.running.binding import Instance, text
+from bgc.runtime.running.failures import require
+from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.parameters import ParameterValue
+from bgc.runtime.running.run import Method, set_method, start
+from bgc.runtime.running.structures import Status
+
+RESTING = (*[0.0] * 3, 1.0, *[0.0] * (POSE_SIZE - 4))
+"""A pose at rest in the middle of the workspace."""
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """A model in a loop, with its method and its instance."""
+
+    model: LoadedModel
+    method: Method
+    instance: Instance
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the model's outputs, in the order of the rows."""
+        return tuple(variable.name for variable in self.model.measured)
+
+    @property
+    def devices(self) -> tuple[str, ...]:
+        """Names of the model's devices."""
+        model = self.instance.library.model
+        return tuple(text(model.device[index].name) for index in range(model.n_device))
+
+    @property
+    def period(self) -> float:
+        """Time between two samples, s."""
+        return period_of(self.model, self.method, self.instance.sample_period)
+
+    def start(self) -> AtRest | None:
+        """Put the instance at its start; BgError where there is none."""
+        model, method = self.model, self.method
+        settle = dict(model.facts.solver_options).get("settle", 0.0)
+        settled = method if method.settle > 0 else replace(method, settle=settle)
+        status, at_rest = start(self.instance, settled, method.rest_of(model.facts))
+        if status is not Status.OK:
+            raise BgError([model.explain(self.instance, status)])
+        return at_rest
+
+
+def make_course(
+    model: LoadedModel, method: Method, parameters: Mapping[str, ParameterValue]
+) -> Course:
+    """Make an instance of a model with its parameters and its method."""
+    instance = model.parameters.instance(parameters)
+    require(instance, set_method(instance, method, bool(model.accounts)))
+    return Course(model, method, instance)
+
+
+def places_of(course: Course, devices: Sequence[str], period: float) -> list[int]:
+    """Find the devices of a loop that those of a course are, in the order of the course.
+
+    Raises BgError BG757 where the devices or the periods differ.
+    """
+    scene = course.model.facts.scene
+    if sorted(course.devices) != sorted(devices):
+        own = f"`{', '.join(course.devices)}`" if course.devices else "no devices"
+        there = f"`{', '.join(devices)}`" if devices else "none"
+        raise BgError([cannot_exchange(f"scene `{scene}` has {own}, the loop {there}")])
+    if abs(course.period - period) > 1e-9 * period:
+        reason = (
+            f"scene `{scene}` has a period of {course.period:g} s, the loop one of {period:g} s"
+        )
+        raise BgError([cannot_exchange(reason)])
+    return [devices.index(name) for name in course.devices]
+
+
+def resting_poses(devices: int) -> Array:
+    """Poses at rest, (devices, POSE_SIZE)."""
+    return np.tile(np.array(RESTING), (max(devices, 1), 1))
+
+
+def options_of(
+    course: Course, struct: OptionsStruct, given: RealtimeOptions, duration: float | None
+) -> OptionsStruct:
+    """The options of C for a course: limits of the user, deadline and policy of the scene."""
+    return fill_options(struct, given, course.model, course.period, duration)
