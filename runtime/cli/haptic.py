@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import click
 
 from bgc.options import Options
 from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
+from bgc.runtime.cli.keys import MOST_CHOICES, Choice, Menu, terminal_keys
 from bgc.runtime.cli.options import (
     device_option,
     model_file,
@@ -37,6 +39,13 @@ from bgc.runtime.running.quantity import read_quantity
 @click.option("--step", metavar="TIME", help='Step and period of the loop: "1 ms".')
 @click.option("--rest", is_flag=True, help="Start at the nearest state at which all rates vanish.")
 @click.option("--record", metavar="FILE", help="Record the motion: .csv, which `trace` replays.")
+@click.option(
+    "--exchange",
+    "exchanges",
+    multiple=True,
+    metavar="SCENE",
+    help="Scene, or NAME=VALUE, that a key lets take over in the running loop. May be repeated.",
+)
 @click.option("--quiet", "-q", is_flag=True, help="Show no live view and no report.")
 @realtime_options
 @click.pass_context
@@ -53,33 +62,54 @@ def haptic(
     step: str | None,
     rest: bool,
     record: str | None,
+    exchanges: tuple[str, ...],
     quiet: bool,
     **limits: Any,
 ) -> None:
     """Run a scene of FILE in step with the clock, with its devices.
 
-    The force goes to zero on any fault (status 1) and on Ctrl-C, which ends the loop.
+    The force goes to zero on any fault (status 1), and falls to zero after Ctrl-C, which ends the
+    loop.
     """
     chosen = read_devices(devices)
     options = Options(scene, uses=read_uses(uses))
+    given = dict(read_assignments(assignments))
     with CompilingLine(file.name, wanted=not quiet) as line:
-        model = load_as(Model, file, options, dict(read_assignments(assignments)), line)
-    print_diagnostics(model.warnings)
+        model = load_as(Model, file, options, given, line)
+        choices = [Choice(scene or model.facts.scene, model, {})]
+        for text in exchanges:
+            if "=" in text:
+                choices.append(Choice(text, model, dict(read_assignments((text,)))))
+            else:
+                other = load_as(Model, file, Options(text, uses=options.uses), given, line)
+                choices.append(Choice(text, other, {}))
+    if len(choices) > MOST_CHOICES:
+        raise click.UsageError(f"--exchange may be repeated {MOST_CHOICES - 1} times")
+    print_diagnostics([warning for choice in choices for warning in choice.model.warnings])
+    method: dict[str, Any] = {
+        "solver": solver,
+        "step": None if step is None else read_quantity(step, "--step", "s"),
+        "start": "rest" if rest else None,
+    }
     loop = model.realtime(
         None if duration is None else read_quantity(duration, "--time", "s"),
         devices=chosen,
         options=read_limits(limits),
         record=record,
         keep=1,
-        solver=solver,
-        step=None if step is None else read_quantity(step, "--step", "s"),
-        start="rest" if rest else None,
+        **method,
     )
-    with LiveView(loop, wanted=not quiet) as view:
-        loop.start()
-        report = view.follow()
+    with terminal_keys() if exchanges else nullcontext() as keys:
+        if exchanges and keys is None:
+            loop.stop(at_once=True)
+            raise click.UsageError("--exchange needs a terminal, whose keys choose the scene")
+        menu = None if keys is None else Menu(loop, choices, keys, method)
+        with LiveView(loop, wanted=not quiet, menu=menu) as view:
+            loop.start()
+            report = view.follow()
     problem = [report.problem] if report.problem is not None else []
-    print_diagnostics([*problem, *report.warnings(), *loop.warnings])
+    refused = [] if menu is None else menu.refused
+    print_diagnostics([*problem, *refused, *report.warnings(), *loop.warnings])
     if not quiet:
         click.echo("\n".join(report.lines()))
     if report.failed or any(warning.code == "BG779" for warning in loop.warnings):

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from rich.live import Live
     from rich.table import Table
 
+    from bgc.runtime.cli.keys import Menu
+
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
 # Option, field of RealtimeOptions, unit, text.
@@ -65,8 +67,8 @@ class LiveView:
     Nothing is drawn or imported unless `wanted` and standard error is a terminal.
     """
 
-    def __init__(self, loop: Realtime, wanted: bool) -> None:
-        self._loop = loop
+    def __init__(self, loop: Realtime, wanted: bool, menu: Menu | None = None) -> None:
+        self._loop, self._menu = loop, menu
         self._wanted = wanted and sys.stderr is not None and sys.stderr.isatty()
         self._live: Live | None = None
 
@@ -88,16 +90,24 @@ class LiveView:
     ) -> None:
         if self._live is not None:
             self._live.stop()
-        self._loop.stop()
+        self._loop.stop(at_once=kind is not None)
 
     def follow(self) -> Report:
-        """Show the loop until it ends or Ctrl-C ends it; return the final report."""
+        """Show the loop until it ends or Ctrl-C ends it; return the final report.
+
+        A second Ctrl-C does not wait until the force has fallen.
+        """
         try:
             while self._loop.step(1.0 / _VIEWS_PER_SECOND).is_running:
+                if self._menu is not None:
+                    self._menu.poll()
                 self._show()
                 self._loop.pause(1.0 / _VIEWS_PER_SECOND)
         except KeyboardInterrupt:
-            return self._loop.stop()
+            try:
+                return self._loop.stop()
+            except KeyboardInterrupt:
+                return self._loop.stop(at_once=True)
         return self._loop.close()
 
     def _show(self) -> None:
@@ -111,11 +121,14 @@ class LiveView:
     def _table(self) -> Table:
         # As above.
         from rich.table import Table
+        from rich.text import Text
 
         report = self._loop.report
         table = Table(box=None, show_header=False, padding=(0, 1))
         state = "the dead man's button is free" if report.released else "running"
         table.add_row("[bold]state", f"{state}, force {100 * report.gain:.0f} %")
+        if self._menu is not None:
+            table.add_row("[bold]keys", Text(self._menu.line()))
         for line in report.lines():
             table.add_row("", line)
         for index, name in enumerate(self._loop.devices):

@@ -161,6 +161,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
         (POINTER(_ModelTable), POINTER(OptionsStruct), c_int, POINTER(ClockStruct)),
     ),
     "bgc_servo_open": (c_int, (c_void_p, c_int, c_void_p, c_char_p, c_char_p, c_size_t)),
+    "bgc_servo_seed": (None, (c_void_p, c_void_p)),
     "bgc_servo_capabilities": (POINTER(CapabilitiesStruct), (c_void_p, c_int)),
     "bgc_servo_handle": (c_void_p, (c_void_p, c_int)),
     "bgc_servo_loop": (None, (c_void_p,)),
@@ -256,6 +257,10 @@ class Servo:
             self._servo, index, driver, options, message, len(message)
         )
         return Status(status), message.value.decode("utf-8", "backslashreplace")
+
+    def seed(self, poses: Array) -> None:
+        """Give the poses with which the first model starts, (devices, POSE_SIZE)."""
+        self._functions.bgc_servo_seed(self._servo, poses.ctypes.data)
 
     def capabilities(self, index: int) -> CapabilitiesStruct:
         """The capabilities of an open device."""

@@ -48,6 +48,11 @@ class Course:
         """Time between two samples, s."""
         return period_of(self.model, self.method, self.instance.sample_period)
 
+    @property
+    def rests(self) -> bool:
+        """Whether it starts at rest, for which the hand has to rest too."""
+        return self.method.rest_of(self.model.facts) is not None
+
     def start(self) -> AtRest | None:
         """Put the instance at its start; BgError where there is none."""
         model, method = self.model, self.method

@@ -99,6 +99,8 @@ class Realtime:
         self._servo = Servo(library, course.instance, self._options, model.row_width, clock)
         try:
             self._open_devices()
+            if course.rests:
+                self._servo.seed(resting_poses(len(self.devices)))
             self.at_rest: AtRest | None = course.start()
         except BaseException:
             self._servo.free()
@@ -269,12 +271,13 @@ class Realtime:
             self._ended.wait(_DRAIN_SECONDS)
 
     def _post(self, course: Course) -> None:
-        """Start a course at the present pose, and hand it to the loop."""
+        """Start a course at rest or at the present pose, and hand it to the loop."""
         places = places_of(course, self.devices, self._options.period)
         if self._final is not None:
             raise BgError([cannot_exchange("the loop has ended")])
         options = options_of(course, self._defaults(), self._given, None)
-        width, poses = course.model.row_width, self._present_poses()
+        poses = resting_poses(len(self.devices)) if course.rests else self._present_poses()
+        width = course.model.row_width
         address = self._servo.prepare(course.instance, options, width, places, poses)
         self._courses.append(course)
         try:

@@ -7,9 +7,12 @@ faults move, so that every figure here is the same on any machine.
 from __future__ import annotations
 
 import ctypes
+import os
 import subprocess
 import sys
+import tty
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,7 +28,9 @@ from bgc.diagnostics.source import Source
 from bgc.driver import check_source, compile_scene
 from bgc.grammar.format import format_source
 from bgc.options import Options
+from bgc.runtime.cli import haptic as haptic_module
 from bgc.runtime.cli.app import application
+from bgc.runtime.cli.keys import Menu
 from bgc.runtime.realtime import loop as loop_module
 from bgc.runtime.realtime.binding import POLICIES, ClockStruct, End, NowFunction, SleepFunction
 from bgc.runtime.realtime.loop import Realtime
@@ -41,10 +46,11 @@ model Held {{
   param limit = 10;
   param first = 0.3;
   param gravity = 20 in 0 .. 100;
+  param push = 0;
   state angle = first;
   state rate = 0;
   der(angle) = rate;
-  der(rate) = -gravity*sin(angle) + 3*x[1] + v[1] + q[4];
+  der(rate) = push - gravity*sin(angle) + 3*x[1] + v[1] + q[4];
   assert angle < limit, "the pendulum is too high";
 }}
 scene s of Held {{
@@ -372,6 +378,20 @@ def test_a_model_takes_the_place_of_another_in_the_running_loop(
         assert replayed.tobytes() == np.ascontiguousarray(expected).tobytes()
 
 
+def test_a_start_at_rest_has_the_hand_at_rest(bench: Bench) -> None:
+    """The device is 20 mm off the middle: the pendulum hangs, then takes the pose of the hand."""
+    loop = bench.model.realtime(
+        0.01,
+        devices={"hand": str(bench.model.folder / "still.csv")},
+        options=RealtimeOptions(priority=False, policy="hold"),  # no sample without the device
+        start="rest",
+    )
+    loop.run_here()
+    assert loop.at_rest is not None
+    assert loop.rows[0].tolist() == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+    assert loop.rows[1:, 2].tolist() == [0.02] * 10
+
+
 def test_an_exchange_that_is_refused_changes_nothing(bench: Bench, folder: Path) -> None:
     found: list[str] = []
 
@@ -384,7 +404,7 @@ def test_an_exchange_that_is_refused_changes_nothing(bench: Bench, folder: Path)
     def attack() -> None:
         refused(model=bgc.compile(folder / "held.bg", scene="other_device"))
         refused(step=2e-3)
-        refused(parameters={"gravity": 0}, start="rest")  # there is no rest
+        refused(parameters={"gravity": 0, "push": 1}, start="rest")  # there is no rest
         loop.exchange(bench.model, wait=False)
         refused()
 
@@ -519,6 +539,9 @@ def test_the_commands_in_real_time(folder: Path) -> None:
     done = CliRunner().invoke(application, command)
     assert done.exit_code == 1 and "BG706" in done.output and "the cable is out" in done.output
     assert "deadlines missed" in done.output
+    command = ["haptic", scene, "--time", "0.1 s", "--device", f"hand={folder}/faulty.so"]
+    done = CliRunner().invoke(application, [*command, "--exchange", "heavier"])
+    assert done.exit_code == 2 and "needs a terminal" in done.output
     out = folder / "rows.csv"
     command = ["run", scene, "--realtime", "--time", "0.1 s", "--every", "20 ms", "--out", str(out)]
     done = CliRunner().invoke(application, command)
@@ -527,3 +550,36 @@ def test_the_commands_in_real_time(folder: Path) -> None:
     np.testing.assert_allclose(rows["time"], np.arange(6) * 0.02, atol=1e-12)
     done = CliRunner().invoke(application, ["run", scene, "--realtime", "--rtol", "1e-3"])
     assert done.exit_code == 2 and "--rtol" in done.output
+
+
+def test_keys_exchange_the_scenes_of_the_command(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Three models one after the other in a loop on the clock of the system."""
+    terminal, keys = os.openpty()
+    tty.setcbreak(keys)
+    shown: list[str] = []
+
+    class Typist(Menu):
+        def poll(self) -> None:
+            if self.loop.report.exchanges == len(shown):
+                shown.append(self.line())
+                os.write(terminal, b"23n9"[len(shown) - 1 : len(shown)])
+                super().poll()
+            if len(shown) == 4:
+                self.loop.stop()
+
+    monkeypatch.setattr(haptic_module, "Menu", Typist)
+    monkeypatch.setattr(haptic_module, "terminal_keys", lambda: nullcontext(keys))
+    record = str(tmp_path / "motion.csv")
+    command = ["haptic", str(folder / "held.bg"), "--exchange", "heavier", "--exchange", "limit=11"]
+    given = ["--ramp", "5 ms", "--watchdog", "0 s", "--record", record, "--time", "30 s"]
+    device = ["--device", f"hand={folder}/faulty.so"]
+    done = CliRunner().invoke(application, [*command, *given, *device])
+    os.close(terminal)
+    os.close(keys)
+    assert done.exit_code == 0, done.output
+    assert "4 models" in done.output
+    assert [line.partition("[")[2][:1] for line in shown] == ["1", "2", "3", "1"]
+    names = [f"motion{suffix}.csv" for suffix in ("", "_2", "_3", "_4")]
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)

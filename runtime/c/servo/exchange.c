@@ -32,6 +32,13 @@ bgc_status bgc_servo_attach(bgc_course *c, int device, int port, char *message, 
                                 (const char *)&c->slot[port], message, size);
 }
 
+void bgc_servo_seed_course(bgc_course *c, const double *pose) {
+    for (int k = 0; k < c->servo->ports; k++) {
+        memcpy(&c->slot[k].pose, pose + k * BGC_POSE_SIZE, sizeof c->slot[k].pose);
+        c->slot[k].is_read = 1;
+    }
+}
+
 void bgc_servo_free_course(bgc_course *c) {
     c->model.close_devices(c->model.m, c->model.d);
     free(c->slot);
@@ -48,10 +55,7 @@ bgc_course *bgc_servo_prepare(bgc_servo *s, const bgc_servo_model *model, const 
     if (c == NULL) {
         return NULL;
     }
-    for (int k = 0; k < s->ports; k++) {
-        memcpy(&c->slot[k].pose, pose + k * BGC_POSE_SIZE, sizeof c->slot[k].pose);
-        c->slot[k].is_read = 1;
-    }
+    bgc_servo_seed_course(c, pose);
     for (int k = 0; k < model->m->n_device; k++) {
         bgc_servo_attach(c, k, port[k], message, sizeof message);
     }

@@ -55,6 +55,10 @@ bgc_status bgc_servo_open(bgc_servo *s, int k, const bgc_driver *driver, const c
     return bgc_servo_attach(atomic_load(&s->course), k, k, message, size);
 }
 
+void bgc_servo_seed(bgc_servo *s, const double *pose) {
+    bgc_servo_seed_course(atomic_load(&s->course), pose);
+}
+
 const bgc_capabilities *bgc_servo_capabilities(const bgc_servo *s, int k) {
     return &s->port[k].can;
 }

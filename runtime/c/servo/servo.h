@@ -122,6 +122,9 @@ bgc_servo *bgc_servo_new(const bgc_servo_model *model, const bgc_servo_options *
 /* Opens device k with a driver: the real one, and the stand-in in the model. */
 bgc_status bgc_servo_open(bgc_servo *s, int k, const bgc_driver *driver, const char *options,
                           char *message, size_t size);
+/* Before the first model is reset: the poses with which it starts, BGC_POSE_SIZE doubles for each device, in
+ * place of those that the devices have. */
+void bgc_servo_seed(bgc_servo *s, const double *pose);
 const bgc_capabilities *bgc_servo_capabilities(const bgc_servo *s, int k);
 void *bgc_servo_handle(const bgc_servo *s, int k); /* that of the real driver */
 /* The loop: in this thread, or in one of its own with a watchdog beside it. */

@@ -118,6 +118,7 @@ void bgc_servo_finish(bgc_servo *s, bgc_servo_end cause, int64_t due);
 bgc_course *bgc_servo_make_course(bgc_servo *s, const bgc_servo_model *model,
                                   const bgc_servo_options *options, int width);
 bgc_status bgc_servo_attach(bgc_course *c, int device, int port, char *message, size_t size);
+void bgc_servo_seed_course(bgc_course *c, const double *pose);
 void bgc_servo_free_course(bgc_course *c);
 
 #endif
