@@ -173,7 +173,7 @@ def test_a_live_run_is_seen_steered_and_found_again(browser, live):
     other.page.get_by_label("Reset (R)").click()
     view.until("bgcView.player.epoch === 1 && bgcView.store.count === 1")
     # A failed step is explained; the rows stay.
-    other.ask("bgcView.link.send('set', {name: 'limit', value: 0.5})")
+    other.ask("bgcView.source.send('set', {name: 'limit', value: 0.5})")
     other.page.keyboard.press("Space")
     view.until("!document.querySelector('.banner').hidden")
     assert "BG705" in page.locator(".banner").inner_text()

@@ -3,9 +3,10 @@
 import uplotStyle from "uplot/dist/uPlot.min.css";
 import { button, download, el, icon, number, timeUnit } from "./dom.js";
 import { Handle } from "./handle.js";
-import { Link, replayPage } from "./link.js";
 import { Parameters } from "./parameters.js";
 import { Plots } from "./plots.js";
+import { replayPage } from "./replay.js";
+import { openSource } from "./sources.js";
 import { Stage } from "./stage.js";
 import { Store, TIMES } from "./store.js";
 import style from "./style.css";
@@ -28,7 +29,7 @@ class Page {
     this.scrubbed = null; // a time in the past that is shown, in a live run
     this.frames = 0;
     this.plotted = 0;
-    this.link = new Link({
+    this.source = openSource({
       scene: (content) => this.scene(content),
       rows: (content) => this.rows(content),
       state: (content) => this.state(content),
@@ -36,7 +37,7 @@ class Page {
       fault: (content) => this.fault(content),
       lost: (lost) => this.lost(lost),
     });
-    this.link.start();
+    this.source.start();
   }
 
   // --- what comes from the server -----------------------------------------------------------
@@ -139,7 +140,7 @@ class Page {
     document.body.append(el("div", { id: "app" }, head, this.main, this.side, this.transport()), this.help);
     this.plots = new Plots(plots, description, this.store, (time) => this.seek(time));
     if (this.live && description.parameters.length) {
-      this.parameters = new Parameters(parametersTab, description, (name, value) => this.link.send("set", { name, value }));
+      this.parameters = new Parameters(parametersTab, description, (name, value) => this.source.send("set", { name, value }));
     } else {
       parametersTab.append(el("p", { class: "none" }, this.live ? "The scene has no parameters that can change while it runs." : "A recorded run has no parameters to change."));
     }
@@ -231,7 +232,7 @@ class Page {
   togglePlay() {
     if (this.live) {
       this.scrubbed = null;
-      return this.link.send(this.player.playing ? "pause" : "play");
+      return this.source.send(this.player.playing ? "pause" : "play");
     }
     if (!this.player.playing && this.time >= this.store.last) this.time = this.store.first;
     this.player.playing = !this.player.playing;
@@ -241,7 +242,7 @@ class Page {
   step() {
     if (this.live) {
       this.scrubbed = null;
-      return this.link.send("step");
+      return this.source.send("step");
     }
     this.player.playing = false;
     const row = Math.min(this.store.count - 1, this.store.find(this.time) + 1);
@@ -250,14 +251,14 @@ class Page {
   }
 
   reset() {
-    if (this.live) return this.link.send("reset");
+    if (this.live) return this.source.send("reset");
     this.time = this.store.first;
     this.player.playing = false;
     this.buttons();
   }
 
   setSpeed(value) {
-    if (this.live) this.link.send("speed", { value });
+    if (this.live) this.source.send("speed", { value });
     this.player.speed = value;
     this.speeds.blur();
     this.buttons();
@@ -272,7 +273,7 @@ class Page {
     const inside = Math.min(this.store.last, Math.max(this.store.first, time));
     if (this.live) {
       this.scrubbed = inside >= this.store.last && !this.player.playing ? null : time === Infinity ? null : inside;
-      if (this.scrubbed !== null && this.player.playing) this.link.send("pause");
+      if (this.scrubbed !== null && this.player.playing) this.source.send("pause");
     } else this.time = inside;
   }
 

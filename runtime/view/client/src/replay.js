@@ -1,59 +1,15 @@
-// The connection to `bgc view`, or the recorded run in the page itself.
+// A recorded run in the page itself, and the page that holds one.
 
-const NEW_ROWS = 1;
-const HEADER = 24;
+import { Source } from "./source.js";
 
-export class Link {
-  // `on` has functions for scene, rows, state, values, fault and lost.
-  constructor(on) {
-    this.on = on;
-    this.wait = 300;
-    this.socket = null;
+export class ReplaySource extends Source {
+  constructor(on, held) {
+    super(on);
+    this.held = held;
   }
 
-  start() {
-    const held = document.getElementById("replay");
-    if (held) readReplay(JSON.parse(held.textContent)).then(this.on.scene);
-    else this.open();
-  }
-
-  open() {
-    const address = `ws://${location.host}/ws${location.search}`;
-    this.socket = new WebSocket(address);
-    this.socket.binaryType = "arraybuffer";
-    this.socket.onmessage = (event) => this.take(event.data);
-    this.socket.onclose = () => {
-      this.on.lost(true);
-      setTimeout(() => this.open(), this.wait);
-      this.wait = Math.min(3000, 1.5 * this.wait);
-    };
-  }
-
-  take(data) {
-    if (typeof data !== "string") return this.takeRows(data);
-    const { type, ...content } = JSON.parse(data);
-    if (type === "scene") {
-      this.wait = 300;
-      this.on.lost(false);
-    }
-    this.on[type]?.(content);
-  }
-
-  takeRows(data) {
-    const head = new DataView(data);
-    const [kind, epoch, count] = [0, 4, 8].map((at) => head.getUint32(at, true));
-    this.on.rows({
-      whole: kind !== NEW_ROWS,
-      epoch,
-      count,
-      rows: new Float32Array(data, HEADER),
-    });
-  }
-
-  send(type, content = {}) {
-    if (this.socket?.readyState === WebSocket.OPEN) {
-      this.socket.send(JSON.stringify({ type, ...content }));
-    }
+  async start() {
+    this.on.scene(await readReplay(JSON.parse(this.held.textContent)));
   }
 }
 
