@@ -65,7 +65,8 @@ SOLVER_OPTIONS: Mapping[str, SolverOption] = {
 
 DRIVER_OPTIONS: Mapping[str, Mapping[str, bool]] = {
     "forcedimension": {"id": False, "gravity": False, "smooth": False},
-    "pointer": {"smooth": False},
+    "gamepad": {"smooth": False, "reach": False},
+    "pointer": {"smooth": False, "reach": False},
     "spring_hand": dict.fromkeys(
         ("mass", "damping", "stiffness", "amplitude", "frequency", "axis"), False
     ),

@@ -120,7 +120,14 @@ SHAPES: Mapping[str, ShapeKind] = {
         "the surface of the sea in the world: calm, or a sum of waves",
     ),
     "handle": ShapeKind(
-        (ShapeArgument("position", Takes.POINT),), Ends.NEVER, "the grip of an input device"
+        (
+            ShapeArgument("position", Takes.POINT),
+            ShapeArgument("force", Takes.VECTOR, optional=True),
+            ShapeArgument("aim", Takes.POINT, optional=True),
+        ),
+        Ends.NEVER,
+        "the grip of an input device, beside the scene or `at` the place that it steers, in the "
+        "axes of the device; `force` on the hand, `aim` from the place to where it shall be",
     ),
 }
 """All kinds of shapes by name."""

@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-#define BGC_ABI 10
+#define BGC_ABI 11
 
 typedef enum {
     BGC_OK = 0,
@@ -478,7 +478,9 @@ const bgc_driver *bgc_find_driver(const char *name);  /* of the runtime; NULL: u
 bgc_status bgc_open_device(const bgc_model *m, bgc_data *d, int k, const bgc_driver *driver,
                            const char *options, char *message, size_t size);
 void bgc_close_devices(const bgc_model *m, bgc_data *d);  /* zero force first */
-/* Hands a pose to an open driver `pointer`, from one thread, without waiting; a velocity or angular velocity
+/* What the driver of device k returned when it was opened; NULL: it is closed. */
+void *bgc_device_handle(const bgc_model *m, const bgc_data *d, int k);
+/* Hands a pose to an open driver `pointer` or `gamepad`, from one thread, without waiting; a velocity or angular velocity
  * that begins with a NaN is computed from the positions. `handle` is what its `open` returned. */
 void bgc_feed_pointer(void *handle, const bgc_pose *pose);
 /* After BGC_DEVICE: the device at fault, and the reason that its driver gives; -1 and "" without one. */

@@ -214,6 +214,10 @@ bgc_status bgc_open_device(const bgc_model *m, bgc_data *d, int k, const bgc_dri
     return BGC_OK;
 }
 
+void *bgc_device_handle(const bgc_model *m, const bgc_data *d, int k) {
+    return k >= 0 && k < m->n_device ? d->device[k].handle : NULL;
+}
+
 void bgc_close_devices(const bgc_model *m, bgc_data *d) {
     for (int k = 0; k < m->n_device; k++) {
         close_device(d, &d->device[k]);

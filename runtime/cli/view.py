@@ -171,7 +171,7 @@ def _serve_model(
     if duration or model.facts.duration:
         times = times_of(model, method, duration, every)
         method = method.with_capped_step(times, model.facts.timed)
-    description = describe_model(model, file.name)
+    description = describe_model(model, file.name, devices)
     server = Server(description, meshes_of(description, model.folder))
     run = LiveRun(model, method, {}, devices)
     player = Player(run, server.publish, duration, every)

@@ -14,7 +14,8 @@ from bgc.runtime.running.devices import ALLOWED, load_driver
 PURPOSES = {
     "trace": "plays a recorded motion: trace(file = motion.csv)",
     "udp": "a device on another machine or in another program, by datagrams",
-    "pointer": "is fed by Python or by a page: realtime.pointer(position=..)",
+    "pointer": "the mouse on the page of `bgc view`, or Python: realtime.pointer(position=..)",
+    "gamepad": "a gamepad at the browser that shows the page of `bgc view`",
     "spring_hand": "a simulated hand that holds the handle: mass, damping, intention",
     "forcedimension": "omega, sigma, lambda, delta and Falcon through the maker's SDK",
 }

@@ -40,6 +40,7 @@ from bgc.runtime.running.devices import DeviceChoice, find_drivers, read_choices
 from bgc.runtime.running.failures import quotable
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
+from bgc.runtime.running.poses import FED, pose_words
 from bgc.runtime.running.quantity import Quantity, in_si
 from bgc.runtime.running.run import Method
 from bgc.runtime.running.simulate import method_of, named_result
@@ -418,7 +419,7 @@ class Realtime:
         buttons: Sequence[float] = (),
         device: str | None = None,
     ) -> None:
-        """Hand a pose to a device with the driver `pointer`: of a mouse, a page, a gamepad.
+        """Hand a pose to a device with the driver `pointer` or `gamepad`.
 
         Neither this nor the loop waits; the loop takes the pose in its next sample. One thread.
 
@@ -441,19 +442,15 @@ class Realtime:
         index = self._pointer_index(device)
         if self._final is not None:
             return
-        unknown = (np.nan, 0.0, 0.0)
-        pressed = [*buttons, *[0.0] * (8 - len(buttons))]
-        parts = (position, orientation, _or(velocity, unknown), _or(angular_velocity, unknown))
-        pose = np.concatenate([np.asarray(part, dtype=float) for part in parts])
-        words = np.concatenate([pose, [gripper], pressed, [stamp()]])
-        if len(words) != 23 or not np.isfinite(words[:7]).all():
-            raise ValueError("a pose has 3 positions, a quaternion and up to 8 buttons")
+        rates = velocity, angular_velocity
+        words = pose_words(position, orientation, rates, gripper, buttons, stamp())
         # The drivers are those of the first model.
         feed = self._courses[0].instance.library.functions.bgc_feed_pointer
-        feed(ctypes.c_void_p(self._servo.handle(index)), ctypes.c_void_p(words.ctypes.data))
+        handle = ctypes.c_void_p(self._servo.handle(index))
+        feed(handle, words.ctypes.data_as(ctypes.POINTER(ctypes.c_double)))
 
     def _pointer_index(self, device: str | None) -> int:
-        pointers = [k for k, found in enumerate(self._found) if found.driver == "pointer"]
+        pointers = [k for k, found in enumerate(self._found) if found.driver in FED]
         wanted = [k for k in pointers if device in (None, self.devices[k])]
         if len(wanted) != 1:
             raise BgError([no_pointer([self.devices[k] for k in pointers])])
@@ -475,7 +472,3 @@ class Realtime:
             self._servo.stop(at_once=True)
 
         return failed
-
-
-def _or(value: Sequence[float] | Array | None, other: Sequence[float]) -> Sequence[float] | Array:
-    return other if value is None else value

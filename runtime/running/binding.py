@@ -55,6 +55,7 @@ _ON_INSTANCE: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_get_faint": (c_int, (c_int, POINTER(FaintState))),
     "bgc_open_device": (c_int, (c_int, c_void_p, c_char_p, c_char_p, c_size_t)),
     "bgc_close_devices": (None, ()),
+    "bgc_device_handle": (c_void_p, (c_int,)),
 }
 # name: result, all arguments
 _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
@@ -87,6 +88,7 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_stop": (None, (c_void_p,)),
     "bgc_get_counts": (POINTER(CountsStruct), (c_void_p,)),
     "bgc_find_driver": (c_void_p, (c_char_p,)),
+    "bgc_feed_pointer": (None, (c_void_p, _Doubles)),
 }
 
 
@@ -425,6 +427,12 @@ class Instance:
         lines = os.fsencode(options)
         status = self._call("bgc_open_device", index, driver, lines, message, size)
         return Status(status), message.value.decode("utf-8", "backslashreplace")
+
+    def feed_pointer(self, index: int, pose: Array) -> None:
+        """Hand a pose (see `poses`) to a device whose open driver is `pointer` or `gamepad`."""
+        handle = self._call("bgc_device_handle", index)
+        if handle:
+            self.library.functions.bgc_feed_pointer(handle, _doubles(pose))
 
     def close_devices(self) -> None:
         """Set the forces of all devices to zero, and close them."""

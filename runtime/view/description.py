@@ -17,8 +17,10 @@ from bgc.building.built import ENERGY_ACCOUNTS, Panel
 from bgc.language.columns import column_of, component_of
 from bgc.runtime.results.result import Result
 from bgc.runtime.results.shapes import Shape
+from bgc.runtime.running.devices import NO_CHOICES, Choices
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import Parameter
+from bgc.runtime.view.hands import describe_devices, handle_devices
 from bgc.values.shown import Shown
 
 Description: TypeAlias = dict[str, Any]
@@ -27,10 +29,11 @@ VERSION: Final = 1
 _MESHES: Final = (".glb", ".gltf", ".stl", ".obj")
 
 
-def describe_model(model: LoadedModel, name: str) -> Description:
+def describe_model(model: LoadedModel, name: str, devices: Choices = NO_CHOICES) -> Description:
     """Describe a model that was compiled with shapes; `name` is that of its file.
 
     Its rows are those that C writes: `measured`, then the energy accounts if there are any.
+    `devices` are drivers other than the scene's.
     """
     facts = model.facts
     places = {variable.name: k for k, variable in enumerate(model.measured)}
@@ -46,6 +49,7 @@ def describe_model(model: LoadedModel, name: str) -> Description:
             columns = [places[column] for column in content] if varies else None
             values[field] = _value(shape, content if columns is None else None, columns)
         shapes.append({**entry, "values": values})
+    _name_devices(model, shapes)
     instance = model.parameters.instance({})
     return {
         "version": VERSION,
@@ -59,6 +63,7 @@ def describe_model(model: LoadedModel, name: str) -> Description:
         "panels": panels_of(facts.panels, observed),
         "parameters": [_parameter(p) for p in model.parameters.all_in(instance)],
         "folded": [[name, value] for name, value in model.parameters.folded.items()],
+        "devices": describe_devices(model, devices),
     }
 
 
@@ -81,6 +86,7 @@ def describe_result(result: Result, name: str) -> tuple[Description, np.ndarray[
         "panels": panels_of(result.panels, observed),
         "parameters": [],
         "folded": [],
+        "devices": [],
         "message": result.message,
     }
     return description, values
@@ -124,6 +130,15 @@ def meshes_of(description: Description, folder: Path) -> list[Path]:
         else:
             shape["missing"] = True
     return found
+
+
+def _name_devices(model: LoadedModel, shapes: Sequence[Description]) -> None:
+    """Add to each handle the device that moves it, and the axes of the device that do."""
+    handles = {shape["name"]: shape for shape in shapes if shape["kind"] == "handle"}
+    columns = {name: s["values"]["position"].get("columns") for name, s in handles.items()}
+    moved = handle_devices(model, {name: c for name, c in columns.items() if c})
+    for name, (device, axes) in moved.items():
+        handles[name].update(device=device, axes=axes)
 
 
 def _group(quantity: Description) -> tuple[str, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import ExitStack
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.run import Method
 from bgc.runtime.running.structures import Status
+from bgc.runtime.view.hands import Hands
 
 
 class LiveRun:
@@ -25,6 +27,8 @@ class LiveRun:
     ----------
     time
         The time of the last row, s; after a failure that of the last good state.
+    hands
+        The devices that a page holds. A reset gives them back to the scene.
     given
         Parameter values that were set, SI; they hold for this run and after each reset.
     """
@@ -42,6 +46,7 @@ class LiveRun:
         self.given: dict[str, float] = model.parameters.given(parameters)
         self.time = 0.0
         self._devices = devices
+        self.hands = Hands(model, devices)
         self._open = ExitStack()
         self._instance: Instance | None = None
 
@@ -60,6 +65,7 @@ class LiveRun:
         accounts = bool(self.model.accounts)
         started = self.model.started(self.method, accounts, self.given, devices=self._devices)
         self._instance = self._open.enter_context(started)
+        self.hands.forget()
         self.time = 0.0
         rows, fault = self.advance(np.zeros(1))
         if fault is not None:
@@ -83,6 +89,17 @@ class LiveRun:
             self.time = max(self.time, instance.time)
         failed = status not in (Status.OK, Status.INTERRUPTED)
         return rows[:done], self.model.explain(instance, status) if failed else None
+
+    def hand(self, device: str, pose: Mapping[str, Any]) -> None:
+        """Hand a pose of the page to a device: it holds from the next sample.
+
+        Raises BgError BG756 where the page may not steer it.
+        """
+        self.hands.feed(self._running(), device, pose)
+
+    def leave(self, device: str) -> None:
+        """Give a device back to the driver of the scene. Raises BgError where that fails."""
+        self.hands.leave(self._running(), device)
 
     def stop(self) -> None:
         """End an `advance` in another thread after its present step."""

@@ -22,6 +22,7 @@ SPEEDS: Final = (1e-6, 100.0)  # simulated seconds for each second of the clock
 _MOST_ROWS: Final = 16  # in a frame
 _LATE: Final = 0.1  # s behind the clock after which the lost time is given up
 _SHARE: Final = 0.8  # of a frame that computing may take before the chunks become shorter
+_FREQUENT: Final = ("hand",)  # commands that come each frame; others are answered by the state
 _SLOWEST_FRAME: Final = 1 / 15  # s of computing in a frame of a run that cannot keep up
 
 Publish = Callable[[str, Any], None]
@@ -74,6 +75,7 @@ class Player:
             "ended": self.ended,
             "epoch": self.epoch,
             "ready": self._ready,
+            "held": self._run.hands.held,
         }
 
     def start(self, first: Array) -> None:
@@ -128,8 +130,10 @@ class Player:
             return True
         if command["type"] == "close":
             return False
+        before = self.state
         self._guard(lambda: getattr(self, f"_on_{command['type']}")(command))
-        self._publish("state", self.state)
+        if command["type"] not in _FREQUENT or self.state != before:
+            self._publish("state", self.state)
         return True
 
     def _guard(self, work: Callable[[], None]) -> None:
@@ -183,6 +187,20 @@ class Player:
         except BgError as problem:
             self._fail(problem.diagnostics, stopped=False)
         self._publish("values", self._run.values())
+
+    def _on_hand(self, command: Mapping[str, Any]) -> None:
+        if self._ready:
+            self._steer(lambda: self._run.hand(command["device"], command))
+
+    def _on_leave(self, command: Mapping[str, Any]) -> None:
+        if self._ready:
+            self._steer(lambda: self._run.leave(command["device"]))
+
+    def _steer(self, work: Callable[[], None]) -> None:
+        try:
+            work()
+        except BgError as problem:
+            self._fail(problem.diagnostics, stopped=False)
 
     def _advance(self, step: float | None = None) -> None:
         """Compute the next frame: less simulated time where the model is slower than the clock."""

@@ -4,7 +4,8 @@ The server sends text messages, JSON objects with a `type`, and binary messages 
 
 ============= ==================================================================================
 `scene`       the description (see `description`), `live`, and the state of the player
-`state`       whether it plays, its speed, the speed reached, the epoch (number of resets)
+`state`       whether it plays, its speed, the speed reached, the epoch (number of resets), and the
+              devices that pages hold
 `values`      the values of all parameters, SI, in the order of the description
 `fault`       why a run stopped, or why a value was refused; the rows so far stay
 ============= ==================================================================================
@@ -14,7 +15,9 @@ follow those before, 2: all rows so far), epoch, number of rows, columns of a ro
 it was sent, s. Rows of float32 follow: the time as a sum of two numbers, then the model's columns.
 
 The page sends text messages: `play`, `pause`, `step`, `reset`, `speed` with a `value`, and `set`
-with the `name` of a parameter and its `value`, SI. All clients see and steer the same run.
+with the `name` of a parameter and its `value`, SI. `hand` gives a `device` a pose: its `position`,
+m, and if it likes `orientation` (a unit quaternion, scalar first), `gripper` and `buttons`; `leave`
+gives the `device` back to the scene. All clients see and steer the same run.
 """
 
 from __future__ import annotations
@@ -30,7 +33,14 @@ NEW_ROWS: Final = 1
 ALL_ROWS: Final = 2
 HEADER: Final = struct.Struct("<IIIId")
 LONGEST: Final = 4096  # bytes of a client's message
-_COMMANDS: Final = frozenset({"play", "pause", "step", "reset", "speed", "set"})
+_COMMANDS: Final = frozenset({"play", "pause", "step", "reset", "speed", "set", "hand", "leave"})
+# Least and most numbers of each part of a pose.
+_POSE: Final = {
+    "position": (3, 3),
+    "orientation": (4, 4),
+    "buttons": (0, 8),
+}
+_FARTHEST: Final = 1e3  # of a number of a pose
 
 
 def pack_rows(kind: int, epoch: int, rows: Rows, sent: float) -> bytes:
@@ -59,10 +69,32 @@ def read_command(text: str) -> dict[str, Any] | None:
         return None
     if kind in ("speed", "set"):
         value = message.get("value")
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            return None
-        if not math.isfinite(value) or (kind == "speed" and value <= 0):
+        if not _is_number(value) or (kind == "speed" and value <= 0):
             return None
     if kind == "set" and not isinstance(message.get("name"), str):
         return None
+    if kind in ("hand", "leave") and not isinstance(message.get("device"), str):
+        return None
+    if kind == "hand" and not _is_pose(message):
+        return None
     return {str(key): value for key, value in message.items()}
+
+
+def _is_pose(message: dict[str, Any]) -> bool:
+    """Return whether a message has a position, and its other parts are numbers of a pose."""
+    for part, (least, most) in _POSE.items():
+        numbers = message.get(part)
+        if numbers is None and part != "position":
+            continue
+        if not isinstance(numbers, list) or not least <= len(numbers) <= most:
+            return False
+        if not all(_is_number(x) and abs(x) <= _FARTHEST for x in numbers):
+            return False
+    gripper = message.get("gripper", 0.0)
+    turned = message.get("orientation", [1.0])
+    return _is_number(gripper) and abs(gripper) <= _FARTHEST and any(turned)
+
+
+def _is_number(value: Any) -> bool:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return number and math.isfinite(value)

@@ -204,6 +204,15 @@ def test_a_pointer_without_velocities_gets_those_of_its_positions(runtime: Any) 
     pointer.close()
 
 
+def test_pointer_and_gamepad_differ_in_their_names_alone(runtime: Any) -> None:
+    for name in ("pointer", "gamepad"):
+        driver = Device(runtime, name, reach=0.08)
+        assert list(driver.can.workspace_high) == [0.08] * 3 and driver.can.driven == 0
+        driver.close()
+        refused = Device(runtime, name, reach=-1)
+        assert not refused.handle and "reach must be a positive length" in refused.message
+
+
 # --- forcedimension ------------------------------------------------------------------------------
 
 

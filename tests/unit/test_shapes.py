@@ -372,7 +372,7 @@ def test_all_shapes_of_the_library_are_valid():
         if any(isinstance(item, syntax.Shape) for item in flatten(model.items))
     }
     assert having == {
-        "Beam", "Revolute", "Prismatic", "Spherical", "Payload", "HangingLoad", "Link", "Handle",
+        "Beam", "Revolute", "Prismatic", "Spherical", "Payload", "HangingLoad", "Link", "Session",
         "FloatingHull", "Vessel", "SeakeepingHull", "SeakeepingVessel", "GuidedVessel", "Quay",
         "ShipGuided", "OffshoreLift", "CylindricalJoint", "ScrewJoint", "Planar", "Universal",
         "Rectangle", "BoxSection", "TubeSection", "ISection", "GivenSection",
@@ -383,7 +383,7 @@ def test_all_shapes_of_the_library_are_valid():
     }  # fmt: skip
     assert drawn >= {
         "post.box", "pedestal.cylinder", "slide.cylinder", "swivel.sphere", "payload.sphere",
-        "ball.sphere", "load.rope", "load.sphere", "link.capsule", "handle.handle", "vessel.box",
+        "ball.sphere", "load.rope", "load.sphere", "link.capsule", ".handle", "vessel.box",
         "vessel.sea", "vessel.hull", "sailing.hull", "boom.box", "arm.ram", "sensor.arrow",
         "sailing.box", "quay.box",
         "rod.cylinder", "nut.cylinder", "table.box", "cross.cylinder", "section.box",

@@ -213,6 +213,75 @@ def test_a_recorded_run_is_replayed_and_kept_as_one_file(browser, folder):
         alone.close(("file://",))
 
 
+HAND = """
+model Arm {
+  input x[3] : m;
+  state tip[3] : m = [0, 0, 2 m];
+  der(tip) = 20*x/(1 s);
+  signal weight[3] : N = [0, 0, -20*(tip[3] - 2 m)*(1 N/m)];
+  shape sphere(0.3 m) at tip;
+  shape sphere(3 m) at [0, 9 m, 0];
+  shape handle(x, force = weight, aim = x) at tip;
+}
+scene arm of Arm {
+  device hand = trace(file = "still.csv");
+  drive x = hand.position;
+  observe tip, x;
+  step 5 ms;
+  run 60 s every 0.05 s;
+}
+"""
+
+
+def test_a_hand_is_dragged_and_its_force_is_seen(browser, folder):
+    (folder / "arm.bg").write_text(HAND, "utf-8")
+    (folder / "still.csv").write_text("time,x,y,z\n0,0,0,0\n1,0,0,0\n")
+    served = Served(folder / "arm.bg")
+    try:
+        view = View(browser, f"{served.url}&quality=low")
+        mouse = view.page.mouse
+        view.until("bgcView.grips.length === 1 && bgcView.grips[0].px > 0")
+        place = """(() => { const g = bgcView.grips[0], b = g.stage.canvas.getBoundingClientRect();
+          const p = g.onScreen(g.knob.position); return [b.left + p.x, b.top + p.y]; })()"""
+        # Dragged up on the screen, the tip goes up; the run starts by itself.
+        assert view.ask("bgcView.grips[0].label.hidden")
+        x, y = view.ask(place)
+        camera = view.ask("bgcView.stage.camera.position.toArray()")
+        mouse.move(x, y)
+        mouse.down()
+        mouse.move(x + 2, y - 60, steps=3)
+        view.until("bgcView.row[2] > 2.2 && bgcView.player.playing")
+        view.until("!bgcView.grips[0].label.hidden && bgcView.grips[0].shaft.visible")
+        assert view.page.locator(".force").inner_text().endswith(" N")
+        assert view.ask("bgcView.player.held") == ["hand"]
+        now = view.ask("bgcView.stage.camera.position.toArray()")
+        assert now == pytest.approx(camera, rel=1e-9)  # the camera stays
+        mouse.up()
+        view.until("bgcView.hands[0].position.every((x) => x === 0)")
+        view.until("bgcView.grips[0].seen.every((x) => x === 0)")
+        # A gamepad takes it, and its stick leaves it in the middle.
+        height = view.ask("bgcView.row[2]")
+        stick = """(down) => { navigator.getGamepads = () => [{ connected: true,
+          axes: [0, 0, 0, down], buttons: new Array(8).fill({ pressed: false, value: 0 }) }]; }"""
+        view.page.evaluate(stick, 0.9)
+        view.until(f"bgcView.row[2] < {height} - 0.1 && bgcView.hands[0].by === 'gamepad'")
+        view.page.evaluate(stick, 0.0)
+        view.until("bgcView.grips[0].seen[2] === 0")
+        # The pad beside the scene moves it ahead; then the trace has the device again.
+        flat = view.page.locator(".handle g.flat").bounding_box()
+        view.page.evaluate("navigator.getGamepads = () => []")
+        mouse.move(flat["x"] + 52, flat["y"] + 52)
+        mouse.down()
+        mouse.move(flat["x"] + 52, flat["y"] + 30)
+        view.until("bgcView.row[0] > 0.05 && bgcView.row[3] > 0.02")
+        mouse.up()
+        view.page.get_by_label("Give hand back to trace").click()
+        view.until("bgcView.player.held.length === 0 && !bgcView.hands[0].taken")
+        view.close((served.url.split("/?")[0], served.url.split("/?")[0].replace("http", "ws")))
+    finally:
+        served.end()
+
+
 def test_a_circuit_has_its_plots_and_sliders(browser, folder):
     (folder / "rc.bg").write_text(
         """model RC { param R = 2 ohm; supply : Se(e = 5 V); loop : J1; resistor : R(R);

@@ -1,6 +1,8 @@
-"""BG007-BG010, BG755: the page of `bgc view`."""
+"""BG007-BG010, BG755-BG756: the page of `bgc view`."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 from bgc.diagnostics.catalogue import error
 from bgc.diagnostics.diagnostic import Diagnostic
@@ -82,4 +84,27 @@ def parameter_not_applied(name: str, reason: str) -> Diagnostic:
         "BG755",
         f"the run cannot go on with the new value of `{name}`: {reason}",
         help="reset the run and give the value before it starts",
+    )
+
+
+def device_not_steered(name: str, driver: str, known: Sequence[str]) -> Diagnostic:
+    """BG756: a page cannot steer a device
+
+    What: a page gave a pose to a device that the scene does not have, or that has the driver of a
+    real hand.
+
+    Why: the page takes over devices that are simulated: those with the drivers `pointer`,
+    `gamepad`, `trace` and `spring_hand`. A device that a person holds is not taken away from them.
+
+    Example: the handle on the page is dragged while `--device hand=forcedimension` moves the crane.
+
+    Way out: `bgc view FILE --device hand=pointer`.
+    """
+    if not driver:
+        there = f"; it has {', '.join(f'`{n}`' for n in known)}" if known else ""
+        return error("BG756", f"the scene has no device `{name}`{there}")
+    return error(
+        "BG756",
+        f"the page cannot steer `{name}`, which has the driver `{driver}`",
+        help=f"start with `--device {name}=pointer`",
     )

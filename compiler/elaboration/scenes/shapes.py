@@ -224,6 +224,8 @@ class _Reader:
                 what = "the sea is that of the world"
                 raise BgError([drawn.shape_place(item.at.span, what, "omit `at`")])
             return True
+        if item.kind == "handle" and item.at is None:
+            return True  # it stands beside the scene
         frame = self._standing()
         if frame.r is None or frame.A is None:
             return False

@@ -35,6 +35,11 @@ bgc_status bgc_open_device(const bgc_model *m, bgc_data *d, int k, const bgc_dri
     return BGC_BAD_ARGUMENT;
 }
 
+void *bgc_device_handle(const bgc_model *m, const bgc_data *d, int k) {
+    (void)m, (void)d, (void)k;
+    return NULL;
+}
+
 void bgc_feed_pointer(void *handle, const bgc_pose *pose) {
     (void)handle, (void)pose;
 }

@@ -1,11 +1,14 @@
-/* pointer.c: the driver `pointer`: a pose that another thread hands over, such as that of a mouse, a page or
- * a gamepad. It has no motor.
+/* pointer.c: the drivers `pointer` and `gamepad`: a pose that another thread hands over, such as that of a
+ * mouse, a page or a gamepad. They have no motor, and differ in their names alone, by which a page chooses
+ * the hand that it reads.
  *
- * Option: smooth=TIME (0.02 s), of the filter of velocities that are computed from positions.
+ * Options: smooth=TIME (0.02 s), of the filter of velocities that are computed from positions;
+ * reach=LENGTH (0.06 m), the displacement at the end of a stick, for those that hand the pose over.
  * The pose is copied under a sequence number that is odd while it is written: the reader tries again, and
  * after a few attempts takes the pose before. Neither side waits.
  */
 #include "bgc_internal.h"
+#include "drivers/options.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -21,6 +24,7 @@ typedef struct {
     /* Of the reader. */
     unsigned taken;
     double smooth; /* s */
+    double reach;  /* m */
     double time;   /* s: of the last read; negative: none */
     bgc_pose pose;
     double velocity[3];
@@ -40,16 +44,17 @@ void bgc_feed_pointer(void *handle, const bgc_pose *pose) {
 }
 
 static void *pointer_open(const char *options, char *message, size_t size) {
-    const char *smooth = options != NULL ? strstr(options, "smooth=") : NULL;
     pointer_state *p = calloc(1, sizeof *p);
 
     if (p == NULL) {
         snprintf(message, size, "pointer: there is not enough memory");
         return NULL;
     }
-    p->smooth = smooth != NULL ? strtod(smooth + strlen("smooth="), NULL) : 0.02;
-    if (!(p->smooth >= 0.0)) {
-        snprintf(message, size, "pointer: smooth must be a time, not negative");
+    p->smooth = bgc_number_option(options, "smooth", 0.02);
+    p->reach = bgc_number_option(options, "reach", 0.06);
+    if (!(p->smooth >= 0.0) || !(p->reach > 0.0)) {
+        snprintf(message, size, !(p->smooth >= 0.0) ? "pointer: smooth must be a time, not negative"
+                                                    : "pointer: reach must be a positive length");
         free(p);
         return NULL;
     }
@@ -117,14 +122,29 @@ static int pointer_write(void *handle, double t, const bgc_effort *effort) {
 static void pointer_close(void *handle) { free(handle); }
 
 static void pointer_capabilities(void *handle, bgc_capabilities *can) {
-    (void)handle;
+    const pointer_state *p = handle;
+
     can->sensed = BGC_EVERY_AXIS;
     can->buttons = 8;
+    for (int k = 0; k < 3; k++) {
+        can->workspace_low[k] = -p->reach;
+        can->workspace_high[k] = p->reach;
+    }
 }
 
 const bgc_driver bgc_pointer_driver = {
     .abi = BGC_DEVICE_ABI,
     .name = "pointer",
+    .open = pointer_open,
+    .read = pointer_read,
+    .write = pointer_write,
+    .close = pointer_close,
+    .capabilities = pointer_capabilities,
+};
+
+const bgc_driver bgc_gamepad_driver = {
+    .abi = BGC_DEVICE_ABI,
+    .name = "gamepad",
     .open = pointer_open,
     .read = pointer_read,
     .write = pointer_write,

@@ -1,50 +1,117 @@
-// The grip of an input device: its position beside the scene, seen from above, with its height.
+// The pad of an input device beside the scene: its position seen from above, and its height. A hand
+// that the page may take is dragged here too.
 
-import { el, number } from "./dom.js";
+import { button, el, number } from "./dom.js";
 import { reader } from "./parts.js";
 
 const SIZE = 104;
+const MIDDLE = SIZE / 2;
 const svg = (tag, attributes, parent) => {
   const node = document.createElementNS("http://www.w3.org/2000/svg", tag);
   for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, value);
-  parent.append(node);
+  parent?.append(node);
   return node;
 };
 
 export class Handle {
-  constructor(holder, shape) {
-    this.read = reader(shape.values.position);
-    this.reach = 0.02; // m, grows with the motion
-    const middle = SIZE / 2;
-    const drawing = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-    drawing.setAttribute("width", SIZE + 26);
-    drawing.setAttribute("height", SIZE);
+  // `shape` shows the position in a row, `hand` is what the page may take: one of them may be absent.
+  constructor(holder, { shape, hand, leave }) {
+    this.read = shape ? reader(shape.values.position) : null;
+    this.hand = hand;
+    this.reach = hand?.device.reach ?? 0.02; // m, grows with the motion
+    const name = hand?.device.name ?? "handle";
+    const drawing = svg("svg", { width: SIZE + 26, height: SIZE, role: "img", "aria-label": `Position of ${name}` });
     const line = { stroke: "var(--faint)", "stroke-width": 1, fill: "none" };
-    svg("circle", { cx: middle, cy: middle, r: middle - 2, ...line, fill: "var(--raised)" }, drawing);
-    svg("circle", { cx: middle, cy: middle, r: (middle - 2) / 2, ...line, "stroke-dasharray": "2 3" }, drawing);
-    svg("path", { d: `M${middle} 6V${SIZE - 6}M6 ${middle}H${SIZE - 6}`, ...line }, drawing);
-    svg("rect", { x: SIZE + 12, y: 2, width: 8, height: SIZE - 4, rx: 4, ...line, fill: "var(--raised)" }, drawing);
-    svg("path", { d: `M${SIZE + 8} ${middle}h16`, ...line }, drawing);
-    this.spoke = svg("path", { stroke: "var(--accent)", "stroke-width": 2, fill: "none" }, drawing);
-    this.dot = svg("circle", { r: 7, fill: "var(--accent)" }, drawing);
-    this.bar = svg("rect", { x: SIZE + 10, width: 12, height: 6, rx: 3, fill: "var(--accent)" }, drawing);
-    this.text = el("small");
-    this.root = el("div", { class: "glass handle" }, drawing, this.text);
+    const raised = { ...line, fill: "var(--raised)" };
+    const flat = svg("g", { class: "flat" }, drawing);
+    svg("circle", { cx: MIDDLE, cy: MIDDLE, r: MIDDLE - 2, ...raised }, flat);
+    svg("circle", { cx: MIDDLE, cy: MIDDLE, r: (MIDDLE - 2) / 2, ...line, "stroke-dasharray": "2 3" }, flat);
+    svg("path", { d: `M${MIDDLE} 6V${SIZE - 6}M6 ${MIDDLE}H${SIZE - 6}`, ...line }, flat);
+    const high = svg("g", { class: "high" }, drawing);
+    svg("rect", { x: SIZE + 6, y: 0, width: 20, height: SIZE, fill: "transparent" }, high);
+    svg("rect", { x: SIZE + 12, y: 2, width: 8, height: SIZE - 4, rx: 4, ...raised }, high);
+    svg("path", { d: `M${SIZE + 8} ${MIDDLE}h16`, ...line }, high);
+    this.spoke = svg("path", { stroke: "var(--accent)", "stroke-width": 2, fill: "none" }, flat);
+    this.dot = svg("circle", { r: 7, fill: "var(--accent)" }, flat);
+    this.bar = svg("rect", { x: SIZE + 10, width: 12, height: 6, rx: 3, fill: "var(--accent)" }, high);
+    this.text = el("small", { class: "where" });
+    this.root = el("div", { class: "glass handle" }, hand ? this.head(name, leave) : null, drawing, this.text);
+    if (hand) {
+      this.root.classList.add("free");
+      this.drag(flat, (dx, dy, from) => [from[0] - dy, from[1] - dx, from[2]]);
+      this.drag(high, (dx, dy, from) => [from[0], from[1], from[2] - dy]);
+      this.root.append(this.pressed());
+    }
     holder.append(this.root);
   }
 
+  head(name, leave) {
+    const { hand } = this;
+    this.by = el("small");
+    this.pin = button("pin", "Stays where it is let go", () => {
+      hand.stays = !hand.stays;
+      this.pin.setAttribute("aria-pressed", hand.stays);
+    });
+    this.pin.setAttribute("aria-pressed", false);
+    this.back = button("undo", `Give ${name} back to ${hand.device.driver}`, () => leave(hand));
+    return el("div", { class: "row" }, el("b", {}, name), this.by, this.back, this.pin);
+  }
+
+  // The first buttons of the device, held as long as they are pressed.
+  pressed() {
+    const { hand } = this;
+    const hidden = !hand.device.reads.includes("buttons");
+    return el("div", { class: "row buttons", hidden }, ...[0, 1, 2, 3].map((k) => {
+      const key = el("button", { type: "button", title: `Button ${k + 1} of ${hand.device.name}` }, String(k + 1));
+      key.addEventListener("pointerdown", (event) => {
+        key.setPointerCapture(event.pointerId);
+        hand.press(k, true);
+      });
+      for (const end of ["pointerup", "pointercancel"]) key.addEventListener(end, () => hand.press(k, false));
+      return key;
+    }));
+  }
+
+  drag(node, moved) {
+    let start = null;
+    node.addEventListener("pointerdown", (event) => {
+      node.setPointerCapture(event.pointerId);
+      this.hand.grab(this.seen);
+      start = { x: event.clientX, y: event.clientY, from: [...this.hand.position] };
+      event.preventDefault();
+    });
+    node.addEventListener("pointermove", (event) => {
+      if (!start) return;
+      const scale = this.reach / (MIDDLE - 10);
+      this.hand.move(moved((event.clientX - start.x) * scale, (event.clientY - start.y) * scale, start.from));
+    });
+    for (const end of ["pointerup", "pointercancel"]) {
+      node.addEventListener(end, () => {
+        if (start) this.hand.release();
+        start = null;
+      });
+    }
+  }
+
+  // Shows the position of a row; that which is given by the page itself is shown at once.
   update(row) {
-    const [x, y, z] = this.read(row);
+    if (this.read) this.seen = [...this.read(row)];
+    const { hand } = this;
+    const [x, y, z] = (hand?.taken ? hand.position : this.seen) ?? [0, 0, 0];
     const size = Math.max(Math.hypot(x, y), Math.abs(z));
-    while (Number.isFinite(size) && size > this.reach) this.reach *= 1.25;
-    const middle = SIZE / 2;
-    const scale = (middle - 10) / this.reach;
+    while (Number.isFinite(size) && size > 1.001 * this.reach) this.reach *= 1.25;
+    const scale = (MIDDLE - 10) / this.reach;
     // x points up in the drawing and y to the left, as seen from above behind the handle.
-    const [px, py] = [middle - y * scale, middle - x * scale];
+    const [px, py] = [MIDDLE - y * scale, MIDDLE - x * scale];
     this.dot.setAttribute("cx", px);
     this.dot.setAttribute("cy", py);
-    this.spoke.setAttribute("d", `M${middle} ${middle}L${px} ${py}`);
-    this.bar.setAttribute("y", middle - 3 - z * scale);
-    this.text.textContent = `handle ${[x, y, z].map((v) => number(1000 * v, 2)).join(" ")} mm`;
+    this.spoke.setAttribute("d", `M${MIDDLE} ${MIDDLE}L${px} ${py}`);
+    this.bar.setAttribute("y", MIDDLE - 3 - z * scale);
+    this.text.textContent = `${[x, y, z].map((v) => number(1000 * v, 2)).join("  ")} mm`;
+    if (!hand) return;
+    const fed = ["pointer", "gamepad"].includes(hand.device.driver);
+    this.by.textContent = hand.taken ? hand.by ?? "on the page" : fed ? "drag it" : hand.device.driver;
+    this.back.hidden = !hand.taken || fed;
+    this.root.classList.toggle("taken", hand.taken);
   }
 }

@@ -2,6 +2,8 @@
 
 import uplotStyle from "uplot/dist/uPlot.min.css";
 import { button, download, el, icon, number, timeUnit } from "./dom.js";
+import { Grip } from "./grip.js";
+import { Hand } from "./hand.js";
 import { Handle } from "./handle.js";
 import { Parameters } from "./parameters.js";
 import { Plots } from "./plots.js";
@@ -82,7 +84,13 @@ class Page {
 
   state(state) {
     if (state.playing && !this.player.playing) this.hideBanner();
+    const reset = state.epoch !== this.player.epoch;
     this.player = state;
+    for (const hand of this.hands ?? []) {
+      const held = (state.held ?? []).includes(hand.device.name);
+      if (reset || (hand.held && !held)) hand.lose();
+      hand.held = held;
+    }
     this.buttons();
   }
 
@@ -102,7 +110,7 @@ class Page {
 
   build() {
     const { description } = this;
-    const plain = !description.shapes.some((s) => !["handle"].includes(s.kind));
+    const plain = !description.shapes.some((s) => s.kind !== "handle");
     document.body.classList.toggle("plain", plain);
     this.badge = el("span", { class: "badge" }, el("i"), el("span"));
     this.themeButton = button("moon", "Dark or light (T)", () => this.setTheme(this.theme === "dark" ? "light" : "dark"));
@@ -145,6 +153,7 @@ class Page {
       parametersTab.append(el("p", { class: "none" }, this.live ? "The scene has no parameters that can change while it runs." : "A recorded run has no parameters to change."));
     }
     if (!plain) this.buildStage();
+    this.buildHands();
     addEventListener("keydown", (event) => this.key(event));
   }
 
@@ -163,8 +172,6 @@ class Page {
       el("div", { class: "glass cameras" },
         ...views.map(([text, name], k) => el("button", { type: "button", title: `${text} (${k + 1})`, onclick: () => this.stage.look(name) }, text))),
     );
-    const handle = description.shapes.find((shape) => shape.kind === "handle");
-    if (handle) this.handle = new Handle(this.main, handle);
     this.tip = el("div", { class: "glass tip", hidden: true });
     this.main.append(this.tip);
     const { canvas } = this.stage;
@@ -175,6 +182,32 @@ class Page {
     canvas.addEventListener("pointerup", (event) => {
       if (down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < 4) this.mark(event);
     });
+  }
+
+  // Devices: a pad for each, and a grip in the scene where its handle has a place there.
+  buildHands() {
+    const { description } = this;
+    const handles = description.shapes.filter((shape) => shape.kind === "handle");
+    const free = this.live ? (description.devices ?? []).filter((d) => d.free && d.reads.includes("position")) : [];
+    const shapeOf = (device) => handles.find((shape) => shape.device === device.name);
+    this.hands = free.map((device) => new Hand(device, shapeOf(device)?.axes, this.source, () => this.steer()));
+    const holder = el("div", { class: "hands" });
+    const pads = [...handles.map((shape) => [shape, this.hands.find((h) => h.device.name === shape.device)])];
+    for (const hand of this.hands) if (!pads.some(([, h]) => h === hand)) pads.push([null, hand]);
+    const leave = (hand) => {
+      this.source.send("leave", { device: hand.device.name });
+      hand.lose();
+    };
+    this.pads = pads.map(([shape, hand]) => new Handle(holder, { shape, hand, leave }));
+    if (pads.length) this.main.append(holder);
+    const placed = this.stage ? pads.filter(([shape]) => shape?.values.r) : [];
+    this.grips = placed.map(([shape, hand]) => new Grip(this.stage, this.main, shape, hand));
+  }
+
+  // A hand was taken: the run goes on from the present.
+  steer() {
+    this.scrubbed = null;
+    if (!this.player.playing && this.player.ready) this.source.send("play");
   }
 
   tabs(list) {
@@ -295,7 +328,8 @@ class Page {
   }
 
   hover(event) {
-    const shape = event.buttons ? null : this.stage.pick(event.clientX, event.clientY);
+    const gripped = this.grips.some((grip) => grip.hot || grip.hand?.by);
+    const shape = event.buttons || gripped ? null : this.stage.pick(event.clientX, event.clientY);
     this.tip.hidden = !shape;
     if (!shape) return;
     const place = this.main.getBoundingClientRect();
@@ -388,9 +422,11 @@ class Page {
       }
     }
     const time = this.shownTime();
+    for (const hand of this.hands) hand.tick(past);
     if (this.store.sample(time, this.row)) {
       this.stage?.show(this.row, time);
-      this.handle?.update(this.row);
+      for (const pad of this.pads) pad.update(this.row);
+      for (const grip of this.grips) grip.update(this.row);
     }
     this.stage?.draw();
     this.watch(now);

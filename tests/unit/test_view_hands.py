@@ -1,0 +1,120 @@
+"""Devices that a page takes in its hand: poses, drivers, messages; without a browser."""
+
+import numpy as np
+import pytest
+
+import bgc
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.running.devices import DeviceChoice, read_choices
+from bgc.runtime.running.simulate import method_of
+from bgc.runtime.view.description import describe_model
+from bgc.runtime.view.hands import Hands
+from bgc.runtime.view.live import LiveRun
+from bgc.runtime.view.player import Player
+from bgc.runtime.view.protocol import read_command
+
+MODEL = """
+model Reach {
+  input left[3] : m;
+  input right[3] : m;
+  input grip;
+  input turn[4];
+  state x[3] : m = zeros(3);
+  der(x) = left/(1 s);
+  let angle = 2*atan2(turn[4], turn[1]);
+  shape handle(right);
+  shape handle(left, force = x*(1 N/m), aim = -x) at x;
+}
+scene reach of Reach {
+  device one = trace(file = "motion.csv");
+  device two = gamepad(reach = 8 cm);
+  drive left = [one.position[1], 0, one.position[3]];
+  drive right = two.position;
+  drive grip = one.buttons[2];
+  drive turn = one.orientation;
+  observe x, grip, angle;
+  step 10 ms;
+  run 10 s every 0.5 s;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("hands")
+    (folder / "motion.csv").write_text("time,x,y,z\n0,1,0,0\n9,1,0,0\n")
+    (folder / "reach.bg").write_text(MODEL, "utf-8")
+    return bgc.compile(folder / "reach.bg", shapes=True)
+
+
+@pytest.fixture
+def run(model):
+    live = LiveRun(model, method_of(model)[0], {})
+    live.reset()
+    yield live
+    live.close()
+
+
+def test_the_page_takes_a_device_and_gives_it_back(run):
+    (row,), _ = run.advance(np.array([1.0]))
+    assert row[0] == pytest.approx(1)  # the trace
+    pose = {"position": [-2, 0, 0.5], "buttons": [0, 1], "orientation": [0.2, 0, 0, 0.2]}
+    run.hand("one", pose)
+    (row,), _ = run.advance(np.array([2.0]))
+    assert row[:3] == pytest.approx([-1, 0, 0.5], abs=0.031)
+    assert row[3] == 1 and row[4] == pytest.approx(np.pi / 2)  # of length 1
+    assert run.hands.held == ["one"]
+    run.leave("one")
+    (row,), _ = run.advance(np.array([3.0]))
+    assert row[0] == pytest.approx(0, abs=0.031) and run.hands.held == []
+    run.hand("one", {"position": [5, 0, 0]})
+    run.reset()  # the scene from its start, with its own drivers
+    (row,), _ = run.advance(np.array([1.0]))
+    assert row[0] == pytest.approx(1) and run.hands.held == []
+
+
+def test_a_device_of_a_real_hand_is_not_taken(run, model):
+    run.hands = Hands(model, {"two": DeviceChoice("udp", "port=5005\n")})
+    for name, words in (("two", "--device two=pointer"), ("three", "`one`, `two`")):
+        with pytest.raises(BgError) as caught:
+            run.hand(name, {"position": [0, 0, 0]})
+        (found,) = caught.value.diagnostics
+        assert found.code == "BG756" and words in f"{found.message} {found.help}"
+    events = []
+    player = Player(run, lambda *event: events.append(event))
+    player.start(run.reset())
+    player.command({"type": "hand", "device": "three", "position": [0.0, 0.0, 0.0]})
+    player.command({"type": "hand", "device": "one", "position": [3.0, 0.0, 0.0]})
+    player.command({"type": "step"})
+    player.close()
+    faults = [content for kind, content in events if kind == "fault"]
+    assert [f["messages"][0]["code"] for f in faults] == ["BG756"] and not faults[0]["stopped"]
+    assert [c["held"] for kind, c in events if kind == "state"][-1] == ["one"]
+
+
+def test_a_description_says_which_device_moves_which_handle(model):
+    found = describe_model(model, "reach.bg", read_choices({"two": "pointer"}))
+    one, two = found["devices"]
+    assert (one["driver"], one["free"], one["reach"]) == ("trace", True, 0.06)
+    assert one["reads"] == ["position", "orientation", "buttons"]
+    assert (two["driver"], two["reach"], two["reads"]) == ("pointer", 0.06, ["position"])
+    assert describe_model(model, "")["devices"][1]["reach"] == 0.08
+    moved = {shape["name"]: (shape.get("device"), shape.get("axes")) for shape in found["shapes"]}
+    assert moved == {"handle": ("two", [0, 1, 2]), "handle[2]": ("one", [0, 2])}
+    beside, placed = (shape["values"] for shape in found["shapes"])
+    assert set(beside) == {"position"} and set(placed) == {"position", "force", "aim", "r", "A"}
+
+
+@pytest.mark.parametrize(
+    "pose",
+    [
+        '"position": [0, 0]', '"position": [0, 0, 1e9]', '"position": [0, 0, NaN]', '"position": 1',
+        '"position": [0, 0, true]', '"position": [0, 0, 0], "orientation": [0, 0, 0, 0]',
+        '"position": [0, 0, 0], "buttons": [1, 1, 1, 1, 1, 1, 1, 1, 1]', '"buttons": [1]',
+        '"position": [0, 0, 0], "gripper": "wide"', '"position": [0, 0, 0], "device": 1',
+    ],
+)  # fmt: skip
+def test_a_pose_that_is_none_is_ignored(pose):
+    assert read_command('{"type": "hand", "device": "one", "position": [0, 0, 0]}') is not None
+    assert read_command(f'{{"type": "hand", "device": "one", {pose}}}') is None
+    assert read_command('{"type": "leave"}') is None
