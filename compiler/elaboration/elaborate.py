@@ -46,7 +46,7 @@ from bgc.elaboration.scenes.rest import StartAtRest, read_start
 from bgc.elaboration.scenes.run_facts import read_facts, read_kept, read_requirements
 from bgc.elaboration.scenes.scene import Scene, choose_scene
 from bgc.elaboration.scenes.shapes import read_shapes
-from bgc.ir.graph import Bond, DataSource, FlatGraph, Observation
+from bgc.ir.graph import Bond, DataSource, FlatGraph, Observation, Part
 from bgc.ir.scene import Requirement
 from bgc.resolution.modules import Package
 from bgc.values.units import shown_of, si_text
@@ -186,6 +186,7 @@ def _elaborate(
             for (path, name), file in package.data.items()
         ),
         shapes=tuple(drawn.uses),
+        parts=tuple(Part(i.path, i.declared.syntax.name, i.span) for i in wiring.instances),
     )
     refuse_held_early(graph)
     return replace(graph, guards=(*graph.guards, *guards_of_tables(graph)))

@@ -405,6 +405,15 @@ class Slot:
 
 
 @dataclass(frozen=True, slots=True)
+class Part:
+    """An instance of a model, the scene's own with an empty path; `span` declares it."""
+
+    path: str
+    model: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class FlatGraph:
     """A model as causality assignment expects it; later passes add nodes to its `dag`."""
 
@@ -430,6 +439,7 @@ class FlatGraph:
     jumps: tuple[Jump, ...] = ()
     held: tuple[Held, ...] = ()
     rates: tuple[SampleRate, ...] = ()
+    parts: tuple[Part, ...] = ()
 
 
 def port_ends(graph: FlatGraph) -> Iterator[tuple[int, int, int]]:

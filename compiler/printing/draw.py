@@ -14,6 +14,7 @@ import subprocess
 from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass, replace
 from html import escape
+from typing import Literal
 
 from bgc.algebra.disjoint_sets import DisjointSets
 from bgc.diagnostics.catalogue.machine import dot_failed, dot_missing
@@ -33,7 +34,7 @@ HEAD = """digraph bond_graph {
 
 
 @dataclass(frozen=True, slots=True)
-class _Edge:
+class DrawnEdge:
     """Bonds drawn as one edge between two nodes of the drawing."""
 
     tail: int
@@ -54,32 +55,39 @@ def lay_out(text: str, kind: str) -> bytes:
     return done.stdout
 
 
-def to_dot(causal: CausalGraph, view: View | None = None) -> str:
+def to_dot(causal: CausalGraph, view: View | None = None, marked: bool = False) -> str:
     """Print a causal graph in the language of Graphviz's `dot`; equal graphs give equal text.
 
     Each element is a node; the components of a wide element share one, and so do all elements of
     a part that `view` does not open. The stroke is at the end where the effort is imposed. Elements
     that a signal modulates are drawn as MTF, MGY, MR, MSe, MSf; thin dashed arrows lead to them
-    from what they read.
+    from what they read. `marked` edges have their numbers in `drawing` as `id`.
     """
-    graph, view = causal.graph, view or View()
+    found = drawing(causal, view or View())
+    lines = [HEAD.rstrip()]
+    lines += _clusters(found.nodes, found.varying)
+    lines += [_edge_line(edge, causal, marked and k) for k, edge in enumerate(found.edges)]
+    lines += [
+        f'  n{tail} -> n{head} [style=dashed, penwidth=0.7, color="#7a7a7a", arrowhead=vee, '
+        "arrowsize=0.6, constraint=false];"
+        for tail, head in found.signals
+    ]
+    return "\n".join((*lines, "}", ""))
+
+
+def drawing(causal: CausalGraph, view: View) -> Drawing:
+    """Choose the nodes and edges of a drawing."""
+    graph = causal.graph
     modulated = modulations(graph)
-    nodes: dict[str, _Node] = {}
+    nodes: dict[str, DrawnNode] = {}
     drawn = [
         view.node_of(nodes, graph, element, first)
         for element, first in enumerate(_merge_components(graph))
     ]
     varying = {drawn[k] for k, modulation in enumerate(modulated) if modulation.varies}
     signals = _signals(graph, view, modulated, drawn, nodes)
-    lines = [HEAD.rstrip()]
-    lines += _clusters(nodes.values(), varying)
-    lines += [_edge_line(edge, causal) for edge in _edges(graph, drawn)]
-    lines += [
-        f'  n{tail} -> n{head} [style=dashed, penwidth=0.7, color="#7a7a7a", arrowhead=vee, '
-        "arrowsize=0.6, constraint=false];"
-        for tail, head in signals
-    ]
-    return "\n".join((*lines, "}", ""))
+    edges = _edges(graph, drawn)
+    return Drawing(tuple(nodes.values()), tuple(edges), tuple(signals), frozenset(varying))
 
 
 def part_paths(graph: FlatGraph) -> set[str]:
@@ -89,13 +97,26 @@ def part_paths(graph: FlatGraph) -> set[str]:
 
 
 @dataclass(frozen=True, slots=True)
-class _Node:
+class DrawnNode:
     """A node of the drawing: its number, its path, and its label, empty for a signal."""
 
     number: int
     path: str
     label: str
     is_part: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """The nodes and edges of a drawing; `signals` are the dashed arrows, as numbers of nodes.
+
+    `varying` are the numbers of the nodes that signals modulate.
+    """
+
+    nodes: tuple[DrawnNode, ...]
+    edges: tuple[DrawnEdge, ...]
+    signals: tuple[tuple[int, int], ...]
+    varying: Set[int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,14 +138,18 @@ class View:
                 return part
         return ""
 
-    def node_of(self, nodes: dict[str, _Node], graph: FlatGraph, element: int, first: int) -> int:
+    def node_of(
+        self, nodes: dict[str, DrawnNode], graph: FlatGraph, element: int, first: int
+    ) -> int:
         """The number of the node of an element, which is made if it is new."""
         of = graph.elements[first]
         part = self.closed_part(of.name)
         key = f"part {part}" if part else f"element {first}"
         if key not in nodes:
             nodes[key] = (
-                _Node(first, part, "", is_part=True) if part else _Node(first, of.name, of.kind)
+                DrawnNode(first, part, "", is_part=True)
+                if part
+                else DrawnNode(first, of.name, of.kind)
             )
         if not part and element != first and nodes[key].path == of.name:
             path = _COMPONENT.sub("", of.name)  # several components: the name of the wide part
@@ -148,7 +173,7 @@ def _merge_components(graph: FlatGraph) -> list[int]:
     return [sets.find(element) for element in range(len(graph.elements))]
 
 
-def _edges(graph: FlatGraph, drawn: Sequence[int]) -> list[_Edge]:
+def _edges(graph: FlatGraph, drawn: Sequence[int]) -> list[DrawnEdge]:
     at = {(bond, sign): drawn[element] for bond, sign, element in port_ends(graph)}
     groups: dict[tuple[str, int, int], list[int]] = {}
     for bond in graph.bonds:
@@ -157,7 +182,7 @@ def _edges(graph: FlatGraph, drawn: Sequence[int]) -> list[_Edge]:
             continue  # within a part that is not opened
         wide = bond.wide if bond.width > 1 else str(bond.index)
         groups.setdefault((wide, tail, head), []).append(bond.index)
-    return [_Edge(tail, head, tuple(bonds)) for (_, tail, head), bonds in groups.items()]
+    return [DrawnEdge(tail, head, tuple(bonds)) for (_, tail, head), bonds in groups.items()]
 
 
 def _signals(
@@ -165,7 +190,7 @@ def _signals(
     view: View,
     modulated: Sequence[Modulation],
     drawn: Sequence[int],
-    nodes: dict[str, _Node],
+    nodes: dict[str, DrawnNode],
 ) -> list[tuple[int, int]]:
     """The dashed arrows; declared states, unknowns and devices that they leave become nodes."""
     found: dict[tuple[int, int], None] = {}
@@ -178,12 +203,12 @@ def _signals(
             key = f"part {part}" if part else f"signal {name}"
             if key not in nodes:
                 number = len(graph.elements) + len(nodes)
-                nodes[key] = _Node(number, part or name, "", is_part=bool(part))
+                nodes[key] = DrawnNode(number, part or name, "", is_part=bool(part))
             found[nodes[key].number, head] = None
     return [(tail, head) for tail, head in found if tail != head]
 
 
-def _clusters(nodes: Iterable[_Node], varying: Set[int]) -> list[str]:
+def _clusters(nodes: Iterable[DrawnNode], varying: Set[int]) -> list[str]:
     """Print the nodes, with a box around those of each part."""
     tree: dict[str, object] = {}
     for node in sorted(nodes, key=lambda node: node.number):
@@ -213,7 +238,7 @@ def _print_tree(tree: dict[str, object], path: tuple[str, ...], varying: Set[int
             yield f"{indent}n{node.number} [{_label(node, name, node.number in varying)}];"
 
 
-def _label(node: _Node, name: str, varies: bool) -> str:
+def _label(node: DrawnNode, name: str, varies: bool) -> str:
     grey = f'<font point-size="9" color="#555555">{escape(name)}</font>'
     if node.is_part:
         return f'label="{name}", peripheries=1, style=rounded, margin="0.12,0.08"'
@@ -223,10 +248,11 @@ def _label(node: _Node, name: str, varies: bool) -> str:
     return f"label=<<b>{'M' if varies else ''}{kind}</b><br/>{grey}>"
 
 
-def _edge_line(edge: _Edge, causal: CausalGraph) -> str:
+def _edge_line(edge: DrawnEdge, causal: CausalGraph, mark: int | Literal[False]) -> str:
     at_head = sum(causal.strokes[bond].at_head for bond in edge.bonds)
     at_tail = len(edge.bonds) - at_head
-    facts = ["arrowhead=teelvee"] if at_head else []
+    facts = [] if mark is False else [f'id="{mark}"']
+    facts += ["arrowhead=teelvee"] if at_head else []
     facts += ["arrowtail=tee"] if at_tail else []
     if len(edge.bonds) > 1:
         facts += ['color="black:invis:black"', f'label="{len(edge.bonds)}"']

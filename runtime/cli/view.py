@@ -36,9 +36,11 @@ from bgc.runtime.results.files import written_whole
 from bgc.runtime.running.compiling import load_as
 from bgc.runtime.running.devices import Choices, read_choices
 from bgc.runtime.running.failures import SimulationError
+from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.progress import CompilingLine
 from bgc.runtime.running.simulate import method_of, times_of
 from bgc.runtime.view.description import describe_model, meshes_of
+from bgc.runtime.view.exchange import Exchange, Prepared
 from bgc.runtime.view.live import LiveRun
 from bgc.runtime.view.page import bundle, page, replay_data
 from bgc.runtime.view.player import Player
@@ -164,17 +166,25 @@ def _serve_model(
     from bgc.runtime.view.server import Server
 
     duration, every = arguments.pop("duration"), arguments.pop("every")
-    start = arguments.pop("start")
-    method, notices = method_of(model, arguments.pop("solver"), arguments)
-    method = method.started(start)
-    print_diagnostics(notices)
-    if duration or model.facts.duration:
-        times = times_of(model, method, duration, every)
-        method = method.with_capped_step(times, model.facts.timed)
-    description = describe_model(model, file.name, devices)
-    server = Server(description, meshes_of(description, model.folder))
-    run = LiveRun(model, method, {}, devices)
-    player = Player(run, server.publish, duration, every)
+    start, solver = arguments.pop("start"), arguments.pop("solver")
+
+    def prepare(model: LoadedModel) -> Prepared:
+        method, notices = method_of(model, solver, arguments)
+        method = method.started(start)
+        print_diagnostics(notices)
+        if duration or model.facts.duration:
+            times = times_of(model, method, duration, every)
+            method = method.with_capped_step(times, model.facts.timed)
+        description = describe_model(model, file.name, devices)
+        meshes = meshes_of(description, model.folder)
+        return Prepared(LiveRun(model, method, {}, devices), description, meshes)
+
+    prepared = prepare(model)
+    run = prepared.run
+    server = Server(prepared.description, prepared.meshes)
+    assert model.origin is not None
+    exchange = Exchange(*model.origin, prepare)
+    player = Player(run, server.publish, duration, every, exchange)
     try:
         first = run.reset()
         server.attach(player)

@@ -90,6 +90,12 @@ class LiveRun:
         failed = status not in (Status.OK, Status.INTERRUPTED)
         return rows[:done], self.model.explain(instance, status) if failed else None
 
+    def snapshot(self) -> tuple[Array, Array]:
+        """The state at the present time, and the inputs."""
+        instance = self._running()
+        state = instance.state_at(self.time)
+        return (state if np.isfinite(state).all() else instance.state), instance.input
+
     def hand(self, device: str, pose: Mapping[str, Any]) -> None:
         """Hand a pose of the page to a device: it holds from the next sample.
 

@@ -11,14 +11,19 @@ from typing import Any, Final
 
 import numpy as np
 
+from bgc.diagnostics.catalogue.view import aside_failed
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.render import render
 from bgc.runtime.results.arrays import Array
+from bgc.runtime.view.aside import Answer
+from bgc.runtime.view.exchange import Exchange, carried
 from bgc.runtime.view.history import Rows, as_rows
 from bgc.runtime.view.live import LiveRun
+from bgc.runtime.view.meter import Meter
 
 FRAME: Final = 1 / 60  # s of the clock between two frames
 SPEEDS: Final = (1e-6, 100.0)  # simulated seconds for each second of the clock
+METERING: Final = 1 / 15  # s of the clock between two readings of the bonds
 _MOST_ROWS: Final = 16  # in a frame
 _LATE: Final = 0.1  # s behind the clock after which the lost time is given up
 _SHARE: Final = 0.8  # of a frame that computing may take before the chunks become shorter
@@ -32,8 +37,9 @@ Publish = Callable[[str, Any], None]
 class Player:
     """A live run with the buttons of a player.
 
-    `publish` gets `("rows", (epoch, rows))`, `("state", {..})`, `("values", [..])` and
-    `("fault", {..})`; the epoch counts the resets. Commands are queued and take effect between
+    `publish` gets `("rows", (epoch, rows))`, `("state", {..})`, `("values", [..])`,
+    `("fault", {..})`, `("graph", {..})`, `("powers", (epoch, row))`, and `("scene", ..)` when the
+    model is exchanged; the epoch counts the resets. Commands are queued and take effect between
     two frames.
     """
 
@@ -43,10 +49,12 @@ class Player:
         publish: Publish,
         duration: float | None = None,
         every: float | None = None,
+        exchange: Exchange | None = None,
     ) -> None:
         """Prepare a player, which pauses first after `duration`, by default the scene's, s.
 
-        `every` is the longest interval between two rows, by default the scene's, s.
+        `every` is the longest interval between two rows, by default the scene's, s. `exchange`
+        compiles the graph, and other parts in slots.
         """
         duration = duration or run.model.facts.duration
         every = every or run.model.facts.every
@@ -60,6 +68,11 @@ class Player:
         self.playing = False
         self.ended = False
         self.epoch = 0
+        self._exchange = exchange
+        self._meter: Meter | None = None
+        self._graph: dict[str, Any] | None = None
+        self._is_watched = False
+        self._metered = 0.0
         self._ready = False
         self._pause_at = self._duration
         self._ratio = math.inf  # simulated seconds for each second of computing, smoothed
@@ -76,6 +89,7 @@ class Player:
             "epoch": self.epoch,
             "ready": self._ready,
             "held": self._run.hands.held,
+            "busy": self._exchange.busy if self._exchange is not None else "",
         }
 
     def start(self, first: Array) -> None:
@@ -92,6 +106,8 @@ class Player:
 
     def close(self) -> None:
         """End the run and the thread; devices have zero force afterwards."""
+        if self._exchange is not None:
+            self._exchange.close()
         self._commands.put({"type": "close"})
         self._run.stop()
         if self._thread.is_alive():
@@ -115,6 +131,7 @@ class Player:
                 continue
             due = due + FRAME if monotonic() - due < _LATE else monotonic() + FRAME
             self._guard(self._advance)
+            self._guard(self._read_meter)
             now = monotonic()
             if now - measured[0] > 0.5:
                 self._actual = (self._run.time - measured[1]) / (now - measured[0])
@@ -134,6 +151,9 @@ class Player:
         self._guard(lambda: getattr(self, f"_on_{command['type']}")(command))
         if command["type"] not in _FREQUENT or self.state != before:
             self._publish("state", self.state)
+        if command["type"] not in _FREQUENT:
+            self._metered = 0.0
+            self._guard(self._read_meter)
         return True
 
     def _guard(self, work: Callable[[], None]) -> None:
@@ -201,6 +221,77 @@ class Player:
             work()
         except BgError as problem:
             self._fail(problem.diagnostics, stopped=False)
+
+    # --- graph and slots ------------------------------------------------------------------
+
+    def _on_graph(self, command: Mapping[str, Any]) -> None:
+        if self._graph is not None:
+            self._publish("graph", self._graph)
+        elif self._exchange is not None and not self._exchange.busy:
+            self._exchange.graph(lambda answer: self._post("built_graph", answer=answer))
+
+    def _on_watch(self, command: Mapping[str, Any]) -> None:
+        self._is_watched = command["value"]
+
+    def _on_use(self, command: Mapping[str, Any]) -> None:
+        if self._exchange is None:
+            return
+        self._exchange.model(
+            command["slot"],
+            command["part"],
+            lambda answer, options: self._post("built_model", answer=answer, options=options),
+        )
+
+    def _post(self, kind: str, **content: Any) -> None:
+        self._commands.put({"type": kind, **content})
+
+    def _built(self, answer: Answer) -> bool:
+        """Take the answer of a compilation beside the run; False where it failed."""
+        assert self._exchange is not None
+        self._exchange.busy = ""
+        if answer.result is None:
+            self._fail(answer.diagnostics or [aside_failed()], stopped=False)
+        return answer.result is not None
+
+    def _on_built_graph(self, command: Mapping[str, Any]) -> None:
+        answer: Answer = command["answer"]
+        if self._built(answer):
+            self._meter = Meter(answer.result.built, self._run.model)
+            self._graph = {**answer.result.description, "absent": self._meter.absent}
+            self._publish("graph", self._graph)
+
+    def _on_built_model(self, command: Mapping[str, Any]) -> None:
+        """Exchange the model: its run starts anew, and plays if the one before did."""
+        answer: Answer = command["answer"]
+        if not self._built(answer):
+            return
+        assert self._exchange is not None
+        try:
+            found = self._exchange.take(answer.result, command["options"])
+            found.run.given.update(carried(self._run.given, found.run.model))
+            row = found.run.reset()
+        except BgError as problem:
+            self._fail(problem.diagnostics, stopped=False)
+            return
+        self._run.close()
+        self._run, self._meter, self._graph = found.run, None, None
+        self.epoch += 1
+        self._pause_at, self._ratio = self._duration, math.inf
+        self.ended, self._ready = False, True
+        self._publish("scene", found)
+        self._emit(np.zeros(1), row[None])
+        self._publish("values", self._run.values())
+
+    def _read_meter(self) -> None:
+        """Publish efforts and flows of the bonds where a page watches them."""
+        now = monotonic()
+        if self._meter is None or not self._is_watched or not self._ready:
+            return
+        if now - self._metered < METERING:
+            return
+        self._metered = now
+        values = self._meter.read(*self._run.snapshot(), self._run.time, self._run.given)
+        self._publish("powers", (self.epoch, as_rows(np.array([self._run.time]), values[None])))
 
     def _advance(self, step: float | None = None) -> None:
         """Compute the next frame: less simulated time where the model is slower than the clock."""

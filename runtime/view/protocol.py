@@ -8,22 +8,29 @@ The server sends text messages, JSON objects with a `type`, and binary messages 
               devices that pages hold
 `values`      the values of all parameters, SI, in the order of the description
 `fault`       why a run stopped, or why a value was refused; the rows so far stay
+`graph`       the bond graph (see `graph`), where a page asked for it
 ============= ==================================================================================
 
+A second `scene` announces another model: the page is loaded again.
+
 A binary message is a header of four 32-bit and one 64-bit little-endian numbers: kind (1: rows
-follow those before, 2: all rows so far), epoch, number of rows, columns of a row; the time at which
-it was sent, s. Rows of float32 follow: the time as a sum of two numbers, then the model's columns.
+follow those before, 2: all rows so far, 3: a row with effort and flow of each bond of the graph),
+epoch, number of rows, columns of a row; the time at which it was sent, s. Rows of float32 follow:
+the time as a sum of two numbers, then the model's columns.
 
 The page sends text messages: `play`, `pause`, `step`, `reset`, `speed` with a `value`, and `set`
 with the `name` of a parameter and its `value`, SI. `hand` gives a `device` a pose: its `position`,
 m, and if it likes `orientation` (a unit quaternion, scalar first), `gripper` and `buttons`; `leave`
-gives the `device` back to the scene. All clients see and steer the same run.
+gives the `device` back to the scene. `graph` asks for the bond graph, `watch` with a `value`, true
+or false, for the efforts and flows of its bonds; `use` puts a `part` into a `slot`. All
+clients see and steer the same run.
 """
 
 from __future__ import annotations
 
 import json
 import math
+import re
 import struct
 from typing import Any, Final
 
@@ -31,9 +38,12 @@ from bgc.runtime.view.history import Rows
 
 NEW_ROWS: Final = 1
 ALL_ROWS: Final = 2
+POWERS: Final = 3
 HEADER: Final = struct.Struct("<IIIId")
 LONGEST: Final = 4096  # bytes of a client's message
-_COMMANDS: Final = frozenset({"play", "pause", "step", "reset", "speed", "set", "hand", "leave"})
+_COMMANDS: Final = frozenset(
+    ("play", "pause", "step", "reset", "speed", "set", "hand", "leave", "graph", "watch", "use")
+)
 # Least and most numbers of each part of a pose.
 _POSE: Final = {
     "position": (3, 3),
@@ -75,6 +85,10 @@ def read_command(text: str) -> dict[str, Any] | None:
         return None
     if kind in ("hand", "leave") and not isinstance(message.get("device"), str):
         return None
+    if kind == "use" and not all(_is_name(message.get(key)) for key in ("slot", "part")):
+        return None
+    if kind == "watch" and not isinstance(message.get("value"), bool):
+        return None
     if kind == "hand" and not _is_pose(message):
         return None
     return {str(key): value for key, value in message.items()}
@@ -98,3 +112,8 @@ def _is_pose(message: dict[str, Any]) -> bool:
 def _is_number(value: Any) -> bool:
     number = isinstance(value, int | float) and not isinstance(value, bool)
     return number and math.isfinite(value)
+
+
+def _is_name(value: Any) -> bool:
+    """Return whether a value is a path or a type: names, dots, and indices or dimensions."""
+    return isinstance(value, str) and re.fullmatch(r"[A-Za-z_][\w.\[\], ]*", value) is not None

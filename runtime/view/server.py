@@ -16,6 +16,7 @@ from aiohttp import WSCloseCode, WSMsgType, web
 from bgc.diagnostics.catalogue.view import cannot_listen
 from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.view.description import Description
+from bgc.runtime.view.exchange import Prepared
 from bgc.runtime.view.history import TIMES, History, Rows
 from bgc.runtime.view.page import bundle, page
 from bgc.runtime.view.player import Player
@@ -23,6 +24,7 @@ from bgc.runtime.view.protocol import (
     ALL_ROWS,
     LONGEST,
     NEW_ROWS,
+    POWERS,
     finite,
     pack,
     pack_rows,
@@ -41,6 +43,7 @@ class Client:
     def __init__(self, socket: web.WebSocketResponse, transport: asyncio.Transport | None) -> None:
         self.socket = socket
         self._transport = transport
+        self.watches = False
         self._messages: asyncio.Queue[str | bytes] = asyncio.Queue()
 
     @property
@@ -183,18 +186,28 @@ class Server:
                 if message.type is not WSMsgType.TEXT:
                     continue
                 command = read_command(message.data)
-                if command is not None and self._player is not None:
+                if command is None or self._player is None:
+                    continue
+                if command["type"] == "watch":
+                    self._watch(client, command["value"])
+                else:
                     self._player.command(command)
         finally:
             self._clients.discard(client)
+            self._watch(client, False)
             writer.cancel()
         return socket
 
+    def _watch(self, client: Client, wanted: bool) -> None:
+        """Read the meters of the bonds as long as a client watches them."""
+        if client.watches != wanted and self._player is not None:
+            client.watches = wanted
+            watched = any(other.watches for other in self._clients)
+            self._player.command({"type": "watch", "value": watched})
+
     def _greet(self, client: Client) -> None:
         """Send a new client the scene, and all that has happened."""
-        client.send(
-            pack("scene", {"description": self._description, "live": self._player is not None})
-        )
+        client.send(self._scene())
         rows = self._history.rows if self._recorded is None else self._recorded
         client.send(pack_rows(ALL_ROWS, self._epoch, rows, time()))
         if self._player is not None:
@@ -220,6 +233,16 @@ class Server:
             self._history.append(rows)
             self._send(pack_rows(NEW_ROWS, epoch, rows, time()), may_miss=True)
             return
+        if kind == "powers":
+            epoch, row = content
+            message = pack_rows(POWERS, epoch, row, time())
+            for client in self._clients:
+                if client.watches and not client.is_behind:
+                    client.send(message)
+            return
+        if kind == "scene":
+            self._exchange(content)
+            return
         if kind == "values":
             self._values = content
             content = {"values": finite(content)}
@@ -228,6 +251,17 @@ class Server:
         elif kind == "state" and content["playing"]:
             self._fault = None
         self._send(pack(kind, content), may_miss=False)
+
+    def _exchange(self, found: Prepared) -> None:
+        """Serve another model, whose rows follow; the pages load themselves again."""
+        self._description, self._meshes = found.description, found.meshes
+        self._history = History(TIMES + found.description["width"])
+        self._fault, self._values = None, []
+        for client in self._clients:
+            client.send(self._scene())
+
+    def _scene(self) -> str:
+        return pack("scene", {"description": self._description, "live": self._player is not None})
 
     def _send(self, message: str | bytes, may_miss: bool) -> None:
         """Send to all clients; one that is behind misses rows."""

@@ -1,4 +1,4 @@
-"""BG007-BG010, BG755-BG756: the page of `bgc view`."""
+"""BG007-BG010, BG754-BG756: the page of `bgc view`."""
 
 from __future__ import annotations
 
@@ -107,4 +107,24 @@ def device_not_steered(name: str, driver: str, known: Sequence[str]) -> Diagnost
         "BG756",
         f"the page cannot steer `{name}`, which has the driver `{driver}`",
         help=f"start with `--device {name}=pointer`",
+    )
+
+
+def aside_failed() -> Diagnostic:
+    """BG754: a compilation beside a live run failed
+
+    What: the process that compiles the bond graph of a page, or the model with another part in a
+    slot, ended without a result. The run goes on as it was.
+
+    Why: the process was killed, for example for lack of memory, or bgc has a fault. The terminal of
+    `bgc view` shows what it wrote.
+
+    Example: a machine without free memory.
+
+    Way out: try again, or start the command with the part, as `bgc view FILE --use slot=Part`.
+    """
+    return error(
+        "BG754",
+        "the compilation beside the run ended without a result",
+        help="the terminal of `bgc view` shows the reason",
     )

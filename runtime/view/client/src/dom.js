@@ -25,6 +25,7 @@ const PATHS = {
   close: '<path d="M6 6l12 12M18 6 6 18"/>',
   undo: '<path d="M8 6 4.5 9.5 8 13M5 9.5h8.5a5 5 0 0 1 0 10H9"/>',
   pin: '<path d="M9 4h6l-1 6 3 3.5H7L10 10zM12 13.500V20"/>',
+  fit: '<path d="M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5"/>',
   chevron: '<path d="m9 6 6 6-6 6"/>',
   search: '<circle cx="11" cy="11" r="6"/><path d="m15.5 15.5 4.5 4.5"/>',
   panel: '<path d="M4 5h16v14H4zM14.5 5v14"/>',

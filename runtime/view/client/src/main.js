@@ -2,6 +2,7 @@
 
 import uplotStyle from "uplot/dist/uPlot.min.css";
 import { button, download, el, icon, number, timeUnit } from "./dom.js";
+import { GraphView, Slots, sourceBlock } from "./graph.js";
 import { Grip } from "./grip.js";
 import { Hand } from "./hand.js";
 import { Handle } from "./handle.js";
@@ -18,7 +19,7 @@ const PLOTTING = 70; // ms between two drawings of the plots
 const KEYS = [
   ["Space", "Start, pause"], [".", "One step"], ["R", "Reset"], ["←  →", "Scrub; with Shift ten times as far"], ["End", "Back to the present"],
   ["−  +", "Slower, faster"], ["1  2  3  4", "Overview, front, side, above"], ["F", "Follow the marked part"], ["P", "Save a picture"],
-  ["T", "Dark or light"], ["B", "Show or hide the side panel"], ["?", "This list"],
+  ["G", "Scene or bond graph"], ["T", "Dark or light"], ["B", "Show or hide the side panel"], ["?", "This list"],
 ];
 
 document.head.append(el("style", {}, uplotStyle + style));
@@ -37,6 +38,8 @@ class Page {
       state: (content) => this.state(content),
       values: ({ values }) => this.parameters?.take(values),
       fault: (content) => this.fault(content),
+      graph: (graph) => this.takeGraph(graph),
+      powers: ({ epoch, values }) => epoch === this.epoch && this.graph?.powers(values),
       lost: (lost) => this.lost(lost),
     });
     this.source.start();
@@ -46,9 +49,11 @@ class Page {
 
   scene({ description, live, meshes, rows, count }) {
     if (this.description) {
-      // A page that has connected again keeps its view.
-      if (JSON.stringify(this.description.shapes) === JSON.stringify(description.shapes)) return;
-      return location.reload();
+      // A page that has connected again keeps its view; another model has another page.
+      if (JSON.stringify(this.description) !== JSON.stringify(description)) return this.comeBack();
+      this.askedGraph = false;
+      if (this.graph?.shown) this.source.send("watch", { value: true });
+      return;
     }
     this.description = description;
     this.live = live;
@@ -67,6 +72,7 @@ class Page {
     }
     this.setTheme(this.theme);
     this.buttons();
+    if (live) this.goBack();
     requestAnimationFrame((now) => this.loop(now));
   }
 
@@ -84,6 +90,7 @@ class Page {
 
   state(state) {
     if (state.playing && !this.player.playing) this.hideBanner();
+    this.slots?.wait(state.busy === "model");
     const reset = state.epoch !== this.player.epoch;
     this.player = state;
     for (const hand of this.hands ?? []) {
@@ -106,6 +113,27 @@ class Page {
     this.buttons();
   }
 
+  // Loads the page again, with the same view and tab.
+  comeBack() {
+    try {
+      sessionStorage.setItem("bgc.back", JSON.stringify({ view: this.viewed, tab: this.tab }));
+    } catch {
+      // a page may not keep anything
+    }
+    location.reload();
+  }
+
+  goBack() {
+    try {
+      const { view, tab } = JSON.parse(sessionStorage.getItem("bgc.back") ?? "{}");
+      sessionStorage.removeItem("bgc.back");
+      if (view === "graph" && this.graph) this.look(view);
+      if (tab) this.chooseTab?.(tab, true);
+    } catch {
+      // likewise
+    }
+  }
+
   // --- the page -----------------------------------------------------------------------------
 
   build() {
@@ -120,6 +148,7 @@ class Page {
       el("span", { class: "title" }, description.scene),
       el("span", { class: "of" }, [description.model, description.file].filter(Boolean).join(" · ")),
       el("span", { class: "space" }),
+      this.views = el("div", { class: "views", role: "group", "aria-label": "View" }),
       this.badge,
       plain ? null : button("camera", "Save a picture (P)", () => this.picture()),
       button("save", "Save a replay as one HTML file", () => this.saveReplay()),
@@ -130,16 +159,24 @@ class Page {
     this.bannerBox = el("div", { class: "banner", hidden: true, role: "alert" });
     const plots = el("div", { class: "plots" });
     this.main = el("main", {}, this.bannerBox);
-    const parametersTab = el("div", { class: "tab" });
+    this.chosen = el("div", { class: "chosen", hidden: true });
+    const parametersTab = el("div", { class: "tab" }, this.chosen);
     this.side = el("aside");
-    if (plain) {
-      this.main.append(plots);
-      this.side.append(parametersTab);
-    } else {
+    const hasGraph = this.live && this.source.hasGraph;
+    const tabs = [["Parameters", parametersTab]];
+    if (plain) this.main.append(plots);
+    else {
       plots.classList.add("tab");
-      this.side.append(this.tabs([["Plots", plots], ["Parameters", parametersTab]]), plots, parametersTab);
+      tabs.unshift(["Plots", plots]);
     }
-    this.side.hidden = plain && !description.parameters.length;
+    if (hasGraph) {
+      const slotsTab = el("div", { class: "tab" });
+      tabs.push(["Slots", slotsTab, () => this.askGraph()]);
+      this.slots = new Slots(slotsTab, (slot, part) => this.source.send("use", { slot, part }));
+      this.graph = new GraphView(this.main, { part: (path) => this.choosePart(path), ask: () => this.askGraph() });
+    }
+    this.side.append(...(tabs.length > 1 ? [this.tabs(tabs)] : []), ...tabs.map(([, body]) => body));
+    this.side.hidden = plain && !description.parameters.length && !hasGraph;
     document.body.classList.toggle("hidden-side", this.side.hidden);
     this.help = el(
       "dialog", { onclick: () => this.help.close() }, el("h2", {}, "Keys"),
@@ -152,9 +189,55 @@ class Page {
     } else {
       parametersTab.append(el("p", { class: "none" }, this.live ? "The scene has no parameters that can change while it runs." : "A recorded run has no parameters to change."));
     }
+    this.buildViews(plain);
     if (!plain) this.buildStage();
     this.buildHands();
     addEventListener("keydown", (event) => this.key(event));
+  }
+
+  // The scene, and the bond graph where the source has it.
+  buildViews(plain) {
+    if (!this.graph) return;
+    const names = [[plain ? "Plots" : "Scene", "scene"], ["Bond graph", "graph"]];
+    this.views.replaceChildren(...names.map(([text, name]) => el("button", { type: "button", title: `${text} (G)`, onclick: () => this.look(name) }, text)));
+    this.look("scene");
+  }
+
+  look(name) {
+    this.viewed = name;
+    [...this.views.children].forEach((b, k) => b.setAttribute("aria-pressed", (k === 1) === (name === "graph")));
+    document.body.classList.toggle("graph-shown", name === "graph");
+    this.graph.show(name === "graph");
+    this.source.send("watch", { value: name === "graph" });
+  }
+
+  // The graph and the slots are compiled when they are first needed.
+  askGraph() {
+    if (this.askedGraph || !this.source.hasGraph || !this.live) return;
+    this.askedGraph = true;
+    this.source.send("graph");
+  }
+
+  takeGraph(graph) {
+    this.graph?.take(graph);
+    this.slots?.take(graph.slots);
+    if (this.marked != null) this.showSource(this.marked);
+  }
+
+  // Shows the parameters of a part or an element, and where it is declared.
+  choosePart(path) {
+    this.marked = path;
+    this.stage?.mark(path);
+    this.parameters?.pick(path);
+    this.showSource(path);
+    if (path != null && this.parametersIndex != null) this.chooseTab(this.parametersIndex);
+  }
+
+  showSource(path) {
+    const found = path != null && this.graph?.graph ? this.graph.source(path) : null;
+    this.chosen.hidden = !found;
+    if (found) this.chosen.replaceChildren(el("b", {}, path || this.description.model), el("small", {}, ` ${found.what ?? ""}`), sourceBlock(found.line) ?? "");
+    if (path != null) this.askGraph();
   }
 
   buildStage() {
@@ -211,11 +294,15 @@ class Page {
   }
 
   tabs(list) {
-    const buttons = list.map(([text, body], k) => {
+    this.parametersIndex = list.findIndex(([text]) => text === "Parameters");
+    const buttons = list.map(([text, body, opened], k) => {
       body.hidden = k > 0;
-      return el("button", { type: "button", role: "tab", "aria-selected": String(k === 0), onclick: () => choose(k) }, text);
+      return el("button", { type: "button", role: "tab", "aria-selected": String(k === 0), onclick: () => (choose(k), opened?.()) }, text);
     });
-    const choose = (chosen) => {
+    const choose = (chosen, isBack = false) => {
+      if (!list[chosen]) return;
+      this.tab = chosen;
+      if (isBack) list[chosen][2]?.();
       list.forEach(([, body], k) => {
         body.hidden = k !== chosen;
         buttons[k].setAttribute("aria-selected", k === chosen);
@@ -317,8 +404,9 @@ class Page {
       " ": () => this.togglePlay(), ".": () => this.step(), r: () => this.reset(),
       ArrowLeft: () => this.seek(this.shownTime() - far), ArrowRight: () => this.seek(this.shownTime() + far), End: () => this.seek(Infinity),
       "-": () => this.faster(-1), "+": () => this.faster(1), "=": () => this.faster(1),
-      1: () => this.stage?.look("overview"), 2: () => this.stage?.look("front"), 3: () => this.stage?.look("side"), 4: () => this.stage?.look("above"),
+      1: () => (this.graph?.shown ? this.graph.fit() : this.stage?.look("overview")), 2: () => this.stage?.look("front"), 3: () => this.stage?.look("side"), 4: () => this.stage?.look("above"),
       f: () => this.followMarked(), p: () => this.picture(), t: () => this.setTheme(this.theme === "dark" ? "light" : "dark"),
+      g: () => this.graph && this.look(this.viewed === "graph" ? "scene" : "graph"),
       b: () => this.toggleSide(), "?": () => this.help.showModal(),
     };
     const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
@@ -341,10 +429,7 @@ class Page {
   // A click on a part marks it and shows its parameters; another one beside it ends that.
   mark(event) {
     const shape = this.stage.pick(event.clientX, event.clientY);
-    this.marked = shape && shape.part !== this.marked ? shape.part : null;
-    this.stage.mark(this.marked);
-    this.parameters?.pick(this.marked);
-    if (this.marked && this.parameters) this.chooseTab(1);
+    this.choosePart(shape && shape.part !== this.marked ? shape.part : null);
   }
 
   followMarked() {
@@ -428,7 +513,7 @@ class Page {
       for (const pad of this.pads) pad.update(this.row);
       for (const grip of this.grips) grip.update(this.row);
     }
-    this.stage?.draw();
+    if (!this.graph?.shown) this.stage?.draw();
     this.watch(now);
     if (now - this.plotted > PLOTTING) {
       this.plotted = now;

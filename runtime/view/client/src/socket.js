@@ -1,13 +1,15 @@
 // The run of `bgc view`, over a websocket; runtime/view/protocol.py describes the messages.
 
 import { Source } from "./source.js";
+import { TIMES } from "./store.js";
 
-const NEW_ROWS = 1;
+const [NEW_ROWS, ALL_ROWS, POWERS] = [1, 2, 3];
 const HEADER = 24;
 
 export class SocketSource extends Source {
   constructor(on) {
     super(on);
+    this.hasGraph = true;
     this.wait = 300;
     this.socket = null;
   }
@@ -37,8 +39,9 @@ export class SocketSource extends Source {
   takeRows(data) {
     const head = new DataView(data);
     const [kind, epoch, count] = [0, 4, 8].map((at) => head.getUint32(at, true));
+    if (kind === POWERS) return this.on.powers({ epoch, values: new Float32Array(data, HEADER).subarray(TIMES) });
     this.on.rows({
-      whole: kind !== NEW_ROWS,
+      whole: kind === ALL_ROWS,
       epoch,
       count,
       rows: new Float32Array(data, HEADER),

@@ -10,16 +10,20 @@
 //   state({playing, speed, actual, ended, epoch, ready})  Of the player; `actual` is the speed reached, 0: unknown.
 //   values({values})  Of all parameters, SI, in the order of the description.
 //   fault({messages: [{code, text, help}], stopped, time})  Why a run stopped, or a value was refused.
+//   graph(description)  The bond graph, once it was asked for: the plain data of graph.py.
+//   powers({epoch, values})  While they are watched: e1, f1, e2, f2 .. of the scalar bonds of the graph, Float32Array.
 //   lost(isLost)  The connection was lost, or is there again.
 //
 // It takes the commands `play`, `pause`, `step`, `reset`, `speed {value}`, `set {name, value}` (SI), and
 // `hand {device, position, orientation, gripper, buttons}`: the pose that the page gives the device of that name, in m and
 // in the axes of the device, which may be left to the scene again by `leave {device}`. Commands that
-// a source does not know are ignored.
+// a source does not know are ignored; `hasGraph` says whether it knows `graph`, `watch {value}` (true or false: begin or end
+// `powers`) and `use {slot, part}` (another model, which arrives as another `scene`).
 
 export class Source {
   constructor(on) {
     this.on = on;
+    this.hasGraph = false;
   }
 
   start() {}

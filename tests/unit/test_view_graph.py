@@ -1,0 +1,225 @@
+"""The bond graph of the page, its meters, and parts exchanged beside a run; without a browser."""
+
+import itertools
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bgc
+from bgc.diagnostics.catalogue.machine import dot_missing
+from bgc.diagnostics.diagnostic import BgError
+from bgc.driver import compile_scene
+from bgc.options import Options
+from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.simulate import method_of
+from bgc.runtime.view import graph as graphs
+from bgc.runtime.view.aside import Aside, Request
+from bgc.runtime.view.description import describe_model
+from bgc.runtime.view.exchange import Exchange, Prepared
+from bgc.runtime.view.layered import layered
+from bgc.runtime.view.live import LiveRun
+from bgc.runtime.view.meter import Meter
+from bgc.runtime.view.player import Player
+from bgc.runtime.view.protocol import read_command
+
+MODEL = """
+interface Load { port p in; }
+model Heater is Load { port p in; param R = 5 ohm; r : R(R); p -> r; }
+model Coil is Load { port p in; param L = 1 H; param R = 5 ohm; one : J1; l : I(L); r : R(R);
+  p -> one -> l, r; }
+model Circuit {
+  param volts = 10 V in 1 V .. 100 V;
+  supply : Se(e = volts);
+  loop   : J1;
+  wire   : R(2 ohm);
+  store  : C(1 mF);
+  load   : Load = Heater;
+  supply -> loop -> wire;
+  loop -> store;
+  loop -> load;
+}
+scene circuit of Circuit { observe store.e, loop.f; run 10 s every 0.1 s; }
+"""
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("graph") / "circuit.bg"
+    path.write_text(MODEL, "utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def found(file):
+    return graphs.graph_of_scene(file, Options())
+
+
+@pytest.fixture(scope="module")
+def model(file):
+    return bgc.compile(file, shapes=True)
+
+
+def test_a_graph_has_strokes_reasons_lines_and_slots(found):
+    graph = found.description
+    names = [bond["name"] for bond in graph["bonds"]]
+    supply = graph["bonds"][names.index("supply -> loop")]
+    assert (supply["stroke"], supply["rule"], supply["units"]) == ("head", "fixed", ["V", "A"])
+    assert "supply" in supply["reason"] and supply["power"]
+    assert supply["line"]["text"] == "supply -> loop -> wire;"
+    assert graph["parts"]["load"]["model"] == "Heater"
+    assert graph["parts"]["load"]["line"] == {
+        "file": "circuit.bg", "number": 12, "text": "load   : Load = Heater;"
+    }  # fmt: skip
+    assert graph["elements"]["store"]["kind"] == "C"
+    assert graph["slots"] == [
+        {"slot": "load", "interface": "Load", "filled": "Heater", "others": ["Coil"]}
+    ]
+    whole = graph["layouts"][-1]
+    assert [layout["depth"] for layout in graph["layouts"]] == [1]
+    drawn = {node["path"] for node in whole["nodes"]}
+    assert drawn == {"supply", "loop", "wire", "store", "load.r"}
+    assert sorted(b for edge in whole["edges"] for b in edge["bonds"]) == list(range(len(names)))
+
+
+def test_without_graphviz_a_layout_of_its_own(file, found, monkeypatch):
+    def missing(text, kind):
+        raise BgError([dot_missing()])
+
+    monkeypatch.setattr(graphs, "lay_out", missing)
+    causal = compile_scene(file, Options(), until="causality").causal
+    (alone,) = graphs.describe_graph(causal)["layouts"]
+    (drawn,) = found.description["layouts"]
+    assert [n["path"] for n in alone["nodes"]] == [n["path"] for n in drawn["nodes"]]
+    for layout in (alone, drawn):
+        boxes = [(*n["at"], *n["size"]) for n in layout["nodes"]]
+        for (x, y, w, h), (u, v, a, b) in itertools.combinations(boxes, 2):
+            assert abs(x - u) >= (w + a) / 2 or abs(y - v) >= (h + b) / 2
+        for edge in layout["edges"]:
+            points = np.reshape(edge["curve"], (-1, 2))
+            assert len(points) % 3 == 1
+            for end, node in ((points[0], "tail"), (points[-1], "head")):
+                x, y, w, h = boxes[edge[node]]
+                assert abs(end[0] - x) < w / 2 + 9 and abs(end[1] - y) < h / 2 + 9
+
+
+def test_layers_follow_the_arrows_and_long_edges_pass_between():
+    sizes = [(20.0, 10.0)] * 6
+    edges = [(0, 1), (1, 2), (2, 3), (0, 3), (3, 1), (4, 3), (5, 5)]
+    at, curves = layered(sizes, edges)
+    xs = [x for x, _ in at]
+    assert xs[0] < xs[1] < xs[2] < xs[3] and xs[4] == xs[2]  # (3, 1) closes a circle
+    assert curves[6] == [] and len(curves[3]) == 10
+    assert curves[4][0][0] > curves[4][-1][0]  # from its tail to its head
+    for x, y in curves[3][3:7:3]:  # the long edge avoids nodes 1 and 2
+        assert all(abs(y - at[n][1]) >= 5 for n in (1, 2) if x == at[n][0])
+    assert layered([], []) == ([], [])
+
+
+def test_meters_read_the_power_of_each_bond(found, model):
+    names = [bond["name"] for bond in found.description["bonds"]]
+    meter = Meter(found.built, model)
+    run = LiveRun(model, method_of(model)[0], {})
+    run.reset()
+    for now, volts in ((5e-3, 10.0), (8e-3, 40.0)):
+        run.set_parameter("volts", volts)
+        (row,), _ = run.advance(np.array([now]))
+        readings = meter.read(*run.snapshot(), run.time, run.given).reshape(-1, 2)
+        power = dict(zip(names, readings.prod(axis=1), strict=True))
+        current = (volts - row[0]) / 7.0
+        assert row[1] == pytest.approx(current, rel=1e-6)
+        assert power["supply -> loop"] == pytest.approx(volts * current, rel=1e-5)
+        assert power["loop -> wire"] == pytest.approx(2 * current**2, rel=1e-5)
+        assert power["loop -> store"] == pytest.approx(row[0] * current, rel=1e-5)
+    run.close()
+    assert meter.absent == [] and meter.width == 2 * len(names)
+
+
+class Seen:
+    """The events of a player."""
+
+    def __init__(self):
+        self.events, self.news = [], threading.Condition()
+
+    def __call__(self, kind, content):
+        with self.news:
+            self.events.append((kind, content))
+            self.news.notify_all()
+
+    def wait(self, kind, number=1, seconds=60.0):
+        """The content of event number `number` of a kind."""
+
+        def those():
+            return [content for each, content in self.events if each == kind]
+
+        with self.news:
+            assert self.news.wait_for(lambda: len(those()) >= number, seconds), self.events[-3:]
+            return those()[number - 1]
+
+
+@pytest.fixture
+def played(model, file):
+    def prepare(other: LoadedModel) -> Prepared:
+        run = LiveRun(other, method_of(other)[0], {})
+        return Prepared(run, describe_model(other, file.name), [])
+
+    seen = Seen()
+    prepared = prepare(model)
+    exchange = Exchange(file, Options(shapes=True), prepare)
+    player = Player(prepared.run, seen, exchange=exchange)
+    player.start(prepared.run.reset())
+    yield player, seen
+    player.close()
+
+
+def test_another_part_is_compiled_beside_the_run_and_exchanged(played):
+    player, seen = played
+    player.command({"type": "set", "name": "volts", "value": 20.0})
+    player.command({"type": "use", "slot": "load", "part": "Nothing"})
+    fault = seen.wait("fault")
+    assert not fault["stopped"] and "Nothing" in fault["messages"][0]["text"]
+    player.command({"type": "use", "slot": "load", "part": "Coil"})
+    player.command({"type": "play"})
+    found = seen.wait("scene")
+    before = [c for kind, c in seen.events if kind == "rows"]
+    assert len(before) > 2 and all(epoch == 0 for epoch, _ in before[:2])  # it went on meanwhile
+    assert "load.L" in [p["name"] for p in found.description["parameters"]]
+    player.command({"type": "graph"})
+    player.command({"type": "watch", "value": True})
+    graph = seen.wait("graph")
+    assert graph["slots"][0] == {
+        "slot": "load", "interface": "Load", "filled": "Coil", "others": ["Heater"]
+    }  # fmt: skip
+    epoch, row = seen.wait("powers")
+    assert epoch == 1 and row.shape == (1, 2 + 2 * len(graph["bonds"])) and np.isfinite(row).all()
+    assert seen.wait("values", 2)[0] == 20.0  # the slider keeps its value
+    assert player.playing and player.state["busy"] == ""
+
+
+def test_a_compilation_that_is_killed_is_reported(played, monkeypatch):
+    player, seen = played
+    monkeypatch.setattr("bgc.runtime.view.aside._PROGRAM", "import os; os._exit(3)")
+    player.command({"type": "graph"})
+    assert seen.wait("fault")["messages"][0]["code"] == "BG754"
+
+
+def test_a_new_request_ends_the_one_before(monkeypatch):
+    monkeypatch.setattr("bgc.runtime.view.aside._PROGRAM", "import time; time.sleep(60)")
+    answers = []
+    aside = Aside()
+    start = time.monotonic()
+    for _ in range(2):
+        aside.ask(Request("model", Path("a.bg"), Options()), answers.append)
+    aside.end()
+    assert answers == [] and time.monotonic() - start < 30
+
+
+@pytest.mark.parametrize(
+    "content",
+    ['"use", "slot": "a"', '"use", "slot": "a", "part": "B; run 1 s"', '"watch", "value": 1'],
+)
+def test_other_requests_are_ignored(content):
+    assert read_command('{"type": "use", "slot": "a.b[1]", "part": "Rigid[5]"}') is not None
+    assert read_command(f'{{"type": {content}}}') is None
