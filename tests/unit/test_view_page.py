@@ -4,6 +4,7 @@ import shutil
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 from playwright import sync_api
@@ -267,6 +268,15 @@ def test_a_hand_is_dragged_and_its_force_is_seen(browser, folder):
         mouse.up()
         view.until("bgcView.hands[0].position.every((x) => x === 0)")
         view.until("bgcView.grips[0].seen.every((x) => x === 0)")
+        # A video of what is seen.
+        view.page.keyboard.press("v")
+        shown = view.ask("bgcView.frames")
+        view.until(f"bgcView.frames > {shown} + 12 && bgcView.video.seconds > 0.3")
+        with view.page.expect_download() as video:
+            view.page.keyboard.press("v")
+        data = Path(video.value.path()).read_bytes()
+        assert video.value.suggested_filename == "arm.webm"
+        assert data[:4] == bytes.fromhex("1a45dfa3") and len(data) > 2000
         # A gamepad takes it, and its stick leaves it in the middle.
         height = view.ask("bgcView.row[2]")
         stick = """(down) => { navigator.getGamepads = () => [{ connected: true,

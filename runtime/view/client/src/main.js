@@ -12,13 +12,14 @@ import { replayPage } from "./replay.js";
 import { openSource } from "./sources.js";
 import { Stage } from "./stage.js";
 import { Store, TIMES } from "./store.js";
+import { Video } from "./video.js";
 import style from "./style.css";
 
 const SPEEDS = [1e-6, 1e-5, 1e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100];
 const PLOTTING = 70; // ms between two drawings of the plots
 const KEYS = [
   ["Space", "Start, pause"], [".", "One step"], ["R", "Reset"], ["←  →", "Scrub; with Shift ten times as far"], ["End", "Back to the present"],
-  ["−  +", "Slower, faster"], ["1  2  3  4", "Overview, front, side, above"], ["F", "Follow the marked part"], ["P", "Save a picture"],
+  ["−  +", "Slower, faster"], ["1  2  3  4", "Overview, front, side, above"], ["F", "Follow the marked part"], ["P", "Save a picture"], ["V", "Record a video, and save it"],
   ["G", "Scene or bond graph"], ["T", "Dark or light"], ["B", "Show or hide the side panel"], ["?", "This list"],
 ];
 
@@ -151,6 +152,7 @@ class Page {
       this.views = el("div", { class: "views", role: "group", "aria-label": "View" }),
       this.badge,
       plain ? null : button("camera", "Save a picture (P)", () => this.picture()),
+      plain || !Video.type ? null : (this.videoButton = button("record", "Record a video (V)", () => this.toggleVideo())),
       button("save", "Save a replay as one HTML file", () => this.saveReplay()),
       this.themeButton,
       button("panel", "Side panel (B)", () => this.toggleSide()),
@@ -405,7 +407,7 @@ class Page {
       ArrowLeft: () => this.seek(this.shownTime() - far), ArrowRight: () => this.seek(this.shownTime() + far), End: () => this.seek(Infinity),
       "-": () => this.faster(-1), "+": () => this.faster(1), "=": () => this.faster(1),
       1: () => (this.graph?.shown ? this.graph.fit() : this.stage?.look("overview")), 2: () => this.stage?.look("front"), 3: () => this.stage?.look("side"), 4: () => this.stage?.look("above"),
-      f: () => this.followMarked(), p: () => this.picture(), t: () => this.setTheme(this.theme === "dark" ? "light" : "dark"),
+      f: () => this.followMarked(), p: () => this.picture(), v: () => this.toggleVideo(), t: () => this.setTheme(this.theme === "dark" ? "light" : "dark"),
       g: () => this.graph && this.look(this.viewed === "graph" ? "scene" : "graph"),
       b: () => this.toggleSide(), "?": () => this.help.showModal(),
     };
@@ -453,6 +455,20 @@ class Page {
 
   async picture() {
     if (this.stage) download(`${this.description.scene}.png`, await this.stage.picture());
+  }
+
+  // Records what the scene shows until it is called again.
+  toggleVideo() {
+    if (!this.stage || !Video.type) return;
+    if (this.video) return this.video.stop();
+    this.video = new Video(this.stage.canvas, (blob, ending) => {
+      this.video = null;
+      this.videoButton.classList.remove("on");
+      this.videoButton.title = "Record a video (V)";
+      download(`${this.description.scene}.${ending}`, blob);
+    });
+    this.videoButton.classList.add("on");
+    this.videoButton.title = "End the video and save it (V)";
   }
 
   async saveReplay() {
@@ -513,7 +529,7 @@ class Page {
       for (const pad of this.pads) pad.update(this.row);
       for (const grip of this.grips) grip.update(this.row);
     }
-    if (!this.graph?.shown) this.stage?.draw();
+    if (!this.graph?.shown || this.video) this.stage?.draw();
     this.watch(now);
     if (now - this.plotted > PLOTTING) {
       this.plotted = now;
