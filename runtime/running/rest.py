@@ -10,12 +10,15 @@ states in their scales, the equations are
 Steps of Gauss and Newton of least length solve them (A. Ben-Israel, J. Math. Anal. Appl. 15, 1966).
 Then steps within the space of directions that no equation restores, each followed by steps of the
 first kind, determine the rest. Relations between positions that no motion of the system changes
-hold as at the declared start y0: the pose of a ship follows the spring that carries it. What is
-then still free is as near to y0 as possible: a yaw or a joint under a rate drive stays where it was
-put. The start y0 may depend on the parameters p that are varied.
+hold as at the declared start y0: the pose of a ship follows the spring that carries it, and a rope
+is as long as its ends are apart. Conserved quantities of other kinds, such as oil between closed
+valves, come next. What is then still free is as near to y0 as possible: a yaw or a joint under a
+rate drive stays where it was put. The start y0 may depend on the parameters p that are varied.
 
-Rows are scaled to entries of one; singular values below a tolerance, which decreases with the
-residuals, count as zero. Relations between positions are kept up to the second order of the moves.
+Relations between positions hold to the accuracy of the solution: they are compared with a point
+that a path of possible motions reaches from y0 (`relations.py`), and the last steps serve them
+alone. Only values that are held may contradict them. Rows are scaled to entries of one; singular
+values below a tolerance, which decreases with the residuals, count as zero.
 """
 
 from __future__ import annotations
@@ -31,12 +34,16 @@ from bgc.runtime.linear.equilibrium import find_equilibrium
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest, Move
 from bgc.runtime.running.binding import Instance, text
+from bgc.runtime.running.relations import Relations
 from bgc.runtime.running.structures import Status
 
 _ITERATIONS = 200
+_FEWER_ITERATIONS = 40  # where the system itself is followed afterwards
 _STEPS = 400  # of a whole search, each with a singular value decomposition; a crane takes 27
+_LAST_STEPS = 100  # at least, of those that restore relations between positions
 _HALVINGS = 25
-_FEWER_HALVINGS = 6
+_FEWER_HALVINGS = 4
+_IDLE = 3  # steps along free directions that hardly come nearer to the declared start
 _AT_REST = 1e-9  # of a residual, in the scale of the states that it depends on
 _ROUNDING = 1e-15  # of a residual: no step makes it smaller
 _STILL = 1e-12  # of a step along free directions, in scales
@@ -97,6 +104,9 @@ class _Search:
         status, mass = instance.mass()
         _check(status)
         self.mass = mass * self.scale / self.scale[:, None]
+        self.relations = Relations(self._by_state, self.momenta, self.mass)
+        self.reached = self.start  # the last point that a motion reaches from y0
+        self.reached_at = self._conditions()
 
     # --- evaluation ---------------------------------------------------------------------------
 
@@ -134,14 +144,20 @@ class _Search:
             raise _Undefined(Status.NOT_FINITE)
         return found
 
+    def _by_state(self, y: Array) -> Array:
+        """Derivatives of the rates by the states, at the present parameters."""
+        self.instance.state[:] = y * self.scale
+        status, by_state, _ = self.instance.jacobian()
+        _check(status)
+        found: Array = by_state * self.scale / self.scale[:, None]
+        return found
+
     def slopes(self, z: Array) -> tuple[Array, Array]:
         """Derivatives of the residuals by z, and of y0 by the parameters."""
         self._go(z)
-        status, by_state, _ = self.instance.jacobian()
-        _check(status)
+        rates = self._by_state(z[: self.size])
         status, _, by_place = self.instance.chain_rows()
         _check(status)
-        rates = by_state * self.scale / self.scale[:, None]
         states = np.vstack([rates, by_place * self.scale, self._held_slopes(z)])
         starts = np.zeros((self.size, len(self.varied)))
         columns = np.zeros((len(states), len(self.varied)))
@@ -170,25 +186,57 @@ class _Search:
                 moved[k] = z[k]
         return slopes
 
+    # --- relations between positions ----------------------------------------------------------
+
+    def _conditions(self) -> tuple[bytes, int]:
+        """The parameters that are varied and the number of positions that relations may join."""
+        return self.z[self.size :].tobytes(), len(self.relations.rows)
+
+    def _off(self) -> Array:
+        """The distance of y from the point near it that a motion reaches from y0."""
+        self._go(self.z)
+        y = self.z[: self.size]
+        with suppress(_Undefined):
+            while True:
+                begin = self.reached if self._conditions() == self.reached_at else self.declared
+                before = self.reached_at = self._conditions()
+                self.reached = self.relations.reached(begin, y)
+                if self._conditions() == before:
+                    return y - self.reached
+        self.reached = self.declared  # the path leads through points without rates
+        return y - self.declared
+
     # --- steps --------------------------------------------------------------------------------
 
     def run(self) -> None:
         """Go to a state of rest, and from there along such states to the one that is wanted."""
-        if self._restore() > _AT_REST and not self.varied:
-            self._relax()
-        before = np.inf
-        while self.steps_left > 0:
+        self._restore()
+        before, idle = np.inf, 0
+        while self.steps_left > 0 and idle < _IDLE:
             along = self._along()
             size = float(np.abs(along).max(initial=0.0))
             if size <= _STILL or (size <= _NEARLY_STILL and size > 0.5 * before):
-                return
-            if not self._followed(along):
+                break
+            distance = self._distance()
+            if not self._followed(along, distance):
+                break
+            idle = idle + 1 if self._distance() > 0.99 * distance and size > 0.5 * before else 0
+            before = size
+        self._relate()
+
+    def _relate(self) -> None:
+        """Restore the relations between positions, and nothing else along free directions."""
+        self.steps_left = max(self.steps_left, _LAST_STEPS)
+        before = np.inf
+        while True:
+            along, size = self._towards_relations()
+            if size <= _ROUNDING or size > 0.5 * before or not self._followed(along):
                 return
             before = size
 
-    def _relax(self) -> None:
-        """Follow the system itself from the start, ever more damped."""
-        gone = self.z
+    def _relax(self) -> float:
+        """Follow the system itself from z, ever more damped; return the largest scaled residual."""
+        begin = self.z
 
         def rates(y: Array) -> Array:
             try:
@@ -208,14 +256,19 @@ class _Search:
         everywhere = np.eye(self.size), np.arange(self.size)
         with suppress(_Undefined):
             self.z, _ = find_equilibrium(
-                rates, slope, self.mass, self.start, projected, lambda _: everywhere
+                rates, slope, self.mass, begin, projected, lambda _: everywhere
             )
-            if self._restore() <= _AT_REST:
-                return
-        self.z = gone
+            size = self._newton(kept=True)
+            if size <= _AT_REST:
+                return size
+        self.z = begin
+        return np.inf
 
-    def _followed(self, along: Array) -> bool:
-        """Take the largest part of a step along free directions from which rest is found again."""
+    def _followed(self, along: Array, distance: float = np.inf) -> bool:
+        """Take the largest part of a step along free directions from which rest is found again.
+
+        Where valves open and close, rest may be found far away: the distance must not increase.
+        """
         begin = self.z
         fraction = 1.0
         for _ in range(_FEWER_HALVINGS):
@@ -223,30 +276,56 @@ class _Search:
             if self.steps_left <= 0:
                 break
             with suppress(_Undefined):
-                if self._restore() <= _AT_REST:
+                if self._restore() <= _AT_REST and self._distance() <= 1.001 * distance + _STILL:
                     return True
             fraction /= 4
         self.z = begin
         self._go(begin)
         return False
 
+    def _distance(self) -> float:
+        """Distance from the declared start; conserved quantities have ten times the weight."""
+        slope, _ = self.slopes(self.z)
+        away = self.z[: self.size] - self.declared
+        kept = self._conserved(slope[: self.size, : self.size])
+        return float(np.linalg.norm(away) + 10 * np.linalg.norm(kept @ away))
+
     def _restore(self) -> float:
-        """Take steps towards rest while they help; return the largest scaled residual."""
+        """Go to a state of rest; return the largest scaled residual.
+
+        Steps keep relations between positions to the first order, unless values that are held or
+        the parameters that are varied prevent that.
+        """
+        begin = self.z
+        if not self.held:
+            size = self._newton(kept=True)
+            if size > _AT_REST and not self.varied:
+                self.z = begin
+                size = self._relax()
+            if size <= _AT_REST:
+                return size
+            self.z = begin
+        return self._newton(kept=False)
+
+    def _newton(self, *, kept: bool) -> float:
+        """Take steps towards rest while they help, along the relations between positions or not."""
         rank = 1.0  # factor of the tolerance of rank
         remaining = self.residuals(self.z)
         size = np.inf
-        for _ in range(_ITERATIONS):
+        for _ in range(_FEWER_ITERATIONS if kept else _ITERATIONS):
             self.steps_left -= 1
-            slope, _ = self.slopes(self.z)
+            slope, starts = self.slopes(self.z)
             self.rows = _row_scales(slope)
             scaled = remaining / self.rows
             size = float(np.abs(scaled).max(initial=0.0))
             if size <= _ROUNDING or self.steps_left <= 0:
                 break
-            left, values, right = np.linalg.svd(slope / self.rows[:, None], full_matrices=False)
+            basis = self._related(starts)[1] if kept else np.eye(len(self.z))
+            matrix = (slope / self.rows[:, None]) @ basis
+            left, values, right = np.linalg.svd(matrix, full_matrices=False)
             count = _rank(values, rank * size)
             step = -right[:count].T @ ((left[:, :count].T @ scaled) / values[:count])
-            found = self._tried(step, remaining)
+            found = self._tried(basis @ step, remaining)
             if found is not None:
                 self.z, remaining = found
             elif size <= _AT_REST or rank < _LEAST_RANK:
@@ -255,25 +334,55 @@ class _Search:
                 rank *= 0.01  # what was taken for a free direction may not be one
         return float(size)
 
-    def _along(self) -> Array:
-        """The step along directions that no equation restores.
+    def _related(self, starts: Array) -> tuple[Array, Array]:
+        """Changes of the relations between positions by z, and a basis of what keeps them."""
+        self._go(self.z)
+        rows = self.relations.gradients(self.z[: self.size])
+        changes = rows @ np.hstack([np.eye(self.size), -starts])
+        return changes, _least(changes, np.zeros(len(rows)))[1]
 
-        It leads to where the conserved relations between positions are those of the declared start,
-        as far as held values allow, and of what is then left to the nearest state.
-        """
+    def _free(self) -> tuple[Array, Array, Array]:
+        """Directions that no equation restores, and the matrices on which they depend."""
         slope, starts = self.slopes(self.z)
         rows = _row_scales(slope)
         _, values, right = np.linalg.svd(slope / rows[:, None], full_matrices=True)
-        free = right[_rank(values, 0.0) :].T
+        return right[_rank(values, 0.0) :].T, slope, starts
+
+    def _along(self) -> Array:
+        """The step along directions that no equation restores.
+
+        It leads to where the relations between positions hold, as far as held values allow, then to
+        where conserved quantities are those of the declared start, and of what is then left to the
+        nearest state.
+        """
+        free, slope, starts = self._free()
         if not free.size:
             return np.zeros(len(self.z))
         away = self.z[: self.size] - self.declared
         moved = np.hstack([np.eye(self.size), -starts]) @ free  # of y - y0, by the free directions
         kept = self._conserved(slope[: self.size, : self.size])
-        first, others = _least(kept @ moved, -kept @ away)
-        then, _ = _least(moved @ others, -(away + moved @ first))
-        found: Array = free @ (first + others @ then)
-        return found
+        changes, off = self._unrelated(starts)
+        found, others = _least(changes @ free, -off)
+        for rows in (kept, np.eye(self.size)):
+            matrix = rows @ moved
+            wanted = -rows @ away - matrix @ found
+            step, left = _least(matrix @ others, wanted, np.abs(matrix).max(initial=0.0))
+            found, others = found + others @ step, others @ left
+        along: Array = free @ found
+        return along
+
+    def _unrelated(self, starts: Array) -> tuple[Array, Array]:
+        """Changes of the relations between positions by z, and by how much they are violated."""
+        off = self._off()
+        changes, _ = self._related(starts)
+        return changes, changes[:, : self.size] @ off
+
+    def _towards_relations(self) -> tuple[Array, float]:
+        """The least step along free directions that restores the relations, and their violation."""
+        free, _, starts = self._free()
+        changes, off = self._unrelated(starts)
+        step, _ = _least(changes @ free, -off)
+        return free @ step, float(np.abs(off).max(initial=0.0))
 
     def _conserved(self, slope: Array) -> Array:
         """Gradients of the conserved quantities without momenta: l' M with l' df/dy = 0.
@@ -360,10 +469,13 @@ def _rank(values: Array, size: float) -> int:
     return int((values > largest * max(_LEAST_RANK, min(1e-3, size))).sum())
 
 
-def _least(matrix: Array, wanted: Array) -> tuple[Array, Array]:
-    """The least of the best solutions of `matrix x = wanted`, and a basis of what is free."""
+def _least(matrix: Array, wanted: Array, size: float = 0.0) -> tuple[Array, Array]:
+    """The least of the best solutions of `matrix x = wanted`, and a basis of what is free.
+
+    Entries of the matrix have rounding errors of numbers of magnitude `size`.
+    """
     left, values, right = np.linalg.svd(matrix, full_matrices=True)
-    count = int((values > 1e-9 * values.max(initial=0.0)).sum())
+    count = int((values > 1e-9 * max(size, values.max(initial=0.0))).sum())
     x: Array = right[:count].T @ ((left[:, :count].T @ wanted) / values[:count])
     return x, right[count:].T
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from probe import probe
 from published_arms import pinocchio_model
+from scipy.integrate import solve_ivp
 
 import bgc
 import bgc.library
@@ -93,7 +94,7 @@ def model(name, scene=None):
 MOVED = {
     "telescopic_crane": ("reach[2]", 1.0, 11.490666646784671 + 1.5),
     "knuckle_boom": ("reach[3]", 1.0, None),
-    "gantry": ("position[1]", 1.0, 8.0),
+    "gantry": ("position[1]", 1.0, None),
     "ur5": ("q[1] [deg]", 0.5, 0.0),
     "panda": ("q[4] [deg]", 0.5, -135.0),
     "excavator": ("cylinders[2]", 0.5, None),
@@ -108,8 +109,30 @@ def test_a_scene_starts_at_rest_moves_and_keeps_its_account(name):
     assert np.ptp(still) < 1e-8
     assert np.ptp(result[column]) > 0.2
     if end is not None:
-        assert result[column][-1] == pytest.approx(end, rel=2e-3, abs=0.15)
-    assert np.abs(result["energy.residual"]).max() < 1e-5 + 3e-6 * result.counts["exchanged"]
+        assert result[column][-1] == pytest.approx(end, rel=2e-3, abs=0.05)
+    assert np.abs(result["energy.residual"]).max() < 3e-6 * result.counts["exchanged"]
+
+
+def _moved(damping, way, duration, mass, limit):
+    """Where a drive of the gantry ends: trolley, hook and load at small angles, two falls."""
+
+    def share(t):
+        return np.clip(t / duration, 0, 1)
+
+    def rates(t, y):
+        _, v, block, load, block_v, load_v = y
+        s, lowered = share(t - 1), np.clip((t - 3) / 6, 0, 1)
+        length = 8.04 + 2 * lowered**3 * (10 - 15 * lowered + 6 * lowered**2)
+        g = G - 2 * 60 / 36 * lowered * (1 - lowered) * (1 - 2 * lowered)
+        asked = way * 30 * s**2 * (1 - s) ** 2 / duration
+        asked += 2 * damping * np.sqrt(G / length) * block
+        rope, sling = 10.5e3 * g * block / length, 10e3 * g * load / 3.3
+        drive = limit * np.tanh(1e6 * (asked - v) / limit)
+        accelerations = (drive + rope) / mass, (sling - rope) / 500, -sling / 10e3
+        return [v, accelerations[0], block_v - v, load_v - block_v, *accelerations[1:]]
+
+    done = solve_ivp(rates, (0, 25), np.zeros(6), "LSODA", rtol=1e-7, atol=1e-7, max_step=0.05)
+    return done.y[0, -1]
 
 
 def test_anti_sway_brings_the_load_of_the_gantry_to_rest():
@@ -118,6 +141,9 @@ def test_anti_sway_brings_the_load_of_the_gantry_to_rest():
         result = model("gantry").simulate(parameters={"crane.damping": damping})
         late = result.time > 20
         left.append(np.ptp(result["load_at[1]"][late]))
+        # The rope becomes longer: anti-sway moves the suspension further than the command.
+        ends = [_moved(damping, 8, 8, 30e3, 50e3), _moved(damping, 4, 6, 5e3, 20e3)]
+        np.testing.assert_allclose(result["position"][-1], ends, atol=0.01)
     assert left[0] > 0.2
     assert left[1] < 0.1 * left[0]
 
@@ -142,6 +168,11 @@ def test_a_scene_with_one_line_changed_starts_at_rest(tmp_path):
         (model("compare_cranes", "two_beam"), {"crane.boom.length": 14.0}, "tip"),
         (model("telescopic_crane"), {"load.length": 9.0}, "load_at"),
     )
+    at_sea = model("knuckle_boom_at_sea")  # many valves, a rope whose length the frames know, too
+    for values in ({"length": 8.0, "mass": "1.5 t"}, {"compensation": 0.0}):
+        start = at_sea.simulate(1e-3, parameters=values)
+        mass = 1500 if "mass" in values else 2200
+        assert start["tension [kN]"][0] == pytest.approx(mass * G / 1e3, rel=1e-6)
     for crane, values, column in changes:
         run = {"every": 0.1, "solver": "rodas5p", "rtol": 1e-6}
         result = crane.simulate(0.3, **run, parameters=values)

@@ -87,6 +87,22 @@ def test_a_large_nonlinear_move(load: Load) -> None:
     np.testing.assert_allclose(result["twist"], angle, rtol=1e-10)
 
 
+@pytest.mark.parametrize(
+    ("scene", "given", "x"),
+    [
+        ("sliding", {"x0": 1e-3}, 3.0),
+        ("sliding", {"x0": 5.0, "pull": 3.0}, 0.3),
+        ("sliding_pulled", {}, 2.0),
+        ("sliding_placed", {"x0": 0.5}, 3.0),
+    ],
+)
+def test_a_relation_that_is_not_linear_holds_after_a_long_way(load, scene, given, x) -> None:
+    """From 5 m to 0.3 m, say, and where a parameter moves the start along the relation."""
+    result = load("rest", scene).simulate(parameters=given)
+    np.testing.assert_allclose(result["x"], x, rtol=1e-9)
+    np.testing.assert_allclose(result["stretch"], np.sqrt(x**2 + 1), rtol=1e-10)
+
+
 def test_sources_have_their_first_values(load: Load) -> None:
     assert load("rest", "blown").simulate()["stretch"][0] == pytest.approx(0.4)
 

@@ -102,7 +102,7 @@ def entered(u):
     [
         {},  # from the air
         {"height0": -1.5, "speed0": 5.0},  # out of the water and back
-        {"amplitude": 1.0, "height0": 2.0},
+        {"amplitude": 1.0},
     ],
     ids=["falls", "exits", "wave"],
 )
