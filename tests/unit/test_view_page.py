@@ -249,25 +249,28 @@ def test_a_hand_is_dragged_and_its_force_is_seen(browser, folder):
     try:
         view = View(browser, f"{served.url}&quality=low")
         mouse = view.page.mouse
-        view.until("bgcView.grips.length === 1 && bgcView.grips[0].px > 0")
-        place = """(() => { const g = bgcView.grips[0], b = g.stage.canvas.getBoundingClientRect();
+        view.until("bgcView.devices.grips.length === 1 && bgcView.devices.grips[0].px > 0")
+        place = """(() => { const [g] = bgcView.devices.grips;
+          const b = g.stage.canvas.getBoundingClientRect();
           const p = g.onScreen(g.knob.position); return [b.left + p.x, b.top + p.y]; })()"""
         # Dragged up on the screen, the tip goes up; the run starts by itself.
-        assert view.ask("bgcView.grips[0].label.hidden")
+        assert view.ask("bgcView.devices.grips[0].label.hidden")
         x, y = view.ask(place)
         camera = view.ask("bgcView.stage.camera.position.toArray()")
         mouse.move(x, y)
         mouse.down()
         mouse.move(x + 2, y - 60, steps=3)
         view.until("bgcView.row[2] > 2.2 && bgcView.player.playing")
-        view.until("!bgcView.grips[0].label.hidden && bgcView.grips[0].shaft.visible")
+        view.until(
+            "!bgcView.devices.grips[0].label.hidden && bgcView.devices.grips[0].shaft.visible"
+        )
         assert view.page.locator(".force").inner_text().endswith(" N")
         assert view.ask("bgcView.player.held") == ["hand"]
         now = view.ask("bgcView.stage.camera.position.toArray()")
         assert now == pytest.approx(camera, rel=1e-9)  # the camera stays
         mouse.up()
-        view.until("bgcView.hands[0].position.every((x) => x === 0)")
-        view.until("bgcView.grips[0].seen.every((x) => x === 0)")
+        view.until("bgcView.devices.hands[0].position.every((x) => x === 0)")
+        view.until("bgcView.devices.grips[0].seen.every((x) => x === 0)")
         # A video of what is seen.
         view.page.keyboard.press("v")
         shown = view.ask("bgcView.frames")
@@ -282,9 +285,9 @@ def test_a_hand_is_dragged_and_its_force_is_seen(browser, folder):
         stick = """(down) => { navigator.getGamepads = () => [{ connected: true,
           axes: [0, 0, 0, down], buttons: new Array(8).fill({ pressed: false, value: 0 }) }]; }"""
         view.page.evaluate(stick, 0.9)
-        view.until(f"bgcView.row[2] < {height} - 0.1 && bgcView.hands[0].by === 'gamepad'")
+        view.until(f"bgcView.row[2] < {height} - 0.1 && bgcView.devices.hands[0].by === 'gamepad'")
         view.page.evaluate(stick, 0.0)
-        view.until("bgcView.grips[0].seen[2] === 0")
+        view.until("bgcView.devices.grips[0].seen[2] === 0")
         # The pad beside the scene moves it ahead; then the trace has the device again.
         flat = view.page.locator(".handle g.flat").bounding_box()
         view.page.evaluate("navigator.getGamepads = () => []")
@@ -294,7 +297,7 @@ def test_a_hand_is_dragged_and_its_force_is_seen(browser, folder):
         view.until("bgcView.row[0] > 0.05 && bgcView.row[3] > 0.02")
         mouse.up()
         view.page.get_by_label("Give hand back to trace").click()
-        view.until("bgcView.player.held.length === 0 && !bgcView.hands[0].taken")
+        view.until("bgcView.player.held.length === 0 && !bgcView.devices.hands[0].taken")
         view.close((served.url.split("/?")[0], served.url.split("/?")[0].replace("http", "ws")))
     finally:
         served.end()

@@ -43,6 +43,10 @@ export class GraphView {
     if (on && this.graph && !this.box) this.choose(this.layout ?? 0);
   }
 
+  fail() {
+    this.waiting.replaceChildren("The bond graph could not be compiled");
+  }
+
   // --- the layout -------------------------------------------------------------------------------
 
   take(graph) {
@@ -351,8 +355,13 @@ export class Slots {
     return el("label", { class: "slot", title: `${slot} : ${kind}` }, el("span", {}, slot), el("small", {}, kind), choice);
   }
 
+  // Of a choice that was not exchanged, the part that is in the slot is shown again.
   wait(on) {
+    const ended = !this.busy.hidden && !on;
     this.busy.hidden = !on;
-    for (const choice of this.root.querySelectorAll("select")) choice.disabled = on;
+    for (const choice of this.root.querySelectorAll("select")) {
+      choice.disabled = on;
+      if (ended) choice.selectedIndex = 0;
+    }
   }
 }

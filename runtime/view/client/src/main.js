@@ -1,11 +1,11 @@
 // The page of `bgc view`: a live run or a recorded one.
 
 import uplotStyle from "uplot/dist/uPlot.min.css";
+import { Devices } from "./devices.js";
 import { button, download, el, icon, number, timeUnit } from "./dom.js";
 import { GraphView, Slots, sourceBlock } from "./graph.js";
-import { Grip } from "./grip.js";
-import { Hand } from "./hand.js";
-import { Handle } from "./handle.js";
+import { helpOf, onKey } from "./keys.js";
+import { cameBack, comeBack, remember, remembered } from "./memory.js";
 import { Parameters } from "./parameters.js";
 import { Plots } from "./plots.js";
 import { replayPage } from "./replay.js";
@@ -17,11 +17,6 @@ import style from "./style.css";
 
 const SPEEDS = [1e-6, 1e-5, 1e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100];
 const PLOTTING = 70; // ms between two drawings of the plots
-const KEYS = [
-  ["Space", "Start, pause"], [".", "One step"], ["R", "Reset"], ["←  →", "Scrub; with Shift ten times as far"], ["End", "Back to the present"],
-  ["−  +", "Slower, faster"], ["1  2  3  4", "Overview, front, side, above"], ["F", "Follow the marked part"], ["P", "Save a picture"], ["V", "Record a video, and save it"],
-  ["G", "Scene or bond graph"], ["T", "Dark or light"], ["B", "Show or hide the side panel"], ["?", "This list"],
-];
 
 document.head.append(el("style", {}, uplotStyle + style));
 
@@ -51,7 +46,9 @@ class Page {
   scene({ description, live, meshes, rows, count }) {
     if (this.description) {
       // A page that has connected again keeps its view; another model has another page.
-      if (JSON.stringify(this.description) !== JSON.stringify(description)) return this.comeBack();
+      if (JSON.stringify(this.description) !== JSON.stringify(description)) {
+        return comeBack({ view: this.viewed, tab: this.tab });
+      }
       this.askedGraph = false;
       if (this.graph?.shown) this.source.send("watch", { value: true });
       return;
@@ -73,7 +70,9 @@ class Page {
     }
     this.setTheme(this.theme);
     this.buttons();
-    if (live) this.goBack();
+    const { view, tab } = live ? cameBack() : {};
+    if (view === "graph" && this.graph) this.look(view);
+    if (tab) this.chooseTab?.(tab, true);
     requestAnimationFrame((now) => this.loop(now));
   }
 
@@ -91,14 +90,10 @@ class Page {
 
   state(state) {
     if (state.playing && !this.player.playing) this.hideBanner();
-    this.slots?.wait(state.busy === "model");
+    this.waitFor(state.busy ?? "");
     const reset = state.epoch !== this.player.epoch;
     this.player = state;
-    for (const hand of this.hands ?? []) {
-      const held = (state.held ?? []).includes(hand.device.name);
-      if (reset || (hand.held && !held)) hand.lose();
-      hand.held = held;
-    }
+    this.devices?.state(state, reset);
     this.buttons();
   }
 
@@ -112,27 +107,6 @@ class Page {
     document.body.classList.toggle("lost", lost);
     if (!this.badge) return;
     this.buttons();
-  }
-
-  // Loads the page again, with the same view and tab.
-  comeBack() {
-    try {
-      sessionStorage.setItem("bgc.back", JSON.stringify({ view: this.viewed, tab: this.tab }));
-    } catch {
-      // a page may not keep anything
-    }
-    location.reload();
-  }
-
-  goBack() {
-    try {
-      const { view, tab } = JSON.parse(sessionStorage.getItem("bgc.back") ?? "{}");
-      sessionStorage.removeItem("bgc.back");
-      if (view === "graph" && this.graph) this.look(view);
-      if (tab) this.chooseTab?.(tab, true);
-    } catch {
-      // likewise
-    }
   }
 
   // --- the page -----------------------------------------------------------------------------
@@ -180,10 +154,7 @@ class Page {
     this.side.append(...(tabs.length > 1 ? [this.tabs(tabs)] : []), ...tabs.map(([, body]) => body));
     this.side.hidden = plain && !description.parameters.length && !hasGraph;
     document.body.classList.toggle("hidden-side", this.side.hidden);
-    this.help = el(
-      "dialog", { onclick: () => this.help.close() }, el("h2", {}, "Keys"),
-      el("table", {}, ...KEYS.map(([keys, what]) => el("tr", {}, el("td", {}, ...keys.split("  ").flatMap((k) => [el("kbd", {}, k), " "])), el("td", {}, what)))),
-    );
+    this.help = helpOf();
     document.body.append(el("div", { id: "app" }, head, this.main, this.side, this.transport()), this.help);
     this.plots = new Plots(plots, description, this.store, (time) => this.seek(time));
     if (this.live && description.parameters.length) {
@@ -193,8 +164,8 @@ class Page {
     }
     this.buildViews(plain);
     if (!plain) this.buildStage();
-    this.buildHands();
-    addEventListener("keydown", (event) => this.key(event));
+    this.devices = new Devices({ ...this, began: () => this.goOn() });
+    addEventListener("keydown", (event) => onKey(this, event));
   }
 
   // The scene, and the bond graph where the source has it.
@@ -218,6 +189,16 @@ class Page {
     if (this.askedGraph || !this.source.hasGraph || !this.live) return;
     this.askedGraph = true;
     this.source.send("graph");
+  }
+
+  // Shows what is being compiled beside the run. What was given up for something else is asked again.
+  waitFor(busy) {
+    this.slots?.wait(busy === "model");
+    if (busy === "" && this.player.busy && this.askedGraph && this.graph && !this.graph.graph) {
+      this.askedGraph = false;
+      if (this.player.busy === "model") this.askGraph();
+      else this.graph.fail();
+    }
   }
 
   takeGraph(graph) {
@@ -269,28 +250,8 @@ class Page {
     });
   }
 
-  // Devices: a pad for each, and a grip in the scene where its handle has a place there.
-  buildHands() {
-    const { description } = this;
-    const handles = description.shapes.filter((shape) => shape.kind === "handle");
-    const free = this.live ? (description.devices ?? []).filter((d) => d.free && d.reads.includes("position")) : [];
-    const shapeOf = (device) => handles.find((shape) => shape.device === device.name);
-    this.hands = free.map((device) => new Hand(device, shapeOf(device)?.axes, this.source, () => this.steer()));
-    const holder = el("div", { class: "hands" });
-    const pads = [...handles.map((shape) => [shape, this.hands.find((h) => h.device.name === shape.device)])];
-    for (const hand of this.hands) if (!pads.some(([, h]) => h === hand)) pads.push([null, hand]);
-    const leave = (hand) => {
-      this.source.send("leave", { device: hand.device.name });
-      hand.lose();
-    };
-    this.pads = pads.map(([shape, hand]) => new Handle(holder, { shape, hand, leave }));
-    if (pads.length) this.main.append(holder);
-    const placed = this.stage ? pads.filter(([shape]) => shape?.values.r) : [];
-    this.grips = placed.map(([shape, hand]) => new Grip(this.stage, this.main, shape, hand));
-  }
-
-  // A hand was taken: the run goes on from the present.
-  steer() {
+  // Goes on from the present where the run stands still.
+  goOn() {
     this.scrubbed = null;
     if (!this.player.playing && this.player.ready) this.source.send("play");
   }
@@ -399,27 +360,8 @@ class Page {
     } else this.time = inside;
   }
 
-  key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input[type=text], input[type=search], select, dialog")) return;
-    const far = ((event.shiftKey ? 10 : 1) * (this.store.last - this.store.first)) / 100;
-    const actions = {
-      " ": () => this.togglePlay(), ".": () => this.step(), r: () => this.reset(),
-      ArrowLeft: () => this.seek(this.shownTime() - far), ArrowRight: () => this.seek(this.shownTime() + far), End: () => this.seek(Infinity),
-      "-": () => this.faster(-1), "+": () => this.faster(1), "=": () => this.faster(1),
-      1: () => (this.graph?.shown ? this.graph.fit() : this.stage?.look("overview")), 2: () => this.stage?.look("front"), 3: () => this.stage?.look("side"), 4: () => this.stage?.look("above"),
-      f: () => this.followMarked(), p: () => this.picture(), v: () => this.toggleVideo(), t: () => this.setTheme(this.theme === "dark" ? "light" : "dark"),
-      g: () => this.graph && this.look(this.viewed === "graph" ? "scene" : "graph"),
-      b: () => this.toggleSide(), "?": () => this.help.showModal(),
-    };
-    const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-    if (!action) return;
-    event.preventDefault();
-    action();
-  }
-
   hover(event) {
-    const gripped = this.grips.some((grip) => grip.hot || grip.hand?.by);
-    const shape = event.buttons || gripped ? null : this.stage.pick(event.clientX, event.clientY);
+    const shape = event.buttons || this.devices.isGripped ? null : this.stage.pick(event.clientX, event.clientY);
     this.tip.hidden = !shape;
     if (!shape) return;
     const place = this.main.getBoundingClientRect();
@@ -523,11 +465,10 @@ class Page {
       }
     }
     const time = this.shownTime();
-    for (const hand of this.hands) hand.tick(past);
+    this.devices.tick(past);
     if (this.store.sample(time, this.row)) {
       this.stage?.show(this.row, time);
-      for (const pad of this.pads) pad.update(this.row);
-      for (const grip of this.grips) grip.update(this.row);
+      this.devices.update(this.row);
     }
     if (!this.graph?.shown || this.video) this.stage?.draw();
     this.watch(now);
@@ -578,22 +519,6 @@ function speedText(speed) {
 function replaySpeed(duration) {
   if (!duration || (duration >= 2 && duration <= 600)) return 1;
   return SPEEDS.reduce((a, b) => (b <= (duration / 10) * 1.0001 ? b : a));
-}
-
-function remembered(key) {
-  try {
-    return localStorage.getItem(`bgc.${key}`);
-  } catch {
-    return null;
-  }
-}
-
-function remember(key, value) {
-  try {
-    localStorage.setItem(`bgc.${key}`, value);
-  } catch {
-    // a page from a file may not keep anything
-  }
 }
 
 const view = new Page();
