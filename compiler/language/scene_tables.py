@@ -66,6 +66,7 @@ SOLVER_OPTIONS: Mapping[str, SolverOption] = {
 DRIVER_OPTIONS: Mapping[str, Mapping[str, bool]] = {
     "forcedimension": {"id": False, "gravity": False, "smooth": False},
     "gamepad": {"smooth": False, "reach": False},
+    "haply": {"port": False, "id": False, "wait": False},
     "pointer": {"smooth": False, "reach": False},
     "spring_hand": dict.fromkeys(
         ("mass", "damping", "stiffness", "amplitude", "frequency", "axis"), False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,10 +18,12 @@ PURPOSES = {
     "pointer": "the mouse on the page of `bgc view`, or Python: realtime.pointer(position=..)",
     "gamepad": "a gamepad at the browser that shows the page of `bgc view`",
     "spring_hand": "a simulated hand that holds the handle: mass, damping, intention",
+    "haply": "Inverse3 and Minverse through the maker's Inverse Service",
     "forcedimension": "omega, sigma, lambda, delta and Falcon through the maker's SDK",
 }
 """A line on each driver of the runtime."""
 
+_INVERSE_PORT = 10001
 _USB = Path("sys/bus/usb/devices")
 _NODES = Path("dev/bus/usb")
 _RULES = (Path("etc/udev/rules.d"), Path("lib/udev/rules.d"), Path("usr/lib/udev/rules.d"))
@@ -75,6 +78,8 @@ def find_all(root: Path = Path("/")) -> list[Finding]:
     for name in driver_names():
         if name in hardware:
             found += list(_examine(hardware[name], root))
+        elif name == "haply":
+            found.append(_examine_service())
         else:
             found.append(Finding(name, True, PURPOSES.get(name, "a driver of the runtime")))
     return [*found, *_own_drivers()]
@@ -115,6 +120,17 @@ def _examine(item: Hardware, root: Path) -> Iterator[Finding]:
         ids = " or ".join(f"{vendor}:*" for vendor in item.vendors)
         text = f"no device with the USB id {ids} is connected"
         yield Finding(f"  {item.maker}", False, text, "connect it and switch it on")
+
+
+def _examine_service() -> Finding:
+    """Say whether Haply's Inverse Service runs on this machine."""
+    try:
+        with socket.create_connection(("127.0.0.1", _INVERSE_PORT), timeout=0.2):
+            return Finding("haply", True, PURPOSES["haply"])
+    except OSError:
+        text = f"no Inverse Service answers at port {_INVERSE_PORT} of this machine"
+        remedy = "start the Haply Hub or the Inverse Service, https://docs.haply.co/inverseSDK"
+        return Finding("haply", False, text, remedy)
 
 
 def _connected(item: Hardware, root: Path) -> Iterator[Path]:

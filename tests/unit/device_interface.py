@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import ctypes
+from typing import Any
+
+from bgc.runtime.realtime.binding import CapabilitiesStruct
 
 
 class Pose(ctypes.Structure):
@@ -34,3 +37,33 @@ class Driver(ctypes.Structure):
         ("capabilities", ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)),
         ("last_error", ctypes.CFUNCTYPE(ctypes.c_char_p, ctypes.c_void_p)),
     )
+
+
+class Device:
+    """An open driver of the runtime, used directly."""
+
+    def __init__(self, runtime: Any, name: str, **options: Any) -> None:
+        self.driver = Driver.in_dll(runtime, f"bgc_{name}_driver")
+        message = ctypes.create_string_buffer(400)
+        lines = "".join(f"{key}={value}\n" for key, value in options.items())
+        self.handle = self.driver.open(lines.encode(), message, 400)
+        self.message = message.value.decode()
+        self.pose, self.answer = Pose(), 0
+
+    def read(self, time: float = 0.0) -> Pose:
+        self.pose = Pose(orientation=(1.0, 0.0, 0.0, 0.0))
+        self.answer = self.driver.read(self.handle, time, ctypes.addressof(self.pose))
+        return self.pose
+
+    def write(self, *effort: float, time: float = 0.0) -> int:
+        values = (ctypes.c_double * 7)(*effort)
+        return int(self.driver.write(self.handle, time, ctypes.addressof(values)))
+
+    @property
+    def can(self) -> CapabilitiesStruct:
+        found = CapabilitiesStruct()
+        self.driver.capabilities(self.handle, ctypes.addressof(found))
+        return found
+
+    def close(self) -> None:
+        self.driver.close(self.handle)

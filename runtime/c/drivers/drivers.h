@@ -6,6 +6,7 @@
 #define BGC_DRIVERS(DRIVER) \
     DRIVER(bgc_forcedimension_driver) \
     DRIVER(bgc_gamepad_driver) \
+    DRIVER(bgc_haply_driver) \
     DRIVER(bgc_pointer_driver) \
     DRIVER(bgc_spring_hand_driver) \
     DRIVER(bgc_trace_driver) \
