@@ -10,7 +10,7 @@ from time import perf_counter
 from types import MappingProxyType
 from typing import Any, Literal, TypeAlias, get_args
 
-from bgc.building.build import build_shared_object, driver_names, lane_runtime_units
+from bgc.building.build import Unit, build_shared_object, driver_names, lane_runtime_units
 from bgc.building.built import Built, RunFacts, run_facts, shapes_text, shown_names
 from bgc.building.cache import Cache, digest_of, open_cache
 from bgc.building.preview import previewed
@@ -232,12 +232,17 @@ def build_model(
     cache: Cache,
 ) -> Built:
     """Compile emitted C to a shared object in the cache."""
+    library = build_shared_object(model_units(emitted, options), find_toolchain(), cache)
+    places = places_of(emitted.lowered)
+    return Built(library, facts, (*warnings, *cache.warnings), places=places)
+
+
+def model_units(emitted: EmittedModel, options: Options) -> tuple[Unit, ...]:
+    """The C files of a model, without those of the runtime that all models share."""
     units = previewed(emitted.units) if options.preview else emitted.units
     if options.lanes:
         units += (*lane_runtime_units(), *lane_units(emitted.lowered))
-    library = build_shared_object(units, find_toolchain(), cache)
-    places = places_of(emitted.lowered)
-    return Built(library, facts, (*warnings, *cache.warnings), places=places)
+    return units
 
 
 def check_source(path: Path, scene: str | None = None, verify: bool = False) -> list[Diagnostic]:

@@ -285,6 +285,8 @@ class Model(LoadedModel):
         design: str = "latin",
         seed: int = 0,
         cases: str | Path | None = None,
+        scheduler: str | None = None,
+        store: str | Path | None = None,
         progress: bool = False,
         resume: bool = False,
         every: Quantity | None = None,
@@ -313,6 +315,11 @@ class Model(LoadedModel):
         cases
             A CSV file with a column for each parameter, `mass [t]`; each case is combined with all
             combinations of `vary`.
+        scheduler
+            Address of a Dask scheduler, `tcp://10.0.0.5:8786`, whose workers run the cases.
+        store
+            Directory for the results as a Zarr group, written while the sweep goes on; a sweep that
+            was interrupted or killed goes on from there.
         resume
             As for `simulate_many`.
         duration, every, solver, rtol, atol, step, max_step, substeps, settle, start
@@ -347,7 +354,7 @@ class Model(LoadedModel):
         times = times_of(self, method, _seconds(duration), _seconds(every, "every"), at_once)
         return sweep(
             self, chosen, method, times, observables, progress=progress, notices=notices,
-            resume=resume,
+            resume=resume, scheduler=scheduler, store=store,
         )  # fmt: skip
 
     def fit(
@@ -358,7 +365,7 @@ class Model(LoadedModel):
         match: Mapping[str, str] | None = None,
         columns: Sequence[str] = (),
         noise: Mapping[str, Quantity] | None = None,
-        loss: Literal["linear", "soft_l1", "huber", "cauchy"] = "linear",
+        loss: str = "linear",
         starts: int = 1,
         confidence: float = 0.95,
         solver: str | None = None,
@@ -390,7 +397,8 @@ class Model(LoadedModel):
             Standard deviations of columns; those of the residuals by default, to which the weights
             of the columns are adapted.
         loss
-            "linear": least squares. The others give outliers beyond the noise less weight.
+            "linear": least squares. "soft_l1", "huber" and "cauchy" give outliers beyond the noise
+            less weight.
         starts
             Number of points within the bounds, run as one batch, among which to start.
         confidence

@@ -29,6 +29,7 @@ from bgc.runtime.results.study import Study, StudyInterrupted
 from bgc.runtime.running.sweep import DESIGNS
 
 _TABLES = (".csv", ".npz")
+_STORE = ".zarr"
 _PICTURES = (".png", ".svg", ".pdf")
 _SHOWN = 3  # failures, and warnings of instances
 
@@ -39,7 +40,7 @@ Examples:
       --observe "max(tension)" --plot map.png
   bgc sweep lift.bg --vary "mass=5..9 t" --vary "length=2..20 m" --sample 256 \\
       --design saltelli --observe "max(tension) from 20 s" --rank
-  bgc sweep lift.bg --cases cases.csv --observe "rms(heave)" --out study.csv
+  bgc sweep lift.bg --cases cases.csv --observe "rms(heave)" --out study.zarr
 """
 
 
@@ -82,7 +83,7 @@ Examples:
 @click.option(
     "--out",
     metavar="FILE",
-    help="File to write: .csv, .npz, or - for standard output.",
+    help="File to write: .csv, .npz, .zarr (a directory, resumable), or - for standard output.",
 )
 @click.option("--plot", metavar="FILE", help="Draw the observables, or all rows: .png, .svg, .pdf.")
 @click.option(
@@ -90,6 +91,7 @@ Examples:
     type=click.Choice(("curves", "map", "contour", "scatter", "histogram")),
     help="Kind of the plot of observables.",
 )
+@click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler: tcp://10.0.0.5:8786.")
 @method_options
 @click.option("--quiet", "-q", is_flag=True, help="Print no summary and no progress bar.")
 @click.pass_context
@@ -110,6 +112,7 @@ def sweep(
     out: str | None,
     plot: str | None,
     kind: str | None,
+    scheduler: str | None,
     quiet: bool,
     **method: Any,
 ) -> None:
@@ -125,8 +128,9 @@ def sweep(
         raise click.UsageError('give --out FILE, --plot FILE or --observe "max(NAME)"')
     if not observed and (rank or kind):
         raise click.UsageError('--rank and --kind need --observe "max(NAME)"')
-    check_target(out, (*_TABLES, "-"))
+    check_target(out, (*_TABLES, _STORE, "-"))
     check_target(plot, _PICTURES)
+    store = out if out is not None and Path(out).suffix.lower() == _STORE else None
     arguments = read_method(method)
     model = compile_model(
         file, scene, dict(read_assignments(assignments)), uses=dict(read_uses(uses))
@@ -136,7 +140,7 @@ def sweep(
     try:
         found = model.sweep(
             varied, observed, **arguments, sample=sample, design=design, seed=seed, cases=cases,
-            progress=not quiet, resume=True,
+            scheduler=scheduler, store=store, progress=not quiet, resume=True,
         )  # fmt: skip
     except (EnsembleInterrupted, StudyInterrupted) as problem:
         again = "; the same command computes the others" if problem.kept else ""
@@ -146,7 +150,8 @@ def sweep(
         click.echo("interrupted before the first instance: nothing is written", err=True)
         context.exit(INTERRUPTED)
     _report(found)
-    _write(found, out)
+    if store is None:
+        _write(found, out)
     _draw(found, plot, kind, status)
     if not quiet:
         click.echo(_summary(found), err=out == "-")

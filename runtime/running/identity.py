@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
+from pathlib import Path
 from types import MappingProxyType
 
 from bgc.building.cache import file_digest
@@ -33,6 +34,11 @@ def scene_identity(
 
 def _device_files(model: LoadedModel) -> list[str]:
     """Hash the files that the devices read."""
+    return [file_digest(path) for _, path in device_files(model)]
+
+
+def device_files(model: LoadedModel) -> list[tuple[str, Path]]:
+    """List the files that the devices read, with their names as the scene gives them."""
     struct = model.library.model
     found = []
     for index in range(struct.n_device):
@@ -42,7 +48,7 @@ def _device_files(model: LoadedModel) -> list[str]:
             with suppress(OSError, ValueError):
                 # A pipe or a device may never end; files of /proc state no size.
                 if key == "file" and path.is_file() and 0 < path.stat().st_size <= _LARGEST:
-                    found.append(file_digest(path))
+                    found.append((value, path))
     return found
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bgc.building.built import ENERGY_ACCOUNTS, Built, RunFacts
+from bgc.building.built import ENERGY_ACCOUNTS, Built, Places, RunFacts
 from bgc.diagnostics.catalogue.arguments import wrong_state
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.options import Options
@@ -99,6 +99,11 @@ class LoadedModel:
             f"<bgc model {self.facts.scene}: {len(self.states)} states, "
             f"{len(self.parameters)} parameters, {len(self.outputs)} outputs>"
         )
+
+    @property
+    def places(self) -> Places:
+        """The places in the source that a run may report."""
+        return self._places
 
     @property
     def solvers(self) -> tuple[str, ...]:

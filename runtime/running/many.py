@@ -46,7 +46,8 @@ _FEWEST = 4  # instances from which on compiling for batches pays
 class Plan:
     """The runs of an ensemble: everything that decides their rows.
 
-    `alone` is the reason for running them one by one, empty where batches are supported.
+    `alone` is the reason for running them one by one, empty where batches are supported. `varied`
+    names the varied parameters.
     `observables` are computed from the rows of each run, which are kept where there are none.
     """
 
@@ -55,18 +56,13 @@ class Plan:
     cases: Cases
     times: Array
     alone: str
+    varied: tuple[str, ...]
     observables: tuple[Observable, ...] = ()
-
-    @property
-    def varied(self) -> list[str]:
-        """The varied parameters."""
-        return self.cases.varied(self.model.parameters.given({}))
 
     def work(self, library: LaneLibrary | None, cases: Cases | None = None) -> Work:
         """Reserve the arrays for all runs, or for some `cases` of them."""
         model, count = self.model, len(self.cases if cases is None else cases)
         chosen = library or model.library
-        varied = self.varied
         observed = self.observables
         return Work(
             model=model,
@@ -76,9 +72,9 @@ class Plan:
             ),
             method=self.method,
             cases=self.cases if cases is None else cases,
-            varied=varied,
+            varied=self.varied,
             times=self.times,
-            values=np.full((count, len(varied)), np.nan),
+            values=np.full((count, len(self.varied)), np.nan),
             rows=None if observed else np.full((count, len(self.times), model.row_width), np.nan),
             reducer=self.reducer() if observed else None,
             reduced=np.full((count, len(observed)), np.nan),
@@ -103,7 +99,8 @@ def plan_many(
     """Decide how the runs of an ensemble are computed."""
     method = method.with_capped_step(times, model.facts.timed)
     alone = why_alone(model, method, len(cases), vectorised)
-    return Plan(model, method, cases, times, alone, observables)
+    varied = tuple(cases.varied(model.parameters.given({})))
+    return Plan(model, method, cases, times, alone, varied, observables)
 
 
 def simulate_many(
@@ -124,7 +121,7 @@ def simulate_many(
     unfinished = _unfinished(plan) if resume else None
     recalled = _recall(work, unfinished, rows)
     run_all(work, progress)
-    ensemble = _labelled(work, plan.alone, notices, recalled)
+    ensemble = ensemble_of(work, plan.alone, notices, recalled)
     if work.stopping:
         kept = unfinished is not None and unfinished.keep(rows, work.completed)
         raise EnsembleInterrupted(ensemble, kept)
@@ -237,7 +234,7 @@ def lane_library(model: LoadedModel) -> LaneLibrary:
     return library
 
 
-def _labelled(work: Work, alone: str, notices: Sequence[Diagnostic], recalled: int) -> Ensemble:
+def ensemble_of(work: Work, alone: str, notices: Sequence[Diagnostic], recalled: int) -> Ensemble:
     """Name the computed values, with outputs in the scene's order."""
     model, rows = work.model, work.rows
     assert rows is not None

@@ -105,14 +105,14 @@ class Estimate:
             shown = self.shown_columns[name]
             cells = (self.noise[name], float(np.sqrt(np.mean(error**2))))
             columns.append((name, *(shown.text(cell, 4) for cell in cells), str(int(known.sum()))))
-        header = ("", "noise", "rms of the residuals", "values")
-        found.append(Table("fitted columns", header, tuple(columns)))
+        heads = ("", "noise", "rms of the residuals", "values")
+        found.append(Table("fitted columns", heads, tuple(columns)))
         if len(self.names) > 1 and np.isfinite(self.correlation).any():
-            cells = (
+            matrix = tuple(
                 (name, *(f"{value:.3f}" for value in row))
                 for name, row in zip(self.names, self.correlation, strict=True)
             )
-            found.append(Table("correlation of the estimates", ("", *self.names), tuple(cells)))
+            found.append(Table("correlation of the estimates", ("", *self.names), matrix))
         return found
 
     def to_csv(self, path: str | Path) -> None:
@@ -136,6 +136,8 @@ class Estimate:
         for k, name in enumerate(self.recorded.names):
             shown = self.shown_columns[name]
             label = f"{name} [{shown.label}]" if shown.label and "[" not in name else name
-            pair = (self.recorded.values[:, k], self.computed[:, k])
-            found.append((label, self.recorded.time, *(each / shown.factor for each in pair)))
+            recorded, computed = (
+                table[:, k] / shown.factor for table in (self.recorded.values, self.computed)
+            )
+            found.append((label, self.recorded.time, recorded, computed))
         return found

@@ -172,7 +172,7 @@ def _deviations(residuals: Array, parameters: int, loss: str) -> Array:
     count = known.sum(axis=0)
     if loss == "linear":
         freedom = np.maximum(count - parameters * count / count.sum(), 1)
-        return np.sqrt(np.nansum(residuals**2, axis=0) / freedom)
+        return np.asarray(np.sqrt(np.nansum(residuals**2, axis=0) / freedom))
     return np.asarray(_TO_SIGMA * np.nanmedian(np.abs(residuals), axis=0))
 
 
@@ -210,7 +210,7 @@ def _judge(
     free = np.flatnonzero(~at_bound)
     psi, slope = _influence(residuals, options.loss)
     variance = float(np.mean(psi**2) / np.mean(slope) ** 2) * m / max(m - n, 1)
-    warnings, determined = _identifiable(problem.names, jacobian, free)
+    warnings, determined = _identifiable(problem.names, jacobian, free.tolist())
     half = np.full(n, np.nan)
     correlation = np.full((n, n), np.nan)
     if len(free) and determined:
@@ -246,7 +246,7 @@ def _judge(
 
 
 def _identifiable(
-    names: Sequence[str], jacobian: Array, free: Array
+    names: Sequence[str], jacobian: Array, free: Sequence[int]
 ) -> tuple[list[Diagnostic], bool]:
     """Warn of combinations of parameters that the data do not determine (BG478).
 

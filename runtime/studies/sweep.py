@@ -99,10 +99,17 @@ def sweep(
     notices: Sequence[Diagnostic] = (),
     resume: bool = False,
     vectorised: bool = True,
+    scheduler: str | None = None,
+    store: str | Path | None = None,
 ) -> Ensemble | Study:
     """Run all points of a design; see `Model.sweep`."""
     cases = checked_cases(design.values(model.parameters), model.parameters)
     plan = plan_many(model, method, cases, times, vectorised, tuple(observables))
+    if scheduler is not None or store is not None:
+        # Only sweeps with a store load Zarr and Dask.
+        from bgc.runtime.studies.stored import run_stored
+
+        return run_stored(plan, scheduler, store, design.name, progress, notices)
     if observables:
         return observe_many(plan, progress, notices, resume, design.name)
     return simulate_many(plan, progress, notices, resume)

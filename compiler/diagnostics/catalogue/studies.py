@@ -1,4 +1,4 @@
-"""BG47x, BG78x, BG79x: observables of runs, tables of cases, estimation."""
+"""BG47x, BG78x, BG79x: observables of runs, tables of cases, stores, clusters, estimation."""
 
 from __future__ import annotations
 
@@ -44,6 +44,44 @@ def bad_case_table(path: str, reason: str, line: int = 0) -> Diagnostic:
     """
     place = f"line {line} of `{path}`" if line else f"`{path}`"
     return error("BG788", f"{place} cannot be read: {reason}", help="see `bgc doc BG788`")
+
+
+def other_study(path: str, reason: str) -> Diagnostic:
+    """BG789: a store of another study, or one that cannot be used
+
+    What: the directory for the results exists, and what it holds does not belong to this study.
+
+    Why: results are added to a store only if model, method, cases and observables are the same.
+
+    Example: the same `--out study.zarr` after a parameter was changed.
+
+    Way out: give another name, or delete the directory.
+    """
+    return error(
+        "BG789",
+        f"results cannot be added to `{path}`: {reason}",
+        help="give another name, or delete it",
+    )
+
+
+def cluster_unusable(address: str, reason: str) -> Diagnostic:
+    """BG799: a scheduler or its workers cannot be used
+
+    What: `--scheduler` names a Dask scheduler that does not answer, that has no workers, or whose
+    workers cannot build or run the model.
+
+    Why: the workers need bgc of the same version, Python and a C compiler.
+
+    Example: `--scheduler tcp://10.0.0.5:8786` before `dask worker` was started there.
+
+    Way out: start `dask scheduler` and, on each machine, `dask worker ADDRESS --nworkers auto
+    --nthreads 1` in an environment with `pip install bgc-lang[cluster]`.
+    """
+    return error(
+        "BG799",
+        f"the scheduler at {address} cannot be used: {reason}",
+        help="start `dask worker ADDRESS --nthreads 1` in an environment with this version of bgc",
+    )
 
 
 def not_identifiable(names: Sequence[str], condition: float) -> Diagnostic:

@@ -1,0 +1,142 @@
+"""Chunks of a study: runs of some cases on this machine or another one, and their results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.batches import Work, run_all
+from bgc.runtime.running.cases import Cases
+from bgc.runtime.running.lanes import LaneLibrary
+from bgc.runtime.running.many import Plan
+
+BATCH = 8  # cases that stay together: a multiple of the instances of a batch on every machine
+SECONDS = 1.0  # that a chunk is to take
+_LARGEST = 65536  # cases of a chunk
+
+
+@dataclass(frozen=True, slots=True)
+class Chunk:
+    """Results of the cases from `first` on, as the arrays of `Work` have them."""
+
+    first: int
+    values: Array
+    rows: Array | None
+    reduced: Array
+    completed: frozenset[int]  # numbers within the chunk
+    failures: Mapping[int, Diagnostic]
+    together: frozenset[int]
+    over_budget: tuple[Mapping[str, float], ...]
+    seconds: float
+    stopped: bool = False
+
+    def add_to(self, work: Work) -> None:
+        """Put the results where they belong in the arrays of all runs."""
+        part = slice(self.first, self.first + len(self.values))
+        work.values[part] = self.values
+        if work.rows is not None and self.rows is not None:
+            work.rows[part] = self.rows
+        else:
+            work.reduced[part] = self.reduced
+        work.completed |= {self.first + k for k in self.completed}
+        work.together |= {self.first + k for k in self.together}
+        work.failures |= {self.first + k: why for k, why in self.failures.items()}
+        work.over_budget += self.over_budget
+
+
+def run_chunk(
+    plan: Plan, library: LaneLibrary | None, first: int, cases: Cases, threads: int = 0
+) -> Chunk:
+    """Run some cases of a plan; `library` is that of the batches."""
+    work = plan.work(library, cases)
+    begin = perf_counter()
+    run_all(work, progress=False, threads=threads)
+    return Chunk(
+        first,
+        work.values,
+        work.rows,
+        work.reduced,
+        frozenset(work.completed),
+        work.failures,
+        frozenset(work.together),
+        tuple(work.over_budget),
+        perf_counter() - begin,
+        work.stopping,
+    )
+
+
+def refused(first: int, plan: Plan, count: int, why: Diagnostic) -> Chunk:
+    """Make the result of cases that ended every process that ran them."""
+    varied = [plan.cases.names.index(name) for name in plan.varied]
+    return Chunk(
+        first,
+        plan.cases.values[first : first + count, varied],
+        None,
+        np.full((count, len(plan.observables)), np.nan),
+        frozenset(),
+        dict.fromkeys(range(count), why),
+        frozenset(),
+        (),
+        0.0,
+    )
+
+
+class Waiting:
+    """The cases that are still to be run, handed out in chunks of about a second.
+
+    A chunk begins at a multiple of `BATCH`, so that its batches are those of a run of all cases,
+    and have the same bits.
+    """
+
+    def __init__(self, count: int, done: Sequence[bool] | Array) -> None:
+        blocks = np.zeros(-(-count // BATCH) * BATCH, dtype=bool)
+        blocks[:count] = done
+        blocks[count:] = True
+        waiting = ~blocks.reshape(-1, BATCH).all(axis=1)
+        self._count = count
+        self._starts = [int(k) * BATCH for k in np.flatnonzero(waiting)]
+        self._next = 0
+        self._each = 0.0  # seconds of a case, of the last chunks
+
+    def __bool__(self) -> bool:
+        return self._next < len(self._starts)
+
+    def learn(self, chunk: Chunk) -> None:
+        """Note how long the cases of a chunk took."""
+        if len(chunk.values):
+            each = chunk.seconds / len(chunk.values)
+            self._each = each if self._each == 0 else 0.5 * (self._each + each)
+
+    def take(self, workers: int = 1) -> range:
+        """The numbers of the cases of the next chunk, for so many threads."""
+        wanted = BATCH * workers
+        if self._each > 0:
+            wanted = int(SECONDS * workers / self._each)
+        blocks = max(1, min(wanted, _LARGEST) // BATCH)
+        begin = self._starts[self._next]
+        taken = 0
+        while taken < blocks and self:
+            if self._starts[self._next] != begin + taken * BATCH:
+                break
+            self._next += 1
+            taken += 1
+        return range(begin, min(begin + taken * BATCH, self._count))
+
+
+def locally(
+    plan: Plan, library: LaneLibrary | None, waiting: Waiting, threads: int
+) -> Iterator[Chunk]:
+    """Run what is waiting on this machine, chunk by chunk."""
+    while waiting:
+        numbers = waiting.take(threads)
+        part = plan.cases.part(slice(numbers.start, numbers.stop))
+        chunk = run_chunk(plan, library, numbers.start, part, threads)
+        waiting.learn(chunk)
+        yield chunk
+        if chunk.stopped:
+            raise KeyboardInterrupt

@@ -1,0 +1,153 @@
+"""Studies in a store and on Dask workers: the bits of threads, killed workers, resumption."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import bgc
+from bgc.building.recall import processors
+from bgc.diagnostics.diagnostic import BgError
+from bgc.runtime.model import Model
+from bgc.runtime.results.study import StudyInterrupted
+from bgc.runtime.running import batches
+from bgc.runtime.studies import chunks, store
+from bgc.runtime.studies.chunks import Waiting
+
+zarr = pytest.importorskip("zarr")
+distributed = pytest.importorskip("distributed")
+
+# Adaptive, so that bits depend on the cases that share a batch; the stiffest springs tear.
+TEXT = """
+model M {
+  param k = 10 N/m in 0 N/m .. 1e6 N/m;
+  param mass = 1 kg in 0.1 kg .. 100 kg;
+  hub : J1; block : I(mass, f0 = 1 m/s); spring : C(stiffness = k); hub -> block, spring;
+  assert spring.q < 0.3 m, "torn";
+}
+scene s of M { observe spring.q as x, block.f as v; run 4 s every 0.1 s; }
+"""
+OBSERVE = ["max(x)", "rms(v)"]
+VARY = {"k": "5..80 N/m:50", "mass": [1.0, 1.5]}
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> Model:
+    path = tmp_path_factory.mktemp("cluster") / "m.bg"
+    path.write_text(TEXT)
+    return bgc.compile(path)
+
+
+@pytest.fixture(scope="module")
+def whole(model: Model):
+    return model.sweep(VARY, OBSERVE)
+
+
+@pytest.fixture
+def scheduler() -> Iterator[distributed.LocalCluster]:
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as cluster:
+        yield cluster
+
+
+def equal(found, whole) -> None:
+    assert found.status == whole.status and found.design == whole.design
+    assert 0 < found.status.count("failed") < len(found)
+    np.testing.assert_array_equal(found.values, whole.values)
+    np.testing.assert_array_equal(found["k"], whole["k"])
+    assert found.failures.keys() == whole.failures.keys()
+    assert next(iter(found.failures.values())).code == next(iter(whole.failures.values())).code
+
+
+@pytest.mark.slow
+def test_a_killed_worker_loses_nothing_and_the_bits_are_those_of_threads(
+    model, whole, scheduler, monkeypatch, tmp_path
+):
+    monkeypatch.setattr(chunks, "SECONDS", 0.0)  # a batch in each chunk
+    original, written = store.Store.write, []
+
+    def write(self, chunk):
+        original(self, chunk)
+        written.append(chunk.first)
+        if len(written) == 2:
+            with distributed.Client(scheduler.scheduler_address, set_as_default=False) as client:
+                victim = next(iter(client.run(os.getpid).values()))
+            os.kill(victim, signal.SIGKILL)
+
+    monkeypatch.setattr(store.Store, "write", write)
+    out = tmp_path / "study.zarr"
+    address = scheduler.scheduler_address
+    found = model.sweep(VARY, OBSERVE, scheduler=address, store=out)
+    equal(found, whole)
+    assert sorted(written) == list(range(0, 100, 8)) and found.together == whole.together
+    group = zarr.open_group(str(out), mode="r")
+    assert (group["status"][:] > 0).all() and group["observables"].attrs["units"] == ["m", "m/s"]
+    np.testing.assert_array_equal(group["observables"][:], whole.values)
+    rows = model.sweep({"k": "5..80 N/m:9"}, scheduler=address)
+    np.testing.assert_array_equal(rows.values, model.sweep({"k": "5..80 N/m:9"}).values)
+
+
+def test_a_store_goes_on_where_it_was_interrupted_and_refuses_others(
+    model, whole, monkeypatch, tmp_path
+):
+    out = tmp_path / "study.zarr"
+    monkeypatch.setattr(chunks, "SECONDS", 0.0)
+    original, ran = batches.Work.run_batch, []
+
+    def interrupted(work, start):
+        original(work, start)
+        ran.append(start)
+        if len(ran) == 2 * processors():
+            work.stopping = True
+
+    with monkeypatch.context() as patch:
+        patch.setattr(batches.Work, "run_batch", interrupted)
+        with pytest.raises(StudyInterrupted) as caught:
+            model.sweep(VARY, OBSERVE, store=out)
+    done = len(whole) - caught.value.result.status.count("interrupted")
+    assert caught.value.kept and 0 < done < len(whole)
+    found = model.sweep(VARY, OBSERVE, store=out)
+    equal(found, whole)
+    assert done - 8 * processors() <= found.recalled <= done
+    monkeypatch.setattr(batches.Work, "run_batch", None)  # nothing is left to run
+    equal(model.sweep(VARY, OBSERVE, store=out), whole)
+    for other in ({"vary": {"k": "5..81 N/m:50"}}, {"observe": ["min(x)"]}):
+        with pytest.raises(BgError, match="BG789"):
+            model.sweep(**{"vary": VARY, "observe": OBSERVE, **other}, store=out)
+    (tmp_path / "other.zarr").mkdir()
+    with pytest.raises(BgError, match="BG789"):
+        model.sweep(VARY, OBSERVE, store=tmp_path / "other.zarr")
+
+
+def test_a_full_disk_and_a_silent_scheduler_are_errors(model, monkeypatch, tmp_path):
+    def full(self, *arguments):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(zarr.Array, "__setitem__", full)
+        with pytest.raises(BgError, match="BG055.*No space left"):
+            model.sweep(VARY, OBSERVE, store=tmp_path / "study.zarr")
+    (tmp_path / "file").touch()
+    with pytest.raises(BgError, match="BG055"):
+        model.sweep(VARY, OBSERVE, store=tmp_path / "file" / "study.zarr")
+    monkeypatch.setattr("bgc.runtime.studies.cluster._TIMEOUT", 0.2)
+    with pytest.raises(BgError, match="BG799"):
+        model.sweep(VARY, OBSERVE, scheduler="tcp://127.0.0.1:9")
+    with pytest.raises(BgError, match="BG799"):
+        model.sweep(VARY, OBSERVE, scheduler="nowhere")
+
+
+def test_chunks_begin_where_batches_do():
+    done = np.zeros(50, dtype=bool)
+    done[8:24] = True
+    done[30] = True
+    waiting, taken = Waiting(50, done), []
+    while waiting:
+        taken.append(waiting.take(2))
+    assert taken == [range(8), range(24, 40), range(40, 50)]
