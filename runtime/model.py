@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from bgc.runtime.running.stepping import Stepping
     from bgc.runtime.studies.estimate import Estimate
     from bgc.runtime.studies.motion import Motion
+    from bgc.runtime.studies.operability_result import Operability
     from bgc.runtime.studies.sweep import Vary
     from bgc.symbolic.model import SymbolicModel
 
@@ -425,6 +426,71 @@ class Model(LoadedModel):
         return fit(
             self, method.started(start), recorded, bounds,
             FitOptions(loss, known, starts, confidence),
+        )  # fmt: skip
+
+    def operability(
+        self,
+        height: str,
+        period: str,
+        criteria: Sequence[str],
+        duration: Quantity | None = None,
+        *,
+        heading: str | None = None,
+        seed: str | None = None,
+        judge: str = "gumbel",
+        exposure: Quantity | None = None,
+        scheduler: str | None = None,
+        store: str | Path | None = None,
+        progress: bool = False,
+        resume: bool = False,
+        every: Quantity | None = None,
+        solver: str | None = None,
+        rtol: Quantity | None = None,
+        atol: Quantity | None = None,
+        step: Quantity | None = None,
+        max_step: Quantity | None = None,
+        substeps: int | None = None,
+        settle: Quantity | None = None,
+        start: Literal["rest", "given"] | None = None,
+    ) -> Operability:
+        """Find the sea states in which criteria hold, as `bgc operability` does.
+
+        Parameters
+        ----------
+        height, period, heading, seed
+            Parameters of the sea with their values, `"vessel.sea.height=1..4 m:7"`.
+        criteria
+            Demands on observables, `"max(tension) < 300 kN"`.
+        judge, exposure
+            The value of a criterion from those of the seeds. "gumbel": of extremes (max, min, peak,
+            range) the most probable one, for the time of `exposure` (s) instead of the simulated
+            one; of other observables the mean. "worst": that of the worst seed.
+        scheduler, store, resume
+            As for `sweep`.
+        duration, every, solver, rtol, atol, step, max_step, substeps, settle, start
+            As for `simulate`.
+
+        Raises
+        ------
+        StudyInterrupted
+            Ctrl-C.
+        BgError
+            An argument or a parameter is at fault.
+        """
+        # As for `simulate_many`.
+        from bgc.runtime.running.batches import rows_at_once
+        from bgc.runtime.studies.operability import SeaStates, operability, read_criteria
+
+        read = read_criteria(self, criteria)
+        options = _options(rtol, atol, step, max_step, substeps, settle)
+        method, notices = method_of(self, solver, options)
+        method = method.started(start)
+        at_once = rows_at_once(1_000_000)
+        times = times_of(self, method, _seconds(duration), _seconds(every, "every"), at_once)
+        return operability(
+            self, SeaStates(height, period, heading, seed), read, method, times, judge=judge,
+            exposure=_seconds(exposure, "exposure"), progress=progress, notices=notices,
+            resume=resume, scheduler=scheduler, store=store,
         )  # fmt: skip
 
     def initial_state(self, parameters: Mapping[str, ParameterValue] | None = None) -> Array:

@@ -131,7 +131,7 @@ def test_a_full_disk_and_a_silent_scheduler_are_errors(model, monkeypatch, tmp_p
 
     with monkeypatch.context() as patch:
         patch.setattr(zarr.Array, "__setitem__", full)
-        with pytest.raises(BgError, match="BG055.*No space left"):
+        with pytest.raises(BgError, match=r"BG055.*No space left"):
             model.sweep(VARY, OBSERVE, store=tmp_path / "study.zarr")
     (tmp_path / "file").touch()
     with pytest.raises(BgError, match="BG055"):
