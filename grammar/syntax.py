@@ -449,10 +449,10 @@ class Plot:
 
 @dataclass(frozen=True, slots=True)
 class Require:
-    """`require tip.z within 5 mm;`."""
+    """`require tip.z within 5 mm;`, or without a tolerance `require tension < 300 kN;`."""
 
     value: Expr
-    tolerance: Expr
+    tolerance: Expr | None
     span: Span
 
 

@@ -358,7 +358,8 @@ class _Transform(ExpressionTransform):
                 return [syntax.Plot(drawn, across, span)]
             case "require":
                 _, value, _, tolerance = children
-                return [syntax.Require(self.expression(value), self.expression(tolerance), span)]
+                within = None if tolerance is None else self.expression(tolerance)
+                return [syntax.Require(self.expression(value), within, span)]
             case "keep":
                 return [syntax.Keep(self.expression(c), self.span(c)) for c in children[1:]]
             case "deadline":

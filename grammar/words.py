@@ -461,11 +461,14 @@ _SCENE = (
     ),
     Word(
         "require",
-        "The accuracy wanted of a value, for `bgc trade` and `solver auto`.",
+        "The accuracy wanted of a value, for `bgc trade` and `solver auto`; or a limit of one.",
         ("scene",),
-        "a requirement is `require value within tolerance;`",
-        ("The tolerance is absolute, in the unit of the value.",),
-        "require tip_height within 1 mm;",
+        "a requirement is `require value within tolerance;` or `require column < limit;`",
+        (
+            "The tolerance is absolute, in the unit of the value.",
+            "A limit is a criterion of `bgc operability`.",
+        ),
+        "require tip_height within 1 mm;\nrequire abs(roll) < 3 deg;",
         ("deadline", "within"),
         Reserved.IN_SCENES,
     ),

@@ -432,7 +432,7 @@ class Model(LoadedModel):
         self,
         height: str,
         period: str,
-        criteria: Sequence[str],
+        criteria: Sequence[str] = (),
         duration: Quantity | None = None,
         *,
         heading: str | None = None,
@@ -460,7 +460,8 @@ class Model(LoadedModel):
         height, period, heading, seed
             Parameters of the sea with their values, `"vessel.sea.height=1..4 m:7"`.
         criteria
-            Demands on observables, `"max(tension) < 300 kN"`.
+            Demands on observables, `"max(tension) < 300 kN"`; by default the limits of the scene,
+            `require tension < 300 kN;`.
         judge, exposure
             The value of a criterion from those of the seeds. "gumbel": of extremes (max, min, peak,
             range) the most probable one, for the time of `exposure` (s) instead of the simulated

@@ -58,7 +58,8 @@ class RunFacts:
     `rest` is the scene's start at rest; None where it starts from the initial values that are
     given. `momenta` are the indices of the states that are momenta. `shapes` is the JSON text of
     the recorded shapes, empty where none are recorded. `overrun` is the policy of a loop in real
-    time that is late, None where the scene gives none.
+    time that is late, None where the scene gives none. `criteria` are limits of columns, as
+    `bgc operability` reads them.
     """
 
     scene: str
@@ -85,6 +86,7 @@ class RunFacts:
     momenta: tuple[int, ...] = ()
     shapes: str = ""
     overrun: str | None = None
+    criteria: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,4 +207,5 @@ def run_facts(
         momenta=momenta,
         shapes=shapes,
         overrun=scene.overrun,
+        criteria=scene.criteria,
     )

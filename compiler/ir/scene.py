@@ -84,6 +84,7 @@ class SceneFacts:
     plots: tuple[Plot, ...] = ()
     rest: Rest | None = None  # the start at rest
     overrun: str | None = None  # one of OVERRUN_POLICIES
+    criteria: tuple[str, ...] = ()  # limits of columns: "max(tension) < 300000.0 N"
 
     @property
     def needed_accounts(self) -> frozenset[str]:

@@ -53,9 +53,9 @@ Example:
     "--require",
     "criteria",
     multiple=True,
-    required=True,
     metavar="TEXT",
-    help='Criterion: "max(tension) < 300 kN", "min(clearance) from 20 s > 1 m". May be repeated.',
+    help='Criterion: "max(tension) < 300 kN", "min(clearance) from 20 s > 1 m". May be repeated; '
+    "by default the limits of the scene.",
 )
 @click.option(
     "--judge",

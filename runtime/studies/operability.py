@@ -57,12 +57,13 @@ class SeaStates:
 
 
 def read_criteria(model: LoadedModel, texts: Sequence[str]) -> tuple[Criterion, ...]:
-    """Read criteria on the columns of a scene; BG787 without any."""
+    """Read criteria on the columns of a scene, by default its own limits; BG787 without any."""
     columns = observed_columns(model)
-    found = [each for text in texts for each in read_criterion(text, columns, read_quantity)]
+    wanted = texts or model.facts.criteria
+    found = [each for text in wanted for each in read_criterion(text, columns, read_quantity)]
     if not found:
-        example = 'give for instance "max(tension) < 300 kN"'
-        raise BgError([bad_observable("", "there is no criterion", example)])
+        example = 'add `require tension < 300 kN;` to it, or give "max(tension) < 300 kN"'
+        raise BgError([bad_observable("", "the scene has no limit", example)])
     return tuple(found)
 
 
@@ -110,7 +111,7 @@ def operability(
         )
         found.append(value)
         used.append(criterion.utilisation(value))
-    failed = (~study.done).reshape(shape).any(axis=3)
+    failed = np.asarray((~study.done).reshape(shape).any(axis=3))
     parameters = {role: axis.name for role, axis in axes.items()}
     return Operability(
         scene=study.scene,

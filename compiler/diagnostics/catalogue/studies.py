@@ -6,18 +6,22 @@ from collections.abc import Sequence
 
 from bgc.diagnostics.catalogue import error, warning
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.source import Span
 
 
-def bad_observable(text: str, reason: str, suggestion: str = "") -> Diagnostic:
+def bad_observable(
+    text: str, reason: str, suggestion: str = "", span: Span | None = None
+) -> Diagnostic:
     """BG787: a text that is not an observable of a run
 
     What: an observable is a function of one observed column over a run, such as `max(tension)`, and
     a criterion compares one with a number, such as `max(tension) < 300 kN`.
 
     Why: the text has another form, an unknown function, or an argument that the function does not
-    have.
+    have. In a scene, `require` without a tolerance compares an observed column, or its magnitude
+    `abs(..)`, with a constant.
 
-    Example: `--observe "largest(tension)"`.
+    Example: `--observe "largest(tension)"`; in a scene `require 300 kN;`.
 
     Way out: write one of max, min, mean, rms, sd, range, peak, first, last, quantile(x, 0.95),
     crossings(x, level) and above(x, level); `from 20 s to 60 s` behind it takes a part of the run.
@@ -25,6 +29,7 @@ def bad_observable(text: str, reason: str, suggestion: str = "") -> Diagnostic:
     return error(
         "BG787",
         f"`{text}` is not an observable of a run: {reason}",
+        span,
         help=suggestion
         or "write for instance `max(tension)` or `quantile(tension, 0.95) from 20 s`",
     )

@@ -73,10 +73,21 @@ def _reduced(item: syntax.SceneItem, columns: Sequence[str]) -> syntax.SceneItem
             if not drawn or (item.against is not None and _is_column(item.against, columns)):
                 return None
             return replace(item, columns=drawn)
-        case syntax.Require() if _is_column(item.value, columns):
+        case syntax.Require() if any(_is_column(side, columns) for side in _sides(item.value)):
             return None
         case _:
             return item
+
+
+def _sides(value: syntax.Expr) -> tuple[syntax.Expr, ...]:
+    """The value of a requirement, or the sides of its comparison, without `abs`."""
+    match value:
+        case syntax.Binary(left=left, right=right):
+            return (*_sides(left), *_sides(right))
+        case syntax.Call(function="abs", arguments=(inner,)):
+            return (inner,)
+        case _:
+            return (value,)
 
 
 def _is_column(path: syntax.Expr, columns: Sequence[str]) -> bool:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from bgc.diagnostics.catalogue import names, scenes
+from bgc.diagnostics.catalogue import did_you_mean, names, scenes
 from bgc.diagnostics.catalogue.realtime import unknown_policy
+from bgc.diagnostics.catalogue.studies import bad_observable
 from bgc.diagnostics.diagnostic import BgError
 from bgc.elaboration.instances.components import component_names
 from bgc.elaboration.instances.scopes import Names, path_of
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.scenes.edits import canonical_path
-from bgc.elaboration.scenes.observed import Observed
+from bgc.elaboration.scenes.observed import Observed, is_path
 from bgc.elaboration.scenes.scene import Item, Scene, constant_of
 from bgc.grammar import syntax
 from bgc.ir.scene import Plot, Requirement, Rest, SceneFacts, SolverChoice
@@ -27,6 +28,8 @@ def read_requirements(world: World, scene: Scene, observed: Observed) -> tuple[R
     found: list[Requirement] = []
     columns = {o.node: o.name for o in reversed(observed.observations)}
     for item in scene.statements(syntax.Require):
+        if item.tolerance is None:
+            continue
         with world.report.collecting():
             expr = _expand_column(scene, item.value)
             value = world.evaluate(expr, scene.env)
@@ -43,6 +46,54 @@ def read_requirements(world: World, scene: Scene, observed: Observed) -> tuple[R
                     Requirement(name, si_text(unit), node, tolerance, item.span, shown_of(unit))
                 )
     return tuple(found)
+
+
+_TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
+
+
+def read_criteria(world: World, scene: Scene, observed: Observed) -> tuple[str, ...]:
+    """Read the limits of observed columns, `require abs(roll) < 3 deg;`, as texts in SI.
+
+    The texts are those of `bgc operability`, `peak(roll) < 0.05236 rad`.
+    """
+    known = [name_in_si(column) for column in observed.columns]
+    vectors = [vector for column in known if (vector := vector_of(column))]
+    found = []
+    for item in scene.statements(syntax.Require):
+        if item.tolerance is not None:
+            continue
+        with world.report.collecting():
+            function, path, sign, limit = _comparison(item)
+            name = path_of(path)
+            name = name if name in vectors else column_of(name)
+            if name not in (*known, *vectors):
+                reason = "the scene does not observe it"
+                way_out = did_you_mean(name, [*known, *vectors]) or f"add `observe {name};`"
+                raise BgError([bad_observable(name, reason, way_out, path.span)])
+            unit = world.evaluate(_expand_column(scene, path), scene.env).unit
+            number = constant_of(world, scene, limit, "the limit", unit)
+            label = si_text(unit) if unit is not None else "1"
+            amount = f"{number!r} {label}" if label != "1" else repr(number)
+            usual = "max" if sign.startswith("<") else "min"
+            found.append(f"{function or usual}({name}) {sign} {amount}")
+    return tuple(found)
+
+
+def _comparison(item: syntax.Require) -> tuple[str, syntax.Expr, str, syntax.Expr]:
+    """Split `abs(roll) < 3 deg` into its function, column, comparison and limit."""
+    match item.value:
+        case syntax.Binary(operator=sign, left=left, right=right) if sign in _TURNED:
+            for column, limit, turned in ((left, right, sign), (right, left, _TURNED[sign])):
+                match column:
+                    case syntax.Call(function="abs", arguments=(inner,)) if is_path(inner):
+                        return "peak", inner, turned, limit
+                    case _ if is_path(column):
+                        return "", column, turned, limit
+        case _:
+            pass
+    reason = "it neither has a tolerance nor compares an observed column"
+    way_out = "write `require value within tolerance;` or `require column < limit;`"
+    raise BgError([bad_observable("require", reason, way_out, item.value.span)])
 
 
 def _expand_column(scene: Scene, expr: syntax.Expr) -> syntax.Expr:
@@ -87,6 +138,7 @@ def read_facts(world: World, scene: Scene, observed: Observed, rest: Rest | None
         _plots(world, scene, observed),
         rest,
         _policy(world, deadline),
+        read_criteria(world, scene, observed),
     )
 
 
