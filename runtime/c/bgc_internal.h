@@ -59,6 +59,11 @@ enum { BGC_SAMPLES = 5 };      /* points of a step at which switches are evaluat
 enum { BGC_FIRST_SAMPLES = 3 }; /* and those that show whether any comes near the edge of its mode */
 enum { BGC_MAX_HALVINGS = 6 }; /* of a fixed step that is too long for the algebraic equations */
 
+/* Unknowns of a model up to which the room for dense factors is reserved with the instance or its
+ * method, so that a servo loop allocates nothing. Of a larger model it is reserved with the first need:
+ * 3 GB of real numbers at 20,000 states, where a dense factorisation takes hours. */
+enum { BGC_RESERVED_STATES = 1000 };
+
 /* Vectors of states are padded to whole cache lines; entries beyond n stay zero. */
 static inline size_t bgc_padded(int n) {
     return ((size_t)n + BGC_LANES - 1) / BGC_LANES * BGC_LANES;
@@ -267,7 +272,7 @@ struct bgc_data {
     size_t inner_room;
     double *dense_lu;       /* n by n: dense factors */
     size_t dense_room, block_room; /* rows and columns that dense_lu and block_lu have room for */
-    bgc_complex *dense_complex; /* n by n; NULL before a method with complex stages is chosen */
+    bgc_complex *dense_complex; /* n by n; NULL before it is needed, see complex.c */
     int *pivot, *complex_pivot;
 
     /* The block of states that the algebraic equations are solved for, and scratch: consistent.c. */

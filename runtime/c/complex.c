@@ -13,20 +13,26 @@
 
 /* --- dense, with partial pivoting -------------------------------------------------------------- */
 
-/* Reserves memory for dense factors, where the method has complex stages. */
+/* Makes room for dense factors; returns 0 where the memory does not suffice. */
+static int make_complex_room(bgc_data *d, size_t n) {
+    if (d->dense_complex == NULL) {
+        d->dense_complex = calloc(n * n + 1, sizeof *d->dense_complex);
+    }
+    return d->dense_complex != NULL;
+}
+
+/* Reserves memory for dense factors, where the method has complex stages; of a large model for their
+ * pivots alone. */
 bgc_status bgc_reserve_complex(const bgc_model *m, bgc_data *d, const bgc_method *method) {
     const size_t n = (size_t)bgc_unknowns(m);
 
-    if (method->collocation == NULL || method->collocation->stages < 2 ||
-        d->dense_complex != NULL) {
+    if (method->collocation == NULL || method->collocation->stages < 2) {
         return BGC_OK;
     }
-    d->complex_pivot = calloc(n + 1, sizeof *d->complex_pivot);
-    d->dense_complex =
-        d->complex_pivot != NULL ? calloc(n * n + 1, sizeof *d->dense_complex) : NULL;
-    if (d->dense_complex == NULL) {
-        free(d->complex_pivot);
-        d->complex_pivot = NULL;
+    if (d->complex_pivot == NULL) {
+        d->complex_pivot = calloc(n + 1, sizeof *d->complex_pivot);
+    }
+    if (d->complex_pivot == NULL || (n <= BGC_RESERVED_STATES && !make_complex_room(d, n))) {
         return BGC_NO_MEMORY;
     }
     return BGC_OK;
@@ -71,8 +77,13 @@ static int find_pivot(size_t n, const bgc_complex *a, const double *weight, size
 /* Factorises the present W densely, as bgc_factorise_dense does. */
 bgc_status bgc_refactorise_complex(const bgc_model *m, bgc_data *d) {
     const size_t n = (size_t)bgc_unknowns(m);
-    bgc_complex *a = d->dense_complex;
+    bgc_complex *a;
     double *weight = d->magnitude;
+
+    if (!make_complex_room(d, n)) {
+        return BGC_NO_MEMORY;
+    }
+    a = d->dense_complex;
 
     /* Row scales; a sum that is not finite shows an entry that is not. */
     assemble_rows(m, d);

@@ -3,11 +3,6 @@
 
 #include <stdlib.h>
 
-/* States of a model up to which the room for dense factors is reserved with the instance, so that a
- * servo loop allocates nothing. Of a larger model it is reserved with the first need: 3 GB at 20,000
- * states, where a dense factorisation takes hours. */
-enum { RESERVED_STATES = 1000 };
-
 /* Makes room for n by n numbers in *matrix, which has room for *room by *room; returns 0 where the
  * memory does not suffice. */
 int bgc_make_room(double **matrix, size_t *room, size_t n) {
@@ -24,7 +19,7 @@ int bgc_make_room(double **matrix, size_t *room, size_t n) {
  * memory does not suffice. */
 int bgc_reserve_dense(const bgc_model *m, bgc_data *d) {
     const size_t n = (size_t)m->n_state;
-    const int few = n <= RESERVED_STATES;
+    const int few = n <= BGC_RESERVED_STATES;
 
     return bgc_make_room(&d->dense_lu, &d->dense_room, few || m->n_jump > 0 ? n : 0) &&
            bgc_make_room(&d->block_lu, &d->block_room, few ? n : 0);

@@ -107,6 +107,19 @@ def test_room_grows_and_a_lack_of_memory_is_seen(c_library: Any) -> None:
     assert room.value == 0 and not matrix
 
 
+def test_complex_factors_of_a_large_model_are_not_reserved(c_model: Any) -> None:
+    """4,000,000 states: their dense factors would be 256 TB, more than an address space."""
+    kaps = c_model("kaps")
+    model = ctypes.create_string_buffer(ctypes.string_at(kaps.model, 1024), 1024)
+    states = ctypes.c_int.from_buffer(model, 32)  # behind abi, name, hash, n_param and n_hoist
+    assert states.value == 2
+    kaps.model = ctypes.cast(model, ctypes.c_void_p)
+    states.value = 4_000_000
+    found = kaps.options("radau5", rtol=1e-6)
+    states.value = 2
+    assert found == "OK"
+
+
 ENTRIES = [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, -1.0)]  # one of them vanishes at each
 
 
