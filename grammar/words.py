@@ -501,7 +501,8 @@ _SCENE = (
         ("scene",),
         "a solver is `solver name(rtol = 1e-8);`",
         (
-            "Without it: `rodas5p`, or `ros34prw` where the scene has a `step`. `solver auto;` "
+            "Without it: `ros34prw` where the scene has a `step`, else `rodas5p`, or `switching` "
+            "where explicit steps may cost less. `solver auto;` "
             "takes what `bgc trade` recommended for the scene.",
         ),
         "solver rodas5p(rtol = 1e-8);\nsolver ros34prw(step = 1 ms, settle = 20 Hz);",

@@ -74,10 +74,11 @@ class Model(LoadedModel):
             there are 1,000 intervals. If the equations depend explicitly on time, adaptive
             methods take no step longer than five row intervals, unless `max_step` is given.
         solver, rtol, atol, step, max_step
-            Method and its options; by default the scene's, else `rodas5p`, or `ros34prw` where
-            the scene gives a step. `atol` applies to all states, SI; without it each state has
-            its own, from the scale of its unit. `max_step` limits the steps of an adaptive
-            method, s. An option that the method does not have is an error.
+            Method and its options; by default the scene's, else `ros34prw` where the scene gives a
+            step, `switching` where explicit steps may cost less, or `rodas5p`. `atol` applies to
+            all states, SI; without it each state has its own, from the scale of its unit.
+            `max_step` limits the steps of an adaptive method, s. An option that the method does
+            not have is an error.
         substeps
             Most parts of a fixed step, which is divided where its error is above `rtol` (by
             default 1e-3) and `atol`; by default the scene's, else 1.

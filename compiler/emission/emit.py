@@ -10,6 +10,7 @@ from bgc.building.build import EVERY_PART, Unit, needed_sources
 from bgc.building.cache import digest_of, digest_of_bytes
 from bgc.building.toolchain import COMMON_FLAGS, GCC_PASSES
 from bgc.emission.amalgamate import joined
+from bgc.emission.explicit_cost import explicit_cost
 from bgc.emission.frame import print_unit
 from bgc.emission.kernels import KernelText, print_defaults, print_kernel, prototype
 from bgc.emission.lower import dependent_defaults, lower
@@ -94,6 +95,14 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
         fields += [("n_term", str(len(kernel.stores) // 2)), ("ranges", f"{prefix}_ranges")]
     if "project" not in texts:
         fields.append(("project", "NULL"))
+    operations = (
+        *((name, text.operations) for name, text in texts.items()),
+        ("factor", matrix.operations),
+        ("solve", matrix.solve_operations),
+    )
+    ratio = explicit_cost(lowered, dict(operations))
+    if ratio is not None:
+        fields.append(("explicit_cost", str(ratio)))
     frame = _Frame(
         f"{program.scene.name}: a bond graph of model {program.scene.model}, compiled by bgc.",
         [
@@ -133,11 +142,7 @@ def emit_lowered(lowered: Lowered, source_hash: str, split: bool = True) -> Emit
     return EmittedModel(
         name=program.scene.name,
         units=tuple(units),
-        operations=(
-            *((name, text.operations) for name, text in texts.items()),
-            ("factor", matrix.operations),
-            ("solve", matrix.solve_operations),
-        ),
+        operations=operations,
         lowered=lowered,
         source_hash=source_hash,
     )

@@ -33,6 +33,15 @@ def choose_blocks(plan: LuPlan, positions: Collection[tuple[int, int]]) -> Block
     return blocks if own < other else None
 
 
+def factor_share(lowered: Lowered) -> float:
+    """Estimate the time of a factorisation and its solutions over that of unrolled code."""
+    plan, blocks = lowered.plan, lowered.blocks
+    if blocks is not None:
+        entries = len(lowered.jacobian.entries)
+        return block_cost(blocks.sizes, blocks.left, blocks.right, entries) / unrolled_cost(plan)
+    return 1.0 if is_unrolled(plan) else table_cost(plan) / unrolled_cost(plan)
+
+
 def describe_factors(lowered: Lowered) -> str:
     """Name the way in which a single instance factorises W."""
     if lowered.blocks is not None:

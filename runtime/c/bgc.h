@@ -295,6 +295,10 @@ typedef struct bgc_model {
 
     /* The factors of W in blocks of rows; then factor() and the tables of W are NULL. NULL: these. */
     const bgc_block_info *blocks;
+
+    /* Operations of an explicit step over those of an implicit one, by which `switching` chooses; 0:
+     * explicit steps are not worth while, or impossible since M is not the identity. */
+    double explicit_cost;
 } bgc_model;
 
 /* The emitted model. */
@@ -303,6 +307,9 @@ const bgc_model *bgc_get_model(void);
 /* The number of jumps of the states of a model, and of its sampling rates. */
 int bgc_count_jumps(const bgc_model *m);
 int bgc_count_rates(const bgc_model *m);
+
+/* m->explicit_cost. */
+double bgc_explicit_cost(const bgc_model *m);
 
 /* Whether batches of instances (bgc_lanes.h) can have code for the factors of W. */
 int bgc_has_lane_factors(const bgc_model *m);
@@ -385,7 +392,7 @@ typedef struct {
 } bgc_method_info;
 
 /* Properties of method k; BGC_BAD_ARGUMENT past the last. The first method with error control and
- * the first with fixed steps are the defaults. */
+ * the first with fixed steps are the defaults; `switching` is where explicit_cost is not 0. */
 bgc_status bgc_get_method(int k, bgc_method_info *info);
 
 typedef struct {
@@ -431,6 +438,9 @@ typedef struct {
      * consisted of the rounding of f, and the largest rounding over the tolerance. */
     long rounding_samples, rounding;
     double largest_rounding;
+    /* Of a method that changes between an implicit and an explicit one: steps of the explicit one, and
+     * changes. */
+    long explicit_steps, method_changes;
 } bgc_counts;
 
 /* Restarts the count of steps and samples at the present time, and discards the dense output of the

@@ -25,6 +25,7 @@
  *         bgc_follow_faint               states below their tolerance (faint.c)
  *         bgc_before_hidden              a pulse of a function of states within the step (watch.c)
  *         bgc_balance_step               energies of the step and their error (accounts.c)
+ *         bgc_choose_method              implicit, or explicit where nothing is stiff (switching.c)
  *         accept_step                    d->next becomes the present; bgc_handle_event, bgc_jump
  *     write_row                        outputs and accounts, by dense output inside the step
  *
@@ -106,6 +107,18 @@ typedef struct {
     double stored; /* at the end of the step, absolute */
 } bgc_balance;
 
+/* The choice between the method of a run and its explicit partner: switching.c. */
+typedef struct {
+    int partner;     /* place in bgc_methods; -1: none */
+    int is_explicit; /* the partner takes the steps at present */
+    int is_trial;    /* the last change is not judged yet */
+    int unexcited;   /* consecutive steps of the partner that are short for stability alone */
+    int attempts;    /* since the last change */
+    int wait;        /* attempts before the next trial */
+    double since;    /* time of the last change */
+    double cost;     /* implicit steps for a second, by the other method before it */
+} bgc_choice;
+
 /* The part of an instance without pointers, which is saved and restored as it is. */
 typedef struct {
     bgc_counts counts;
@@ -137,6 +150,7 @@ typedef struct {
 
     int f_valid, jac_valid;   /* d->f, and d->jac with d->dfdt, are those at the present */
     int f_ahead;              /* f at the end of the step is in d->error */
+    double f_last_at;         /* d->f_last is f at the end of the step, if it ends then; or INFINITY */
     int algebraic;            /* number of empty rows of M: algebraic equations */
     int too_coarse, halvings; /* the step under way is too long for them; fixed steps are halved
                                * that often */
@@ -179,6 +193,7 @@ typedef struct {
     long complex_factorisations;
 
     double spectral_bound; /* see stiffness.c */
+    bgc_choice choice;
 
     /* Step control. */
     double h_next, error_old;
@@ -247,6 +262,7 @@ struct bgc_data {
     double *complex_work;   /* 3 n_state: complex elimination */
     double *next, *error;   /* the solution and the error estimate of a step */
     double *noise;          /* the error estimate of a perturbed attempt */
+    double *f_last;         /* f at the last stage of an explicit step */
     double *point, *right, *residual, *magnitude, *b;
     double *output, *command, *check, *work;
     double *samples;        /* BGC_SAMPLES vectors of arguments of switches */
@@ -411,6 +427,12 @@ int bgc_accept_substep(const bgc_model *m, bgc_data *d, const bgc_method *method
 /* --- stiffness.c */
 void bgc_reset_stiffness(const bgc_model *m, bgc_data *d);
 void bgc_watch_stiffness(const bgc_model *m, bgc_data *d, double h);
+
+/* --- switching.c */
+const bgc_method *bgc_present_method(const bgc_core *core);
+void bgc_reset_choice(const bgc_model *m, bgc_data *d);
+void bgc_choose_method(const bgc_model *m, bgc_data *d, double t, double h);
+void bgc_count_rejection(bgc_core *core);
 
 /* --- rounding.c */
 int bgc_samples_rounding(const bgc_model *m, const bgc_data *d, const bgc_method *method);

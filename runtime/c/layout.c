@@ -96,6 +96,7 @@ size_t bgc_place_all(const bgc_model *m, bgc_data *d, double *from) {
     d->next = place(&l, n);
     d->error = place(&l, n);
     d->noise = place(&l, n);
+    d->f_last = place(&l, n);
     d->point = place(&l, n);
     d->right = place(&l, n);
     d->residual = place(&l, unknown);

@@ -18,14 +18,20 @@ static int find_method(const char *name) {
     return -1;
 }
 
-/* The first method with fixed steps, or with error control. */
-static int default_method(int fixed) {
+/* The first method with fixed steps, or with error control; in a model in which it pays the method that
+ * changes to an explicit one. */
+static int default_method(const bgc_model *m, int fixed) {
     int k = 0;
 
-    while (bgc_is_adaptive(&bgc_methods[k]) == fixed) {
+    while (bgc_is_adaptive(&bgc_methods[k]) == fixed ||
+           (!fixed && m->explicit_cost > 0.0 && bgc_methods[k].partner == NULL)) {
         k++;
     }
     return k;
+}
+
+double bgc_explicit_cost(const bgc_model *m) {
+    return m->explicit_cost;
 }
 
 bgc_status bgc_get_method(int k, bgc_method_info *info) {
@@ -62,7 +68,7 @@ static int divides(double step, double scene) {
 bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o) {
     bgc_core *core = &d->core;
     const double step = o->step > 0.0 ? o->step : m->step;
-    const int method = o->name != NULL ? find_method(o->name) : default_method(step > 0.0);
+    const int method = o->name != NULL ? find_method(o->name) : default_method(m, step > 0.0);
     const int fixed = method >= 0 && !bgc_is_adaptive(&bgc_methods[method]);
 
     if (method < 0 || !(o->rtol >= 0.0 && o->atol >= 0.0 && o->step >= 0.0 && o->max_step >= 0.0) ||
@@ -106,6 +112,7 @@ bgc_status bgc_set_options(const bgc_model *m, bgc_data *d, const bgc_options *o
     core->pivoting = core->complex_pivoting = BGC_STATIC;
     core->h_next = 0.0;
     core->error_old = 1.0;
+    bgc_reset_choice(m, d);
     core->energy_scale = -1.0;
     core->counts.scale_reached = fixed ? 1.0 : 0.0;
     core->since_sample = 0.0;

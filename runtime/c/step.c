@@ -63,7 +63,7 @@ static bgc_status accept_step(const bgc_model *m, bgc_data *d, const bgc_balance
     bgc_core *core = &d->core;
 
     core->counts.last_step = t_new - core->t;
-    if (bgc_methods[core->method].family->jacobian) {
+    if (bgc_present_method(core)->family->jacobian) {
         bgc_watch_stiffness(m, d, core->counts.last_step);
     }
     core->counts.steps++;
@@ -73,9 +73,9 @@ static bgc_status accept_step(const bgc_model *m, bgc_data *d, const bgc_balance
     core->t = t_new;
     core->jac_valid = 0;
     bgc_enter_chains(m, d);
-    core->f_valid = core->f_ahead && !core->event;
+    core->f_valid = (core->f_ahead || core->f_last_at == t_new) && !core->event;
     if (core->f_valid) {
-        memcpy(d->f, d->error, size);
+        memcpy(d->f, core->f_ahead ? d->error : d->f_last, size);
     }
 
     /* Accounts, and the modes after an event. */
@@ -229,6 +229,7 @@ static bgc_status reject(bgc_data *d, bgc_status reason, double h) {
     d->core.rejected++;
     d->core.reason = reason;
     d->core.h_next = h;
+    bgc_count_rejection(&d->core);
     return BGC_OK;
 }
 
@@ -428,16 +429,18 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     core->error_old = bgc_remembered(error);
     core->rejected = core->hidden = 0;
     core->failed_state = -1;
+    bgc_choose_method(m, d, t_new, h);
     return accept_step(m, d, &balance, t_new);
 }
 
 /* One attempt at a step. BGC_OK: the state has advanced, or the next attempt is shorter. Otherwise the
  * run fails, and the state is unchanged. */
 bgc_status bgc_attempt(const bgc_model *m, bgc_data *d) {
-    const bgc_method *method = &bgc_methods[d->core.method];
+    const bgc_method *method = bgc_present_method(&d->core);
     bgc_status status;
 
     d->core.f_ahead = d->core.too_coarse = d->core.passes_singular = d->core.left = 0;
+    d->core.f_last_at = INFINITY;
     status = bgc_is_adaptive(method) ? attempt_adaptive(m, d, method)
                                      : attempt_fixed(m, d, method);
     bgc_hold_modes(m, d);

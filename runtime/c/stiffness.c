@@ -84,7 +84,7 @@ static double spectral_bound(const bgc_model *m, bgc_data *d) {
 void bgc_watch_stiffness(const bgc_model *m, bgc_data *d, double h) {
     bgc_core *core = &d->core;
     const long steps = core->counts.steps;
-    const int cheap = bgc_is_adaptive(&bgc_methods[core->method]) && m->n_inner == 0;
+    const int cheap = bgc_is_adaptive(bgc_present_method(core)) && m->n_inner == 0;
     const long often = cheap ? ADAPTIVE_INTERVAL : FIXED_INTERVAL;
     const int power = (steps & (steps - 1)) == 0; /* of two */
 

@@ -352,6 +352,15 @@ const bgc_method bgc_methods[] = {
         .purpose = "stiff, non-stiff and algebraic equations at medium to tight tolerances",
     },
     {
+        .name = "switching",
+        .family = &rosenbrock,
+        .tableau = &rodas5p,
+        .order = 5,
+        .error_order = 4,
+        .partner = "dopri5",
+        .purpose = "rodas5p, and dopri5 where nothing is stiff and its steps cost less",
+    },
+    {
         .name = "rodas4p2",
         .family = &rosenbrock,
         .tableau = &rodas4p2,

@@ -26,6 +26,11 @@ def summarise(result: Result) -> str:
         f"  {result.solver}: {_count(counts['steps'], 'step')}{rejected}{events}, "
         f"{_count(len(result.time), 'row')}, worst step {_seconds(counts['worst_step_seconds'])}",
     ]
+    if counts["method_changes"]:
+        lines.append(
+            f"  {counts['explicit_steps']:,.0f} of them explicit, "
+            f"{_count(counts['method_changes'], 'change')} of method"
+        )
     if result.at_rest is not None:
         lines += [f"  {line}" for line in described(result.at_rest)]
     if counts["subdivided"]:

@@ -73,6 +73,7 @@ _OTHERS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_failed_jump": (c_int, (c_void_p,)),
     "bgc_count_jumps": (c_int, (_Model,)),
     "bgc_has_lane_factors": (c_int, (_Model,)),
+    "bgc_explicit_cost": (c_double, (_Model,)),
     "bgc_count_rates": (c_int, (_Model,)),
     "bgc_failed_held": (c_int, (c_void_p,)),
     "bgc_failed_device": (c_int, (c_void_p,)),
@@ -125,6 +126,11 @@ class Library:
     def has_lane_factors(self) -> bool:
         """Return whether the matrix of the model can be factorised for a batch of instances."""
         return bool(self.functions.bgc_has_lane_factors(self.pointer))
+
+    @property
+    def explicit_cost(self) -> float:
+        """Operations of an explicit step over those of an implicit one; 0: not worth while."""
+        return float(self.functions.bgc_explicit_cost(self.pointer))
 
     @property
     def is_sampled(self) -> bool:

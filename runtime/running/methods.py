@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+SWITCHING = "switching"  # the default of models in which explicit steps may cost less
 ADAPTIVE_OPTIONS = ("rtol", "atol", "step", "max_step", "max_steps", "settle")
 
 _FAMILY = re.compile(r"^static const bgc_family (\w+) = \{\n(.*?)^\};", re.MULTILINE | re.DOTALL)
@@ -79,9 +80,12 @@ class MethodInfo:
         return ("step", *keep, *divided, "max_steps", "settle")
 
 
-def default_method(methods: Iterable[MethodInfo], fixed: bool) -> MethodInfo:
-    """Return the default with fixed steps or with error control: the first such method."""
-    return next(method for method in methods if method.fixed == fixed)
+def default_method(methods: Iterable[MethodInfo], fixed: bool, changes: bool = False) -> MethodInfo:
+    """Return the default with fixed steps or with error control: the first such method.
+
+    With `changes` the first that changes to an explicit method where nothing is stiff.
+    """
+    return next(m for m in methods if m.fixed == fixed and (m.name == SWITCHING or not changes))
 
 
 @cache

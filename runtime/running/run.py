@@ -132,7 +132,8 @@ def choose_method(
     auto = name == AUTO and not given
     if name in ("", AUTO):
         fixed = bool(wanted.get("step") or facts.step)
-        name = default_method(library.methods.values(), fixed).name
+        changes = not fixed and library.explicit_cost > 0
+        name = default_method(library.methods.values(), fixed, changes).name
     known = (*library.methods, *backends)
     if name not in known:
         raise BgError([unknown_solver(name, known)])

@@ -17,7 +17,7 @@ from bgc.printing.tables import Table
 from bgc.runtime.results.html import figure_html, table_html
 from bgc.runtime.running.compiling import load_model
 from bgc.runtime.running.loaded import LoadedModel
-from bgc.runtime.running.methods import default_method
+from bgc.runtime.running.methods import SWITCHING, default_method
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.quantity import Quantity, in_si
 from bgc.runtime.running.rows import row_times
@@ -160,7 +160,7 @@ def trade(
     if not loaded.measured:
         raise BgError([nothing_to_measure(facts.scene)])
     _check(rtols, lengths, keeps, budget)
-    adaptive, fixed = _methods(loaded, solvers)
+    adaptive, fixed = adaptive_and_fixed(loaded, solvers)
     store = open_store(loaded, end, facts.every)
     if fresh:
         store.clear()
@@ -239,13 +239,20 @@ def _check(
             raise BgError([bad_option("keep", keep, "a whole number", "5")])
 
 
-def _methods(model: LoadedModel, solvers: Sequence[str] | None) -> tuple[list[str], list[str]]:
-    """Divide the requested methods into adaptive and fixed-step ones."""
+def adaptive_and_fixed(
+    model: LoadedModel, solvers: Sequence[str] | None
+) -> tuple[list[str], list[str]]:
+    """Divide the requested methods, by default all, into adaptive and fixed-step ones.
+
+    `switching` is among them by default where it differs from `rodas5p`.
+    """
     known = (*model.solvers, *BACKENDS)
     for name in solvers or ():
         if name not in known:
             raise BgError([unknown_solver(name, known)])
-    chosen = [name for name in known if solvers is None or name in solvers]
+    differs = model.library.explicit_cost > 0
+    usual = [name for name in known if name != SWITCHING or differs]
+    chosen = usual if solvers is None else [name for name in known if name in solvers]
     methods = model.library.methods
     fixed = [name for name in chosen if name in methods and methods[name].fixed]
     return [name for name in chosen if name not in fixed], fixed

@@ -1239,6 +1239,7 @@ static const bgc_model model_info = {
     .defaults = model_defaults,
     .factor = model_factor,
     .solve = model_solve,
+    .explicit_cost = 0.58,
 };
 
 const bgc_model *bgc_get_model(void)

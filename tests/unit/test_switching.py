@@ -1,0 +1,102 @@
+"""The method `switching`: explicit steps where nothing is stiff, and the way back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import bgc
+from bgc.runtime.results.summary import summarise
+from bgc.runtime.running.methods import SWITCHING, default_method, known_methods
+from bgc.runtime.trade.trade import adaptive_and_fixed
+
+MODELS = Path(__file__).parents[1] / "models"
+TIMES = np.linspace(0.0, 60.0, 121)
+
+
+def test_it_is_explicit_but_for_the_stiff_part_of_a_run(c_model: Any) -> None:
+    waking = c_model("waking")
+    waking.start(None, rtol=1e-6)  # the default of a model with an explicit cost
+    parts = {}
+    for name, grid in (("before", TIMES[:40]), ("stiff", TIMES[40:80]), ("after", TIMES[80:])):
+        steps, explicit = waking.counts.steps, waking.counts.explicit_steps
+        rows = waking.finish(grid)
+        np.testing.assert_allclose(rows[:, 2], np.cos(grid), atol=1e-4)
+        taken = waking.counts.steps - steps
+        parts[name] = (taken, waking.counts.explicit_steps - explicit)
+    assert parts["before"][1] > 0.7 * parts["before"][0]
+    assert parts["stiff"][1] < 300  # explicit steps alone: 600,000
+    assert parts["after"][1] > 0.4 * parts["after"][0]
+    assert waking.counts.method_changes >= 3
+    assert waking.counts.jacobians < 0.7 * waking.counts.steps
+
+
+def test_a_run_that_is_stiff_has_the_bits_of_the_implicit_method(c_model: Any) -> None:
+    rows = []
+    for name in ("rodas5p", SWITCHING):
+        waking = c_model("waking")
+        waking.set(p1=-10.0, p2=1000.0)
+        waking.start(name, rtol=1e-6)
+        rows.append(waking.finish(TIMES))
+        assert waking.counts.explicit_steps == waking.counts.method_changes == 0
+    assert rows[0].tobytes() == rows[1].tobytes()
+
+
+def test_a_restored_run_goes_on_with_the_same_method(c_model: Any) -> None:
+    waking, other = c_model("waking"), c_model("waking")
+    waking.start(SWITCHING, rtol=1e-6)
+    waking.finish(TIMES[:20])
+    assert waking.counts.explicit_steps > 0
+    assert other.restore(waking.save()) == "OK"
+    assert other.finish(TIMES[20:]).tobytes() == waking.finish(TIMES[20:]).tobytes()
+
+
+def test_it_does_not_change_without_an_explicit_cost(c_model: Any) -> None:
+    rows = []
+    for name in ("rodas5p", SWITCHING):
+        kaps = c_model("kaps")
+        kaps.start(name, rtol=1e-6)
+        rows.append(kaps.finish(TIMES[:20]))
+    assert rows[0].tobytes() == rows[1].tobytes()
+
+
+@pytest.mark.parametrize("reuse", [True, False])
+def test_the_last_stage_of_dopri5_is_the_first_of_the_next_step(c_model: Any, reuse: bool) -> None:
+    """f is evaluated six times a step, and rows or restarts in between change no bit."""
+    waking = c_model("waking")
+    waking.start("dopri5", rtol=1e-6)
+    if reuse:
+        rows = waking.finish(TIMES[:20])
+        counts = waking.counts
+        assert counts.rhs <= 6 * (counts.steps + counts.rejected) + 3
+    else:
+        rows = np.vstack([waking.finish(TIMES[k : k + 1]) for k in range(20)])
+    again = c_model("waking")
+    again.start("dopri5", rtol=1e-6)
+    assert again.finish(TIMES[:20]).tobytes() == rows.tobytes()
+
+
+def test_a_mechanism_chooses_explicit_steps_by_itself() -> None:
+    model = bgc.compile(MODELS / "ivp" / "five_bodies.bg")
+    assert 0.1 < model.library.explicit_cost < 0.6
+    run = model.simulate(rtol=1e-7)
+    reference = model.simulate(solver="rodas5p", rtol=1e-10)
+    assert run.solver == SWITCHING
+    assert run.counts["explicit_steps"] > 0.5 * run.counts["steps"]
+    assert run.counts["explicit_steps"] < run.counts["steps"]
+    for name in run.columns:
+        spread = np.ptp(reference[name]) or 1.0
+        assert np.abs(run[name] - reference[name]).max() < 1e-4 * spread
+    assert "of them explicit" in summarise(run)
+    assert SWITCHING in adaptive_and_fixed(model, None)[0]
+
+
+def test_a_small_or_implicit_model_keeps_its_default() -> None:
+    model = bgc.compile(MODELS / "duffing.bg")
+    assert model.library.explicit_cost == 0.0
+    assert model.simulate().solver == "rodas5p"
+    assert SWITCHING not in adaptive_and_fixed(model, None)[0]
+    assert default_method(known_methods(), fixed=False, changes=True).name == SWITCHING
