@@ -9,6 +9,7 @@ import traceback
 from collections.abc import Iterable
 from contextlib import suppress
 from importlib import import_module
+from keyword import iskeyword
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -29,6 +30,7 @@ GROUPS = {
     "Write and check": {
         "new": "write a small model and scene to begin with",
         "check": "report errors and warnings without compiling",
+        "import": "write a robot (URDF, MJCF) or another tool's model as a .bg file",
         "fmt": "rewrite files in canonical form",
         "doc": "look up elements, functions, library parts, diagnostics ..",
         "explain": "look up a diagnostic (the same as doc)",
@@ -81,7 +83,8 @@ class Application(click.Group):
         """Load a command."""
         if cmd_name not in COMMANDS:
             return None
-        command = getattr(import_module(f"bgc.runtime.cli.{cmd_name}"), cmd_name)
+        name = f"{cmd_name}_" if iskeyword(cmd_name) else cmd_name  # `import`
+        command = getattr(import_module(f"bgc.runtime.cli.{name}"), name)
         assert isinstance(command, click.Command)
         return command
 

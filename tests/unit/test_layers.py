@@ -59,6 +59,7 @@ bgc.runtime.running
 bgc.runtime.documents
 bgc.runtime.realtime
 bgc.runtime.fmi
+bgc.runtime.importing
 bgc.runtime.linearising
 bgc.runtime.measuring
 bgc.runtime.activity

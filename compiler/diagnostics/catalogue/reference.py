@@ -43,18 +43,19 @@ def not_in_file(name: str, file: str, known: Sequence[str]) -> Diagnostic:
     return error("BG041", f"`{file}` does not declare `{name}`", help=help)
 
 
-def file_exists(path: str) -> Diagnostic:
+def file_exists(path: str, option: str = "") -> Diagnostic:
     """BG042: a new file that is there already
 
-    What: `bgc new` was to write a file that exists.
+    What: `bgc new` or `bgc import` was to write a file that exists.
 
     Why: it never replaces a file, which may hold your own work.
 
     Example: `bgc new crane` beside a `crane.bg`
 
-    Way out: take another name, or move the file.
+    Way out: take another name, or move the file; `bgc import --force` replaces it.
     """
-    return error("BG042", f"{path} exists already", help="take another name, or move the file")
+    help = "take another name, or move the file" + (f"; {option} replaces it" if option else "")
+    return error("BG042", f"{path} exists already", help=help)
 
 
 def bad_new_name(name: str, stem: str) -> Diagnostic:

@@ -1,0 +1,66 @@
+"""`import_text`: a file of another tool as a `.bg` text, with what was left out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from bgc.diagnostics.catalogue.imported import not_importable
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.grammar.files import read_source
+from bgc.runtime.importing.bond_graph_tools import read_bond_graph_tools
+from bgc.runtime.importing.mjcf import read_mjcf
+from bgc.runtime.importing.notes import Notes
+from bgc.runtime.importing.urdf import read_urdf
+from bgc.runtime.importing.write import write_robot
+
+ROBOTS = (".urdf", ".xml", ".mjcf")
+GRAPHS = (".bg", ".yaml", ".yml")
+
+
+@dataclass(frozen=True, slots=True)
+class Imported:
+    """A text in canonical form, and the warnings."""
+
+    text: str
+    warnings: tuple[Diagnostic, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """Options of an import: folders of packages, end stops, and a base that floats."""
+
+    packages: Mapping[str, Path] = field(default_factory=dict)
+    limits: bool = True
+    floating: bool = False
+
+
+def import_text(path: Path, folder: Path, choices: Choices) -> Imported:
+    """Convert a file to the text of a `.bg` file that is to lie in `folder`.
+
+    Raises
+    ------
+    BgError
+        BG137 for a file of an unknown kind; BG138 and BG270 for faults of its contents; BG058 where
+        the package that reads it is missing.
+    """
+    kind = path.suffix.lower()
+    if kind == ".xacro":
+        what = f"{path} is written in xacro, a language of macros"
+        help = f"run `xacro {path} > robot.urdf`, and import robot.urdf"
+        raise BgError([not_importable(what, help=help)])
+    if kind not in ROBOTS + GRAPHS:
+        what = f"{path} is of an unknown kind"
+        help = f"name a file in {', '.join(ROBOTS + GRAPHS)}"
+        raise BgError([not_importable(what, help=help)])
+    source = read_source(path)
+    if kind in GRAPHS:
+        return Imported(read_bond_graph_tools(source), ())
+    notes = Notes()
+    if kind == ".urdf":
+        robot = read_urdf(source, choices.packages, notes)
+    else:
+        robot = read_mjcf(source, notes)
+    text = write_robot(robot, folder, limits=choices.limits, floating=choices.floating)
+    return Imported(text, notes.diagnostics())
