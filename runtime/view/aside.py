@@ -10,6 +10,7 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Thread
@@ -85,8 +86,9 @@ def work() -> None:
     request: Request = pickle.loads(sys.stdin.buffer.read())
     output = sys.stdout.buffer
     sys.stdout = sys.stderr
-    output.write(pickle.dumps(_answer(request)))
-    output.flush()
+    with suppress(BrokenPipeError):  # the command has ended meanwhile
+        output.write(pickle.dumps(_answer(request)))
+        output.flush()
 
 
 def _answer(request: Request) -> Answer:

@@ -66,6 +66,8 @@ function rod(colour, opacity = 1) {
   return new THREE.Mesh(shaft, new THREE.MeshBasicMaterial({ color: colour, opacity, ...above }));
 }
 
+const ahead = new THREE.Vector3();
+
 // Lays a rod from one point to another, `thick` wide; hidden where they are together.
 const between = new THREE.Vector3();
 function lay(node, from, to, thick) {
@@ -111,9 +113,9 @@ export class Grip {
 
   // World length of a pixel at a point.
   pixel(point) {
-    const { camera, canvas } = this.stage;
-    const depth = between.copy(point).sub(camera.position).dot(camera.getWorldDirection(new THREE.Vector3()));
-    return (2 * Math.tan((camera.fov * Math.PI) / 360) * Math.max(depth, 1e-6)) / Math.max(1, canvas.clientHeight);
+    const { camera, size } = this.stage;
+    const depth = between.copy(point).sub(camera.position).dot(camera.getWorldDirection(ahead));
+    return (2 * Math.tan((camera.fov * Math.PI) / 360) * Math.max(depth, 1e-6)) / (size?.height ?? 1);
   }
 
   update(row) {
@@ -170,15 +172,17 @@ export class Grip {
     this.head.position.copy(neck);
     this.head.quaternion.copy(this.shaft.quaternion);
     this.head.scale.set(7 * px, 7 * px, head);
-    this.label.textContent = `${number(size, 3)} N`;
     const { x, y } = this.onScreen(end);
-    this.label.style.transform = `translate(${Math.round(x + 10)}px, ${Math.round(y - 10)}px)`;
+    const at = `translate(${Math.round(x + 10)}px, ${Math.round(y - 10)}px)`;
+    const text = `${number(size, 3)} N`;
+    if (at !== this.label.style.transform) this.label.style.transform = at;
+    if (text !== this.label.textContent) this.label.textContent = text;
   }
 
   onScreen(point) {
-    const { canvas, camera } = this.stage;
+    const { size, camera } = this.stage;
     const p = point.clone().project(camera);
-    return { x: ((p.x + 1) / 2) * canvas.clientWidth, y: ((1 - p.y) / 2) * canvas.clientHeight };
+    return { x: ((p.x + 1) / 2) * size.width, y: ((1 - p.y) / 2) * size.height };
   }
 
   // --- dragging -------------------------------------------------------------------------------

@@ -159,6 +159,7 @@ export class Stage {
   resize() {
     const { clientWidth: width, clientHeight: height } = this.holder;
     if (!width || !height) return;
+    this.size = { width, height }; // reading it each frame would lay out the page each time
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, [2, 2, 1, 0.75][this.slow] ?? 0.5));
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
