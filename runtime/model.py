@@ -151,7 +151,12 @@ class Model(LoadedModel):
         record: str | Path | None = None,
         keep: int = 60_000,
         solver: str | None = None,
+        rtol: Quantity | None = None,
+        atol: Quantity | None = None,
         step: Quantity | None = None,
+        max_step: Quantity | None = None,
+        substeps: int | None = None,
+        settle: Quantity | None = None,
         start: Literal["rest", "given"] | None = None,
         parameters: Mapping[str, ParameterValue] | None = None,
         on_records: Callable[[Array], None] | None = None,
@@ -175,8 +180,9 @@ class Model(LoadedModel):
             A `.csv` file for the motion of the device, which `trace` replays with the same bits.
         keep
             Number of samples kept in `rows`.
-        solver, step, start, parameters
-            As for `simulate`.
+        solver, rtol, atol, step, max_step, substeps, settle, start, parameters
+            As for `simulate`. With an adaptive method `step` is its first step; the period is the
+            scene's. A step never reaches beyond the next sample.
         on_records
             Called off the loop with new records, (n, width), about every 10 ms.
 
@@ -195,9 +201,8 @@ class Model(LoadedModel):
         from bgc.runtime.realtime.loop import Realtime
         from bgc.runtime.realtime.options import RealtimeOptions
 
-        method, notices = method_of(
-            self, solver, {"step": _seconds(step, "step")}, parameters or {}
-        )
+        given = _options(rtol, atol, step, max_step, substeps, settle)
+        method, notices = method_of(self, solver, given, parameters or {})
         loop = Realtime(
             self,
             method.started(start),

@@ -16,6 +16,7 @@ from bgc.runtime.cli.options import (
     model_file,
     read_assignments,
     read_devices,
+    read_times,
     read_uses,
     scene_option,
     set_option,
@@ -37,6 +38,10 @@ from bgc.runtime.running.quantity import read_quantity
 @click.option("--time", "duration", metavar="TIME", help="Simulated time; by default until Ctrl-C.")
 @click.option("--solver", metavar="NAME", help="Integration method (see bgc doc methods).")
 @click.option("--step", metavar="TIME", help='Step and period of the loop: "1 ms".')
+@click.option("--rtol", type=float, help="Relative tolerance of adaptive steps and substeps.")
+@click.option("--atol", type=float, help="Absolute tolerance of all states, in SI units.")
+@click.option("--max-step", metavar="TIME", help='Longest step of an adaptive method: "5 ms".')
+@click.option("--substeps", type=int, help="Most parts of a fixed step whose error is too large.")
 @click.option("--rest", is_flag=True, help="Start at the nearest state at which all rates vanish.")
 @click.option("--record", metavar="FILE", help="Record the motion: .csv, which `trace` replays.")
 @click.option(
@@ -60,6 +65,10 @@ def haptic(
     duration: str | None,
     solver: str | None,
     step: str | None,
+    rtol: float | None,
+    atol: float | None,
+    max_step: str | None,
+    substeps: int | None,
     rest: bool,
     record: str | None,
     exchanges: tuple[str, ...],
@@ -88,7 +97,10 @@ def haptic(
     print_diagnostics([warning for choice in choices for warning in choice.model.warnings])
     method: dict[str, Any] = {
         "solver": solver,
-        "step": None if step is None else read_quantity(step, "--step", "s"),
+        **read_times(step=step, max_step=max_step),
+        "rtol": rtol,
+        "atol": atol,
+        "substeps": substeps,
         "start": "rest" if rest else None,
     }
     loop = model.realtime(

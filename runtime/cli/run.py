@@ -138,18 +138,17 @@ def _in_real_time(
 
     if shapes:
         raise click.UsageError("--realtime records no shapes")
-    known = ("duration", "every", "solver", "step", "start")
-    if given := [name for name, value in arguments.items() if value and name not in known]:
-        raise click.UsageError(f"--realtime does not take --{given[0].replace('_', '-')}")
-    method, _ = method_of(model, arguments.get("solver"), {"step": arguments.get("step")})
+    names = ("rtol", "atol", "step", "max_step", "substeps", "settle")
+    given = {name: arguments[name] for name in names}
+    method, _ = method_of(model, arguments["solver"], given)
     times = times_of(model, method, arguments.get("duration"), arguments.get("every"))
     loop = model.realtime(
         float(times[-1]),
         devices=devices,
         keep=2_000_000,
-        solver=arguments.get("solver"),
-        step=arguments.get("step"),
-        start=arguments.get("start"),
+        solver=arguments["solver"],
+        start=arguments["start"],
+        **given,
     )
     with LiveView(loop, wanted=not quiet) as view:
         loop.start()

@@ -176,6 +176,7 @@ _FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "bgc_servo_join": (c_int, (c_void_p, c_double)),
     "bgc_servo_watch": (None, (c_void_p,)),
     "bgc_servo_get_report": (None, (c_void_p, POINTER(ReportStruct))),
+    "bgc_servo_histogram": (c_int, (c_void_p, c_int, c_void_p, c_void_p)),
     "bgc_servo_record_size": (c_int, (c_void_p,)),
     "bgc_servo_take": (c_size_t, (c_void_p, c_void_p, c_size_t)),
     "bgc_servo_retired": (c_int, (c_void_p,)),
@@ -322,6 +323,17 @@ class Servo:
         report = ReportStruct()
         self._functions.bgc_servo_get_report(self._servo, byref(report))
         return report
+
+    def histogram(self, which: int) -> Array:
+        """Upper ends of classes of a time, s, and the number in each, (n, 2), without empty ones.
+
+        `which` is 0 for lateness, 1 for jitter, 2 for work.
+        """
+        size = int(self._functions.bgc_servo_histogram(self._servo, which, None, None))
+        ends, counts = np.empty(size), np.empty(size, dtype=np.int64)
+        places = ends.ctypes.data, counts.ctypes.data
+        self._functions.bgc_servo_histogram(self._servo, which, *places)
+        return np.column_stack([ends, counts.astype(float)])[counts > 0]
 
     @property
     def record_size(self) -> int:

@@ -48,6 +48,7 @@ from bgc.runtime.running.structures import Status
 
 _DRAIN_SECONDS = 0.01
 _PATIENCE = 2.0  # s without a sample until a loop that does not end is left behind
+_TIMES: tuple[Literal["lateness", "jitter", "work"], ...] = ("lateness", "jitter", "work")
 _Device = str | PythonDevice
 
 
@@ -185,6 +186,7 @@ class Realtime:
         if self._drain is not None:
             self._drain.join()
         self._close_recorder()
+        self._histograms = {name: self.histogram(name) for name in _TIMES}
         self._final = self._read_report()
         self._servo.free()
         return self._final
@@ -219,6 +221,15 @@ class Realtime:
         """The present report of the loop; final once it has been stopped or waited for."""
         return self._final or self._read_report()
 
+    def histogram(self, name: Literal["lateness", "jitter", "work"]) -> Array:
+        """Classes of a time of the loop: upper ends, s, and samples in each, (n, 2).
+
+        Classes grow by 1/32 of an octave; empty ones are left out.
+        """
+        if self._final is not None:
+            return self._histograms[name]
+        return self._servo.histogram(_TIMES.index(name))
+
     def _read_report(self) -> Report:
         raw = self._servo.report()
         failure = None
@@ -234,7 +245,11 @@ class Realtime:
         model: LoadedModel,
         *,
         solver: str | None = None,
+        rtol: Quantity | None = None,
+        atol: Quantity | None = None,
         step: Quantity | None = None,
+        max_step: Quantity | None = None,
+        substeps: int | None = None,
         start: Literal["rest", "given"] | None = None,
         parameters: Mapping[str, ParameterValue] | None = None,
         wait: bool = True,
@@ -251,7 +266,7 @@ class Realtime:
         ----------
         model
             A model whose scene has devices of the same names and the same period.
-        solver, step, start, parameters
+        solver, rtol, atol, step, max_step, substeps, start, parameters
             As for `Model.realtime`.
         wait
             Whether to return only when the new model runs, or the loop has ended.
@@ -262,7 +277,14 @@ class Realtime:
             BG757: the devices or the period differ, another exchange is under way, or the loop has
             ended; or an argument, a parameter or the start is at fault. The loop goes on.
         """
-        method, notices = method_of(model, solver, {"step": in_si(step, "step", "s")})
+        options: dict[str, float | None] = {
+            "rtol": in_si(rtol, "rtol", ""),
+            "atol": in_si(atol, "atol", ""),
+            "step": in_si(step, "step", "s"),
+            "max_step": in_si(max_step, "max_step", "s"),
+            "substeps": substeps,
+        }
+        method, notices = method_of(model, solver, options)
         course = make_course(model, method.started(start), parameters or {})
         with self._exchanging:
             self._post(course)

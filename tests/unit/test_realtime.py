@@ -183,6 +183,12 @@ def test_a_quiet_loop_keeps_its_periods(bench: Bench) -> None:
     np.testing.assert_allclose(forces[:, 1], gain, atol=1e-12)
     assert bench.force == [0.0] * 3
     assert ctypes.c_int.in_dll(bench.library, "faulty_open").value == 0
+    for name, count in (("lateness", 1001), ("jitter", 1000), ("work", 1000)):
+        histogram, times = loop.histogram(name), getattr(report, name)
+        assert histogram[:, 1].sum() == count and (np.diff(histogram[:, 0]) > 0).all()
+        assert histogram[-1, 0] * (1 - 1 / 32) - 1e-9 <= times.worst <= histogram[-1, 0]
+        place = np.searchsorted(np.cumsum(histogram[:, 1]), 0.5 * count)
+        assert times.p50 == min(histogram[place, 0], times.worst)
     assert 0.0 < report.lateness.worst < 5e-6  # the spin of a clock that moves by 1 us a look
 
 
@@ -378,6 +384,19 @@ def test_a_model_takes_the_place_of_another_in_the_running_loop(
         assert replayed.tobytes() == np.ascontiguousarray(expected).tobytes()
 
 
+def test_tolerances_of_adaptive_methods_hold_in_the_loop(bench: Bench) -> None:
+    """A loose one takes a step a period, a tight one several; the period stays the scene's."""
+    options = RealtimeOptions(priority=False, policy="hold", burst=0.0)
+    steps = []
+    for tolerance in (1e-3, 1e-14):
+        loop = bench.model.realtime(
+            0.1, options=options, solver="rodas4p2", rtol=tolerance, atol=tolerance
+        )
+        assert loop.run_here().samples == 101
+        steps.append(loop._courses[0].instance.counts["steps"])
+    assert steps[0] <= 103 < 150 < steps[1]
+
+
 def test_a_start_at_rest_has_the_hand_at_rest(bench: Bench) -> None:
     """The device is 20 mm off the middle: the pendulum hangs, then takes the pose of the hand."""
     loop = bench.model.realtime(
@@ -548,8 +567,14 @@ def test_the_commands_in_real_time(folder: Path) -> None:
     assert done.exit_code == 0, done.output
     rows = np.genfromtxt(out, delimiter=",", names=True)
     np.testing.assert_allclose(rows["time"], np.arange(6) * 0.02, atol=1e-12)
-    done = CliRunner().invoke(application, ["run", scene, "--realtime", "--rtol", "1e-3"])
-    assert done.exit_code == 2 and "--rtol" in done.output
+    tight = ["run", scene, "--realtime", "--time", "0.1 s", "--rtol", "1e-9", "--out", str(out)]
+    done = CliRunner().invoke(application, [*tight, "--solver", "rodas5p", "--every", "20 ms"])
+    assert done.exit_code == 0 and "deadlines missed" in done.output, done.output
+    assert len(np.genfromtxt(out, delimiter=",", names=True)) == 6
+    for command in (["run", "--realtime"], ["haptic", "--time", "0.1 s"]):
+        command = [command[0], scene, *command[1:], "--solver", "rk4", "--rtol", "1e-3"]
+        done = CliRunner().invoke(application, command)
+        assert done.exit_code == 1 and "BG044" in done.output  # a method without error control
 
 
 def test_keys_exchange_the_scenes_of_the_command(

@@ -74,6 +74,16 @@ void bgc_servo_stop(bgc_servo *s, int at_once) {
     }
 }
 
+int bgc_servo_histogram(const bgc_servo *s, int which, double *end, int64_t *count) {
+    const bgc_histogram *h = which == 0 ? &s->lateness : which == 1 ? &s->jitter : &s->work;
+
+    for (int k = 0; k < BGC_CLASSES && end != NULL; k++) {
+        end[k] = 1e-9 * bgc_class_end(k);
+        count[k] = atomic_load_explicit(&h->count[k], memory_order_relaxed);
+    }
+    return BGC_CLASSES;
+}
+
 void bgc_servo_get_report(const bgc_servo *s, bgc_servo_report *r) {
     memset(r, 0, sizeof *r);
     r->end = atomic_load_explicit(&s->ended, memory_order_acquire);

@@ -147,6 +147,10 @@ void bgc_servo_drop(bgc_servo *s, bgc_course *course);
 int bgc_servo_join(bgc_servo *s, double seconds);
 /* What the watchdog does in each of its periods. */
 void bgc_servo_watch(bgc_servo *s);
+/* Counts of the times in classes, `which` of lateness 0, jitter 1, work 2: the upper end of each class, s,
+ * which grow by 1/32 of an octave, and the number in it. Returns the number of classes, also where both are
+ * NULL. */
+int bgc_servo_histogram(const bgc_servo *s, int which, double *end, int64_t *count);
 void bgc_servo_get_report(const bgc_servo *s, bgc_servo_report *report);
 /* Of the course that the reader is at. */
 int bgc_servo_record_size(const bgc_servo *s);
