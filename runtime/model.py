@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from bgc.runtime.studies.motion import Motion
     from bgc.runtime.studies.operability_result import Operability
     from bgc.runtime.studies.sweep import Vary
+    from bgc.runtime.web.export import LivePage
     from bgc.symbolic.model import SymbolicModel
 
 
@@ -729,6 +730,23 @@ class Model(LoadedModel):
         from bgc.runtime.documents.views import equations_of
 
         return equations_of(self._stages("optimise"))
+
+    def live(self, *, height: int = 520) -> LivePage:
+        """Make a page that runs this model in any browser, with its present parameters.
+
+        In a notebook the page is shown below the cell, in a frame `height` pixels high;
+        `save(path)` writes it as one HTML file, which needs no server. Its model is compiled to
+        WebAssembly by the package `ziglang` (the extra `zig`).
+
+        Raises BgError: BG545 without that package, BG548 for a solver of another one.
+        """
+        # Loads the compiler, as `linearise` does.
+        from bgc.runtime.web.export import page_of
+
+        shown = self._with_shapes()
+        for name, value in self.parameters.given({}).items():
+            shown.parameters[name] = value
+        return page_of(shown, shown._stages("C compiler"), height)
 
     def _stages(self, until: Stage) -> Stages:
         # Loads the compiler, as `linearise` does.

@@ -39,11 +39,12 @@ _FMI = {"fmu2": 2, "fmu3": 3}
 @verify_option
 @click.option(
     "--target",
-    type=click.Choice(["so", "c", "fmu2", "fmu3"]),
+    type=click.Choice(["so", "c", "fmu2", "fmu3", "html"]),
     default="so",
     show_default=True,
     help="so: a shared object; c: one self-contained C11 file; fmu2, fmu3: a Functional Mock-up "
-    "Unit (FMI 2.0 or 3.0), for Model Exchange and Co-Simulation.",
+    "Unit (FMI 2.0 or 3.0), for Model Exchange and Co-Simulation; html: a page that runs the model "
+    "in any browser, one file without a server (needs ziglang).",
 )
 @click.option(
     "-o",
@@ -96,7 +97,7 @@ def build(
     reference: bool,
     timings: bool,
 ) -> None:
-    """Compile a scene of FILE to C, to a shared object or to an FMU, and print its path.
+    """Compile a scene of FILE to C, a shared object, an FMU or a live page, and print its path.
 
     With --target c the header of the C file is written beside it. Two C files link into one
     program if each has a --prefix of its own.
@@ -124,7 +125,9 @@ def build(
         _fmu(file, options, _FMI[target], platforms, inputs, reference, Path(out), timings)
         return
     header = b""
-    if target == "c":
+    if target == "html":
+        content, seconds = _live_page(file, options)
+    elif target == "c":
         content, header, seconds = _c_file(file, options, prefix)
     else:
         content, seconds = _shared_object(file, options)
@@ -191,6 +194,16 @@ def _c_file(
         text, header = with_prefix(text, prefix), with_prefix(header, prefix)
     print_diagnostics(stages.warnings)
     return text.encode(), header.encode(), stages.seconds
+
+
+def _live_page(file: Path, options: Options) -> tuple[bytes, Mapping[str, float]]:
+    """Make the page of a scene; return it with the seconds of the stages."""
+    # The compiler is slow to load, and a shared object from the cache does without it.
+    from bgc.runtime.web.export import live_page
+
+    made = live_page(file, options)
+    print_diagnostics(made.notices)
+    return made.document.encode(), made.seconds
 
 
 def _shared_object(file: Path, options: Options) -> tuple[bytes, Mapping[str, float]]:

@@ -31,12 +31,19 @@ def bundle() -> str:
         raise BgError([page_not_bundled()]) from problem
 
 
-def page(title: str, script: str, data: str = "", nonce: str = "") -> str:
-    """Compose the document: its style is in the script, and it requests nothing."""
+def page(
+    title: str, script: str, data: str = "", nonce: str = "", kind: str = "replay", policy: str = ""
+) -> str:
+    """Compose the document: its style is in the script, and it requests nothing.
+
+    `data` is the JSON of a run of this `kind`: `replay`, or `model` for one that the page computes.
+    `policy` is the content security policy of a document without a server.
+    """
     allowed = f' nonce="{nonce}"' if nonce else ""
-    recorded = f'<script type="application/json" id="replay">{data}</script>' if data else ""
+    recorded = f'<script type="application/json" id="{kind}">{data}</script>' if data else ""
+    rules = f'<meta http-equiv="Content-Security-Policy" content="{policy}">' if policy else ""
     return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8">{rules}'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f'<title>{html.escape(title)} - bgc</title><link rel="icon" href="{_ICON}"></head><body>'
         f"{recorded}<script{allowed}>{_inside_script(script)}</script></body></html>"
@@ -54,13 +61,14 @@ def replay_data(description: dict[str, Any], rows: Rows, meshes: Sequence[Path] 
         "description": description,
         "rows": len(rows),
         "data": base64.b64encode(zlib.compress(columns, 9)).decode(),
-        "meshes": [f"data:{_MESH_TYPE};base64,{_encoded(path)}" for path in meshes],
+        "meshes": [data_url(path) for path in meshes],
     }
     return json.dumps(content, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def _encoded(path: Path) -> str:
-    return base64.b64encode(path.read_bytes()).decode()
+def data_url(path: Path) -> str:
+    """The address of a mesh that contains the file."""
+    return f"data:{_MESH_TYPE};base64,{base64.b64encode(path.read_bytes()).decode()}"
 
 
 def _inside_script(text: str) -> str:

@@ -68,6 +68,7 @@ bgc.runtime.stress
 bgc.runtime.studies
 bgc.runtime.editor
 bgc.runtime.view
+bgc.runtime.web
 bgc.runtime
 bgc.runtime.cli
 bgc

@@ -3,6 +3,7 @@
 #ifndef BGC_DRIVERS_H
 #define BGC_DRIVERS_H
 
+#ifndef BGC_DRIVERS /* a program without sockets or libraries has fewer */
 #define BGC_DRIVERS(DRIVER) \
     DRIVER(bgc_forcedimension_driver) \
     DRIVER(bgc_gamepad_driver) \
@@ -11,5 +12,6 @@
     DRIVER(bgc_spring_hand_driver) \
     DRIVER(bgc_trace_driver) \
     DRIVER(bgc_udp_driver)
+#endif
 
 #endif

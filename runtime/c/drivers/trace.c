@@ -18,6 +18,10 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#ifdef BGC_GIVEN_TEXTS
+const char *bgc_given_text(const char *name); /* NULL: there is none of this name */
+#endif
+
 /* The status of a file with a size of 64 bits. */
 #ifdef _WIN32
 typedef struct _stat64 file_status;
@@ -74,6 +78,19 @@ static int fail(const reporter *r, size_t line, const char *what, const char *de
 
 /* --- text ---------------------------------------------------------------------------------- */
 
+#ifdef BGC_GIVEN_TEXTS
+/* Copies a text that the host of a program without a file system has handed over. */
+static char *read_file(const reporter *r) {
+    const char *given = bgc_given_text(r->file);
+    char *text = given != NULL ? malloc(strlen(given) + 1) : NULL;
+
+    if (text == NULL) {
+        fail(r, 0, given != NULL ? no_memory : "this file was not handed over", "");
+        return NULL;
+    }
+    return memcpy(text, given, strlen(given) + 1);
+}
+#else
 /* Reads a regular file of at most MOST_BYTES. Returns its text, or NULL with a message.
  *
  * Pipes, terminals and devices may never end, so they are refused before they are opened. */
@@ -117,6 +134,7 @@ static char *read_file(const reporter *r) {
     }
     return text;
 }
+#endif
 
 /* Returns the next line of the text, terminated, and advances the text; NULL at the end. */
 static char *next_line(char **text) {

@@ -18,16 +18,27 @@ for (const name of ["three", "uplot"]) {
   notices.push(`${name}\n\n${licence.trim()}`);
 }
 
+const common = { bundle: true, minify: true, format: "iife", target: "es2022", charset: "utf8", logLevel: "warning" };
+
+// `engine:worker` is the text of the script of a worker, bundled by itself.
+const worker = {
+  name: "worker",
+  setup(build) {
+    build.onResolve({ filter: /^engine:worker$/ }, ({ path: name }) => ({ path: name, namespace: "engine" }));
+    build.onLoad({ filter: /.*/, namespace: "engine" }, async () => {
+      const entryPoints = [path.join(here, "src", "worker.js")];
+      const { outputFiles } = await esbuild.build({ ...common, entryPoints, write: false });
+      return { contents: outputFiles[0].text, loader: "text" };
+    });
+  },
+};
+
 await esbuild.build({
+  ...common,
   entryPoints: [path.join(here, "src", "main.js")],
   outfile: target,
-  bundle: true,
-  minify: true,
-  format: "iife",
-  target: "es2022",
-  charset: "utf8",
+  plugins: [worker],
   loader: { ".css": "text" },
   legalComments: "none",
   footer: { js: `/*! This script contains:\n\n${notices.join("\n\n")}\n*/` },
-  logLevel: "warning",
 });

@@ -76,7 +76,7 @@ export class Hand {
   }
 
   readGamepad() {
-    const pad = [...(navigator.getGamepads?.() ?? [])].find((p) => p?.connected && p.axes.length >= 2);
+    const pad = gamepads().find((p) => p?.connected && p.axes.length >= 2);
     if (!pad) {
       if (this.by === "gamepad") this.release();
       return;
@@ -95,5 +95,14 @@ export class Hand {
     this.move(position);
     pressed.forEach((on, k) => (this.buttons[k] = on));
     this.gripper = OPEN * (pad.buttons[7]?.value ?? 0);
+  }
+}
+
+// The gamepads of the browser; none in a frame that may not use them, where the call throws.
+function gamepads() {
+  try {
+    return [...(navigator.getGamepads?.() ?? [])];
+  } catch {
+    return [];
   }
 }

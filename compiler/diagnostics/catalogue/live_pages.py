@@ -1,0 +1,69 @@
+"""BG545, BG547, BG548: pages that run their model themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bgc.diagnostics.catalogue import error
+from bgc.diagnostics.diagnostic import Diagnostic
+
+
+def page_needs_zig() -> Diagnostic:
+    """BG545: a page with its model needs ziglang
+
+    What: the model of a page is compiled to WebAssembly by the C compiler of the Python package
+    `ziglang`, which is not installed.
+
+    Why: the C compiler of this machine makes programs for this machine only.
+
+    Example: `bgc build rlc.bg --target html` without `ziglang`.
+
+    Way out: `pip install "bgc-lang[zig]"`. `bgc view rlc.bg --export rlc.html` writes a recorded
+    run as one file without it.
+    """
+    return error(
+        "BG545",
+        "a page that runs its model needs the package `ziglang`, which is missing",
+        help='install it (`pip install "bgc-lang[zig]"`), or write a recorded run as one file with '
+        "`bgc view FILE --export FILE.html`",
+    )
+
+
+def page_not_compiled(compiler: str, output: str) -> Diagnostic:
+    """BG547: a model could not be compiled to WebAssembly
+
+    What: the C compiler failed on the source of a page's model.
+
+    Why: usually memory or disk space has run out, or the compiler could not write to its cache. The
+    first page takes longest: the compiler then builds the C library of WebAssembly.
+
+    Example: `bgc build crane.bg --target html` with a full disk.
+
+    Way out: remove the reason that the compiler gives.
+    """
+    return error(
+        "BG547",
+        f"the C compiler `{compiler}` cannot compile the model to WebAssembly",
+        note="\n".join(output.splitlines()[:20]),
+        help="remove the reason above; the compiler keeps its files in `~/.cache/zig`, or in the "
+        "folder that ZIG_GLOBAL_CACHE_DIR names",
+    )
+
+
+def solver_not_in_page(solver: str, methods: Sequence[str]) -> Diagnostic:
+    """BG548: a page cannot hold this solver
+
+    What: the scene's solver belongs to another package, and a page contains its solver.
+
+    Why: a page runs in a browser, where only what was compiled to WebAssembly exists.
+
+    Example: `solver cvode(rtol = 1e-8);` and `bgc build rlc.bg --target html`.
+
+    Way out: choose one of bgc's own methods in the scene, such as `solver rodas5p(rtol = 1e-8);`.
+    """
+    names = ", ".join(f"`{name}`" for name in methods)
+    return error(
+        "BG548",
+        f"a page cannot hold the solver `{solver}`, which belongs to another package",
+        help=f"choose one of bgc's own methods in the scene: {names}",
+    )

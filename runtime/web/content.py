@@ -1,0 +1,156 @@
+"""The data of a page that runs its model: the scene, the module, and the settings of its run."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Final
+
+from bgc.building.backends import BACKENDS
+from bgc.building.built import Places
+from bgc.diagnostics.catalogue.arguments import device_not_opened
+from bgc.diagnostics.catalogue.live_pages import solver_not_in_page
+from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.running.binding import text
+from bgc.runtime.running.devices import Choices, DeviceChoice
+from bgc.runtime.running.loaded import LoadedModel
+from bgc.runtime.running.poses import FED
+from bgc.runtime.running.run import Method
+from bgc.runtime.running.simulate import method_of, times_of
+from bgc.runtime.view.description import describe_model, meshes_of
+from bgc.runtime.view.page import data_url
+from bgc.runtime.view.player import usual_speed
+from bgc.runtime.web.faults import fault_messages
+from bgc.runtime.web.module import DRIVERS
+
+Content = dict[str, Any]
+
+_HAND: Final = "pointer"
+
+
+def run_settings(model: LoadedModel) -> tuple[Content, tuple[Diagnostic, ...]]:
+    """Prepare the settings of the runs of a page, and the notices about its method.
+
+    A start that has to be searched for is found here: the page starts from the states found.
+
+    Raises BgError: BG548 for a solver of another package, BG074 for a recorded motion that cannot
+    be read, and all faults of a start.
+    """
+    method, notices = method_of(model)
+    if method.name in BACKENDS:
+        raise BgError([solver_not_in_page(method.name, model.solvers)])
+    if model.facts.duration:
+        method = method.with_capped_step(times_of(model, method), model.facts.timed)
+    drivers = _drivers(model)
+    start = _start(model, method, drivers)  # refuses files that are no recorded motion
+    instance = model.parameters.instance({})
+    settings = {
+        "method": method.name,
+        "options": _options(method, bool(model.accounts)),
+        "every": model.facts.every,
+        "speed": usual_speed(model.facts.duration),
+        "given": _indexed(model, model.parameters.given({})),
+        "values": model.parameters.values_in(instance),
+        "start": start,
+        "states": [state.name for state in model.states],
+        "devices": [_with_file(device, model.folder) for device in drivers],
+    }
+    return settings, notices
+
+
+def page_content(
+    model: LoadedModel, places: Places, name: str, settings: Content, module: bytes
+) -> Content:
+    """Prepare the data of a page for JSON.
+
+    The model was compiled with shapes; `name` is that of its file, `module` its WebAssembly.
+    """
+    description = describe_model(model, name, _replaced(model, settings["devices"]))
+    return {
+        **settings,
+        "description": description,
+        "meshes": [data_url(path) for path in meshes_of(description, model.folder)],
+        "module": base64.b64encode(gzip.compress(module, 9, mtime=0)).decode(),
+        "faults": fault_messages(model, places),
+    }
+
+
+def _options(method: Method, accounts: bool) -> list[float]:
+    """The numbers of `begin` in web.c."""
+    fields = asdict(method)
+    names = ("rtol", "atol", "step", "max_step", "max_steps", "keep")
+    return [*(fields[name] for name in names), int(accounts), method.substeps]
+
+
+def _indexed(model: LoadedModel, values: Mapping[str, float]) -> list[tuple[int, float]]:
+    """Values of parameters by their indices."""
+    index = {name: k for k, name in enumerate(model.parameters)}
+    return [(index[name], value) for name, value in values.items()]
+
+
+def _drivers(model: LoadedModel) -> list[dict[str, str]]:
+    """The devices with the drivers and options that they have in the page.
+
+    `gamepad` differs from `pointer` for the page alone. A driver that a browser does not have is
+    replaced by the hand of the page.
+    """
+    table = model.library.model
+    found = []
+    for k in range(table.n_device):
+        info = table.device[k]
+        driver, options = text(info.driver), text(info.options)
+        driver = _HAND if driver in FED else driver
+        kept = (driver, options) if driver in DRIVERS else (_HAND, "")
+        found.append({"name": text(info.name), "driver": kept[0], "options": kept[1]})
+    return found
+
+
+def _with_file(device: dict[str, str], folder: Path) -> dict[str, str]:
+    """Add the file that a device reads: its name in the options, and its text."""
+    for line in device["options"].split("\n"):
+        key, _, value = line.partition("=")
+        if key == "file":
+            try:
+                return {**device, "file": value, "text": (folder / value).read_text("utf-8")}
+            except (OSError, UnicodeDecodeError) as problem:
+                reason = f"{value}: {problem}"
+                name, driver = device["name"], device["driver"]
+                raise BgError([device_not_opened(name, driver, reason)]) from problem
+    return device
+
+
+def _replaced(model: LoadedModel, drivers: Sequence[Mapping[str, str]]) -> Choices:
+    """The drivers other than the scene's."""
+    table = model.library.model
+    own = (text(table.device[k].driver) for k in range(table.n_device))
+    return {
+        d["name"]: DeviceChoice(d["driver"], d["options"])
+        for driver, d in zip(own, drivers, strict=True)
+        if driver not in (d["driver"], *FED)
+    }
+
+
+def _start(model: LoadedModel, method: Method, drivers: list[dict[str, str]]) -> Content | None:
+    """The state of a start that is searched for, and the parameters that it varies.
+
+    None where the start follows from the parameters. The model is started in any case, so that a
+    scene that cannot start is refused here and not in the page.
+    """
+    choices = _replaced(model, drivers)
+    rest = method.rest_of(model.facts)
+    with model.started(method, bool(model.accounts), devices=choices) as instance:
+        settled = method.settle > 0 or dict(model.facts.solver_options).get("settle", 0.0) > 0
+        if rest is None and not settled:
+            return None
+        state: Array = instance.state
+        names = list(model.parameters)
+        varied = [names.index(name) for name in (rest.vary if rest is not None else ())]
+        return {
+            "state": state.tolist(),
+            "varied": varied,
+            "values": [instance.parameter(k) for k in varied],
+        }

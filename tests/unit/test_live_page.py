@@ -1,0 +1,261 @@
+"""Pages that run their model: in Chromium from a file, without a network, and their data."""
+
+import json
+import re
+import time
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from playwright import sync_api
+from test_view_page import ARGUMENTS, CHROMIUM, View
+
+import bgc
+from bgc.building.cache import open_cache
+from bgc.diagnostics.diagnostic import BgError
+from bgc.options import Options
+from bgc.runtime.cli.app import application
+from bgc.runtime.running.failures import explain
+from bgc.runtime.running.simulate import method_of
+from bgc.runtime.running.structures import Status
+from bgc.runtime.web import module as modules
+from bgc.runtime.web.content import run_settings
+from bgc.runtime.web.export import LivePage, live_page
+from bgc.runtime.web.faults import fault_messages
+
+MODEL = """
+model Lift {
+  input hand[3] : m;
+  param length = 2 m in 0.5 m .. 8 m;
+  param stiffness = 9.81 s^-2;
+  param limit = 100 rad/s in 0.1 rad/s .. 100 rad/s;
+  param damping = 0.3 s^-1;
+  param push = 60 m^-1*s^-2;
+  state angle = 1 rad;
+  state rate : rad/s = 0 rad/s;
+  der(angle) = rate;
+  der(rate) = -stiffness*(sin(angle) - 0.3) - damping*rate + push*hand[3];
+  assert abs(rate) < limit, "too fast";
+  signal bob[3] : m = [length*sin(angle), 0, 6 m - length*cos(angle)];
+  shape sphere(0.6 m) at bob colour "red";
+  shape handle(hand, aim = hand) at bob;
+}
+/// Swings <fast>.
+scene lift of Lift {
+  device grip = trace(file = "grip.csv");
+  drive hand = grip.position;
+  observe angle, rate, bob;
+  start rest;
+  solver rodas5p(rtol = 1e-8);
+  run 5 s every 0.05 s;
+}
+scene far is lift {
+  device grip = forcedimension(id = 0);
+}
+scene other of Lift {
+  device grip = trace(file = "grip.csv");
+  drive hand = grip.position;
+  observe angle;
+  solver cvode(rtol = 1e-8);
+  run 5 s;
+}
+"""
+TRACE = "time,x,y,z\n0,0,0,0\n1,0,0,0\n2,0,0,0.05\n3,0,0,-0.03\n"
+
+GRIP = """(() => { const g = bgcView.devices.grips[0], b = g.stage.canvas.getBoundingClientRect();
+  const p = g.onScreen(g.knob.position); return [b.left + p.x, b.top + p.y]; })()"""
+STICK = """(down) => { navigator.getGamepads = () => [{ connected: true,
+  axes: [0, 0, 0, down], buttons: new Array(8).fill({ pressed: false, value: 0 }) }]; }"""
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("live") / "lift.bg"
+    path.write_text(MODEL, "utf-8")
+    (path.parent / "grip.csv").write_text(TRACE, "utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def model(file):
+    return bgc.compile(file, scene="lift", shapes=True)
+
+
+@pytest.fixture(scope="module")
+def live(file):
+    """The page of the scene, written by the command."""
+    arguments = ["build", str(file), "--scene", "lift", "--target", "html", "-o", str(file.parent)]
+    done = CliRunner().invoke(application, arguments)
+    assert done.exit_code == 0, done.output
+    path = file.parent / "lift.lift.html"
+    assert done.output.strip() == str(path)
+    return path
+
+
+# --- the page in a browser --------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with sync_api.sync_playwright() as driver:
+        chromium = driver.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        yield chromium
+        chromium.close()
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
+def test_a_file_runs_its_model_without_a_network(browser, live, model):
+    view = View(browser, f"{live.as_uri()}?quality=low", offline=True)
+    view.until("bgcView.store?.count === 1 && bgcView.player.ready")
+    # A run in the page is that of the shared object, but for the last bits of sums and functions.
+    times = [0.05 * k for k in range(101)]
+    done = view.ask(f"bgcView.source.simulate({times})")
+    native = np.full((101, model.row_width), np.nan)
+    with model.started(method_of(model)[0].with_capped_step(np.array(times), True), False) as run:
+        assert run.run(np.array(times), native) == (Status.OK, 101)
+    rows = np.array(done["rows"])
+    assert np.ptp(native[:, 0]) > 0.3  # the recorded motion moves it, from its start at rest
+    assert abs(native[0, 0] - np.arcsin(0.3)) < 1e-9
+    np.testing.assert_allclose(rows, native, rtol=0, atol=1e-11)
+    # Played, it does the same, in a worker.
+    assert any(url.startswith("blob:") for url in view.requests)
+    view.ask("bgcView.setSpeed(20)")
+    view.page.keyboard.press("Space")
+    view.until("bgcView.player.ended")
+    assert view.ask("bgcView.store.last") == pytest.approx(5)
+    view.until(f"Math.abs(bgcView.row[0] - {native[-1, 0]}) < 1e-6")
+    # The mouse takes the device from the recorded motion; the run starts by itself.
+    view.ask("{bgcView.setSpeed(1); bgcView.source.send('reset')}")
+    view.until("bgcView.player.epoch === 1 && bgcView.store.count === 1")
+    frames = view.ask("bgcView.frames")
+    view.until(f"bgcView.frames > {frames} + 1 && bgcView.devices.grips[0].px > 0")
+    x, y = view.ask(GRIP)
+    mouse = view.page.mouse
+    mouse.move(x, y)
+    view.until("bgcView.devices.grips[0].hot")
+    mouse.down()
+    mouse.move(x + 2, y - 60, steps=3)
+    view.until("bgcView.row[0] > 0.4 && bgcView.player.held[0] === 'grip'")
+    mouse.up()
+    # A gamepad takes it from the mouse, and the recorded motion has it again.
+    view.page.evaluate(STICK, 0.9)
+    view.until("bgcView.row[0] < 0.2 && bgcView.devices.hands[0].by === 'gamepad'")
+    view.page.evaluate("navigator.getGamepads = () => []")
+    view.page.get_by_label("Give grip back to trace").click()
+    view.until("bgcView.player.held.length === 0")
+    # A slider; a value out of range, which is refused with the message of the command line.
+    view.ask("bgcView.source.send('set', {name: 'length', value: 8})")
+    view.until("bgcView.parameters.values[0] === 8 && bgcView.row[4] < 6 - 7")
+    view.ask("bgcView.source.send('set', {name: 'length', value: 9})")
+    view.until("!document.querySelector('.banner').hidden")
+    with pytest.raises(BgError) as raised:
+        model.parameters["length"] = 9.0
+    shown = view.page.locator(".banner").inner_text()
+    assert f"BG061 {raised.value.diagnostics[0].message}" in shown
+    # A failed step is explained; the rows stay; a reset begins again with the values that were set.
+    view.ask("bgcView.source.send('set', {name: 'limit', value: 0.1})")
+    view.ask("bgcView.source.send('hand', {device: 'grip', position: [0, 0, 3]})")
+    view.until("document.querySelector('.banner').innerText.includes('BG705')")
+    text = view.page.locator(".banner").inner_text()
+    assert re.search(r"BG705 too fast \(at t = [\d.]+ s\) \(", text), text
+    assert view.ask("bgcView.store.count") > 10 and not view.ask("bgcView.player.playing")
+    view.ask("bgcView.source.send('set', {name: 'limit', value: 100})")
+    view.page.get_by_label("Reset (R)").click()
+    view.until("bgcView.player.epoch === 2 && bgcView.store.count === 1")
+    assert view.ask("bgcView.parameters.values[0]") == 8
+    # A worker that does not obey is replaced, and the new one knows the values.
+    view.ask("bgcView.source.send('set', {name: 'length', value: 5})")
+    view.ask("{bgcView.source.post = () => {}; bgcView.source.send('reset')}")
+    view.until("bgcView.player.epoch === 3 && bgcView.player.ready && bgcView.store.count === 1")
+    assert view.ask("bgcView.parameters.values[0]") == 5
+    view.close(("file://",))
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
+def test_a_frame_without_workers_and_gamepads_runs_the_model_in_the_page(browser, live):
+    context = browser.new_context(viewport={"width": 320, "height": 240})
+    context.add_init_script(
+        "delete window.Worker; navigator.getGamepads = () => { throw new Error('not allowed'); }"
+    )
+    page = context.new_page()
+    wrong = []
+    page.on("pageerror", lambda e: wrong.append(str(e)))
+    page.goto(f"{live.as_uri()}?quality=low")
+    end = time.monotonic() + 40
+    for wanted in ("bgcView.frames > 1", "bgcView.source.send('play')", "bgcView.store.last > 0"):
+        asked = f"Boolean(window.bgcView?.store?.count) && ({wanted}) !== false"
+        while not page.evaluate(asked):
+            assert time.monotonic() < end, (wanted, wrong)
+            time.sleep(0.1)
+    context.close()
+    assert wrong == []
+
+
+# --- its data ---------------------------------------------------------------------------------
+
+
+def test_a_page_is_one_small_document_for_notebooks_too(live, file, monkeypatch):
+    document = live.read_text("utf-8")
+    assert "default-src 'none'" in document and not re.search(r'(src|href)="http', document)
+    page = LivePage("a <b>", '<p title="x">', height=300)
+    shown = page._repr_html_()
+    assert 'srcdoc="&lt;p title=&quot;x&quot;&gt;"' in shown and "height:300px" in shown
+    assert page.save(file.parent / "saved.html").read_text("utf-8") == '<p title="x">'
+
+
+def test_a_model_shows_its_page_with_its_present_parameters(model, live):
+    again = bgc.compile(model.origin[0], scene="lift")
+    again.parameters["length"] = "3 m"
+    document = again.live(height=100).document  # the module comes from the cache
+    content = json.loads(re.search(r'id="model">(.*?)</script>', document)[1])
+    assert content["given"] == [[0, 3.0]] and content["values"][0] == 3.0
+    assert content["devices"][0]["text"] == TRACE
+
+
+def test_messages_are_those_of_the_command_line(model):
+    faults = fault_messages(model, model._places)
+    with model.started(method_of(model)[0], False, {"limit": 0.1}) as instance:
+        instance.state[:] = [0.0, 5.0]
+        assert instance.restart() is Status.OK
+        rows = np.empty((1, model.row_width))
+        status, _ = instance.run(np.array([1.0]), rows)
+    told = explain(instance, status, model._places)
+    entry = faults["by_status"][str(int(Status.ASSERTION))]
+    assert entry["names"] == 1
+    template = entry["items"]["0"]
+    assert template["text"].replace("⟦time⟧", f"{instance.time:.9g}") == told.message
+    assert template["code"] == told.code and template["help"] == told.help
+    known = {int(key) for key in faults["by_status"]}
+    silent = {Status.OK, Status.BAD_ARGUMENT, Status.INTERRUPTED}
+    assert known == {int(s) for s in Status} - {int(s) for s in silent}
+    state = faults["by_status"][str(int(Status.NOT_FINITE))]
+    assert "⟦state⟧" in state["named"]["text"] and "⟦state⟧" not in state["any"]["text"]
+    device = faults["by_status"][str(int(Status.DEVICE))]
+    assert "`grip`" in device["items"]["0"]["text"] and "⟦reason⟧" in device["reasons"]["0"]["text"]
+
+
+def test_a_device_that_no_browser_has_is_the_hand_of_the_page(file):
+    far = bgc.compile(file, scene="far", shapes=True)
+    settings, _ = run_settings(far)  # looks for no library
+    assert settings["devices"] == [{"name": "grip", "driver": "pointer", "options": ""}]
+    assert settings["start"]["state"][0] == pytest.approx(np.arcsin(0.3))
+
+
+def code_of(work):
+    with pytest.raises(BgError) as raised:
+        work()
+    (found,) = raised.value.diagnostics
+    return found
+
+
+def test_what_cannot_be_a_page_is_refused(file, model, monkeypatch, tmp_path):
+    other = Options("other")
+    assert code_of(lambda: live_page(file, other)).code == "BG548"
+    (tmp_path / "lift.bg").write_text(MODEL, "utf-8")
+    lost = code_of(lambda: live_page(tmp_path / "lift.bg", Options("lift")))
+    assert lost.code == "BG074" and "grip.csv" in lost.message
+    monkeypatch.setattr(modules, "ZIGLANG", ("false",))
+    assert code_of(lambda: modules.build_module("int x;", open_cache())).code == "BG547"
+    monkeypatch.setattr(modules, "find_spec", lambda name: None)
+    absent = code_of(model.live)
+    assert absent.code == "BG545" and 'pip install "bgc-lang[zig]"' in absent.help
