@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +16,7 @@ from bgc.reference.entry import Entry, Group
 from bgc.reference.index import GROUPS, MANUAL, find, mentions
 from bgc.reference.index import names as all_names
 from bgc.reference.parts import declaration_entry, file_entry
-from bgc.runtime.cli.app import print_diagnostics
+from bgc.runtime.cli.app import AT_FAULT, print_diagnostics
 from bgc.runtime.documents import methods
 from bgc.runtime.documents.terminal import print_entries, print_groups, print_names
 
@@ -34,8 +36,19 @@ _SHORTEST = 3  # letters of a word that is searched for
     is_flag=True,
     help="Write README.md of the library, and a picture of each part (needs Graphviz).",
 )
-@click.option("--out", metavar="DIR", help="Folder for --library; by default the library's own.")
-def doc(names: tuple[str, ...], whole_library: bool, out: str | None) -> None:
+@click.option(
+    "--gallery",
+    is_flag=True,
+    help="Write a page that runs its model for each scene of FILES (by default of the library), "
+    "and an index (needs ziglang).",
+)
+@click.option(
+    "--out",
+    metavar="DIR",
+    help="Folder for --library, by default the library's own, or for --gallery, by default "
+    "`gallery`.",
+)
+def doc(names: tuple[str, ...], whole_library: bool, gallery: bool, out: str | None) -> None:
     """Show the documentation of a name.
 
     NAME is an element (TF), a word of the language (observe), a function (sin), a unit (bar), a
@@ -43,9 +56,14 @@ def doc(names: tuple[str, ...], whole_library: bool, out: str | None) -> None:
     (BG301) or a chapter of the manual (scenes). GROUP is one of elements, words, functions, units,
     methods, library, diagnostics, manual. Without arguments, list all names.
     """
+    if gallery and not whole_library:
+        _write_gallery(names, Path(out or "gallery"))
+        return
     if whole_library or out is not None:
-        if names or not whole_library:
-            raise click.UsageError("--library takes no names, and --out needs --library")
+        if names or gallery or not whole_library:
+            raise click.UsageError(
+                "--library takes no names and no --gallery, and --out needs one of them"
+            )
         _write_library(out)
         return
     if not names:
@@ -128,3 +146,22 @@ def _write_library(out: str | None) -> None:
 
     for path in write_library(None if out is None else Path(out)):
         click.echo(path)
+
+
+def _write_gallery(names: tuple[str, ...], folder: Path) -> None:
+    if wrong := [name for name in names if not name.endswith(".bg")]:
+        raise click.UsageError(f"--gallery takes files that end in .bg, not {wrong[0]}")
+    # The compiler, Jinja2 and Lark, which all else does without.
+    from bgc.runtime.web.gallery import library_files, write_gallery
+
+    failed: list[BgError] = []
+
+    def refused(problem: BgError) -> None:
+        failed.append(problem)
+        print_diagnostics(problem.diagnostics)
+
+    files = [Path(name) for name in names] or library_files()
+    for path in write_gallery(files, folder, refused):
+        click.echo(os.fsencode(path))
+    if failed:
+        sys.exit(AT_FAULT)

@@ -18,6 +18,7 @@ from bgc.runtime.cli.app import application
 from bgc.runtime.running.failures import explain
 from bgc.runtime.running.simulate import method_of
 from bgc.runtime.running.structures import Status
+from bgc.runtime.web import gallery
 from bgc.runtime.web import module as modules
 from bgc.runtime.web.content import run_settings
 from bgc.runtime.web.export import LivePage, live_page
@@ -259,3 +260,24 @@ def test_what_cannot_be_a_page_is_refused(file, model, monkeypatch, tmp_path):
     monkeypatch.setattr(modules, "find_spec", lambda name: None)
     absent = code_of(model.live)
     assert absent.code == "BG545" and 'pip install "bgc-lang[zig]"' in absent.help
+
+
+def test_a_gallery_has_a_page_of_each_scene_and_an_index(file, tmp_path, monkeypatch):
+    def page_of(path, options):
+        if options.scene == "other":
+            return live_page(path, options)
+        return LivePage(options.scene, f"<p>{options.scene}")
+
+    monkeypatch.setattr(gallery, "live_page", page_of)
+    asked = ["doc", "--gallery", str(file), "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(application, asked)
+    assert done.exit_code == 1 and "error[BG548]" in done.stderr
+    names = ("lift.lift.html", "lift.far.html", "index.html")
+    written = [tmp_path / "out" / name for name in names]
+    assert done.stdout.split() == [str(path) for path in written]
+    assert written[1].read_text("utf-8") == "<p>far"
+    index = written[2].read_text("utf-8")
+    assert re.findall(r'href="(.+?)"', index) == list(names[:2])
+    assert "Swings &lt;fast&gt;." in index and "cannot hold the solver" in index
+    assert CliRunner().invoke(application, ["doc", "--gallery", "TF"]).exit_code == 2
+    assert CliRunner().invoke(application, ["doc", "--gallery", "--library"]).exit_code == 2
