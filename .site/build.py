@@ -161,8 +161,9 @@ def _gallery(docs: Path, scenes: Sequence[str], live: bool) -> list[Page]:
         lines += [f"![Curves of {name}](gallery/{name}.png)", ""]
         _bgc("run", path, "--quiet", "--plot", docs / "gallery" / f"{name}.png")
         if live:
-            _bgc("build", path, "--target", "html", "-o", docs / "gallery" / f"{name}.html")
-            lines += [f"[Open the live model](gallery/{name}.html)", ""]
+            _bgc("build", path, "--target", "html", "-o", docs / "gallery" / name)
+            (page,) = (docs / "gallery" / name).iterdir()
+            lines += [f"[Open the live model](gallery/{name}/{page.name})", ""]
         lines += ["```sh", f"bgc view library/scenes/{name}.bg", "```", ""]
     return [Page("gallery.md", "Gallery", "", lines)]
 
