@@ -42,6 +42,12 @@ def catch_signals() -> Caught:
     return caught
 
 
+def outlive_clients() -> None:
+    """Let a server go on when a client closes its connection in the middle of a message."""
+    if hasattr(signal, "SIGPIPE"):
+        signal.signal(signal.SIGPIPE, signal.SIG_IGN)
+
+
 def end_at_signals() -> None:
     """Let signals end the process at once: nothing is left to be written."""
     for name in _ENDING:

@@ -31,6 +31,7 @@ from bgc.runtime.cli.options import (
     use_option,
     whole_option,
 )
+from bgc.runtime.cli.signals import outlive_clients
 from bgc.runtime.model import Model
 from bgc.runtime.results.files import written_whole
 from bgc.runtime.running.compiling import load_as
@@ -106,6 +107,7 @@ def view(
     )
     if export is None:
         _require_aiohttp()
+        outlive_clients()
     with CompilingLine(file.name, wanted=not quiet) as line:
         model = load_as(Model, file, options, dict(read_assignments(assignments)), line)
     print_diagnostics(model.warnings)
@@ -147,6 +149,7 @@ def _require_aiohttp() -> None:
 
 def _serve_recording(recording: Recording, port: int, no_browser: bool) -> None:
     _require_aiohttp()
+    outlive_clients()
     # Needs aiohttp, which is optional.
     from bgc.runtime.view.server import Server
 

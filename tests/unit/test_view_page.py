@@ -1,6 +1,7 @@
 """The page of `bgc view` in a browser: Debian's Chromium, driven by Playwright."""
 
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -148,6 +149,10 @@ def live(folder):
 
 
 def test_a_live_run_is_seen_steered_and_found_again(browser, live):
+    # A page that is closed must not end the command: it ignores SIGPIPE.
+    status = Path(f"/proc/{live.process.pid}/status").read_text("ascii")
+    ignored = next(line for line in status.splitlines() if line.startswith("SigIgn:"))
+    assert int(ignored.split()[1], 16) >> (signal.SIGPIPE - 1) & 1
     view = View(browser, f"{live.url}&quality=low")
     page = view.page
     assert view.colours() > 12
@@ -308,7 +313,7 @@ def test_a_circuit_has_its_plots_its_graph_and_its_slots(browser, folder):
         """interface Part { port p in; }
         model Plain is Part { port p in; r : R(2 ohm); p -> r; }
         model Warm is Part { port p in; param ohms = 3 ohm; r : R(ohms); p -> r; }
-        model RC { supply : Se(e = 5 V); loop : J1; resistor : Part = Plain;
+        model RC { param volts = 5 V; supply : Se(e = volts); loop : J1; resistor : Part = Plain;
         capacitor : C(10 uF); supply -> loop -> resistor; loop -> capacitor; }
         scene charge of RC { observe capacitor.e, loop.f; run 0.1 ms; }""",
         "utf-8",
@@ -340,13 +345,19 @@ def test_a_circuit_has_its_plots_its_graph_and_its_slots(browser, folder):
         view.until("!document.querySelector('.chosen').hidden")
         assert "capacitor : C(10 uF)" in view.page.locator(".chosen").inner_text()
         # Another part in the slot: the page comes back with its parameter.
+        view.ask("bgcView.source.send('set', {name: 'volts', value: 6})")
         view.page.get_by_role("tab", name="Slots").click()
+        view.ask("bgcView.source.send('play')")
         view.page.get_by_label("resistor").select_option("Warm")
+        view.until("bgcView.player.busy === 'model' && bgcView.player.playing")
+        during = view.ask("bgcView.store.last")
+        view.until(f"bgcView.player.busy === 'model' && bgcView.store.last > {during}")
         view.until(
             "window.bgcView?.description?.parameters.some((p) => p.name === 'resistor.ohms')"
         )
         view.until("bgcView.store.count >= 1 && bgcView.player.epoch === 1")
-        view.until("bgcView.graph.shown && bgcView.tab === 1")
+        view.until("bgcView.graph.shown && bgcView.tab === 1 && bgcView.store.last > 0")
+        view.until("bgcView.parameters.values.includes(6)")  # the slider keeps its value
         view.close((served.url.split("/?")[0], served.url.split("/?")[0].replace("http", "ws")))
     finally:
         served.end()
