@@ -44,7 +44,7 @@ def model(tmp_path_factory):
     folder = tmp_path_factory.mktemp("hands")
     (folder / "motion.csv").write_text("time,x,y,z\n0,1,0,0\n9,1,0,0\n")
     (folder / "reach.bg").write_text(MODEL, "utf-8")
-    return bgc.compile(folder / "reach.bg", shapes=True)
+    return bgc.compile(folder / "reach.bg", shapes=True, preview=True)
 
 
 @pytest.fixture
