@@ -323,9 +323,13 @@ static void haply_close(void *handle) {
         haply_wait(h, POLLOUT, 5);
     }
     haply_send(h, FRAME_CLOSE, "\x03\xe8", 2);
-    if (h->socket >= 0) {
-        close(h->socket);
+
+    /* A socket that closes with states unread resets the connection, and the zero force may be lost. */
+    shutdown(h->socket, SHUT_WR);
+    for (int k = 0; k < 50 && recv(h->socket, h->in, sizeof h->in, 0) != 0; k++) {
+        haply_wait(h, POLLIN, 5);
     }
+    close(h->socket);
     free(h);
 }
 
