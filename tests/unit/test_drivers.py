@@ -138,6 +138,17 @@ def test_a_flood_is_read_in_parts_and_the_force_answers_the_last_pose(
     assert driver.answer == NO_NEWS
 
 
+def test_a_second_client_of_a_port_is_refused_and_the_first_goes_on(
+    runtime: Any, link: tuple[Device, socket.socket, tuple[str, int]]
+) -> None:
+    driver, device, address = link
+    driver.read()
+    second = Device(runtime, "udp", port=address[1], wait=0.02)
+    assert not second.handle and "cannot be opened" in second.message
+    device.sendto(datagram(2, 0.5), address)
+    assert driver.read().position[0] == 0.5 and driver.answer == FINE
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

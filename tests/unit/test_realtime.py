@@ -233,12 +233,14 @@ FAULTS = [
     ("fault=unplugged", {}, End.LOST, "BG706", "the cable is out"),
     ("fault=write_lost", {}, End.LOST, "BG706", "device `hand` reported a fault"),
     ("fault=nan", {}, End.BAD_POSE, "BG762", "not finite"),
+    ("fault=no_orientation", {}, End.BAD_POSE, "BG762", "not finite"),
     ("fault=stuck", {}, End.STUCK, "BG763", "nothing new for 0.1 s"),
     ("fault=no_news", {}, End.STUCK, "BG763", "nothing new"),
     ("fault=late,delay=1.1 ms", {}, End.LATE, "BG764", "deadlines were missed"),
     ("fault=stalled,delay=0.3", {}, End.STALLED, "BG765", "; the force is zero"),
     ("fault=stalled_driver,delay=0.3", {}, End.STALLED, "BG765", "in a call of a driver"),
     ("", {"parameters": {"limit": 0.31}}, End.MODEL, "BG705", "the pendulum is too high"),
+    ("", {"parameters": {"limit": 1.7e308, "push": 1.7e308}}, End.MODEL, "BG703", ""),
 ]
 
 
@@ -250,10 +252,6 @@ FAULTS = [
 def test_a_fault_ends_the_loop_without_force(
     bench: Bench, fault: str, options: dict[str, Any], end: End, code: str, words: str
 ) -> None:
-    if (
-        "parameters" in options
-    ):  # the initial state violates nothing; a swing to the other side does
-        options = {"parameters": {"limit": 0.31}}
     loop = bench.make(fault, 3.0, **options)
     bench.watched()
     report = loop.run_here()
@@ -434,6 +432,38 @@ def test_an_exchange_that_is_refused_changes_nothing(bench: Bench, folder: Path)
     words = ("`stick`, the loop `hand`", "period of 0.002", "BG7", "under way", "has ended")
     for line, word in zip(found, words, strict=True):
         assert word in line and line.startswith("BG757") == (word != "BG7")
+
+
+def test_a_process_that_was_stopped_returns_with_zero_force(bench: Bench) -> None:
+    """Loop and watchdog stand still together for 0.3 s; nothing but zero is written after that."""
+    bench.make("fault=stalled,delay=0.3", 3.0)  # and no watchdog that acts meanwhile
+    report = bench.loop.run_here()
+    assert report.end is End.STALLED and report.problem is not None
+    assert report.problem.code == "BG765" and report.samples == 101
+    zero_at = ctypes.c_double.in_dll(bench.library, "faulty_zero_at").value
+    assert zero_at - (0.1 + 1e-3 + 0.3) == pytest.approx(0.85e-3, abs=2e-5)  # less the spin
+    assert bench.force == [0.0] * 3
+
+
+def test_a_reader_that_is_gone_does_not_stop_the_loop(bench: Bench) -> None:
+    """Nobody takes the records of 20 s until the end: the ring has room for 16,384."""
+    loop = bench.make(duration=20.0)
+    report = loop.run_here()
+    assert report.end is End.DONE and report.samples == 20_001
+    assert report.lost_records == 20_001 - 16_384
+    assert [warning.code for warning in report.warnings()] == ["BG768"]
+
+
+def test_the_manual_names_twenty_faults_and_their_tests() -> None:
+    manual = (Path(bgc.grammar.__path__[0]) / "LANGUAGE.md").read_text("utf-8")
+    table = manual.partition("| fault | answer | message | status | test |\n")[2].partition("\n\n")[
+        0
+    ]
+    rows = [line.strip("| ").split(" | ") for line in table.splitlines()[1:]]
+    texts = [path.read_text("utf-8") for path in Path(__file__).parent.glob("test_*.py")]
+    assert len(rows) >= 20
+    for _, _, _, status, test in rows:
+        assert status in "012" and any(f"def {test.strip('`')}(" in text for text in texts), test
 
 
 def test_a_full_disk_ends_the_recording_alone(bench: Bench) -> None:

@@ -133,6 +133,15 @@ static int is_over(const bgc_servo *s) {
     return wanted > 1 || (wanted == 1 && bgc_servo_is_quiet(s));
 }
 
+/* Whether the process stood still for longer than the watchdog allows, and the watchdog with it: what the
+ * model would ask for now answers a hand of long ago. */
+static int has_stood(const bgc_servo *s, int64_t now) {
+    const double limit = fmax(s->options.watchdog, 3.0 * s->options.period);
+
+    return s->options.watchdog > 0.0 && bgc_servo_has_motors(s) &&
+           now - atomic_load(&s->beat) > bgc_servo_ns(limit);
+}
+
 /* Before the first sample, at the instant `first`. */
 static void begin(bgc_servo *s, int64_t first) {
     bgc_course *c = atomic_load(&s->course);
@@ -164,6 +173,10 @@ void bgc_servo_loop(bgc_servo *s) {
         begun = bgc_servo_now(s);
         if (is_over(s)) {
             bgc_servo_finish(s, BGC_SERVO_STOPPED, due);
+            return;
+        }
+        if (has_stood(s, begun)) {
+            bgc_servo_finish(s, BGC_SERVO_STALLED, begun);
             return;
         }
         c = present_course(s);

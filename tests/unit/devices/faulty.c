@@ -101,6 +101,9 @@ static int faulty_read(void *handle, double t, bgc_pose *pose) {
     pose->velocity[0] = 0.7 * cos(7.0 * t);
     pose->orientation[0] = -cos(t); /* not a unit quaternion, and of the other sign */
     pose->orientation[3] = -sin(1.01 * t);
+    if (is("no_orientation")) {
+        memset(pose->orientation, 0, sizeof pose->orientation);
+    }
     pose->angular_velocity[2] = 2.0;
     pose->buttons[1] = t < 0.3 || t > 0.4;
     pose->stamp = is("stuck") ? fault.from : 1.0 + t;
