@@ -63,7 +63,7 @@ def read_criteria(model: LoadedModel, texts: Sequence[str]) -> tuple[Criterion, 
     found = [each for text in wanted for each in read_criterion(text, columns, read_quantity)]
     if not found:
         example = 'add `require tension < 300 kN;` to it, or give "max(tension) < 300 kN"'
-        raise BgError([bad_observable("", "the scene has no limit", example)])
+        raise BgError([bad_observable("criteria", "the scene has no limit", example)])
     return tuple(found)
 
 

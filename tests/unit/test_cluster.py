@@ -16,8 +16,12 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.runtime.model import Model
 from bgc.runtime.results.study import StudyInterrupted
 from bgc.runtime.running import batches
-from bgc.runtime.studies import chunks, store
+from bgc.runtime.running.cases import checked_cases
+from bgc.runtime.running.many import plan_many
+from bgc.runtime.running.simulate import method_of, times_of
+from bgc.runtime.studies import chunks, cluster, store
 from bgc.runtime.studies.chunks import Waiting
+from bgc.runtime.studies.sweep import observables_of
 
 zarr = pytest.importorskip("zarr")
 distributed = pytest.importorskip("distributed")
@@ -52,8 +56,8 @@ def whole(model: Model):
 def scheduler() -> Iterator[distributed.LocalCluster]:
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
-    ) as cluster:
-        yield cluster
+    ) as local:
+        yield local
 
 
 def equal(found, whole) -> None:
@@ -151,3 +155,69 @@ def test_chunks_begin_where_batches_do():
     while waiting:
         taken.append(waiting.take(2))
     assert taken == [range(8), range(24, 40), range(40, 50)]
+
+
+class KilledWorker(Exception):
+    """The name that Dask gives to a task that ended several workers."""
+
+
+class Future:
+    """A task that ran where it was submitted, or ended every worker."""
+
+    def __init__(self, task, killed: bool) -> None:
+        self.task, self.status = task, "error" if killed else "finished"
+
+    def exception(self) -> Exception:
+        return KilledWorker()
+
+    def result(self):
+        shipped, task = self.task
+        return cluster.run_task(shipped, task)
+
+    def release(self) -> None:
+        pass
+
+
+class Client:
+    """The part of Dask's client that a study uses; the tasks with run 21 are killed."""
+
+    loop = None
+
+    def submit(self, function, shipped, task, pure):
+        numbers = range(task.first, task.first + len(task.cases))
+        return Future((shipped, task), 21 in numbers)
+
+    def nthreads(self):
+        return {"worker": 1}
+
+
+class Ended(list):
+    def __init__(self, **_) -> None:
+        super().__init__()
+
+    add = list.append
+
+    def __next__(self):
+        return self.pop()
+
+
+def test_runs_that_end_every_worker_are_failed_and_the_others_are_done(model, monkeypatch):
+    cases = checked_cases({"k": np.linspace(20, 80, 60)}, model.parameters)
+    method, _ = method_of(model)
+    observables = observables_of(model, OBSERVE)
+    plan = plan_many(model, method, cases, times_of(model, method), True, observables)
+    waiting = Waiting(60, np.zeros(60, dtype=bool))
+    waiting._each = 0.02  # 48 runs in the first chunk
+    work = plan.work(None)
+    for chunk in cluster._results(plan, cluster.ship(plan), Client(), Ended, waiting, "tcp://a"):
+        chunk.add_to(work)
+    assert sorted(work.failures) == list(range(16, 24))
+    assert {why.code for why in work.failures.values()} == {"BG799"}
+    assert work.completed == {*range(16), *range(24, 60)}
+    assert np.isfinite(work.reduced[sorted(work.completed)]).all()
+    assert np.isnan(work.reduced[16:24]).all() and work.values[20, 0] == cases.values[20, 0]
+
+
+def test_a_worker_of_another_version_is_refused(model):
+    with pytest.raises(BgError, match="BG799"):
+        cluster._model(cluster.Shipped("key", b"", "0.0.0"))
