@@ -10,16 +10,17 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from bgc.diagnostics.doors import with_doors
+from bgc.runtime.arguments import method_options, seconds_of
 from bgc.runtime.linear.state_space import Linearisation, Mode, modes_of, pencil_eigenvalues
 from bgc.runtime.results.arrays import Array, Complex
 from bgc.runtime.results.result import Result
 from bgc.runtime.running.compiling import load_as
 from bgc.runtime.running.devices import read_choices
 from bgc.runtime.running.failures import require
-from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.quantity import Quantity, in_si
 from bgc.runtime.running.simulate import method_of, simulate, state_after, times_of
+from bgc.runtime.studied import StudiedModel
 
 if TYPE_CHECKING:
     from bgc.driver import Stage, Stages
@@ -27,20 +28,13 @@ if TYPE_CHECKING:
     from bgc.runtime.realtime.loop import Realtime
     from bgc.runtime.realtime.options import RealtimeOptions
     from bgc.runtime.realtime.python_device import PythonDevice
-    from bgc.runtime.results.ensemble import Ensemble
-    from bgc.runtime.results.study import Study
-    from bgc.runtime.running.cases import Sets
     from bgc.runtime.running.stepping import Stepping
-    from bgc.runtime.studies.estimate import Estimate
-    from bgc.runtime.studies.motion import Motion
-    from bgc.runtime.studies.operability_result import Operability
-    from bgc.runtime.studies.sweep import Vary
     from bgc.runtime.web.export import LivePage
     from bgc.symbolic.model import SymbolicModel
 
 
 @with_doors
-class Model(LoadedModel):
+class Model(StudiedModel):
     """A compiled model: set its parameters, simulate it, linearise it.
 
     Runs share nothing: each starts from the initial state. Attributes are those of `LoadedModel`:
@@ -129,10 +123,10 @@ class Model(LoadedModel):
                 progress=progress,
                 devices=devices,
             )
-        options = _options(rtol, atol, step, max_step, substeps, settle)
+        options = method_options(rtol, atol, step, max_step, substeps, settle)
         method, notices = method_of(self, solver, options, values)
         method = method.started(start)
-        times = times_of(self, method, _seconds(duration), _seconds(every, "every"))
+        times = times_of(self, method, seconds_of(duration), seconds_of(every, "every"))
         choices = read_choices(devices or {})
         return simulate(self, method, times, values, progress, notices, choices)
 
@@ -202,13 +196,13 @@ class Model(LoadedModel):
         from bgc.runtime.realtime.loop import Realtime
         from bgc.runtime.realtime.options import RealtimeOptions
 
-        given = _options(rtol, atol, step, max_step, substeps, settle)
+        given = method_options(rtol, atol, step, max_step, substeps, settle)
         method, notices = method_of(self, solver, given, parameters or {})
         loop = Realtime(
             self,
             method.started(start),
             options or RealtimeOptions(),
-            duration=_seconds(duration),
+            duration=seconds_of(duration),
             devices=devices,
             record=None if record is None else Path(record),
             keep=keep,
@@ -217,289 +211,6 @@ class Model(LoadedModel):
         )
         loop.warnings += notices
         return loop
-
-    def simulate_many(
-        self,
-        parameters: Sets,
-        duration: Quantity | None = None,
-        *,
-        every: Quantity | None = None,
-        solver: str | None = None,
-        rtol: Quantity | None = None,
-        atol: Quantity | None = None,
-        step: Quantity | None = None,
-        max_step: Quantity | None = None,
-        substeps: int | None = None,
-        settle: Quantity | None = None,
-        start: Literal["rest", "given"] | None = None,
-        progress: bool = False,
-        vectorised: bool = True,
-        resume: bool = False,
-    ) -> Ensemble:
-        """Run many parameter sets at once, and return their observed values as one array.
-
-        Several instances share a vector register (eight with AVX-512), and batches of them run on
-        all processors. Instances in a batch take the same steps: under error control those of the
-        most demanding instance. Models and methods that batches do not support (see
-        `running.many`) are run one by one; `Ensemble.alone` has the reason. The first call
-        compiles the batch code, which is cached.
-
-        Parameters
-        ----------
-        parameters
-            A mapping `{"m": values, "k": values}` with one value for each instance (a number or
-            a text with a unit is for all; of a vector, one vector for each), or a list of
-            mappings as for `simulate`, one for each instance.
-        duration, every, solver, rtol, atol, step, max_step, substeps, settle, start
-            As for `simulate`.
-        progress
-            Whether to show a progress bar on a terminal when it takes longer than a second.
-        vectorised
-            Whether to use vector registers; otherwise instances are run one by one.
-        resume
-            Whether to keep what is done if Ctrl-C ends the call, for the next equal one.
-
-        Returns
-        -------
-        Ensemble
-            Also if instances failed: `status` and `failures` name them with their errors.
-
-        Raises
-        ------
-        EnsembleInterrupted
-            Ctrl-C; its `result` holds the rows up to there.
-        BgError
-            An argument or a parameter is at fault.
-        """
-        # Loading this would take 6 % of a warm `bgc run`, which has no ensemble.
-        from bgc.runtime.running.cases import checked_cases
-        from bgc.runtime.running.many import plan_many, simulate_many
-
-        cases = checked_cases(parameters, self.parameters)
-        options = _options(rtol, atol, step, max_step, substeps, settle)
-        method, notices = method_of(self, solver, options)
-        method = method.started(start)
-        times = times_of(self, method, _seconds(duration), _seconds(every, "every"), len(cases))
-        plan = plan_many(self, method, cases, times, vectorised)
-        return simulate_many(plan, progress, notices, resume)
-
-    def sweep(
-        self,
-        vary: Vary = (),
-        observe: Sequence[str] = (),
-        duration: Quantity | None = None,
-        *,
-        sample: int | None = None,
-        design: str = "latin",
-        seed: int = 0,
-        cases: str | Path | None = None,
-        scheduler: str | None = None,
-        store: str | Path | None = None,
-        progress: bool = False,
-        resume: bool = False,
-        every: Quantity | None = None,
-        solver: str | None = None,
-        rtol: Quantity | None = None,
-        atol: Quantity | None = None,
-        step: Quantity | None = None,
-        max_step: Quantity | None = None,
-        substeps: int | None = None,
-        settle: Quantity | None = None,
-        start: Literal["rest", "given"] | None = None,
-    ) -> Ensemble | Study:
-        """Run the model over values of its parameters, as `bgc sweep` does.
-
-        Parameters
-        ----------
-        vary
-            `{"m": "1..4 kg:4", "k": "1..1000 N/m:4 log", "c": [1, 2, "5 N*s/m"]}`, or texts
-            `["m=1..4 kg:4"]`. By default all combinations of the values are run.
-        observe
-            Observables such as `max(tension)` or `quantile(tension, 0.95) from 20 s`. Each run
-            leaves these numbers and no rows, so that memory does not grow with the rows.
-        sample, design, seed
-            Number of points to take from the ranges: a `latin` hypercube, a `sobol` sequence, or
-            the sample of Sobol indices, `saltelli`, of (parameters + 2) times as many runs.
-        cases
-            A CSV file with a column for each parameter, `mass [t]`; each case is combined with all
-            combinations of `vary`.
-        scheduler
-            Address of a Dask scheduler, `tcp://10.0.0.5:8786`, whose workers run the cases.
-        store
-            Directory for the results as a Zarr group, written while the sweep goes on; a sweep that
-            was interrupted or killed goes on from there.
-        resume
-            As for `simulate_many`.
-        duration, every, solver, rtol, atol, step, max_step, substeps, settle, start
-            As for `simulate`.
-
-        Returns
-        -------
-        Study
-            With observables: one row for each run.
-        Ensemble
-            Without: all rows of all runs.
-
-        Raises
-        ------
-        StudyInterrupted, EnsembleInterrupted
-            Ctrl-C; `result` holds what was done.
-        BgError
-            An argument or a parameter is at fault.
-        """
-        # As for `simulate_many`.
-        from bgc.runtime.running.batches import rows_at_once
-        from bgc.runtime.studies.sweep import Design, observables_of, sweep
-
-        chosen = Design(vary, sample, design, seed, cases)
-        observables = observables_of(self, observe)
-        options = _options(rtol, atol, step, max_step, substeps, settle)
-        method, notices = method_of(self, solver, options)
-        method = method.started(start)
-        values = chosen.values(self.parameters)
-        count = len(next(iter(values.values()), ()))
-        at_once = rows_at_once(count) if observables else count
-        times = times_of(self, method, _seconds(duration), _seconds(every, "every"), at_once)
-        return sweep(
-            self, chosen, method, times, observables, progress=progress, notices=notices,
-            resume=resume, scheduler=scheduler, store=store,
-        )  # fmt: skip
-
-    def fit(
-        self,
-        motion: Motion,
-        vary: Vary,
-        *,
-        match: Mapping[str, str] | None = None,
-        columns: Sequence[str] = (),
-        noise: Mapping[str, Quantity] | None = None,
-        loss: str = "linear",
-        starts: int = 1,
-        confidence: float = 0.95,
-        solver: str | None = None,
-        rtol: Quantity | None = None,
-        atol: Quantity | None = None,
-        step: Quantity | None = None,
-        max_step: Quantity | None = None,
-        substeps: int | None = None,
-        settle: Quantity | None = None,
-        start: Literal["rest", "given"] | None = None,
-    ) -> Estimate:
-        """Estimate parameters from a recorded motion, as `bgc fit` does.
-
-        Minimises the sum of squared residuals in units of their noise within the bounds, by SciPy's
-        `least_squares`. Each point and its finite differences run as one batch.
-
-        Parameters
-        ----------
-        motion
-            A CSV file with the columns `time` and observed names, `x [mm]`; a result; or columns
-            by name, SI. The model runs to the recorded times.
-        vary
-            Parameters with their bounds, `{"k": "1..1000 N/m"}` or `["k=1..1000 N/m"]`. The
-            iteration starts at the present values, or in the middle where they are outside.
-        match, columns
-            Observed names of recorded columns, `{"x": "position"}`; the observed columns to fit,
-            by default all that were recorded.
-        noise
-            Standard deviations of columns; those of the residuals by default, to which the weights
-            of the columns are adapted.
-        loss
-            "linear": least squares. "soft_l1", "huber" and "cauchy" give outliers beyond the noise
-            less weight.
-        starts
-            Number of points within the bounds, run as one batch, among which to start.
-        confidence
-            Probability of the intervals. They are those of the linearised problem with independent
-            normal noise.
-        solver, rtol, atol, step, max_step, substeps, settle, start
-            As for `simulate`.
-
-        Raises
-        ------
-        BgError
-            The data or the bounds are at fault (BG788, BG479), or the run at the start fails.
-        """
-        # As for `simulate_many`.
-        from bgc.runtime.studies.bounds import read_bounds, read_noise
-        from bgc.runtime.studies.fit import FitOptions, fit
-        from bgc.runtime.studies.motion import read_motion
-
-        options = _options(rtol, atol, step, max_step, substeps, settle)
-        method, _ = method_of(self, solver, options)
-        recorded = read_motion(motion, self, match or {}, columns)
-        bounds = read_bounds(vary, self.parameters)
-        known = read_noise(noise or {}, recorded.names, self.outputs)
-        return fit(
-            self, method.started(start), recorded, bounds,
-            FitOptions(loss, known, starts, confidence),
-        )  # fmt: skip
-
-    def operability(
-        self,
-        height: str,
-        period: str,
-        criteria: Sequence[str] = (),
-        duration: Quantity | None = None,
-        *,
-        heading: str | None = None,
-        seed: str | None = None,
-        judge: str = "gumbel",
-        exposure: Quantity | None = None,
-        scheduler: str | None = None,
-        store: str | Path | None = None,
-        progress: bool = False,
-        resume: bool = False,
-        every: Quantity | None = None,
-        solver: str | None = None,
-        rtol: Quantity | None = None,
-        atol: Quantity | None = None,
-        step: Quantity | None = None,
-        max_step: Quantity | None = None,
-        substeps: int | None = None,
-        settle: Quantity | None = None,
-        start: Literal["rest", "given"] | None = None,
-    ) -> Operability:
-        """Find the sea states in which criteria hold, as `bgc operability` does.
-
-        Parameters
-        ----------
-        height, period, heading, seed
-            Parameters of the sea with their values, `"vessel.sea.height=1..4 m:7"`.
-        criteria
-            Demands on observables, `"max(tension) < 300 kN"`; by default the limits of the scene,
-            `require tension < 300 kN;`.
-        judge, exposure
-            The value of a criterion from those of the seeds. "gumbel": of extremes (max, min, peak,
-            range) the most probable one, for the time of `exposure` (s) instead of the simulated
-            one; of other observables the mean. "worst": that of the worst seed.
-        scheduler, store, resume
-            As for `sweep`.
-        duration, every, solver, rtol, atol, step, max_step, substeps, settle, start
-            As for `simulate`.
-
-        Raises
-        ------
-        StudyInterrupted
-            Ctrl-C.
-        BgError
-            An argument or a parameter is at fault.
-        """
-        # As for `simulate_many`.
-        from bgc.runtime.running.batches import rows_at_once
-        from bgc.runtime.studies.operability import SeaStates, operability, read_criteria
-
-        read = read_criteria(self, criteria)
-        options = _options(rtol, atol, step, max_step, substeps, settle)
-        method, notices = method_of(self, solver, options)
-        method = method.started(start)
-        at_once = rows_at_once(1_000_000)
-        times = times_of(self, method, _seconds(duration), _seconds(every, "every"), at_once)
-        return operability(
-            self, SeaStates(height, period, heading, seed), read, method, times, judge=judge,
-            exposure=_seconds(exposure, "exposure"), progress=progress, notices=notices,
-            resume=resume, scheduler=scheduler, store=store,
-        )  # fmt: skip
 
     def initial_state(self, parameters: Mapping[str, ParameterValue] | None = None) -> Array:
         """The state at time 0, SI, in the order of `states`."""
@@ -512,7 +223,7 @@ class Model(LoadedModel):
         parameters: Mapping[str, ParameterValue] | None = None,
     ) -> Array:
         """f of `M y' = f(t, y)`, by default at the initial state."""
-        instance = self.instance_at(state, _seconds(time, "time") or 0.0, parameters)
+        instance = self.instance_at(state, seconds_of(time, "time") or 0.0, parameters)
         status, f = instance.rhs()
         require(instance, status)
         return f
@@ -524,7 +235,7 @@ class Model(LoadedModel):
         parameters: Mapping[str, ParameterValue] | None = None,
     ) -> Array:
         """df/dy, dense (n, n), by default at the initial state."""
-        instance = self.instance_at(state, _seconds(time, "time") or 0.0, parameters)
+        instance = self.instance_at(state, seconds_of(time, "time") or 0.0, parameters)
         status, dense, _ = instance.jacobian()
         require(instance, status)
         return dense
@@ -536,7 +247,7 @@ class Model(LoadedModel):
         parameters: Mapping[str, ParameterValue] | None = None,
     ) -> dict[str, float]:
         """The observed values, by default at the initial state; no energy accounts."""
-        instance = self.instance_at(state, _seconds(time, "time") or 0.0, parameters)
+        instance = self.instance_at(state, seconds_of(time, "time") or 0.0, parameters)
         status, values = instance.outputs()
         require(instance, status)
         pairs = zip(self.measured, values.tolist(), strict=True)
@@ -589,7 +300,7 @@ class Model(LoadedModel):
         if state is not None:
             names = (variable.name for variable in self.states)
             given = dict(zip(names, np.asarray(state, dtype=float).tolist(), strict=True))
-            return opened.linearise(opened.at_state(given, _seconds(time, "time") or 0.0))
+            return opened.linearise(opened.at_state(given, seconds_of(time, "time") or 0.0))
         return opened.linearise(opened.operating_point(_point(at)))
 
     def symbolic(
@@ -648,7 +359,7 @@ class Model(LoadedModel):
         parameters: Mapping[str, ParameterValue] | None = None,
     ) -> Complex:
         """Eigenvalues of the emitted Jacobian at a state, 1/s, by rising real part."""
-        instance = self.instance_at(state, _seconds(time, "time") or 0.0, parameters)
+        instance = self.instance_at(state, seconds_of(time, "time") or 0.0, parameters)
         status, dense, _ = instance.jacobian()
         require(instance, status)
         status, mass = instance.mass()
@@ -666,7 +377,7 @@ class Model(LoadedModel):
 
     def state_at(self, time: Quantity) -> tuple[Array, Array]:
         """Run to a time, s; return the state and the device inputs then. No rows are kept."""
-        return state_after(self, _seconds(time, "time") or 0.0)
+        return state_after(self, seconds_of(time, "time") or 0.0)
 
     # --- stepwise ---------------------------------------------------------------------
 
@@ -694,7 +405,7 @@ class Model(LoadedModel):
         # Few programs run stepwise.
         from bgc.runtime.running.stepping import Stepping
 
-        options = _options(rtol, None, step, max_step, None, None)
+        options = method_options(rtol, None, step, max_step, None, None)
         method, _ = method_of(self, solver, options, parameters or {})
         return Stepping(self, method, parameters or {})
 
@@ -772,28 +483,5 @@ class Model(LoadedModel):
         return table + self.parameters._repr_html_()
 
 
-def _seconds(value: Quantity | None, name: str = "duration") -> float | None:
-    return in_si(value, name, "s")
-
-
 def _point(at: Quantity | Literal["steady"] | None) -> float | Literal["steady"] | None:
     return "steady" if at == "steady" else in_si(at, "at", "s")
-
-
-def _options(
-    rtol: Quantity | None,
-    atol: Quantity | None,
-    step: Quantity | None,
-    max_step: Quantity | None,
-    substeps: int | None,
-    settle: Quantity | None,
-) -> dict[str, float | None]:
-    """The options of a method by name, SI."""
-    return {
-        "rtol": in_si(rtol, "rtol", ""),
-        "atol": in_si(atol, "atol", ""),
-        "step": in_si(step, "step", "s"),
-        "max_step": in_si(max_step, "max_step", "s"),
-        "substeps": substeps,
-        "settle": in_si(settle, "settle", "Hz"),
-    }
