@@ -206,7 +206,7 @@ class Value:
 
 @dataclass(frozen=True, slots=True)
 class Port:
-    """`port tip[6] out : Frame main;`."""
+    """`port tip[6] out : Frame main;`, or `port tip[3] out sampled 1 ms { stiffness = k; }`."""
 
     name: str
     dims: tuple[Expr, ...]
@@ -216,6 +216,8 @@ class Port:
     doc: str
     span: Span
     name_span: Span
+    period: Expr | None = None  # of a sampled port
+    law: tuple[LawEquation, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ from lark import Token, Tree
 from bgc.diagnostics.catalogue import jumps
 from bgc.diagnostics.catalogue import syntax as wrong
 from bgc.diagnostics.catalogue.inherited_scenes import model_and_base
+from bgc.diagnostics.catalogue.ports import law_of_plain_port
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Source, Span
 from bgc.grammar import syntax
@@ -216,7 +217,9 @@ class _Transform(ExpressionTransform):
 
     def _port(self, tree: ParseTree) -> syntax.Port:
         children: list[Any] = tree.children
-        _, name, dims, direction, domain, main = children
+        _, name, dims, direction, _, period, domain, main, *law = children
+        if law and period is None:
+            self.report(law_of_plain_port(self.span(law[0]), str(name)))
         return syntax.Port(
             str(name),
             self._dims(dims),
@@ -226,6 +229,8 @@ class _Transform(ExpressionTransform):
             self._doc(tree),
             self.span(tree),
             self.token_span(name),
+            self._optional_expression(period),
+            tuple(map(self._law_equation, _listed(law[0].children[1]))) if law else None,
         )
 
     def _part(self, tree: ParseTree) -> syntax.Part:

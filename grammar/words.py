@@ -566,6 +566,16 @@ _SOFT = tuple(
             (), "", (), "port tip out : Frame main;", ("port",),
         ),
         (
+            "sampled",
+            "A port that is a virtual coupling to a device, held over samples, exact in energy.",
+            (), "", (
+                "Its law gives `position`, `stiffness` and `mass`, and more: a spring and a damper "
+                "between the device and the bond, with the energy of each sample in its books.",
+            ),
+            "port tip[3] out sampled 1 ms { position = x; stiffness = 800 N/m; mass = 0.25 kg; }",
+            ("port", "sample"),
+        ),
+        (
             "pseudo",
             "A domain whose effort times flow is not a power, such as temperature and heat flow.",
             ("file",),

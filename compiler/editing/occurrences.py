@@ -205,7 +205,7 @@ class _Walk:
             case syntax.Port():
                 symbol = region.names.get(item.name)
                 self._note(item.name_span, symbol)
-                self._all(item.dims, region)
+                self._all((*item.dims, item.period, *(law.right for law in item.law or ())), region)
                 if item.domain is not None:
                     start = max((item.name_span.end, *(d.span.end for d in item.dims)))
                     self._name_note(start, item.domain, type_symbol(item.domain, self.module))

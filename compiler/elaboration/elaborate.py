@@ -28,6 +28,7 @@ from bgc.elaboration.instances.quantities import Quantities
 from bgc.elaboration.instances.tree import Instance, Quantity
 from bgc.elaboration.instances.world import Edits, World
 from bgc.elaboration.laws.elements import read_elements
+from bgc.elaboration.laws.ports import read_ports
 from bgc.elaboration.laws.sampled import read_sampled, refuse_held_early
 from bgc.elaboration.laws.statements import (
     collect_assignments,
@@ -143,7 +144,8 @@ def _elaborate(
     elements = read_elements(world, wiring, bonds, scalars)
     statements = read_statements(world, wiring)
     held, rates = read_sampled(world, wiring)
-    observed = read_observed(world, scene, root)
+    ports = read_ports(world, wiring)
+    observed = read_observed(world, scene, root, ports)
     if scene.implicit:
         observed = _observe_all(world, bonds, wiring, root)
     devices = read_devices(world, scene)
@@ -172,6 +174,7 @@ def _elaborate(
         jumps=statements.jumps,
         held=held,
         rates=rates,
+        ports=ports,
         observations=(
             *_with_hidden(observed.observations, requirements, rest),
             *drawn.observations,

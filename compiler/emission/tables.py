@@ -24,6 +24,7 @@ _CHANNELS = {
     "force": "BGC_FORCE",
     "torque": "BGC_TORQUE",
     "gripper_force": "BGC_GRIPPER_FORCE",
+    "held_force": "BGC_HELD_FORCE",
 }
 _PER_LINE = 16
 
@@ -115,6 +116,10 @@ def model_tables(
         indices("held_rate", [held.rate for held in program.held])
         fields.append(("n_held", str(len(program.held))))
         fields.append(("n_rate", str(len(program.rates))))
+    place = {held.index: k for k, held in enumerate(program.held)}
+    if scene.accounts and program.books:
+        indices("book", [place[index] for books in program.books for index in books])
+        fields.append(("n_port", str(len(program.books))))
     if program.slots:
         fields.append(("n_slot", str(program.slots)))
     if matrix.blocks is not None:

@@ -25,6 +25,7 @@ from bgc.equations.loops.motion_rates import settle_motions
 from bgc.equations.loops.resolve import Resolver
 from bgc.equations.loops.start import with_start_values
 from bgc.equations.motions.merge import merge_along_motions
+from bgc.equations.ports import with_port_checks
 from bgc.equations.ranges import require_representable
 from bgc.equations.scales import state_scale, storage_scales
 from bgc.equations.speeds import with_speeds
@@ -108,6 +109,7 @@ def derive_equations(causal: CausalGraph) -> Program:
         jumps=jumps,
         held=held,
         rates=graph.rates,
+        books=tuple(port.books for port in graph.ports),
         slots=len(graph.held),
         loops=tuple(resolver.loops),
         ignored_defaults=tuple(dict.fromkeys(variables.ignored_defaults)),
@@ -125,7 +127,8 @@ def derive_equations(causal: CausalGraph) -> Program:
     require_representable(graph, program)
     assert_power_balance(program)
     program = without_settled_jumps(without_unused_divisors(program))
-    return with_speeds(program, variables, resolver, elements, stored)
+    program = with_speeds(program, variables, resolver, elements, stored)
+    return with_port_checks(program, graph)
 
 
 # --- states -----------------------------------------------------------------------------------

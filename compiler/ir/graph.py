@@ -380,6 +380,30 @@ class Held:
 
 
 @dataclass(frozen=True, slots=True)
+class SampledPort:
+    """A virtual coupling between a device and the bonds named `name`, held over samples.
+
+    `balance` is the energy in it at any time, J: that of the last instant less the work that its
+    effort has done on the bond since. `books` are the INPUT symbols of the energies that it has
+    received from the device, dissipated, and created by sampling since the start. Its sources are
+    the elements `name.source`. The other nodes are of PARAM level: stiffness, damping, the mass
+    of the device, the resolution of its position, the lag in periods, and the period, s.
+    """
+
+    name: str
+    width: int
+    balance: Node
+    books: tuple[int, int, int]
+    stiffness: Node
+    damping: Node
+    mass: Node
+    resolution: Node
+    lag: Node
+    period: Node
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class Observation:
     """A scalar output, named as in the header of the result (`tip[1]`).
 
@@ -440,6 +464,7 @@ class FlatGraph:
     held: tuple[Held, ...] = ()
     rates: tuple[SampleRate, ...] = ()
     parts: tuple[Part, ...] = ()
+    ports: tuple[SampledPort, ...] = ()
 
 
 def port_ends(graph: FlatGraph) -> Iterator[tuple[int, int, int]]:

@@ -26,6 +26,7 @@ from bgc.ir.graph import (
     Matrix,
     Node,
     Resistor,
+    SampledPort,
     SampleRate,
     Source,
     State,
@@ -67,6 +68,7 @@ def map_graph(graph: FlatGraph, dag: Dag, new: _New) -> FlatGraph:
         jumps=tuple(_jump(jump, new) for jump in graph.jumps),
         held=map_held(graph.held, new),
         rates=map_rates(graph.rates, new),
+        ports=map_ports(graph.ports, new),
     )
 
 
@@ -90,6 +92,23 @@ def map_held(held: tuple[Held, ...], new: _New) -> tuple[Held, ...]:
 def map_rates(rates: tuple[SampleRate, ...], new: _New) -> tuple[SampleRate, ...]:
     """Replace the nodes of sampling rates."""
     return tuple(replace(r, period=new(r.period), offset=new(r.offset)) for r in rates)
+
+
+def map_ports(ports: tuple[SampledPort, ...], new: _New) -> tuple[SampledPort, ...]:
+    """Replace the nodes of sampled ports."""
+    return tuple(
+        replace(
+            port,
+            balance=new(port.balance),
+            stiffness=new(port.stiffness),
+            damping=new(port.damping),
+            mass=new(port.mass),
+            resolution=new(port.resolution),
+            lag=new(port.lag),
+            period=new(port.period),
+        )
+        for port in ports
+    )
 
 
 def _jump(jump: Jump, new: _New) -> Jump:

@@ -240,6 +240,7 @@ class Program:
     jumps: tuple[StateJump, ...] = ()
     held: tuple[Held, ...] = ()  # by sampled parts
     rates: tuple[SampleRate, ...] = ()
+    books: tuple[tuple[int, int, int], ...] = ()  # of each sampled port: INPUT symbols
     slots: int = 0  # INPUT symbols of held values, also of those that slicing removed
     warnings: tuple[Diagnostic, ...] = ()
     speeds: SpeedEquations | None = None

@@ -69,10 +69,14 @@ DRIVER_OPTIONS: Mapping[str, Mapping[str, bool]] = {
     "haply": {"port": False, "id": False, "wait": False},
     "pointer": {"smooth": False, "reach": False},
     "spring_hand": dict.fromkeys(
-        ("mass", "damping", "stiffness", "amplitude", "frequency", "axis"), False
+        (
+            *("mass", "damping", "stiffness", "amplitude", "frequency", "axis"),
+            *("push", "start", "resolution"),
+        ),
+        False,
     ),
     "trace": {"file": True, "scale": False, "loop": False},
-    "udp": {"port": True, "host": False, "wait": False},
+    "udp": {"port": True, "host": False, "wait": False, "lag": False},
 }
 """Options of drivers, and whether they are needed; those of other drivers are not compared."""
 
@@ -93,6 +97,7 @@ DEVICE_INPUTS: Mapping[str, Channel] = {
     "angular_velocity": Channel((3,), _HERTZ, "angular velocity of the handle, in rad/s"),
     "gripper": Channel((), None, "opening of the gripper"),
     "buttons": Channel((8,), None, "1 for each button that is pressed, else 0"),
+    "held_force": Channel((3,), _FORCE, "force that the hand held since the last sample"),
 }
 """Channels that a device gives, sampled at every step of the scene."""
 
@@ -110,3 +115,6 @@ ACCOUNTS: Mapping[str, str] = {
     "residual": "stored - supplied + dissipated: 0 but for errors of integration",
 }
 """Energy accounts of a scene, in J, observed as `energy.stored` and so on."""
+
+CREATED = "created"
+"""The energy that sampled ports have created: an account that only these have."""

@@ -59,7 +59,8 @@ class _Checker:
                         self._report.add(ranges.range_of_variable(span, item.name, item.kind))
                     self.all((*item.dims, *ends, *((item.value,) if item.value else ())), seen)
                 case syntax.Port():
-                    self.all(item.dims, seen)
+                    period = () if item.period is None else (item.period,)
+                    self.all((*item.dims, *period, *(law.right for law in item.law or ())), seen)
                 case syntax.Part():
                     self._part(item, seen)
                 case syntax.Chain():

@@ -69,6 +69,7 @@ def _roots(program: Program) -> list[Node]:
         roots += [*program.closures.flows, *program.closures.conditions]
     if program.scene.accounts:
         roots += [program.energy.stored, program.energy.supplied, program.energy.dissipated]
+        roots += [program.dag.symbol(Kind.INPUT, k) for books in program.books for k in books]
     roots += [
         program.dag.symbol(Kind.STATE, index)
         for index, state in enumerate(program.states)

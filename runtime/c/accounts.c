@@ -107,7 +107,7 @@ void bgc_settle_energy_scale(const bgc_model *m, bgc_data *d) {
 /* The residual of the accounts at the end of a step. */
 double bgc_residual_after(const bgc_core *core, const bgc_balance *balance) {
     return balance->stored - core->stored0 - (core->supplied + balance->supplied) +
-           (core->dissipated + balance->dissipated);
+           (core->dissipated + balance->dissipated) - core->created;
 }
 
 /* Enters a step into the accounts. */

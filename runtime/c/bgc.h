@@ -70,7 +70,8 @@ typedef enum {
     BGC_BUTTONS = 5,       /* in, 0 or 1 each, 8 */
     BGC_FORCE = 6,         /* out, N, 3 */
     BGC_TORQUE = 7,        /* out, N m, 3 */
-    BGC_GRIPPER_FORCE = 8  /* out, N, 1 */
+    BGC_GRIPPER_FORCE = 8, /* out, N, 1 */
+    BGC_HELD_FORCE = 9     /* in, N, 3 */
 } bgc_channel;
 
 typedef struct {
@@ -285,6 +286,10 @@ typedef struct bgc_model {
     void (*sampling)(const double *h, double *s, double *w);
     void (*held_start)(const double *h, double t, const double *u, double *z, double *w);
     void (*held)(const double *h, double t, const double *x, const double *u, double *z, double *w);
+    /* Sampled ports: of each the numbers of three held values, whose changes at an instant are the energies
+     * that it has received from its device, dissipated and created. */
+    int n_port;
+    const int *book;
 
     /* Inner unknowns z of the linear systems, beside the states: f is g(x, z) with 0 = r(x, z), and
      * df/dx = g_x - g_z r_z^-1 r_x. Then jacobian() fills the n_local entries of [g_x g_z; r_x r_z] at

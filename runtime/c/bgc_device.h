@@ -51,6 +51,10 @@ enum {
 typedef struct {
     double position[3], orientation[4], velocity[3], angular_velocity[3], gripper[1], buttons[8];
     double stamp; /* s, on the device's clock: when this was measured; 0: not known */
+    /* N: the force that the hand really held since the pose before, such that its product with the
+     * displacement is the work on the hand. It comes set to the force of the last write; only a driver that
+     * knows better writes it. */
+    double held_force[3];
 } bgc_pose;
 
 typedef struct {
@@ -69,6 +73,9 @@ typedef struct {
     double slowest, fastest;       /* Hz: rates at which it may be driven */
     int buttons;                   /* their number, at most 8 */
     char model[64];                /* as the maker calls it */
+    double damping;                /* N s/m, of its own and of the hand */
+    int lag;                       /* samples, at worst, from a pose to the force that answers it */
+    int echoes;                    /* 1: held_force is measured at the device */
 } bgc_capabilities;
 
 typedef struct {

@@ -203,6 +203,7 @@ typedef struct {
 
     /* Energy accounts, J: stored at the reset, integrals at t and at t_old, residual at t. */
     double stored0, supplied, dissipated, supplied_old, dissipated_old;
+    double created;      /* by sampled ports, J */
     double imbalance;
     double energy_scale; /* below 0: not computed yet */
     double largest_account;
@@ -213,6 +214,7 @@ typedef struct {
     const bgc_driver *driver; /* NULL: not open */
     void *handle;
     bgc_pose pose;
+    bgc_effort given; /* written last */
 } bgc_device;
 
 struct bgc_data {

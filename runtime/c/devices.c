@@ -39,6 +39,8 @@ static double input_of(const bgc_pose *pose, const bgc_channel_use *use) {
         return pose->gripper[use->component];
     case BGC_BUTTONS:
         return pose->buttons[use->component];
+    case BGC_HELD_FORCE:
+        return pose->held_force[use->component];
     default:
         return 0.0;
     }
@@ -73,9 +75,10 @@ void bgc_zero_devices(const bgc_model *m, bgc_data *d) {
     static const bgc_effort none = {{0.0}, {0.0}, {0.0}};
 
     for (int k = 0; k < m->n_device; k++) {
-        const bgc_device *device = &d->device[k];
+        bgc_device *device = &d->device[k];
         if (device->driver != NULL) {
             device->driver->write(device->handle, d->core.t, &none);
+            device->given = none;
         }
     }
 }
@@ -111,6 +114,7 @@ bgc_status bgc_read_devices(const bgc_model *m, bgc_data *d) {
             continue;
         }
         device->pose = resting;
+        memcpy(device->pose.held_force, device->given.force, sizeof device->given.force);
         if (is_fault(device->driver->read(device->handle, d->core.t, &device->pose))) {
             return fail_device(m, d, k);
         }
@@ -148,7 +152,7 @@ bgc_status bgc_write_devices(const bgc_model *m, bgc_data *d) {
 
     /* Efforts of each open device. */
     for (int k = 0; k < m->n_device; k++) {
-        const bgc_device *device = &d->device[k];
+        bgc_device *device = &d->device[k];
         bgc_effort effort = {{0.0}, {0.0}, {0.0}};
         if (device->driver == NULL) {
             continue;
@@ -158,6 +162,7 @@ bgc_status bgc_write_devices(const bgc_model *m, bgc_data *d) {
                 *command_of(&effort, &m->command[i]) = d->command[i];
             }
         }
+        device->given = effort;
         if (is_fault(device->driver->write(device->handle, d->core.t, &effort))) {
             return fail_device(m, d, k);
         }
@@ -211,6 +216,7 @@ bgc_status bgc_open_device(const bgc_model *m, bgc_data *d, int k, const bgc_dri
     d->device[k].driver = driver;
     d->device[k].handle = handle;
     d->device[k].pose = resting;
+    d->device[k].given = (bgc_effort){{0.0}, {0.0}, {0.0}};
     return BGC_OK;
 }
 

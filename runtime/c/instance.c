@@ -155,7 +155,7 @@ static void clear_run(bgc_core *core, double t) {
     core->imbalance = 0.0;
     core->limited_by = -1;
     core->hidden = 0;
-    core->supplied = core->dissipated = core->supplied_old = core->dissipated_old = 0.0;
+    core->supplied = core->dissipated = core->created = core->supplied_old = core->dissipated_old = 0.0;
 }
 
 /* Starts a run from the present state, made consistent. */
@@ -375,5 +375,6 @@ bgc_status bgc_energy(const bgc_model *m, bgc_data *d, double account[4]) {
         m->energy(d->h, d->core.t, d->x, d->u, energy, d->work);
     }
     bgc_account_row(energy[0] - d->core.stored0, d->core.supplied, d->core.dissipated, account);
+    account[3] -= d->core.created;
     return BGC_OK;
 }

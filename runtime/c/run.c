@@ -168,6 +168,7 @@ bgc_status bgc_write_row(const bgc_model *m, bgc_data *d, double t, double *row)
         bgc_account_row(energy[0] - core->stored0,
                         inside ? core->supplied_old + power[0] : core->supplied,
                         inside ? core->dissipated_old + power[1] : core->dissipated, account);
+        account[3] -= core->created;
     }
     return BGC_OK;
 }

@@ -49,9 +49,25 @@ void bgc_start_sampled(const bgc_model *m, bgc_data *d) {
     find_next_instant(m, d);
 }
 
+/* Enters the changes of the books of the sampled ports into the accounts, before they become the present. */
+static void enter_books(const bgc_model *m, bgc_data *d, double slack) {
+    bgc_core *core = &d->core;
+
+    for (int k = 0; k < 3 * m->n_port; k++) {
+        const int held = m->book[k];
+        double *account = k % 3 == 0   ? &core->supplied
+                          : k % 3 == 1 ? &core->dissipated
+                                       : &core->created;
+        if (is_due(d, m->held_rate[held], slack)) {
+            *account += d->held_value[held] - d->u[m->held_input[held]];
+        }
+    }
+}
+
 /* At an instant: evaluates the held values of the rates that are due. */
 bgc_status bgc_take_sampled(const bgc_model *m, bgc_data *d, double slack) {
     m->held(d->h, d->core.t, d->x, d->u, d->held_value, d->work);
+    enter_books(m, d, slack);
     for (int k = 0; k < m->n_held; k++) {
         if (!is_due(d, m->held_rate[k], slack)) {
             continue;

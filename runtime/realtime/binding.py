@@ -35,12 +35,12 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.structures import Status
 
-RECORD_HEAD, POSE_SIZE, EFFORT_SIZE = 3, 23, 7
+RECORD_HEAD, POSE_SIZE, EFFORT_SIZE = 3, 26, 7
 """Doubles at the start of a record, of a pose and of an effort (`servo.h`)."""
 POLICIES = ("hold", "skip", "slow")
 """Overrun policies, in the order of `bgc_servo_policy`."""
 
-_ABI = 2  # BGC_SERVO_ABI
+_ABI = 3  # BGC_SERVO_ABI
 _PATIENCE = 2.0  # s until a loop that does not end is left behind
 _Fields: TypeAlias = list[tuple[str, Any]]
 _MODEL_FUNCTIONS = (
@@ -150,6 +150,9 @@ class CapabilitiesStruct(Structure):
         *((name, c_double) for name in ("resolution", "mass", "slowest", "fastest")),
         ("buttons", c_int),
         ("model", c_char * 64),
+        ("damping", c_double),
+        ("lag", c_int),
+        ("echoes", c_int),
     ]
 
 

@@ -14,6 +14,7 @@ _POSE = (
     *(f"button{k}" for k in range(1, 9)),
 )
 _EFFORT = ("fx", "fy", "fz", "tx", "ty", "tz", "gripper_force")
+_HELD = ("hx", "hy", "hz")
 _DEVICE_SIZE = POSE_SIZE + 2 * EFFORT_SIZE
 
 
@@ -29,7 +30,7 @@ def poses_of(records: Array, device: int) -> Array:
 
 
 def whole_poses_of(records: Array, device: int) -> Array:
-    """Poses of a device with their time stamps, (n, 23), as `bgc_pose` has them."""
+    """Poses of a device with their time stamps, (n, 26), as `bgc_pose` has them."""
     first = RECORD_HEAD + device * _DEVICE_SIZE
     return records[:, first : first + POSE_SIZE]
 
@@ -38,6 +39,12 @@ def forces_of(records: Array, device: int) -> Array:
     """Force, torque and gripper force that were written to a device, (n, 7)."""
     first = RECORD_HEAD + device * _DEVICE_SIZE + POSE_SIZE + EFFORT_SIZE
     return records[:, first : first + EFFORT_SIZE]
+
+
+def held_of(records: Array, device: int) -> Array:
+    """Force that the hand held between a sample and the one before, (n, 3)."""
+    end = RECORD_HEAD + device * _DEVICE_SIZE + POSE_SIZE
+    return records[:, end - len(_HELD) : end]
 
 
 class Recorder:
@@ -70,13 +77,14 @@ class Recorder:
     def _open(self) -> None:
         for path in self.paths:
             self._files.append(path.open("w", encoding="utf-8", newline=""))
-            self._files[-1].write(",".join(("time", *_POSE, *_EFFORT)) + "\n")
+            self._files[-1].write(",".join(("time", *_POSE, *_HELD, *_EFFORT)) + "\n")
 
     def _write(self, records: Array) -> None:
         for device, file in enumerate(self._files):
-            parts = (poses_of(records, device).tolist(), forces_of(records, device).tolist())
-            for time, pose, force in zip(records[:, 0].tolist(), *parts, strict=True):
-                file.write(",".join(map(repr, (time, *pose, *force))) + "\n")
+            parts = [of(records, device).tolist() for of in (poses_of, held_of, forces_of)]
+            for time, *row in zip(records[:, 0].tolist(), *parts, strict=True):
+                numbers = (time, *(number for part in row for number in part))
+                file.write(",".join(map(repr, numbers)) + "\n")
             file.flush()
 
     def _guarded(self, path: str, work: Callable[[], object]) -> None:

@@ -17,6 +17,7 @@ class Pose(ctypes.Structure):
         ("gripper", ctypes.c_double),
         ("buttons", ctypes.c_double * 8),
         ("stamp", ctypes.c_double),
+        ("held_force", ctypes.c_double * 3),
     )
 
 

@@ -163,6 +163,34 @@ def test_a_link_that_cannot_be_opened(runtime: Any, options: dict[str, Any], wor
     assert not driver.handle and words in driver.message
 
 
+def test_the_work_of_a_far_force_survives_lost_datagrams(
+    link: tuple[Device, socket.socket, tuple[str, int]],
+) -> None:
+    """Poses of version 2: held_force times the displacement of two reads is the work between."""
+    driver, device, address = link
+    draw = np.random.default_rng(2)
+    place, work, booked, before, first = np.array([0.25, 2.0, 3.0]), 0.0, 0.0, None, 0.0
+    assert driver.can.echoes == 0 and driver.can.lag == 0
+    for sequence in range(2, 60):
+        step = draw.normal(size=3) * 1e-3 * (sequence % 7 != 0)
+        place, work = place + step, work + draw.normal(size=3) @ step
+        if draw.random() < 0.4:
+            continue  # lost
+        pose = [*place, 1.0, 0, 0, 0, *[0.0] * 15]
+        text = struct.pack("<4sIQd22dd", b"BGCP", 2, sequence, 1.0, *pose, work)
+        device.sendto(text[:-8], address)  # too short for its version
+        device.sendto(text, address)
+        found = driver.read()
+        now = np.array(found.position)
+        if before is not None:
+            booked += np.array(found.held_force) @ (now - before)
+            assert booked == pytest.approx(work - first, abs=1e-15)
+        else:
+            first = work
+        before = now
+    assert driver.can.echoes == 1
+
+
 # --- pointer -------------------------------------------------------------------------------------
 
 

@@ -35,6 +35,7 @@ from bgc.runtime.realtime import loop as loop_module
 from bgc.runtime.realtime.binding import POLICIES, ClockStruct, End, NowFunction, SleepFunction
 from bgc.runtime.realtime.loop import Realtime
 from bgc.runtime.realtime.options import RealtimeOptions
+from bgc.runtime.realtime.records import forces_of
 from bgc.runtime.running.simulate import method_of
 
 STIFFNESS, DAMPING = 50.0, 3.0
@@ -363,7 +364,7 @@ def test_a_model_takes_the_place_of_another_in_the_running_loop(
     # The force falls to zero under the first model, and rises from zero under the second.
     (columns, records, rows), after = seen[-2], loop.forces()
     assert (columns, loop.columns) == (("angle", "rate", "x"), ("angle", "lift"))
-    before = records[:, 3 + 23 + 7 :][:, :7]
+    before = forces_of(records, 0)
     assert len(before) == 401 and len(after) == 600
     np.testing.assert_allclose(before[301:, 1], np.arange(99, -1, -1) / 100, atol=1e-12)
     gain = np.minimum(1.0, np.minimum(np.arange(1, 601), np.arange(599, -1, -1)) / 100)

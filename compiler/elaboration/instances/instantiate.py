@@ -19,6 +19,7 @@ from bgc.elaboration.instances.fills import choose_fill
 from bgc.elaboration.instances.limits import MAX_DEPTH, MAX_PARTS, MAX_TURNS, MAX_WIDTH
 from bgc.elaboration.instances.notes import note, note_of
 from bgc.elaboration.instances.sampled import enter_sampled
+from bgc.elaboration.instances.sampled_ports import enter_sampled_port
 from bgc.elaboration.instances.scopes import path_of
 from bgc.elaboration.instances.tree import (
     Element,
@@ -221,6 +222,8 @@ class Builder:
                     self._report(names.misplaced_in_loop(item.span, "port"), env)
                 case syntax.Port():
                     self._register_port(item, env)
+                    if item.period is not None:
+                        later.append(item)
                 case syntax.Part() if not item.index:
                     self._register_part(item, env, arguments)
                 case _:
@@ -272,8 +275,12 @@ class Builder:
                 enter_sampled(self, instance, item, env)
             case syntax.Next():
                 raise BgError([samples.next_of_what(item.target.span, path_of(item.target))])
-            case syntax.Value() | syntax.Port():
-                raise AssertionError("values and ports are entered first")
+            case syntax.Port():
+                port = instance.members[item.name]
+                if isinstance(port, PortEntry) and port.declaration is item:
+                    enter_sampled_port(self, instance, port)
+            case syntax.Value():
+                raise AssertionError("values are entered first")
 
     def count_turn(self, loop: syntax.For) -> None:
         """Count an iteration of a loop; BgError where there are too many."""

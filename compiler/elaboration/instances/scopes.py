@@ -23,6 +23,7 @@ from bgc.elaboration.instances.tree import (
     Quantity,
 )
 from bgc.grammar import syntax
+from bgc.language.sampled_port import READ
 from bgc.resolution.modules import Declared, Module
 from bgc.values.scope import FunctionUse, Namespace
 from bgc.values.value import Value
@@ -211,7 +212,9 @@ class PortView:
         return f"the port `{self.port.path}`"
 
     def member(self, name: str, span: Span) -> Value | Namespace:
-        """One of `e`, `f`, `power`, or a name of the domain."""
+        """One of `e`, `f`, `power`, or a name of the domain; of a sampled port, also its books."""
+        if self.port.coupling is not None and name in READ:
+            return member_view(self.world, self.port.coupling.members[name], span)
         return self.world.bonds.of_port(self.port, name, span)
 
     def index(self, indices: tuple[int, ...], span: Span) -> Value | Namespace:

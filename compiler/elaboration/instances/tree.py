@@ -83,7 +83,10 @@ class Quantity:
 
 @dataclass(slots=True, eq=False)
 class PortEntry:
-    """A port of a model, with one face for bonds outside and one for bonds inside the model."""
+    """A port of a model, with one face for bonds outside and one for bonds inside the model.
+
+    `coupling` is the model behind a sampled port.
+    """
 
     path: str
     declaration: syntax.Port
@@ -91,6 +94,7 @@ class PortEntry:
     instance: Instance
     outer: Face
     inner: Face
+    coupling: Instance | None = None
 
 
 @dataclass(slots=True, eq=False)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+from bgc.algebra.dag import Kind
 from bgc.diagnostics.catalogue import scenes
 from bgc.diagnostics.diagnostic import BgError
 from bgc.diagnostics.source import Span
@@ -16,9 +17,9 @@ from bgc.elaboration.instances.tree import Instance, Pending, Quantity
 from bgc.elaboration.instances.world import World
 from bgc.elaboration.scenes.scene import Scene
 from bgc.grammar import syntax
-from bgc.ir.graph import FlatGraph, Observation
+from bgc.ir.graph import FlatGraph, Observation, SampledPort
 from bgc.language.columns import column_in
-from bgc.language.scene_tables import ACCOUNTS
+from bgc.language.scene_tables import ACCOUNTS, CREATED
 from bgc.values.units import describe_dimension, parse_unit, shown_of, si_text
 from bgc.values.value import Value
 
@@ -36,7 +37,9 @@ class Observed:
     refused: tuple[str, ...] = ()
 
 
-def read_observed(world: World, scene: Scene, root: Instance) -> Observed:
+def read_observed(
+    world: World, scene: Scene, root: Instance, ports: Sequence[SampledPort] = ()
+) -> Observed:
     """Read the observed columns; two of the same name are reported."""
     observations: list[Observation] = []
     accounts: list[str] = []
@@ -49,6 +52,13 @@ def read_observed(world: World, scene: Scene, root: Instance) -> Observed:
             account = _account(item, root)
             if account is not None and item.unit is not None:
                 raise BgError([scenes.account_in_unit(item.unit_span, account, item.unit)])
+            if account == CREATED:
+                name = item.alias or f"energy.{account}"
+                symbols = (world.dag.symbol(Kind.INPUT, port.books[2]) for port in ports)
+                _add_columns(columns, [name], item.span)
+                observations.append(Observation(name, "J", world.dag.sum(symbols), item.span))
+                del refused[named]
+                continue
             if account is not None:
                 name = item.alias or f"energy.{account}"
                 accounts.append(account)
@@ -113,6 +123,8 @@ def _account(item: syntax.Observe, root: Instance) -> str | None:
         case syntax.Member(base=syntax.Name(name="energy"), name=name):
             if "energy" in root.members:
                 return None
+            if name == CREATED:
+                return name
             if name not in ACCOUNTS:
                 raise BgError([scenes.unknown_account(item.value.span, name, tuple(ACCOUNTS))])
             return name

@@ -183,7 +183,7 @@ class _Settling:
                 if leaf is None or leaf.kind not in {Kind.STATE, Kind.INPUT}:
                     continue
                 if leaf.kind is Kind.INPUT:
-                    raise self._variables.places.no_rate(symbol)
+                    raise self._variables.places.no_rate(symbol, leaf)
                 if inner in direction or inner in unknown:
                     continue
                 rate = states[leaf.index].derivative

@@ -109,7 +109,7 @@ class Resolver:
             if rate is not None:
                 yield rate
             elif inner not in self.residuals():
-                raise self._variables.places.no_rate(node)
+                raise self._variables.places.no_rate(node, symbol)
 
     def _varying_in(self, of: Node) -> list[Node]:
         """The states, inputs and speeds in a final node, and in the residuals of unknowns in it."""

@@ -68,14 +68,19 @@ def _all_stored(
             name = f"{element.storage.name}.energy"
             states.append(IntegratedState(energy, name, "J", "declared", power, dag.zero, None, ()))
         stored = dag.add(stored, energy)
+    for coupling in causal.graph.ports:
+        stored = dag.add(stored, coupling.balance)
     return stored, states
 
 
 def _powers(causal: CausalGraph) -> tuple[Node, Node]:
     dag = causal.graph.dag
     supplied = dissipated = dag.zero
+    couplings = {f"{port.name}.source" for port in causal.graph.ports}
     for element in causal.graph.elements:
         match element:
+            case Source() if element.name.partition("[")[0] in couplings:
+                pass  # its work is in the balance of the port
             case Source() if element.value != dag.zero:
                 if causal.graph.bonds[element.port.bond].power:
                     supplied = dag.sub(supplied, _power(dag, element.port))

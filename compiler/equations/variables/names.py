@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from bgc.algebra.dag import Kind, Symbol
 from bgc.causality.paths import connections, gyrators_around
 from bgc.diagnostics.catalogue import causality as catalogue
+from bgc.diagnostics.catalogue import ports
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError, Label
 from bgc.diagnostics.source import Span
@@ -148,9 +149,16 @@ class Places:
         names = list(dict.fromkeys(name for name, _ in places))
         return BgError([catalogue.derivative_loop(places[0][1], names)])
 
-    def no_rate(self, symbol: Node) -> BgError:
-        """A rate would need the rate of an input or of a loop's unknown."""
+    def no_rate(self, symbol: Node, of: Symbol | None = None) -> BgError:
+        """A rate would need the rate of an input (`of`) or of a loop's unknown."""
         name, span = self._place(symbol)
+        graph = self._causal.graph
+        if of is not None and of.kind is Kind.INPUT:
+            held = next((held.name for held in graph.held if held.index == of.index), "")
+            for port in graph.ports:
+                if held.startswith(f"{port.name}.effort"):
+                    why = f"`{name}` would follow it at once: nothing with a mass is between"
+                    return BgError([ports.nothing_behind(port.span, port.name, why)])
         return BgError([catalogue.rate_unknown(span, name)])
 
     def no_momentum(self, index: int) -> BgError:

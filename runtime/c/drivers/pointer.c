@@ -15,7 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { POSE_WORDS = sizeof(bgc_pose) / sizeof(double), ATTEMPTS = 8 };
+enum { POSE_WORDS = offsetof(bgc_pose, held_force) / sizeof(double), ATTEMPTS = 8 };
 
 typedef struct {
     atomic_uint sequence;
@@ -78,7 +78,7 @@ static int take_pose(pointer_state *p, bgc_pose *pose) {
         atomic_thread_fence(memory_order_acquire);
         if (before % 2 == 0 &&
             atomic_load_explicit(&p->sequence, memory_order_relaxed) == before) {
-            memcpy(pose, words, sizeof *pose);
+            memcpy(pose, words, sizeof words);
             p->taken = before;
             return 1;
         }
@@ -104,7 +104,8 @@ static int pointer_read(void *handle, double t, bgc_pose *pose) {
     const int is_new = take_pose(p, &next);
 
     follow_velocity(p, t, &next);
-    p->pose = *pose = next;
+    p->pose = next;
+    memcpy(pose, &next, offsetof(bgc_pose, held_force));
     if (isnan(next.velocity[0])) {
         memcpy(pose->velocity, p->velocity, sizeof p->velocity);
     }

@@ -39,19 +39,20 @@ typedef struct stat file_status;
 
 enum { MOST_DIGITS = 400 }; /* characters of a number */
 enum { TIME, POSITION, ORIENTATION = 4, GRIPPER = 8, BUTTON = 9, VELOCITY = 17, ANGULAR = 20 };
-enum { COLUMNS = 23, WITH_EFFORTS = 30, REQUIRED = 4 };
+enum { HELD = 23, COLUMNS = 26, WITH_EFFORTS = 33, REQUIRED = 4 };
 
 static const char *const column_name[WITH_EFFORTS] = {
     "time", "x", "y", "z", "qw", "qx", "qy", "qz", "gripper",
     "button1", "button2", "button3", "button4", "button5", "button6", "button7", "button8",
-    "vx", "vy", "vz", "wx", "wy", "wz", "fx", "fy", "fz", "tx", "ty", "tz", "gripper_force"};
+    "vx", "vy", "vz", "wx", "wy", "wz", "hx", "hy", "hz",
+    "fx", "fy", "fz", "tx", "ty", "tz", "gripper_force"};
 
 static const char known_columns[] = "time, x, y, z, qw, qx, qy, qz, gripper, button1 .. button8, "
-                                    "vx, vy, vz, wx, wy, wz, fx, fy, fz, tx, ty, tz, gripper_force";
+                                    "vx, vy, vz, wx, wy, wz, hx, hy, hz, fx, fy, fz, tx, ty, tz, gripper_force";
 
 typedef struct {
     size_t rows, row; /* row: the one found last */
-    int loop, has_velocity, has_angular;
+    int loop, has_velocity, has_angular, has_held;
     double *value; /* rows by COLUMNS */
 } trace;
 
@@ -201,7 +202,7 @@ static int parse_number(const char *text, double *value) {
 /* Reads the columns that the header names, in its order. Returns 0 on a fault. */
 static int parse_header(const reporter *r, size_t line_number, char *line, int *columns, int *count,
                         trace *t) {
-    unsigned seen = 0;
+    uint64_t seen = 0;
 
     *count = 0;
     /* Known columns, each once. */
@@ -216,17 +217,19 @@ static int parse_header(const reporter *r, size_t line_number, char *line, int *
         if ((seen >> k & 1u) != 0) {
             return fail(r, line_number, "this column is there twice: ", column_name[k]);
         }
-        seen |= 1u << k;
+        seen |= UINT64_C(1) << k;
         columns[(*count)++] = k;
     }
     /* Required columns; of a quaternion and of velocities all or none. */
     t->has_velocity = (seen >> VELOCITY & 7u) != 0;
     t->has_angular = (seen >> ANGULAR & 7u) != 0;
+    t->has_held = (seen >> HELD & 7u) != 0;
     for (int k = 0; k < COLUMNS; k++) {
         const int orientation = k >= ORIENTATION && k < GRIPPER && (seen & 0xf0u) != 0;
         const int velocity = k >= VELOCITY && k < ANGULAR && t->has_velocity;
-        const int angular = k >= ANGULAR && t->has_angular;
-        if ((seen >> k & 1u) == 0 && (k < REQUIRED || orientation || velocity || angular)) {
+        const int angular = k >= ANGULAR && k < HELD && t->has_angular;
+        const int held = k >= HELD && t->has_held;
+        if ((seen >> k & 1u) == 0 && (k < REQUIRED || orientation || velocity || angular || held)) {
             return fail(r, line_number, "the header lacks the column ", column_name[k]);
         }
     }
@@ -451,7 +454,8 @@ static void angular_velocity(const double *q, const double *rate, double *w) {
     w[2] = 2.0 * (-rate[0] * q[3] - rate[1] * q[2] + rate[2] * q[1] + rate[3] * q[0]);
 }
 
-/* bgc_driver.read: interpolates between the two rows around the time. */
+/* bgc_driver.read: interpolates between the two rows around the time; the force that was held is that of the
+ * row before. */
 static int trace_read(void *handle, double time, bgc_pose *pose) {
     trace *t = handle;
     const double first = t->value[0], last = t->value[(t->rows - 1) * COLUMNS];
@@ -500,6 +504,9 @@ static int trace_read(void *handle, double time, bgc_pose *pose) {
     pose->gripper[0] = a[GRIPPER] + part * (b[GRIPPER] - a[GRIPPER]);
     for (int k = 0; k < 8; k++) {
         pose->buttons[k] = a[BUTTON + k];
+    }
+    for (int k = 0; k < 3 && t->has_held; k++) {
+        pose->held_force[k] = a[HELD + k];
     }
     return 0;
 }

@@ -2,6 +2,7 @@
  *
  *   to the loop      "BGCP", u32 version 1, u64 sequence, f64 stamp (s), f64 position[3] (m),
  *                    orientation[4], velocity[3], angular_velocity[3], gripper, buttons[8]        200 bytes
+ *                    in version 2 also f64 work (J) of the held force on the hand since the start 208 bytes
  *   to the device    "BGCF", u32 version 1, u64 sequence, u64 sequence of the pose it answers,
  *                    f64 time (s), f64 force[3] (N), torque[3] (N m), gripper_force               88 bytes
  *
@@ -9,7 +10,8 @@
  * lost pose leaves the one before. Force goes to the sender of the last pose. Of a flood, 64 datagrams are
  * read per sample.
  * Options: port=PORT (required), host=ADDRESS of the device. Without it only this machine may send; with it
- * that address alone. wait=2 (s): time in which the first pose has to arrive.
+ * that address alone. wait=2 (s): time in which the first pose has to arrive. lag=0: samples, at worst, from a
+ * pose to the force that answers it, which the check of passivity before a loop compares with the model's.
  */
 #include "bgc_internal.h"
 #include "drivers/options.h"
@@ -26,14 +28,18 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-enum { POSE_NUMBERS = 22, POSE_BYTES = 24 + 8 * POSE_NUMBERS, FORCE_BYTES = 88, MOST_DATAGRAMS = 64 };
+enum { POSE_NUMBERS = 22, POSE_BYTES = 24 + 8 * POSE_NUMBERS, ECHO_BYTES = POSE_BYTES + 8 };
+enum { FORCE_BYTES = 88, MOST_DATAGRAMS = 64 };
 
 typedef struct {
-    int socket, answers; /* answers: the address of the device is known */
+    int socket, lag, answers; /* answers: the address of the device is known */
     struct sockaddr_in device;
     struct in_addr allowed;
     uint64_t sequence, sent;
     bgc_pose pose;
+    int echoes, is_booked;    /* the device sends the work of its force; the pose has been read */
+    double work;              /* J: as the device has it */
+    double booked_work, booked[3]; /* work and position up to which held_force has accounted for it */
     char fault[160];
 } udp_state;
 
@@ -71,11 +77,13 @@ static void udp_put_number(unsigned char *to, double value) {
 /* Takes a datagram that is a pose newer than the last one: 1; or 0. */
 static int udp_take(udp_state *u, const unsigned char *bytes, ssize_t count,
                     const struct sockaddr_in *from) {
-    static const unsigned char head[8] = {'B', 'G', 'C', 'P', 1, 0, 0, 0};
+    static const unsigned char head[4] = {'B', 'G', 'C', 'P'}, zeros[3] = {0};
+    const int echoes = count == ECHO_BYTES && bytes[4] == 2;
     double values[POSE_NUMBERS];
     uint64_t sequence;
 
-    if (count != POSE_BYTES || memcmp(bytes, head, sizeof head) != 0 ||
+    if ((!echoes && (count != POSE_BYTES || bytes[4] != 1)) || memcmp(bytes, head, sizeof head) != 0 ||
+        memcmp(bytes + 5, zeros, sizeof zeros) != 0 ||
         from->sin_addr.s_addr != u->allowed.s_addr) {
         return 0;
     }
@@ -84,6 +92,8 @@ static int udp_take(udp_state *u, const unsigned char *bytes, ssize_t count,
         return 0;
     }
     u->sequence = sequence;
+    u->echoes = echoes;
+    u->work = echoes ? udp_get_number(bytes + POSE_BYTES) : 0.0;
     u->device = *from;
     u->answers = 1;
     u->pose.stamp = udp_get_number(bytes + 16);
@@ -99,7 +109,7 @@ static int udp_drain(udp_state *u) {
     int news = 0;
 
     for (int k = 0; k < MOST_DATAGRAMS; k++) {
-        unsigned char bytes[POSE_BYTES + 1];
+        unsigned char bytes[ECHO_BYTES + 1];
         struct sockaddr_in from;
         socklen_t size = sizeof from;
         const ssize_t count =
@@ -139,6 +149,7 @@ static void *udp_fail(udp_state *u, char *message, size_t size, const char *reas
 static void *udp_open(const char *options, char *message, size_t size) {
     const double port = bgc_number_option(options, "port", 0.0);
     const double wait = bgc_number_option(options, "wait", 2.0);
+    const double lag = ceil(bgc_number_option(options, "lag", 0.0));
     struct sockaddr_in here = {.sin_family = AF_INET};
     char host[64] = "127.0.0.1", text[160];
     const int is_remote = bgc_text_option(options, "host", host, sizeof host);
@@ -149,6 +160,10 @@ static void *udp_open(const char *options, char *message, size_t size) {
     }
     u->socket = -1;
     u->pose = (bgc_pose){.orientation = {1.0, 0.0, 0.0, 0.0}};
+    u->lag = lag >= 0.0 && lag <= 1e6 ? (int)lag : -1;
+    if (u->lag < 0) {
+        return udp_fail(u, message, size, "the option `lag` must be a number of samples from 0 on");
+    }
     if (!(port >= 1.0 && port <= 65535.0)) {
         return udp_fail(u, message, size, "the option `port` must be from 1 to 65535");
     }
@@ -172,12 +187,35 @@ static void *udp_open(const char *options, char *message, size_t size) {
     return u;
 }
 
+/* Of a device that sends the work of its force: the force along the displacement since the last one with the
+ * work since then, so that nothing is lost with a datagram. */
+static void udp_echo(udp_state *u, bgc_pose *pose) {
+    double moved[3], square = 0.0;
+
+    for (int k = 0; k < 3; k++) {
+        moved[k] = u->is_booked ? u->pose.position[k] - u->booked[k] : 0.0;
+        square += moved[k] * moved[k];
+    }
+    if (u->is_booked && !(square > 0.0)) {
+        return; /* no displacement: what was done on the way is booked with the next one */
+    }
+    for (int k = 0; k < 3; k++) {
+        pose->held_force[k] = u->is_booked ? (u->work - u->booked_work) * moved[k] / square : 0.0;
+    }
+    memcpy(u->booked, u->pose.position, sizeof u->booked);
+    u->booked_work = u->work;
+    u->is_booked = 1;
+}
+
 static int udp_read(void *handle, double t, bgc_pose *pose) {
     udp_state *u = handle;
     const int news = udp_drain(u);
 
     (void)t;
-    *pose = u->pose;
+    memcpy(pose, &u->pose, offsetof(bgc_pose, held_force));
+    if (u->echoes) {
+        udp_echo(u, pose);
+    }
     return news < 0 ? BGC_DEVICE_LOST : news > 0 ? BGC_DEVICE_FINE : BGC_DEVICE_NO_NEWS;
 }
 
@@ -240,7 +278,12 @@ static const char *udp_error(void *handle) {
 #endif
 
 static void udp_capabilities(void *handle, bgc_capabilities *can) {
+#if (defined(__unix__) || defined(__APPLE__)) && !defined(__wasi__)
+    can->echoes = ((const udp_state *)handle)->echoes;
+    can->lag = ((const udp_state *)handle)->lag;
+#else
     (void)handle;
+#endif
     can->sensed = can->driven = BGC_EVERY_AXIS;
     can->buttons = 8;
 }

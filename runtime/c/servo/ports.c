@@ -105,6 +105,7 @@ static int slot_read(void *handle, double t, bgc_pose *pose) {
         *pose = slot->pose;
         return BGC_DEVICE_FINE;
     }
+    memcpy(found.held_force, port->given.force, sizeof port->given.force);
     answer = port->driver->read(port->handle, t, &found);
     now = bgc_servo_now(s);
     if (!is_answer(answer)) {

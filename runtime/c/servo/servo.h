@@ -18,7 +18,7 @@
 
 #include "bgc.h"
 
-#define BGC_SERVO_ABI 2
+#define BGC_SERVO_ABI 3
 
 /* Functions of the model's shared object. */
 typedef struct {
@@ -108,7 +108,7 @@ typedef struct {
 
 /* Doubles of a record: time, lateness and work (s, work of the sample before), then of each device pose
  * (BGC_POSE_SIZE), effort of the model and effort written (7 each), then the model's row. */
-enum { BGC_RECORD_HEAD = 3, BGC_POSE_SIZE = 23, BGC_EFFORT_SIZE = 7 };
+enum { BGC_RECORD_HEAD = 3, BGC_POSE_SIZE = 26, BGC_EFFORT_SIZE = 7 };
 
 typedef struct bgc_servo bgc_servo;
 typedef struct bgc_course bgc_course;
