@@ -215,6 +215,8 @@ def _stages(
         shown_names(equations),
         tuple(k for k, state in enumerate(optimised.states) if state.kind == "momentum"),
         shapes_text(graph.shapes) if options.shapes else "",
+        tuple(port.name for port in graph.ports),
+        tuple((slot.path, slot.filled_by) for slot in graph.slots),
     )
     cache = open_cache()
     built = build_model(emitted, facts, options, warnings, cache)

@@ -59,7 +59,8 @@ class RunFacts:
     given. `momenta` are the indices of the states that are momenta. `shapes` is the JSON text of
     the recorded shapes, empty where none are recorded. `overrun` is the policy of a loop in real
     time that is late, None where the scene gives none. `criteria` are limits of columns, as
-    `bgc operability` reads them.
+    `bgc operability` reads them. `ports` are the paths of the sampled ports, `slots` the paths of
+    the slots with the models in them.
     """
 
     scene: str
@@ -87,6 +88,8 @@ class RunFacts:
     shapes: str = ""
     overrun: str | None = None
     criteria: tuple[str, ...] = ()
+    ports: tuple[str, ...] = ()
+    slots: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,6 +182,8 @@ def run_facts(
     shown: ShownNames = ShownNames(),
     momenta: tuple[int, ...] = (),
     shapes: str = "",
+    ports: tuple[str, ...] = (),
+    slots: tuple[tuple[str, str], ...] = (),
 ) -> RunFacts:
     """Collect the run settings of a scene, with the folded parameters and the requirements."""
     solver = scene.solver
@@ -208,4 +213,6 @@ def run_facts(
         shapes=shapes,
         overrun=scene.overrun,
         criteria=scene.criteria,
+        ports=ports,
+        slots=slots,
     )

@@ -22,7 +22,7 @@ from bgc.runtime.cli.options import (
     set_option,
     use_option,
 )
-from bgc.runtime.cli.realtime import LiveView, read_limits, realtime_options
+from bgc.runtime.cli.realtime import LiveView, print_couplings, read_limits, realtime_options
 from bgc.runtime.model import Model
 from bgc.runtime.running.compiling import load_as
 from bgc.runtime.running.progress import CompilingLine
@@ -111,6 +111,7 @@ def haptic(
         keep=1,
         **method,
     )
+    print_couplings(loop, quiet)
     with terminal_keys() if exchanges else nullcontext() as keys:
         if exchanges and keys is None:
             loop.stop(at_once=True)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import click
 
+from bgc.runtime.cli.app import print_diagnostics
 from bgc.runtime.realtime.loop import Realtime
 from bgc.runtime.realtime.options import RealtimeOptions
 from bgc.runtime.realtime.report import Report
@@ -59,6 +60,16 @@ def read_limits(given: Mapping[str, Any]) -> RealtimeOptions:
         if given[field] is not None:
             values[field] = given[field]
     return RealtimeOptions(**values)
+
+
+def print_couplings(loop: Realtime, quiet: bool) -> None:
+    """Print the damping that the loop needs, and warnings about it, before the loop starts."""
+    known = len(loop.warnings)
+    lines = [coupling.line() for coupling in loop.couplings()]
+    if not quiet and lines:
+        click.echo("\n".join(lines), err=True)
+    print_diagnostics(loop.warnings[known:])
+    del loop.warnings[known:]
 
 
 class LiveView:

@@ -132,7 +132,7 @@ def _in_real_time(
 ) -> tuple[Result, int]:
     """Run in step with the clock; return the rows, and the status."""
     # Only this needs the loop and its view.
-    from bgc.runtime.cli.realtime import LiveView
+    from bgc.runtime.cli.realtime import LiveView, print_couplings
     from bgc.runtime.realtime.binding import End
     from bgc.runtime.running.simulate import method_of, times_of
 
@@ -150,6 +150,7 @@ def _in_real_time(
         start=arguments["start"],
         **given,
     )
+    print_couplings(loop, quiet)
     with LiveView(loop, wanted=not quiet) as view:
         loop.start()
         report = view.follow()

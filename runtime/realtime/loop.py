@@ -30,6 +30,7 @@ from bgc.runtime.realtime.course import (
     resting_poses,
 )
 from bgc.runtime.realtime.options import RealtimeOptions
+from bgc.runtime.realtime.passivity import Coupling, couplings, lag_warnings
 from bgc.runtime.realtime.python_device import PythonDevice, PythonThread, stamp
 from bgc.runtime.realtime.records import Recorder, forces_of, rows_of, whole_poses_of
 from bgc.runtime.realtime.report import Report, report_of
@@ -86,6 +87,7 @@ class Realtime:
         self.warnings: list[Diagnostic] = []
         self._on_records, self._keep = on_records, keep
         self._given = options.checked()
+        self._parameters = parameters or {}
         self._final: Report | None = None
         self._own = {k: v for k, v in (devices or {}).items() if not isinstance(v, str)}
         named = {k: v for k, v in (devices or {}).items() if isinstance(v, str)}
@@ -127,6 +129,18 @@ class Realtime:
             self.pointer(**own.read(), device=name)
 
     # --- the course of a loop ------------------------------------------------------------------
+
+    def couplings(self) -> list[Coupling]:
+        """The forces on the devices as functions of their positions, before the loop starts.
+
+        They state the damping that a passive loop needs; warnings go to `warnings`.
+        """
+        can = {name: self._servo.capabilities(k) for k, name in enumerate(self.devices)}
+        course = self._courses[0]
+        found = couplings(course.model, course.instance, can, self._parameters)
+        self.warnings += lag_warnings(course.model, course.instance, can)
+        self.warnings += (warning for one in found for warning in one.warnings())
+        return found
 
     def start(self) -> Self:
         """Start the threads of loop and watchdog, and take records from now on."""

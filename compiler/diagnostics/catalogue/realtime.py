@@ -1,4 +1,4 @@
-"""BG762-BG769 and BG775-BG779: the servo loop and its devices."""
+"""BG762-BG769 and BG775-BG782: the servo loop and its devices."""
 
 from __future__ import annotations
 
@@ -259,4 +259,77 @@ def python_device_failed(device: str, reason: str) -> Diagnostic:
         "BG779",
         f"device `{device}`, a Python object, failed: {reason}",
         help="`read()` returns a mapping with `position` and so on; `write(..)` is optional",
+    )
+
+
+def not_passive(device: str, needed: float, damping: float, stiffness: float) -> Diagnostic:
+    """BG780: a loop that needs more damping than a hand and a device have
+
+    What: the force of the model on a device depends on its position so stiffly that the loop is
+    passive only with a damping b > K T/2 + |B| (with delay: as computed over all frequencies) that
+    the device does not have; where it states none, above 30 N s/m. No guard acts.
+
+    Why: a force that is held over a sample pushes back with the force of where the hand was. What
+    it gives beyond what it took has to be damped in the hand, or the loop buzzes.
+
+    Example: a wall of 2000 N/m at 1 ms with a device of 0.5 N s/m: it needs 1 N s/m.
+
+    Way out: lower the stiffness, sample faster, or fill the slot of the coupling with
+    `SampledPort`, which pays for that energy, or `Observer`.
+    """
+    have = f"the device has {damping:.3g}" if damping else "more than a hand and a device have"
+    return warning(
+        "BG780",
+        f"the force on `{device}` ({stiffness:.4g} N/m) needs a damping of {needed:.4g} N*s/m "
+        f"to be passive; {have}",
+        help="lower the stiffness, sample faster, or use the guard `SampledPort` or `Observer`",
+    )
+
+
+def loop_grows(device: str, growth: float, period: float) -> Diagnostic:
+    """BG781: a loop that grows with the mass of its device
+
+    What: with the mass and the damping that a device states, the sampled loop of model and device,
+    as linearised at the start, has a motion that grows.
+
+    Why: the stiffness is above what the masses of device and model stand at this period and lag:
+    the parameters were changed after compiling, or the device is lighter than the model says.
+
+    Example: a sampled port of 20000 N/m, compiled for a device of 0.25 kg, with one of 0.03 kg.
+
+    Way out: lower the stiffness, or give the port the mass and the lag of the device.
+    """
+    rate = (growth - 1.0) / period
+    return warning(
+        "BG781",
+        f"the loop with `{device}` grows by a factor of {growth:.4g} each sample ({rate:.3g} 1/s)",
+        help="lower the stiffness, sample faster, or shorten the lag",
+    )
+
+
+def unknown_lag(device: str, port: str, lag: int, known: float, echoes: bool) -> Diagnostic:
+    """BG782: a sampled port behind a network that it does not know
+
+    What: a device states a delay of more samples than the `lag` of the model's sampled port, or a
+    device with a delay does not send back the work of the force that it held.
+
+    Why: the damping K T (lag + 1) of the port pays for the delay, so it needs the longest. Its
+    ledger is exact for the force that the hand really held: with a delay that is not the one that
+    was sent last.
+
+    Example: `device hand = udp(port = 5005, lag = 40);` and a coupling with `lag = 0`.
+
+    Way out: set the port's `lag` to that of the device; send poses of version 2, with the work.
+    """
+    what = (
+        f"has a delay of {lag} samples, the sampled port `{port}` a lag of {known:g}"
+        if lag > known
+        else f"does not say which force it held, and the sampled port `{port}` relies on it"
+    )
+    return warning(
+        "BG782",
+        f"`{device}` {what}",
+        help="set the `lag` of the port to the longest delay, and let the device send its work"
+        if not echoes
+        else "set the `lag` of the port to the longest delay",
     )

@@ -1,0 +1,245 @@
+"""Guards of haptic couplings with devices, and the damping that a loop needs before it starts."""
+
+from __future__ import annotations
+
+import socket
+import struct
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bgc import compile
+from bgc.runtime.model import Model
+from bgc.runtime.realtime.passivity import Coupling, Sampled, growth_with, needed_damping, response
+from bgc.runtime.running.binding import Instance
+from bgc.runtime.running.structures import Status
+
+MODELS = Path(__file__).parents[1] / "models" / "sampled_ports.bg"
+WALLS = ("plain", "paid", "observed")
+T, MASS, DAMPING = 1e-3, 0.25, 0.5
+BOUND = DAMPING / (T / 2)  # N/m: b = K T/2
+
+
+@pytest.fixture(scope="module")
+def walls() -> Model:
+    return compile(MODELS, scene="guards")
+
+
+def stiff(value: float) -> dict[str, float]:
+    return {f"{wall}.hand.stiffness": value for wall in WALLS}
+
+
+def late(x: np.ndarray, end: int) -> float:
+    return float(np.ptp(x[end - 1000 : end]))
+
+
+def test_a_hand_buzzes_at_a_wall_unless_a_guard_acts(walls: Model) -> None:
+    """At .9 of the bound the swing decays; at 2 the guards cut it at least 20 times."""
+    below = walls.simulate(parameters=stiff(0.9 * BOUND))
+    assert late(below["plain.x"], 5000) < 0.95 * late(below["plain.x"], 2500)
+    above = walls.simulate(parameters=stiff(2 * BOUND))
+    loud = late(above["plain.x"], 5000)
+    assert loud > 1.5 * late(above["plain.x"], 1500)
+    assert loud > 3000e-6
+    assert late(above["paid.x"], 5000) < loud / 1000
+    assert late(above["observed.x"], 5000) < loud / 20
+    assert np.abs(above["energy.residual"]).max() < 1e-6  # of the two without books: as sources
+
+
+# --- the bound -----------------------------------------------------------------------------------
+
+
+def spring(stiffness: float, damping: float) -> Sampled:
+    """A sampled spring and damper: s is the position before, e = K x + B (x - s)/T."""
+    eye, none = np.eye(3), np.zeros((3, 3))
+    d = np.hstack([(stiffness + damping / T) * eye, none])
+    return Sampled(none, np.hstack([eye, none]), -damping / T * eye, d)
+
+
+@pytest.mark.parametrize("lag", [0, 1, 5, 20])
+@pytest.mark.parametrize(("stiffness", "damping"), [(2000.0, 0.0), (0.0, 3.0), (2000.0, 3.0)])
+def test_the_bound_is_that_of_colgate(stiffness: float, damping: float, lag: int) -> None:
+    """K T/2 + |B|, and K T (d + 1/2) of a spring with delay."""
+    turns = np.geomspace(1e-3, np.pi, 500)
+    needed = needed_damping(response(spring(stiffness, damping), turns, lag), turns, T).max()
+    if lag == 0:
+        assert needed == pytest.approx(stiffness * T / 2 + damping, rel=1e-6)
+    elif damping == 0:
+        assert needed == pytest.approx(stiffness * T * (lag + 0.5), rel=1e-3)
+    else:
+        assert needed >= stiffness * T * (lag + 0.5) - damping * (2 * lag + 1)
+
+
+@pytest.mark.parametrize(("part", "grows"), [(0.8, False), (1.3, True)])
+def test_a_device_of_a_mass_grows_above_the_bound(part: float, grows: bool) -> None:
+    """With its mass the loop of a plain spring has the same limit, b = K T/2."""
+    growth = growth_with(spring(part * BOUND, 0.0), MASS, DAMPING, T, 0)
+    assert (growth > 1 + 1e-6) is grows
+    # A delay of one period triples what is needed.
+    assert growth_with(spring(0.5 * BOUND, 0.0), MASS, DAMPING, T, 1) > 1 + 1e-6
+
+
+def test_the_bound_of_a_scene_is_known_before_the_loop(walls: Model) -> None:
+    """From the compiled model: K T/2 of the plain wall, K T/2 + K T with the port's damping."""
+    loop = walls.realtime(0.01, parameters=stiff(2 * BOUND))
+    plain, paid, observed = loop.couplings()
+    loop.stop()
+    assert [one.stiffness for one in (plain, paid)] == pytest.approx([2 * BOUND] * 2, rel=1e-4)
+    assert plain.needed == pytest.approx(BOUND * T, rel=1e-4)
+    assert observed.needed == pytest.approx(BOUND * T, rel=1e-4)
+    assert paid.needed == pytest.approx(3 * BOUND * T, rel=1e-3)
+    assert plain.damping == DAMPING and paid.growth < 1.002
+    assert "2000 N/m needs a damping of 1 N*s/m, of which it has 0.5" in plain.line()
+    assert "sampled port `paid.hand.guard.bond`" in paid.line()
+
+
+def test_a_loop_that_is_not_passive_is_a_warning() -> None:
+    """BG780 without a guard, BG781 where the mass of the device lets it grow."""
+    facts = Coupling("hand", T, 0, 2000.0, 1.0, 0.2, None, 0.5, "")
+    assert [w.code for w in facts.warnings()] == ["BG780"]
+    guarded = Coupling("hand", T, 0, 2000.0, 1.0, 0.2, 1.0, 0.5, "sampled port `tip`")
+    assert not [*guarded.warnings()]
+    growing = Coupling("hand", T, 0, 2e6, 1e3, 0.2, 1.5, 0.5, "sampled port `tip`")
+    assert [w.code for w in growing.warnings()] == ["BG781"]
+    unknown = Coupling("hand", T, 0, 2000.0, 1.0, 0.2, None, 0.0, "")
+    assert not [*unknown.warnings()]
+
+
+def test_a_recording_replays_the_force_that_the_hand_held(walls: Model, tmp_path: Path) -> None:
+    """The ramp lets less through than the ports ask for; their books have what was held."""
+    loop = walls.realtime(0.3, record=tmp_path / "motion.csv", parameters=stiff(2 * BOUND))
+    loop.run_here()
+    devices = {name: str(tmp_path / f"motion_{name}.csv") for name in loop.devices}
+    again = walls.simulate(0.3, devices=devices, parameters=stiff(2 * BOUND))
+    for k, column in enumerate(loop.columns):
+        if column in again.columns:
+            np.testing.assert_array_equal(again[column][: len(loop.rows)], loop.rows[:, k])
+    held = np.loadtxt(devices["b"], delimiter=",", skiprows=1)
+    header = Path(devices["b"]).read_text().partition("\n")[0].split(",")
+    force, asked = np.abs(held[:, header.index("hx")]), np.abs(again["paid.force"])
+    assert (force[1:] <= asked[: len(force) - 1]).all()
+    assert (force[2:] < asked[1 : len(force) - 1]).sum() > 50
+
+
+# --- through a network ---------------------------------------------------------------------------
+
+
+class FarDevice:
+    """A hand on a wall behind datagrams: 0.25 kg with a push, exactly discretised.
+
+    Poses and forces are late by half of `delay` and up to `jitter` samples, or lost.
+    """
+
+    def __init__(self, port: int, delay: int, loss: float, jitter: int, seed: int) -> None:
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind(("127.0.0.1", 0))
+        self.socket.setblocking(False)
+        self.address = ("127.0.0.1", port)
+        self.delay, self.loss, self.jitter = delay, loss, jitter
+        self.draw = np.random.default_rng(seed)
+        self.x = self.v = self.force = self.work = self.least = 0.0
+        self.number, self.known = 1, 0
+        self.poses: list[tuple[int, bytes]] = []
+        self.forces: list[tuple[int, int, float]] = []
+        self.places: list[float] = []
+        fade = np.exp(-DAMPING / MASS * T)
+        travel = (1 - fade) * MASS / DAMPING
+        self.fade, self.travel, self.push = fade, travel, travel / MASS
+        self.rise = (T - travel) / DAMPING
+
+    def lost(self) -> bool:
+        return bool(self.draw.random() < self.loss)
+
+    def late(self, half: int) -> int:
+        return half + int(self.draw.integers(0, self.jitter + 1))
+
+    def pose(self, number: int, stamp: float) -> bytes:
+        """A datagram of version 2, with the work of the held force."""
+        pose = [self.x, 0, 0, 1.0, 0, 0, 0, self.v, *[0.0] * 14]
+        return struct.pack("<4sIQd22dd", b"BGCP", 2, number, stamp, *pose, self.work)
+
+    def send(self, tick: int) -> None:
+        """Send the present pose on its way, and deliver those that have arrived."""
+        self.number += 1
+        text = self.pose(self.number, tick * T)
+        if not self.lost():
+            self.poses.append((tick + self.late(self.delay // 2), text))
+        for _, ready in (one for one in self.poses if one[0] <= tick):
+            self.socket.sendto(ready, self.address)
+        self.poses = [one for one in self.poses if one[0] > tick]
+
+    def move(self, tick: int) -> None:
+        """Take the forces that have arrived, the newest, and move by a sample under it."""
+        while True:
+            try:
+                answer = struct.unpack("<4sIQQ8d", self.socket.recv(100))
+            except BlockingIOError:
+                break
+            if not self.lost():
+                due = tick + self.late(self.delay - self.delay // 2)
+                self.forces.append((due, answer[2], answer[5]))
+        for _, number, force in (one for one in self.forces if one[0] <= tick):
+            if number > self.known:
+                self.known, self.force = number, force
+        self.forces = [one for one in self.forces if one[0] > tick]
+        total, before = 1.0 + self.force, self.x
+        self.x += self.travel * self.v + self.rise * total
+        self.v = self.fade * self.v + self.push * total
+        self.work += self.force * (self.x - before)
+        self.least = min(self.least, -self.work)
+        self.places.append(self.x)
+
+
+def opened(instance: Instance, index: int, **network: float) -> FarDevice:
+    """A far device, and the driver `udp` of the model open to it."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    device = FarDevice(port, **network)
+    stop = threading.Event()
+
+    def first_pose() -> None:
+        while not stop.wait(0.005):
+            device.socket.sendto(device.pose(1, 0.0), device.address)
+
+    sender = threading.Thread(target=first_pose)
+    sender.start()
+    driver = instance.find_driver(b"udp")
+    assert driver is not None
+    status, message = instance.open_device(index, driver, f"port={port}\nwait=20\n")
+    stop.set()
+    sender.join()
+    assert status is Status.OK, message
+    return device
+
+
+def test_a_port_behind_a_network_never_gives_more_than_it_took(walls: Model) -> None:
+    """20 ms of delay, 10 % loss, 3 ms of jitter each way, at half of the largest stiffness.
+
+    The observer has no damping for the lag: it lets energy out first.
+    """
+    lag, stiffness = 29.0, 70.0
+    given = {**stiff(stiffness), **{f"{wall}.hand.lag": lag for wall in WALLS}}
+    instance = walls.parameters.instance(given)
+    network = {"delay": 20, "loss": 0.1, "jitter": 3}
+    plain, paid, observed = (opened(instance, k, seed=k + 1, **network) for k in range(3))
+    far = (plain, paid, observed)
+    instance.reset()
+    rows = np.empty((1, walls.library.model.n_output))
+    for tick in range(5000):
+        for device in far:
+            device.send(tick)
+        assert instance.run(np.array([tick * T]), rows)[0] is Status.OK
+        for device in far:
+            device.move(tick)
+    instance.close_devices()
+    for device in far:
+        device.socket.close()
+    assert paid.least >= -1e-9 and np.ptp(paid.places[-1000:]) < 5e-6
+    assert plain.least < -1.0 and np.ptp(plain.places[-1000:]) > 0.1
+    assert -0.1 < observed.least < -1e-3
+    names = [variable.name for variable in walls.measured]
+    booked = rows[0, names.index("paid_supplied")]
+    assert booked == pytest.approx(-paid.work, abs=2e-4)  # but for what is under way
