@@ -24,7 +24,7 @@ from bgc.runtime.importing.plan import plan_of
 from bgc.runtime.importing.robot import Kind
 
 ROBOTS = Path(__file__).parents[1] / "models" / "robots"
-STATES = 100
+STATES = 40
 OFF = ("CONTACT", "LIMIT", "FRICTIONLOSS", "EQUALITY", "ACTUATION")
 
 
