@@ -10,8 +10,8 @@ if not SITE.is_dir():
     pytest.skip("not a checkout", allow_module_level=True)
 sys.path.insert(0, str(SITE))
 
-from build import configuration, write_pages  # noqa: E402
 from check_links import broken_links  # noqa: E402
+from make import configuration, write_pages  # noqa: E402
 from pages import Links, Page, anchors_of, pages_by_heading, written  # noqa: E402
 
 MANUAL = """\

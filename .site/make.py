@@ -1,4 +1,4 @@
-"""Build the site: `python .site/build.py OUT` (needs `pip install ".[site]"`).
+"""Build the site: `python .site/make.py OUT` (needs `pip install ".[site]"`).
 
 The manual, the reference of the library, the tutorials, the gallery and the pages of diagnostics
 become one site of static files, which asks no other host for anything. Each scene of the gallery
