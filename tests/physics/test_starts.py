@@ -334,3 +334,17 @@ def test_a_given_position_holds_where_a_loop_has_several_solutions(tmp_path: Pat
         found = list(model.observe(parameters={"at": at}).values())
         effort = 0.2 * at + math.sin(at / 0.5)
         assert found == pytest.approx([at, effort, effort], rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("given", ["q0 = 0.34 rad", "e0 = 0.5 N*m"])
+def test_a_value_holds_beside_a_field_that_starts_jointly(given: str, tmp_path: Path) -> None:
+    """The field shares a state with the spring of each junction; only its own start is joint."""
+    text = f"""model Pair {{ left : J0; right : J0; gear : MGY(1.3 N*m*s/rad);
+      spring : C(compliance = 0.71 rad/N/m, {given}); field : C[2](stiffness = 1.3 N*m/rad);
+      far : C(0.61 rad/N/m); farther : C(stiffness = 0.39 N*m/rad, e0 = 0.64 N*m);
+      left -> spring, gear, field[1]; gear -> right; right -> far, farther, field[2]; }}
+    scene s of Pair {{ observe spring.q, spring.e, field.e, far.e, farther.q; run 1 s; }}"""
+    effort = 0.34 / 0.71 if given.startswith("q") else 0.5
+    expected = [0.71 * effort, effort, effort, 0.64, 0.64, 0.64 / 0.39]
+    found = list(compiled(tmp_path, text).observe().values())
+    assert found == pytest.approx(expected, rel=1e-12)

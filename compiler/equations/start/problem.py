@@ -63,6 +63,7 @@ def start_problem(
         if any(element in chosen for element in moved):
             common.append(one)
             chosen += [element for element in moved if element not in chosen]
+    chosen += _sharing(elements, states, chosen)
     given = [one for element in chosen for one in _of_element(variables, resolver, element)]
     default = [one for one in given if one.condition.is_default]
     given = [*(one for one in given if not one.condition.is_default), *common, *default]
@@ -142,6 +143,28 @@ def _moved_by(
         if number < len(states):
             names.update(states[number].stores)
     return [e for e in elements if e.storage.name in names - known]
+
+
+def _sharing(
+    elements: Sequence[StorageElement],
+    states: Sequence[IntegratedState],
+    chosen: Sequence[StorageElement],
+) -> list[StorageElement]:
+    """Further elements that share a state with those that are chosen, directly or through others.
+
+    Their given values would otherwise be lost: the states that they share are free to move.
+    """
+    own = {element.storage.name for element in chosen}
+    names = set(own)
+    while more := {
+        name
+        for state in states
+        if not names.isdisjoint(state.stores)
+        for name in state.stores
+        if name not in names
+    }:
+        names |= more
+    return [e for e in elements if e.storage.name in names - own]
 
 
 def states_in(dag: Dag, nodes: Iterable[Node], residuals: Mapping[Node, Node]) -> dict[int, Node]:
