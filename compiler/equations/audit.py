@@ -53,7 +53,9 @@ def power_defect(program: Program) -> float | None:
     shares = [dag.mul(slope, rate) for slope, rate in zip(slopes, rates, strict=True)]
     shares += [dag.neg(energy.supplied), energy.dissipated]
     single = [*_terms(dag, energy.supplied), *_terms(dag, energy.dissipated)]
-    unsolved, solved = (evaluate_nodes(dag, [*shares, energy.stored, *single], x) for x in points)
+    unsolved, solved = (
+        evaluate_nodes(dag, [*shares, energy.stored, *single], x) for x in points[:2]
+    )
     powers, (stored, *parts) = solved[: len(shares)], solved[len(shares) :]
     size = sum(map(abs, powers)) + _REST * abs(stored) + _CANCELLED * sum(map(abs, parts))
     typical = sum(map(abs, unsolved[: len(shares)])) if implicit else 0.0
@@ -63,7 +65,7 @@ def power_defect(program: Program) -> float | None:
         return None
     defect = abs(sum(powers)) / size if size else 0.0
     if defect >= _TOLERANCE:
-        left = [sum(_Rounding(dag, points[1], k).values(shares)) for k in range(_ROUNDINGS)]
+        left = [sum(_Rounding(dag, points[k % 2 + 1], k).values(shares)) for k in range(_ROUNDINGS)]
         if not max(map(abs, left)) > _EXPLAINED * (max(left) - min(left)):
             return None
     return defect
@@ -114,9 +116,10 @@ def _couples_rates(program: Program) -> bool:
 
 
 def _random_points(program: Program) -> list[dict[Symbol, float]] | None:
-    """Random values of all symbols, then with unknowns that satisfy the algebraic equations.
+    """Random values of all symbols, then twice with unknowns that satisfy the algebraic equations.
 
-    None where no solution is found.
+    The two solutions begin from different values; they differ by the error of the solution. None
+    where none is found.
     """
     rng = random.Random(1)
     values: dict[Symbol, float] = dict(default_values(program.dag, program.parameters))
@@ -129,11 +132,16 @@ def _random_points(program: Program) -> list[dict[Symbol, float]] | None:
     if program.closures is not None:
         values = closed_flows(program, values)
     if not rows:
-        return [values, values]
+        return [values, values, values]
     unknowns = [Symbol(Kind.STATE, k) for k in rows]
     equations = Rows(program.dag, [program.states[k].derivative for k in rows], unknowns)
-    found = equations.solve(values, [values[u] for u in unknowns])
-    return None if found is None else [values, values | dict(zip(unknowns, found, strict=True))]
+    points = [values]
+    for scale in (1.0, 0.9):
+        found = equations.solve(values, [scale * values[u] for u in unknowns])
+        if found is None:
+            return None
+        points.append(values | dict(zip(unknowns, found, strict=True)))
+    return points
 
 
 def assert_power_balance(program: Program) -> None:

@@ -48,7 +48,8 @@ def difference(
     worst, where = 0.0, ""
     for name in sorted(set(a) & set(b) & set(scales)):
         size = np.abs(a[name]).max() + 1e-2 * scales[name]
-        error = float(np.abs(a[name] - b[name])[first:].max() / size)
+        error = float(np.abs(a[name] - b[name])[first:].max())
+        error /= size or (error or 1.0)  # a column of zeros
         if not error <= worst:
             worst, where = error, name
     return worst, where
