@@ -45,6 +45,9 @@ EXAMPLES_OF_PARTS = (
     "bouncing_ball",
     "beam_modes",
     "wave_buoy",
+    "water_hammer",
+    "gyroscope",
+    "pumped_swing",
 )
 MODELS = (*TUTORIALS, *EXAMPLES_OF_PARTS)
 PAGES = ("README", *MODELS)
