@@ -155,6 +155,17 @@ def read_observables(
     return tuple({each.name: each for each in found}.values())
 
 
+def check_parts(observables: Sequence[Observable], times: Array) -> None:
+    """Raise BG787 for an observable whose part of the run holds no row of a run, at these times."""
+    for each in observables:
+        if not ((times >= each.start) & (times <= each.end)).any():
+            reason = f"no row of the run lies in its part; the run ends at {times[-1]:g} s"
+            way_out = (
+                "move `from .. to ..` into the run, or give a longer `--time` or less `--every`"
+            )
+            raise BgError([bad_observable(each.name, reason, way_out)])
+
+
 def read_criterion(
     text: str, columns: Mapping[str, tuple[str, Shown]], read: Reader
 ) -> tuple[Criterion, ...]:

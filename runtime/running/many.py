@@ -26,7 +26,7 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.options import Options
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted
-from bgc.runtime.results.observables import Observable, Reducer
+from bgc.runtime.results.observables import Observable, Reducer, check_parts
 from bgc.runtime.results.study import Study, StudyInterrupted
 from bgc.runtime.running.batches import Work, run_all
 from bgc.runtime.running.binding import text
@@ -96,7 +96,8 @@ def plan_many(
     vectorised: bool = True,
     observables: tuple[Observable, ...] = (),
 ) -> Plan:
-    """Decide how the runs of an ensemble are computed."""
+    """Decide how the runs of an ensemble are computed; BG787 for an observable without a row."""
+    check_parts(observables, times)
     method = method.with_capped_step(times, model.facts.timed)
     alone = why_alone(model, method, len(cases), vectorised)
     varied = tuple(cases.varied(model.parameters.given({})))

@@ -63,6 +63,12 @@ def test_observables_are_those_of_the_rows_and_failures_are_kept(model):
     assert "in instance 6, with `mass` = 5, `k` = 5" in place
 
 
+@pytest.mark.parametrize("text", ["max(x) from 20 s", "max(x) from 1 ms to 2 ms"])
+def test_a_part_without_a_row_is_refused(model, text):
+    with pytest.raises(BgError, match=r"BG787.*no row of the run.*ends at 4 s"):
+        model.sweep({"k": "5..20 N/m:2"}, [text])
+
+
 def test_an_interrupted_study_is_resumed(model, monkeypatch, tmp_path):
     monkeypatch.setattr(unfinished, "FOLDER", str(tmp_path / "sweeps"))
     vary, observe = {"mass": np.linspace(1, 2, 40)}, ["max(x)"]

@@ -19,7 +19,7 @@ def bad_observable(
 
     Why: the text has another form, an unknown function, or an argument that the function does not
     have. In a scene, `require` without a tolerance compares an observed column, or its magnitude
-    `abs(..)`, with a constant.
+    `abs(..)`, with a constant. In a sweep, the part `from .. to ..` may hold no row of the run.
 
     Example: `--observe "largest(tension)"`; in a scene `require 300 kN;`.
 
