@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -88,6 +88,8 @@ def operability(
     if exposure is not None and not exposure > 0:
         raise BgError([bad_option("exposure", exposure, "a positive time in seconds", "10800")])
     axes = seas.axes(model)
+    if exposure is not None:
+        _check_extrapolation(seas.seed, axes, judge)
     texts = [getattr(seas, role) for role in axes]
     observables = {each.observable.name: each.observable for each in criteria}
     study = sweep(
@@ -128,6 +130,17 @@ def operability(
         judge=judge,
         exposure=exposure,
     )
+
+
+def _check_extrapolation(seed: str | None, axes: Mapping[str, Axis], judge: str) -> None:
+    """Raise BG066 where an exposure changes nothing: `worst`, or fewer than two seeds."""
+    if judge != "gumbel":
+        wanted = "a distribution of extremes, which an exposure needs"
+        raise BgError([bad_option("judge", judge, wanted, "gumbel")])
+    if "seed" not in axes or len(axes["seed"].values()) < 2:
+        wanted = "two seeds or more, which an exposure needs"
+        example = "vessel.sea.seed=1..10:10"
+        raise BgError([bad_option("seed", seed or "not given", wanted, example)])
 
 
 def _as_written(text: str, model: LoadedModel) -> Shown:

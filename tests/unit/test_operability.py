@@ -116,6 +116,8 @@ def test_the_most_probable_maximum_of_gumbel_samples():
         ((*SEA, ["max(load) < 3 m"]), {}, "BG063"),
         ((*SEA, CRITERIA), {"judge": "best"}, "BG066"),
         ((*SEA, CRITERIA), {"exposure": -1}, "BG066"),
+        ((*SEA, CRITERIA), {"exposure": "3 h"}, "BG066"),
+        ((*SEA, CRITERIA), {"exposure": "3 h", "seed": "seed=1, 2", "judge": "worst"}, "BG066"),
         ((*SEA, CRITERIA), {"heading": "course=0, 90 deg"}, "BG060"),
     ],
 )
