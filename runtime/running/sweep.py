@@ -20,6 +20,7 @@ DESIGNS = ("latin", "sobol", "saltelli")
 
 _COUNT = 10  # default number of values of a range
 _MOST = 1_000_000  # instances of a sweep
+_MOST_DIGITS = 18  # of a count that a message shows; Python refuses to read 4,301
 
 
 class Axis(Protocol):
@@ -109,7 +110,7 @@ def read_range(text: str, parameters: Parameters) -> Range:
     log = rest.endswith(" log")
     span, colon, count = (part.strip() for part in rest.removesuffix(" log").partition(":"))
     low, dots, high = (part.strip() for part in span.partition(".."))
-    counted = not colon or (count.isdecimal() and int(count) > 0)
+    counted = not colon or (count.isdecimal() and count.strip("0") != "")
     if not (name and equals and low and dots and high and counted):
         raise BgError([bad_range(text)])
     _, _, unit = high.partition(" ")
@@ -117,6 +118,8 @@ def read_range(text: str, parameters: Parameters) -> Range:
     first, last = (read_quantity(value, name, parameters[name].unit) for value in (start, high))
     if log and not (first > 0 and last > 0):
         raise BgError([bad_range(text)])
+    if len(count) > _MOST_DIGITS or (colon and int(count) > _MOST):
+        raise BgError([too_many_instances(int(count[:_MOST_DIGITS]), _MOST)])
     return Range(name, first, last, int(count) if colon else _COUNT, log)
 
 
@@ -141,6 +144,8 @@ def points(
     for name in names:
         if names.count(name) > 1:
             raise BgError([varied_twice(name)])
+    if sample is not None and seed < 0:
+        raise BgError([bad_option("seed", seed, "a whole number of 0 or more", "1")])
     if design not in DESIGNS:
         raise BgError([bad_option("design", design, f"one of {', '.join(DESIGNS)}", "sobol")])
     given = len(next(iter(cases.values()))) if cases else 1

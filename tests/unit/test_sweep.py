@@ -54,6 +54,8 @@ def test_a_unit_at_the_end_is_for_both_and_each_may_have_its_own(parameters: Par
         ("mass=2..", "BG743"),
         ("mass=2..3:0", "BG743"),
         ("mass=2..3:x", "BG743"),
+        ("mass=2..3:1000000000000", "BG745"),
+        ("mass=2..3:" + 5000 * "9", "BG745"),
         ("mass=2..3 V", "BG063"),
         ("mass=two..3", "BG062"),
         ("n=2..3", "BG060"),
@@ -85,6 +87,8 @@ def test_ranges_that_contradict_or_are_too_many_are_refused() -> None:
         points([Range(name, 0, 1, 10) for name in "abcdefg"], None)
     with pytest.raises(BgError, match="BG745"):
         points([Range("a", 0, 1)], 10**9)
+    with pytest.raises(BgError, match=r"BG066.*seed.*-1"):
+        points([Range("a", 0, 1)], 4, seed=-1)
 
 
 def run(*arguments: str) -> Result:
