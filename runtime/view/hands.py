@@ -28,7 +28,15 @@ REACH: Final = 0.06
 """The displacement at the end of a stick where the driver has no option `reach`, m."""
 _TAKEN: Final = (*FED, "trace", "spring_hand")
 """Drivers that the page may replace: those without hardware."""
-_CHANNELS: Final = ("position", "orientation", "velocity", "angular_velocity", "gripper", "buttons")
+_CHANNELS: Final = {  # those that models read, as bgc_channel of bgc.h
+    0: "position",
+    1: "orientation",
+    2: "velocity",
+    3: "angular_velocity",
+    4: "gripper",
+    5: "buttons",
+    9: "held_force",
+}
 _POSITION: Final = 0  # BGC_POSITION
 
 

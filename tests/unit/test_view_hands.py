@@ -1,14 +1,18 @@
 """Devices that a page takes in its hand: poses, drivers, messages; without a browser."""
 
+import re
+
 import numpy as np
 import pytest
 
 import bgc
+from bgc.building.build import runtime_directory
 from bgc.diagnostics.diagnostic import BgError
+from bgc.language.scene_tables import DEVICE_INPUTS
 from bgc.runtime.running.devices import DeviceChoice, read_choices
 from bgc.runtime.running.simulate import method_of
 from bgc.runtime.view.description import describe_model
-from bgc.runtime.view.hands import Hands
+from bgc.runtime.view.hands import _CHANNELS, Hands
 from bgc.runtime.view.live import LiveRun
 from bgc.runtime.view.player import Player
 from bgc.runtime.view.protocol import read_command
@@ -103,6 +107,15 @@ def test_a_description_says_which_device_moves_which_handle(model):
     assert moved == {"handle": ("two", [0, 1, 2]), "handle[2]": ("one", [0, 2])}
     beside, placed = (shape["values"] for shape in found["shapes"])
     assert set(beside) == {"position"} and set(placed) == {"position", "force", "aim", "r", "A"}
+
+
+def test_every_channel_that_a_model_may_read_has_its_name():
+    header = (runtime_directory() / "bgc.h").read_text("utf-8")
+    numbers = {
+        name.lower(): int(k) for name, k in re.findall(r"BGC_(\w+) = (\d+),? +/\* in,", header)
+    }
+    assert set(numbers) == set(DEVICE_INPUTS)
+    assert {number: name for name, number in numbers.items()} == _CHANNELS
 
 
 @pytest.mark.parametrize(
