@@ -71,7 +71,13 @@ def known(dag: Dag, found: Value | Namespace, span: Span, what: str) -> Known:
     values = np.array(evaluate_nodes(dag, found.nodes, {})).reshape(found.shape)
     if not np.isfinite(values).all():
         raise failure(value_messages.not_a_number(span))
-    return Known(" ".join(span.text.split()), values, found.unit, span)
+    name = " ".join(span.text.split())
+    units = list(dict.fromkeys(unit for unit in found.units if unit is not None))
+    if len(units) > 1:
+        raise failure(
+            value_messages.wrong_unit(span, f"`{name}`", *map(describe_dimension, units[:2]))
+        )
+    return Known(name, values, units[0] if units else None, span)
 
 
 def interpolate(
