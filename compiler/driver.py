@@ -168,6 +168,7 @@ def _stages(
         options.uses,
         options.shapes,
         options.inputs,
+        options.drives,
     )
     graph = with_accounts(graph) if options.audited else graph
     graph = prepare(graph) if prepare else graph

@@ -21,7 +21,8 @@ class Options:
     records the poses of all shapes.
     invariants of every intermediate result, as the environment variable BGC_VERIFY does.
     `inputs` are inputs of models to which a parameter of their name is added, zero by default: a
-    linear model varies it.
+    linear model varies it. `drives` are pairs of an input and the expression that gives it; they
+    override the scene's own.
     """
 
     scene: str | None = None
@@ -36,3 +37,4 @@ class Options:
     verify: bool = False
     shapes: bool = False
     inputs: tuple[str, ...] = ()
+    drives: tuple[tuple[str, str], ...] = ()

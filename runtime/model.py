@@ -17,6 +17,7 @@ from bgc.runtime.results.result import Result
 from bgc.runtime.running.compiling import load_as
 from bgc.runtime.running.devices import read_choices
 from bgc.runtime.running.failures import require
+from bgc.runtime.running.inputs import InputValue, drives_of
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.quantity import Quantity, in_si
 from bgc.runtime.running.simulate import method_of, simulate, state_after, times_of
@@ -58,6 +59,7 @@ class Model(StudiedModel):
         progress: bool = False,
         shapes: bool = False,
         devices: Mapping[str, str] | None = None,
+        inputs: Mapping[str, InputValue] | None = None,
     ) -> Result:
         """Run from the initial state and return the observed values.
 
@@ -95,6 +97,12 @@ class Model(StudiedModel):
         devices
             Drivers in place of the scene's: `{"hand": "./mine.so"}`, `{"hand": "motion.csv"}` or
             `{"hand": "udp(port=5005)"}`.
+        inputs
+            Inputs of the model by their paths, in place of the scene's `drive`s: a constant; a
+            pair `(times, values)`, interpolated by straight lines, whose times (s) cover the run;
+            or a function of the time in s, which is called at the times of the rows and
+            interpolated between them without overshoot (`pchip`). Values are SI numbers, texts
+            with a unit, or arrays of these. The model is compiled once for each set of values.
 
         Raises
         ------
@@ -105,10 +113,15 @@ class Model(StudiedModel):
         BgError
             An argument or a parameter is at fault.
         """
+        options = method_options(rtol, atol, step, max_step, substeps, settle)
         values = parameters or {}
-        if shapes and not self.facts.shapes:
-            model = self._with_shapes()
-            values = {**self.parameters.given({}), **values}
+        method, notices = method_of(self, solver, options, values)
+        times = times_of(self, method, seconds_of(duration), seconds_of(every, "every"))
+        drives = drives_of(inputs or {}, times)
+        if drives or (shapes and not self.facts.shapes):
+            model = self._changed(drives, shapes)
+            known = self.parameters.given({}).items()
+            kept = {n: value for n, value in known if model.parameters.can_set(n, value)}
             return model.simulate(
                 duration,
                 every=every,
@@ -119,23 +132,22 @@ class Model(StudiedModel):
                 max_step=max_step,
                 substeps=substeps,
                 settle=settle,
-                parameters=values,
+                start=start,
+                parameters={**kept, **values},
                 progress=progress,
                 devices=devices,
             )
-        options = method_options(rtol, atol, step, max_step, substeps, settle)
-        method, notices = method_of(self, solver, options, values)
-        method = method.started(start)
-        times = times_of(self, method, seconds_of(duration), seconds_of(every, "every"))
         choices = read_choices(devices or {})
-        return simulate(self, method, times, values, progress, notices, choices)
+        return simulate(self, method.started(start), times, values, progress, notices, choices)
 
-    def _with_shapes(self) -> Model:
-        """Compile the same model with its shapes, or load it from the cache."""
+    def _changed(self, drives: Sequence[tuple[str, str]], shapes: bool) -> Model:
+        """Compile the same model with other drives or its shapes, or load it from the cache."""
         if self.origin is None:
-            raise ValueError("a model without its source has no shapes: compile it with `shapes`")
+            raise ValueError("a model without its source has no shapes and no inputs")
         path, options = self.origin
-        return load_as(Model, path, replace(options, shapes=True), {})
+        given = tuple({**dict(options.drives), **dict(drives)}.items())
+        shown = options.shapes or shapes
+        return load_as(Model, path, replace(options, shapes=shown, drives=given), {})
 
     def realtime(
         self,
@@ -454,7 +466,7 @@ class Model(StudiedModel):
         # Loads the compiler, as `linearise` does.
         from bgc.runtime.web.export import page_of
 
-        shown = self._with_shapes()
+        shown = self._changed((), shapes=True)
         for name, value in self.parameters.given({}).items():
             shown.parameters[name] = value
         return page_of(shown, shown._stages("C compiler"), height)

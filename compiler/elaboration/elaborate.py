@@ -41,7 +41,7 @@ from bgc.elaboration.laws.units import infer_units
 from bgc.elaboration.scenes.devices import read_devices
 from bgc.elaboration.scenes.edits import check_edits, check_overrides, collect_edits
 from bgc.elaboration.scenes.observed import Observed, read_observed
-from bgc.elaboration.scenes.overrides import with_observations, with_uses
+from bgc.elaboration.scenes.overrides import with_drives, with_observations, with_uses
 from bgc.elaboration.scenes.removed import without_removed
 from bgc.elaboration.scenes.rest import StartAtRest, read_start
 from bgc.elaboration.scenes.run_facts import read_facts, read_kept, read_requirements
@@ -61,6 +61,7 @@ def elaborate(
     uses: Sequence[tuple[str, str]] = (),
     shapes: bool = False,
     inputs: Sequence[str] = (),
+    drives: Sequence[tuple[str, str]] = (),
 ) -> FlatGraph:
     """Build the flat graph of a scene of the package's root file.
 
@@ -81,13 +82,16 @@ def elaborate(
     inputs
         Inputs of models, or components of them, to which a parameter of their name is added, zero
         by default. A name that is not an input is ignored.
+    drives
+        Inputs and the expressions that give them, as pairs of texts, in place of the scene's.
 
     Raises
     ------
     BgError
         With all independent errors that were found.
     """
-    chosen = with_observations(with_uses(choose_scene(package, scene), uses), observe)
+    chosen = with_drives(with_uses(choose_scene(package, scene), uses), drives)
+    chosen = with_observations(chosen, observe)
     return _elaborate(package, chosen, overrides, shapes, inputs)
 
 

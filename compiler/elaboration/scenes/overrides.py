@@ -1,4 +1,4 @@
-"""Replace the uses and observations of a scene by those from outside."""
+"""Replace the uses, drives and observations of a scene by those from outside."""
 
 from __future__ import annotations
 
@@ -39,6 +39,30 @@ def _use(scene: Scene, use: tuple[str, str]) -> syntax.Use:
     given = Given(setting.value, scene.env, setting.value.span)
     type_use = as_type_use(given, path_of(setting.target))
     return syntax.Use(setting.target, type_use, setting.value.span)
+
+
+def with_drives(scene: Scene, drives: Sequence[tuple[str, str]]) -> Scene:
+    """Drive inputs: `("road", "0.1 m")` acts as a `drive` statement of the scene.
+
+    `drives` override the scene's own; without any, the scene is returned unchanged. Raises BgError
+    where a text is not a path or not an expression.
+    """
+    if not drives:
+        return scene
+    added = [_drive(drive) for drive in drives]
+    driven = {path_of(item.target) for item in added}
+
+    def is_kept(item: object) -> bool:
+        return not (isinstance(item, syntax.Drive) and path_of(item.target) in driven)
+
+    inherited = tuple(each for each in scene.inherited if is_kept(each.item))
+    return replace(scene, items=(*filter(is_kept, scene.items), *added), inherited=inherited)
+
+
+def _drive(drive: tuple[str, str]) -> syntax.Drive:
+    # Behind a line break, long values stay out of the excerpts of messages about the name.
+    setting = parse_setting(Source("inputs", " =\n".join(drive)))
+    return syntax.Drive(setting.target, setting.value, setting.target.span)
 
 
 def with_observations(scene: Scene, texts: Sequence[str]) -> Scene:
