@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from bgc.runtime.cli.app import INTERRUPTED, print_diagnostics
+from bgc.runtime.cli.app import AT_FAULT, INTERRUPTED, print_diagnostics
 from bgc.runtime.cli.options import (
     check_target,
     method_options,
@@ -97,7 +97,8 @@ def operability(
     """Find the sea states in which criteria hold: height x period x heading x seed.
 
     Prints the governing criterion of each sea state, the limiting height of each period, and the
-    downtime for a scatter diagram. A sea state with a failed run is not operable.
+    downtime for a scatter diagram. A sea state with a failed run is not operable;
+    the exit status is then 1.
     """
     check_target(out, (".csv",))
     check_target(plot, (".png", ".svg", ".pdf"))
@@ -130,3 +131,4 @@ def operability(
     if diagram is not None:
         tables.append(found.downtime_table(found.downtime(diagram)))
     print_tables(tables)
+    context.exit(AT_FAULT if found.study.failures else 0)
