@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from bgc.diagnostics.catalogue import listed
 from bgc.diagnostics.catalogue.ensembles import varied_twice
 from bgc.diagnostics.catalogue.studies import cannot_fit
 from bgc.diagnostics.diagnostic import BgError
@@ -42,7 +43,8 @@ def read_noise(
     found = {}
     for name, value in noise.items():
         if name not in names:
-            raise BgError([cannot_fit(f"`{name}`, whose noise is given, is not fitted")])
+            reason = f"`{name}`, whose noise is given, is not fitted"
+            raise BgError([cannot_fit(reason, f"give the noise of {listed([*fitted])}")])
         column = names[name]
         unit = "" if units[column] == "1" else units[column]
         number = in_si(value, f"the noise of {name}", unit)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from bgc.diagnostics.catalogue import listed
 from bgc.diagnostics.catalogue.arguments import bad_option
 from bgc.diagnostics.catalogue.studies import cannot_fit, not_identifiable
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
@@ -94,10 +95,14 @@ def _check(recorded: Recorded, bounds: Sequence[Range], options: FitOptions) -> 
         raise BgError([cannot_fit("no parameter is to be estimated", 'give `--vary "k=1..9 N/m"`')])
     for each in bounds:
         if not each.low < each.high:
-            raise BgError([cannot_fit(f"the bounds of `{each.name}` hold a single value")])
+            raise BgError(
+                [cannot_fit(f"the bounds of `{each.name}` hold a single value", "widen them")]
+            )
     for name, value in (options.noise or {}).items():
         if name not in recorded.names:
-            raise BgError([cannot_fit(f"`{name}`, whose noise is given, is not fitted")])
+            reason = f"`{name}`, whose noise is given, is not fitted"
+            way_out = f"give the noise of {listed(recorded.names)}"
+            raise BgError([cannot_fit(reason, way_out)])
         if not value > 0:
             raise BgError([bad_option("noise", value, "a positive standard deviation", "1e-3")])
     count = int(recorded.known.sum())

@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from bgc.diagnostics.catalogue import did_you_mean, listed
 from bgc.diagnostics.catalogue.studies import bad_case_table, cannot_fit
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.columns import column_of, name_in_si
@@ -71,22 +72,28 @@ def read_motion(
     time = times["time"]
     if len(time) < 2 or not (np.diff(time) > 0).all() or time[0] < 0 or not np.isfinite(time).all():
         raise BgError([bad_case_table(path, "its times do not rise from 0 or later")])
+    columns_found = [name for name, _ in found if name != "time"]
+    for name in match:
+        if name not in columns_found:
+            way_out = did_you_mean(name, columns_found) or f"the data have {listed(columns_found)}"
+            raise BgError([cannot_fit(f"the data have no column `{name}`", way_out)])
     known = {spelling: v for v in model.outputs for spelling in (v.name, name_in_si(v.name))}
     fitted: dict[str, Array] = {}
     for (name, unit), values in found.items():
-        if name == "time":
-            continue
+        if name == "time" or (name not in match and name in match.values()):
+            continue  # a column that another one replaces
         wanted = match.get(name, name)
         variable = known.get(wanted) or known.get(column_of(wanted))
         if variable is None or (columns and not {wanted, variable.name} & {*columns}):
             if name in match:
-                raise BgError([cannot_fit(f"the scene does not observe `{wanted}`")])
+                near = did_you_mean(wanted, known) or f"the scene observes {listed([*known])}"
+                raise BgError([cannot_fit(f"the scene does not observe `{wanted}`", near)])
             continue
         if len(values) != len(time):
             raise BgError([bad_case_table(path, f"`{name}` and `time` differ in length")])
         fitted[variable.name] = values * _into(unit, name, variable)
     if not fitted:
-        recorded = ", ".join(f"`{name}`" for name, _ in found if name != "time")
+        recorded = ", ".join(f"`{name}`" for name in columns_found)
         observed = ", ".join(f"`{v.name}`" for v in model.outputs)
         raise BgError(
             [

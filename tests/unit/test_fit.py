@@ -132,6 +132,7 @@ def test_bounds_starts_and_failed_runs(model):
         ({"time": TIME, "x": TIME}, {}, {}, "BG479"),
         ({"time": TIME, "x": TIME}, BOUNDS, {"noise": {"v": 1.0}}, "BG479"),
         ({"time": TIME, "x": TIME}, BOUNDS, {"match": {"x": "y"}}, "BG479"),
+        ({"time": TIME, "x": TIME}, BOUNDS, {"match": {"xm": "x"}}, "BG479"),
         ({"x": TIME}, BOUNDS, {}, "BG788"),
         ({"time": -TIME, "x": TIME}, BOUNDS, {}, "BG788"),
         ({"time": TIME, "x": TIME}, BOUNDS, {"loss": "least"}, "BG066"),
@@ -143,6 +144,13 @@ def test_what_cannot_be_estimated_is_refused(model, data, bounds, options, code)
     with pytest.raises(BgError) as caught:
         model.fit(data, bounds, **options)
     assert [d.code for d in caught.value.diagnostics] == [code]
+    assert caught.value.diagnostics[0].help
+
+
+def test_a_matched_column_replaces_the_one_of_the_observed_name(model):
+    x, _ = motion()
+    found = model.fit({"time": TIME, "xm": x, "x": 0 * x}, BOUNDS, match={"xm": "x"})
+    np.testing.assert_array_equal(found.recorded.values[:, 0][-len(x) :], x)
 
 
 def test_the_command_reads_units_and_prints_intervals(file, model, tmp_path):

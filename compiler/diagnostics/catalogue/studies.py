@@ -116,12 +116,13 @@ def not_identifiable(names: Sequence[str], condition: float) -> Diagnostic:
     )
 
 
-def cannot_fit(reason: str, way_out: str = "") -> Diagnostic:
+def cannot_fit(reason: str, way_out: str) -> Diagnostic:
     """BG479: an estimation that cannot begin
 
     What: the parameters cannot be estimated from these data.
 
-    Why: no column of the data is observed by the scene, there are fewer values than parameters, a
+    Why: no column of the data is observed by the scene, `--match` names a column that the data or
+    the scene do not have, there are fewer values than parameters, a
     start value is outside its bounds, or the run at the start values fails.
 
     Example: data with the columns `time` and `x` for a scene that observes `position`.
