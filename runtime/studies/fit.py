@@ -60,7 +60,8 @@ def fit(
     start = np.where(inside, present, _middle(low, high))
     known = recorded.values
     spread = np.nanstd(known, axis=0)
-    noise = np.where(spread > 0, spread, np.maximum(np.nanmax(np.abs(known), axis=0), 1e-300))
+    size = np.nanmax(np.abs(known), axis=0)
+    noise = np.where(spread > 0, spread, np.where(size > 0, size, 1.0))
     given = options.noise or {}
     for k, name in enumerate(recorded.names):
         noise[k] = given.get(name, noise[k])

@@ -98,6 +98,11 @@ def test_mass_and_stiffness_of_a_free_oscillation_are_one_parameter(model):
     assert found["k"] / found["mass"] == pytest.approx(20, rel=1e-5)
 
 
+def test_a_column_of_zeros_is_fitted(model):
+    found = model.fit({"time": TIME, "x": 0 * TIME}, {"k": "1..1000 N/m"})
+    assert 1 <= found["k"] <= 1000 and np.isfinite(found.noise["x [mm]"])
+
+
 def test_a_robust_loss_bears_outliers(model):
     rng = np.random.default_rng(2)
     x, _ = motion()
