@@ -48,9 +48,10 @@ class Store:
                 design,
             )
         )
-        place = Path(path)
         try:
-            if place.exists():
+            try:
+                Path(path).mkdir(parents=True)  # by one of several processes
+            except FileExistsError:
                 self._group = self._opened(zarr, identity)
             else:
                 self._group = zarr.create_group(self.path)

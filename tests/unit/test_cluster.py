@@ -6,6 +6,7 @@ import errno
 import os
 import signal
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -124,6 +125,11 @@ def test_a_store_goes_on_where_it_was_interrupted_and_refuses_others(
     for other in ({"vary": {"k": "5..81 N/m:50"}}, {"observe": ["min(x)"]}):
         with pytest.raises(BgError, match="BG789"):
             model.sweep(**{"vary": VARY, "observe": OBSERVE, **other}, store=out)
+    with monkeypatch.context() as patch:  # another process has made it just now
+        exists = Path.exists
+        patch.setattr(Path, "exists", lambda path: path != out and exists(path))
+        with pytest.raises(BgError, match="BG789"):
+            model.sweep(VARY, ["min(x)"], store=out)
     (tmp_path / "other.zarr").mkdir()
     with pytest.raises(BgError, match="BG789"):
         model.sweep(VARY, OBSERVE, store=tmp_path / "other.zarr")
