@@ -12,7 +12,15 @@ import pytest
 
 from bgc import compile
 from bgc.runtime.model import Model
-from bgc.runtime.realtime.passivity import Coupling, Sampled, growth_with, needed_damping, response
+from bgc.runtime.realtime.binding import CapabilitiesStruct
+from bgc.runtime.realtime.passivity import (
+    Coupling,
+    Sampled,
+    growth_with,
+    lag_warnings,
+    needed_damping,
+    response,
+)
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.structures import Status
 
@@ -105,6 +113,23 @@ def test_a_loop_that_is_not_passive_is_a_warning() -> None:
     assert [w.code for w in growing.warnings()] == ["BG781"]
     unknown = Coupling("hand", T, 0, 2000.0, 1.0, 0.2, None, 0.0, "")
     assert not [*unknown.warnings()]
+
+
+def test_a_port_that_does_not_know_the_delay_of_its_device_is_a_warning(walls: Model) -> None:
+    """BG782 where the device states more lag than the port has, or does not say what it held."""
+
+    def found(known: float, lag: int, echoes: int) -> list[str]:
+        instance = walls.parameters.instance({"paid.hand.lag": known})
+        instance.reset()
+        devices = {"b": CapabilitiesStruct(lag=lag, echoes=echoes)}
+        return [f"{w.code} {w.message}" for w in lag_warnings(walls, instance, devices)]
+
+    assert found(0, 0, 0) == found(5, 5, 1) == found(6, 5, 1) == []
+    (late,) = found(4, 5, 1)
+    port = "the sampled port `paid.hand.guard.bond`"
+    assert late == f"BG782 `b` has a delay of 5 samples, {port} a lag of 4"
+    (silent,) = found(5, 5, 0)
+    assert silent.startswith("BG782 `b` does not say which force it held") and port in silent
 
 
 def test_a_recording_replays_the_force_that_the_hand_held(walls: Model, tmp_path: Path) -> None:
