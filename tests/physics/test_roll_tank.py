@@ -117,3 +117,15 @@ def test_the_tank_reduces_the_roll(ship):
 def test_a_tank_beyond_its_range_is_refused(ship, given, said):
     with pytest.raises(bgc.BgError, match=said):
         ship.simulate(parameters=given)
+
+
+def test_a_turning_ship_keeps_its_momentum_sideways(load):
+    """In free fall only the weight changes the momentum of ship and water."""
+    result = load("roll_tank", "falling").simulate()
+    total = 4e5 + RHO * (2 * AREA * DEPTH + DUCT * LENGTH * WIDTH)
+    scale = total * 2
+    for axis, pull in (("1", 0), ("2", 0), ("3", -total * G)):
+        momentum = result[f"momentum[{axis}]"]
+        expected = momentum[0] + pull * result.time
+        np.testing.assert_allclose(momentum, expected, atol=1e-7 * scale)
+    assert np.abs(result["energy.residual"]).max() < 1e-7 * result.counts["exchanged"]
