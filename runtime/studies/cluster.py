@@ -143,13 +143,19 @@ def on_cluster(plan: Plan, address: str, waiting: Waiting) -> Iterator[Chunk]:
     if not waiting:
         return
     shipped = ship(plan)
+    host, colon, port = address.rpartition("://")[2].rpartition(":")
+    if not (host and colon and port.isdecimal()):
+        # Dask's client would be left half made, and end with a traceback 20 s later.
+        reason = "it is not of the form tcp://HOST:PORT"
+        raise BgError([cluster_unusable(address, reason, "write it as `dask scheduler` prints it")])
     connect: Any = Client  # without types
     try:
         client = connect(address, timeout=_TIMEOUT, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as problem:
         silent = isinstance(problem, OSError | TimeoutError)
         reason = "it does not answer" if silent else str(problem)
-        raise BgError([cluster_unusable(address, reason)]) from problem
+        way_out = "start `dask scheduler` there, and give the address that it prints"
+        raise BgError([cluster_unusable(address, reason, way_out)]) from problem
     try:
         try:
             client.wait_for_workers(1, timeout=_TIMEOUT)

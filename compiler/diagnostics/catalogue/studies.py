@@ -69,7 +69,7 @@ def other_study(path: str, reason: str) -> Diagnostic:
     )
 
 
-def cluster_unusable(address: str, reason: str) -> Diagnostic:
+def cluster_unusable(address: str, reason: str, way_out: str = "") -> Diagnostic:
     """BG799: a scheduler or its workers cannot be used
 
     What: `--scheduler` names a Dask scheduler that does not answer, that has no workers, or whose
@@ -85,7 +85,8 @@ def cluster_unusable(address: str, reason: str) -> Diagnostic:
     return error(
         "BG799",
         f"the scheduler at {address} cannot be used: {reason}",
-        help="start `dask worker ADDRESS --nthreads 1` in an environment with this version of bgc",
+        help=way_out
+        or "start `dask worker ADDRESS --nthreads 1` in an environment with this version of bgc",
     )
 
 
