@@ -67,6 +67,7 @@ class BgLexer(RegexLexer):  # type: ignore[misc]
                 rf"{STATEMENT}({alternatives(_WORDS['begins'])}){NOT_A_NAME}",
                 bygroups(Text, Keyword),
             ),
+            (r"\b(at)(\s+)(at)\b", bygroups(Keyword.Pseudo, Text, Name)),
             (
                 rf"{BETWEEN}({alternatives(_WORDS['within'])}){GOES_ON}",
                 Keyword.Pseudo,

@@ -19,7 +19,7 @@ from bgc.language.scene_tables import DRIVER_OPTIONS
 TRACE_OPTIONS = ", ".join(DRIVER_OPTIONS["trace"])
 KNOWN = (
     "time, x, y, z, qw, qx, qy, qz, gripper, button1 .. button8, "
-    "vx, vy, vz, wx, wy, wz, fx, fy, fz, tx, ty, tz, gripper_force"
+    "vx, vy, vz, wx, wy, wz, hx, hy, hz, fx, fy, fz, tx, ty, tz, gripper_force"
 )
 HAND = "time,x,y,z\n0,0,0,0\n1,1,0,-2\n3,1,0,0\n"
 

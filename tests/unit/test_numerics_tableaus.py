@@ -65,7 +65,9 @@ class CMethod(ctypes.Structure):
         ("tableau", ctypes.POINTER(CTableau)),
         ("collocation", ctypes.POINTER(CCollocation)),
         *((name, ctypes.c_int) for name in ("order", "error_order")),
-        *((name, ctypes.c_int) for name in ("embedded_order", "substeps", "check_dense")),
+        *((name, ctypes.c_int) for name in ("embedded_order", "substeps")),
+        ("partner", ctypes.c_char_p),
+        ("check_dense", ctypes.c_int),
         ("purpose", ctypes.c_char_p),
     )
 

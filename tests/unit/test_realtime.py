@@ -10,6 +10,7 @@ import ctypes
 import os
 import subprocess
 import sys
+import time
 import tty
 from collections.abc import Callable
 from contextlib import nullcontext
@@ -485,6 +486,9 @@ def test_a_driver_that_does_not_return_leaves_the_loop_behind(
     hold.value = 1
     loop = bench.make("fault=hang,from=0.0005", watchdog=0.0)
     loop.start()
+    while loop._servo.report().samples < 1:  # it hangs in the second read
+        time.sleep(0.001)
+    time.sleep(0.05)
     with pytest.raises(BgError) as caught:
         loop.stop()
     assert caught.value.diagnostics[0].code == "BG775"
