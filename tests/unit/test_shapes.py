@@ -377,7 +377,7 @@ def test_all_shapes_of_the_library_are_valid():
         "ShipGuided", "OffshoreLift", "CylindricalJoint", "ScrewJoint", "Planar", "Universal",
         "Rectangle", "BoxSection", "TubeSection", "ISection", "GivenSection",
         "SolidBox", "SolidCylinder", "SolidSphere",
-        "RegularWave", "GivenWaves", "Jonswap", "Rope", "Tackle", "HookLoad",
+        "RegularWave", "RollTank", "GivenWaves", "Jonswap", "Rope", "Tackle", "HookLoad",
         "GantryCrane", "Excavator", "ArmCell", "CraneAtSea",
         "LoadCell", "Member", "KnuckleBoomMechanism",
     }  # fmt: skip
