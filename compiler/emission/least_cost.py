@@ -1,0 +1,105 @@
+"""Choose the form of the Jacobian that costs least, with the plan of its factorisation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import chain
+
+from bgc.emission.differentiate import differentiate, differentiate_within, operation_count
+from bgc.emission.implicit_speeds import implicit_forms
+from bgc.emission.optimise import number_values
+from bgc.emission.print_lu import solve_operations
+from bgc.emission.sparse import plan_lu
+from bgc.emission.timed_terms import find_timed_terms
+from bgc.ir.graph import Node
+from bgc.ir.lowered import Jacobian, LuPlan, Switch
+from bgc.ir.program import MassEntry, Program
+from bgc.ir.program_nodes import map_program, program_roots
+
+Planned = tuple[Program, tuple[Switch, ...], Jacobian, tuple[Node, ...], LuPlan]
+_SOLUTIONS = 6  # for each Jacobian: of ros34prw 4, of rodas5p 8
+_GAIN = 0.9  # of the operations: what takes more is not worth inner unknowns
+_LEAST = 2_000  # operations that are worth a comparison
+_KEPT_GAIN = (
+    0.75  # solutions along a chain take longer than their operations: one waits for another
+)
+_LARGE = 20_000  # operations from which on intermediate values may be worth keeping
+
+
+def planned(program: Program, switches: tuple[Switch, ...]) -> Planned:
+    """The Jacobian of a program and the plan of its factorisation, in the form of least cost.
+
+    With the results of `_optimised`.
+    """
+    forms = implicit_forms(program)
+    if forms is None:
+        return _with_plan(_optimised(*differentiate(program), switches))
+    other = _with_plan(_optimised(*forms.accumulated(), switches))
+    cost = _cost(other)
+    if cost > _LARGE:
+        kept = forms.with_kept_vertices(cost - _SOLUTIONS * _solution(other))
+        if kept is not None:
+            narrow = _with_plan(_optimised(*kept, switches))
+            if _cost(narrow) < _KEPT_GAIN * cost:
+                other, cost = narrow, _cost(narrow)
+    explicit = differentiate_within(program, max(cost, _LEAST))
+    if explicit is None:
+        return other
+    usual = _with_plan(_optimised(*explicit, switches))
+    return other if cost < _GAIN * _cost(usual) and _cost(usual) > _LEAST else usual
+
+
+def _with_plan(
+    optimised: tuple[Program, tuple[Switch, ...], Jacobian, tuple[Node, ...]],
+) -> Planned:
+    program, switches, jacobian, timed = optimised
+    program = _with_stored_mass(program, jacobian)
+    return program, switches, jacobian, timed, plan_lu(program, jacobian)
+
+
+def _cost(planned: Planned) -> int:
+    """The operations of a Jacobian, its factorisation and the solutions with it."""
+    program, _, jacobian, _, plan = planned
+    made = operation_count(program.dag, jacobian) + plan.operations
+    return made + _SOLUTIONS * _solution(planned)
+
+
+def _solution(planned: Planned) -> int:
+    """The operations of one solution."""
+    return solve_operations(planned[4], len(planned[0].states))
+
+
+def _optimised(
+    program: Program, jacobian: Jacobian, switches: tuple[Switch, ...]
+) -> tuple[Program, tuple[Switch, ...], Jacobian, tuple[Node, ...]]:
+    """Optimise a differentiated program with its Jacobian; zero entries are removed.
+
+    Also returns the terms of time alone, each followed by its derivative.
+    """
+    timed = tuple(chain.from_iterable(find_timed_terms(program, switches)))
+    others = (*jacobian.entries, *jacobian.by_time, *(switch.argument for switch in switches))
+    others += timed
+    dag, new = number_values(program.dag, (*program_roots(program), *others))
+    switches = tuple(replace(switch, argument=new[switch.argument]) for switch in switches)
+    kept = [
+        (row, column, new[node])
+        for row, column, node in zip(jacobian.rows, jacobian.columns, jacobian.entries, strict=True)
+        if new[node] != dag.zero
+    ]
+    optimised = replace(
+        jacobian,
+        rows=tuple(row for row, _, _ in kept),
+        columns=tuple(column for _, column, _ in kept),
+        entries=tuple(node for _, _, node in kept),
+        by_time=tuple(new[node] for node in jacobian.by_time),
+    )
+    program = map_program(program, dag, new.__getitem__)
+    return program, switches, optimised, tuple(new[node] for node in timed)
+
+
+def _with_stored_mass(program: Program, jacobian: Jacobian) -> Program:
+    """Store one zero in an empty mass matrix, since the runtime takes no entries as identity."""
+    if program.mass != () or not program.states:
+        return program
+    place = next(zip(jacobian.rows, jacobian.columns, strict=True), (0, 0))
+    return replace(program, mass=(MassEntry(*place, program.dag.zero),))

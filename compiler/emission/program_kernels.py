@@ -1,0 +1,336 @@
+"""The kernels of a program: the C functions with their arguments and what each stores."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from fractions import Fraction
+
+from bgc.algebra.dag import Dag, Kind, Op
+from bgc.algebra.derivatives import directional_derivative, gradient
+from bgc.emission.watches import WatchedArgument
+from bgc.ir.graph import Node
+from bgc.ir.lowered import Jacobian, Kernel, Reads, Store, Switch
+from bgc.ir.program import Closures, PositiveParameter, Program
+
+_RUNNING = "h t x u"
+
+
+def program_kernels(
+    program: Program, switches: tuple[Switch, ...], jacobian: Jacobian
+) -> tuple[Kernel, ...]:
+    """All kernels except `prepare`, those of the integration loop first."""
+    return (
+        *_step_kernels(program, jacobian),
+        *_event_kernels(program, switches),
+        *_jump_kernels(program, switches),
+        *_sampled_kernels(program),
+        *_setup_kernels(program),
+        *_start_kernels(program),
+    )
+
+
+def _kernel(
+    name: str,
+    purpose: str,
+    inputs: str,
+    results: str,
+    stores: Iterable[Store],
+    *,
+    in_place: bool = False,
+) -> Kernel:
+    """A kernel that reads hoisted nodes; argument names are separated by blanks."""
+    return Kernel(
+        name,
+        purpose,
+        tuple(inputs.split()),
+        tuple(results.split()),
+        Reads.HOISTED,
+        tuple(stores),
+        in_place,
+    )
+
+
+def _step_kernels(program: Program, jacobian: Jacobian) -> Iterator[Kernel]:
+    """The kernels that are evaluated within steps and at rows."""
+    energy = program.energy
+    yield _kernel(
+        "rhs",
+        "The right-hand sides f of M y' = f.",
+        _RUNNING,
+        "f",
+        stores("f", (s.derivative for s in program.states)),
+    )
+    yield _kernel(
+        "jacobian",
+        "The entries of df/dx in the order of jac_row and jac_col, and df/dt."
+        if jacobian.inner == 0
+        else "The entries in the order of local_row and local_col, and df/dt.",
+        _RUNNING,
+        "jac dfdt",
+        (*stores("jac", jacobian.entries), *stores("dfdt", jacobian.by_time)),
+    )
+    yield _kernel(
+        "energy",
+        "Stored energy, supplied power, dissipated power.",
+        _RUNNING,
+        "out",
+        stores("out", (energy.stored, energy.supplied, energy.dissipated)),
+    )
+    yield _kernel(
+        "outputs",
+        "What the scene observes.",
+        _RUNNING,
+        "y",
+        stores("y", (o.node for o in program.observations)),
+    )
+    yield _kernel(
+        "commands",
+        "What the devices are told.",
+        _RUNNING,
+        "c",
+        stores("c", (value for d in program.devices for value in d.values)),
+    )
+
+
+def _event_kernels(program: Program, switches: tuple[Switch, ...]) -> Iterator[Kernel]:
+    """The kernels of asserts, projections, switches and divisors; only asserts may be empty."""
+    yield _kernel(
+        "asserts",
+        "Conditions that have to hold: nonzero where they do.",
+        _RUNNING,
+        "a",
+        stores("a", (g.condition for g in program.guards)),
+    )
+    projections = [
+        Store("x", index, state.projection)
+        for index, state in enumerate(program.states)
+        if state.projection is not None
+    ]
+    if projections:
+        yield _kernel(
+            "project",
+            "States that are set after each completed step.",
+            "h t",
+            "x",
+            projections,
+            in_place=True,
+        )
+    if program.closures is not None:
+        yield _kernel(
+            "closures",
+            "Flows and conditions that close chains, and their derivatives.",
+            _RUNNING,
+            "c",
+            stores("c", closure_nodes(program.closures)),
+        )
+    if switches:
+        yield _kernel(
+            "switches",
+            "The arguments of discontinuous operations.",
+            _RUNNING,
+            "z",
+            stores("z", (switch.argument for switch in switches)),
+        )
+    if program.divisors:
+        yield _kernel(
+            "divisors",
+            "Divisors of the right-hand sides that may vanish.",
+            _RUNNING,
+            "z",
+            stores("z", (divisor.node for divisor in program.divisors)),
+        )
+
+
+def _jump_kernels(program: Program, switches: tuple[Switch, ...]) -> Iterator[Kernel]:
+    """The kernels of `when` and `reset`, if there are any."""
+    if not program.jumps:
+        return
+    yield _kernel(
+        "conditions",
+        "The conditions of jumps: nonzero where they hold.",
+        _RUNNING,
+        "c",
+        stores("c", (jump.condition for jump in program.jumps)),
+    )
+    yield _kernel(
+        "resets",
+        "The values that jumps give to states.",
+        _RUNNING,
+        "z",
+        stores("z", (reset.value for jump in program.jumps for reset in jump.resets)),
+    )
+    yield _kernel(
+        "edge_rates",
+        "The rates of the arguments of the switches in conditions, from those of the states.",
+        f"{_RUNNING} r",
+        "z",
+        stores("z", _edge_rates(program, [s for s in switches if s.of_jump])),
+    )
+
+
+def _sampled_kernels(program: Program) -> Iterator[Kernel]:
+    """The kernels of sampled parts, if there are any."""
+    if not program.held:
+        return
+    yield _kernel(
+        "sampling",
+        "The period and the offset of each rate.",
+        "h",
+        "s",
+        stores("s", (node for rate in program.rates for node in (rate.period, rate.offset))),
+    )
+    yield _kernel(
+        "held_start",
+        "The values that sampled parts hold at the start.",
+        "h t u",
+        "z",
+        stores("z", (held.initial for held in program.held)),
+    )
+    yield _kernel(
+        "held",
+        "The values that sampled parts hold from an instant on.",
+        _RUNNING,
+        "z",
+        stores("z", (held.update for held in program.held)),
+    )
+
+
+def _edge_rates(program: Program, edges: Sequence[Switch]) -> Iterator[Node]:
+    """The derivatives of the arguments of switches by time, in terms of the states' rates."""
+    dag = program.dag
+    for switch in edges:
+        held = (dag.symbol_of(node) for node in dag.reachable([switch.argument]))
+        direction = {
+            dag.symbol(s.kind, s.index): dag.symbol(Kind.RATE, s.index)
+            for s in held
+            if s is not None and s.kind is Kind.STATE
+        }
+        direction[dag.symbol(Kind.TIME)] = dag.one
+        yield directional_derivative(dag, switch.argument, direction)
+
+
+def watch_kernels(watches: Sequence[WatchedArgument]) -> Iterator[Kernel]:
+    """The kernel of the watched arguments, if there are any."""
+    if watches:
+        purpose = "The arguments of functions that may hide pulses."
+        yield _kernel("watched", purpose, _RUNNING, "z", stores("z", (z for _, z in watches)))
+
+
+def range_kernel(timed: tuple[Node, ...]) -> Kernel | None:
+    """The kernel of the terms of time alone, for interval arithmetic; None if there are none."""
+    purpose = "Ranges of terms of time alone, each with its derivative by time."
+    return _kernel("ranges", purpose, "h t u", "b", stores("b", timed)) if timed else None
+
+
+def stores(array: str, nodes: Iterable[Node]) -> tuple[Store, ...]:
+    """Store nodes in an array, one after the other."""
+    return tuple(Store(array, index, node) for index, node in enumerate(nodes))
+
+
+def closure_nodes(closures: Closures) -> list[Node]:
+    """The results of the kernel `closures`, in the order of `bgc_closure_info`."""
+    nodes = [*closures.flows, *closures.conditions]
+    for matrix in (closures.by_impulse, closures.response, closures.by_place, closures.by_start):
+        nodes += [node for row in matrix for node in row]
+    return nodes
+
+
+def _setup_kernels(program: Program) -> Iterator[Kernel]:
+    """The kernels that are evaluated once, when parameters are set or a run starts."""
+    yield _kernel(
+        "mass",
+        "The entries of M in the order of mass_row and mass_col.",
+        "h",
+        "m",
+        stores("m", (entry.value for entry in program.mass or ())),
+    )
+    yield _kernel(
+        "initial",
+        "The states at the start.",
+        "h t u",
+        "x",
+        stores("x", (s.initial for s in program.states)),
+    )
+    yield _kernel(
+        "scale",
+        "The unit in which the error of each state is measured.",
+        "h",
+        "scale",
+        stores("scale", (s.scale for s in program.states)),
+    )
+    yield _kernel(
+        "positive",
+        "Parameters and expressions of them that have to be positive.",
+        "p h",
+        "check",
+        stores("check", _checks(program)),
+    )
+
+
+def _start_kernels(program: Program) -> Iterator[Kernel]:
+    """The kernels that solve for initial values without a closed form, if there are any."""
+    if program.start is None:
+        return
+    dag, residuals = program.dag, program.start.residuals
+    unknowns = [dag.symbol(Kind.START, k) for k in range(len(residuals))]
+    slopes = [x for node in residuals for x in gradient(dag, node, unknowns)]
+    yield _kernel(
+        "start",
+        "The residuals of the equations of the start, and their Jacobian row by row.",
+        "h t u s",
+        "r j",
+        (*stores("r", residuals), *stores("j", slopes)),
+    )
+    yield _kernel(
+        "started",
+        "The states that the solution of these equations gives.",
+        "h t u s",
+        "x",
+        (Store("x", number, node) for number, node in program.start.values),
+    )
+
+
+_ROUNDING = Fraction(1, 2**48)  # bound on the relative rounding error of a sum that is zero
+
+
+def _checks(program: Program) -> list[Node]:
+    """Nodes that are positive where the checks hold."""
+    return [_positive_where(program.dag, check) for check in program.positive]
+
+
+def _positive_where(dag: Dag, check: PositiveParameter) -> Node:
+    """A node that is positive where a check holds; of a nonzero divisor, its distance from zero."""
+    if check.strictly_positive:
+        return check.node
+    if check.finite:
+        return _is_finite(dag, check.node)
+    distance = _distance_from_zero(dag, check.node)
+    size = dag.call(Op.ABS, check.node)
+    divides = any(dag.op[n] == Op.DIV for n in dag.reachable([check.node]))
+    if distance == size or not divides:
+        return distance
+    return dag.select(_is_finite(dag, check.node), distance, size)  # 1/0 is far from zero
+
+
+def _is_finite(dag: Dag, node: Node) -> Node:
+    """1 for a finite value, 0 for an infinite one, NaN for NaN."""
+    return dag.call(Op.LE, dag.call(Op.ABS, node), dag.const(sys.float_info.max))
+
+
+def _distance_from_zero(dag: Dag, node: Node) -> Node:
+    """The absolute value of a node, less a bound on the rounding error of its terms."""
+    terms, stack, seen = [], [node], set()
+    while stack:
+        top = stack.pop()
+        if top in seen:
+            continue
+        seen.add(top)
+        if dag.op[top] in {Op.ADD, Op.SUB, Op.NEG}:
+            stack.extend(dag.operands(top))
+        else:
+            terms.append(dag.call(Op.ABS, top))
+    size = dag.call(Op.ABS, node)
+    if len(terms) == 1:
+        return size
+    return dag.sub(size, dag.mul(dag.const(_ROUNDING), dag.sum(terms)))
