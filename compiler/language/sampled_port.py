@@ -161,5 +161,5 @@ def port_model(width: int, one_sided: bool, effort: str, flow: str) -> str:
 
 
 def _inverse(unit: str) -> str:
-    """What a unit in a denominator adds to a product: `/m*s` for `m/s`."""
+    """Return the factors by which a product is divided by a unit: `/m*s` for `m/s`."""
     return re.sub(r"[*/]", lambda sign: "/" if sign[0] == "*" else "*", f"*{unit}")

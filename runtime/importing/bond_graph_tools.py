@@ -226,7 +226,7 @@ class _Model:
         return [f"{a} -> {b};" if direction else f"{b} -> {a};"]
 
     def _wish(self, end: _End) -> bool | None:
-        """Whether an arrow has to enter an element here; None where both ways will do."""
+        """Return True where an arrow has to enter, False where it has to leave, None for either."""
         component = end.component
         if component.kind in _SINKS:
             return True

@@ -1,4 +1,4 @@
-"""What of a robot is written, under which names."""
+"""Select the parts of a robot that are written, and give them their names."""
 
 from __future__ import annotations
 

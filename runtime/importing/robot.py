@@ -27,7 +27,7 @@ class Kind(Enum):
 
     @property
     def driven(self) -> bool:
-        """Whether the joint has one coordinate, which can be driven through a shaft."""
+        """True for a joint with one coordinate, which a shaft can drive."""
         return self in (Kind.TURNS, Kind.SLIDES)
 
 

@@ -345,7 +345,7 @@ class Servo:
 
     @property
     def is_retired(self) -> bool:
-        """Whether the reader's course has no more records than those that wait."""
+        """True once the loop writes no more records of the course that is being read."""
         return bool(self._functions.bgc_servo_retired(self._servo))
 
     def next(self) -> None:

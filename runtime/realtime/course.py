@@ -50,7 +50,7 @@ class Course:
 
     @property
     def rests(self) -> bool:
-        """Whether it starts at rest, for which the hand has to rest too."""
+        """True for a start at rest, during which the hand has to rest too."""
         return self.method.rest_of(self.model.facts) is not None
 
     def start(self) -> AtRest | None:

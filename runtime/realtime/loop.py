@@ -21,6 +21,7 @@ from bgc.diagnostics.catalogue.realtime import (
     thread_left,
 )
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.runtime.arguments import method_options
 from bgc.runtime.realtime.binding import ClockStruct, End, Servo, load_servo
 from bgc.runtime.realtime.course import (
     Course,
@@ -42,7 +43,7 @@ from bgc.runtime.running.failures import quotable
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.poses import FED, pose_words
-from bgc.runtime.running.quantity import Quantity, in_si
+from bgc.runtime.running.quantity import Quantity
 from bgc.runtime.running.run import Method
 from bgc.runtime.running.simulate import method_of, named_result
 from bgc.runtime.running.structures import Status
@@ -291,13 +292,7 @@ class Realtime:
             BG757: the devices or the period differ, another exchange is under way, or the loop has
             ended; or an argument, a parameter or the start is at fault. The loop goes on.
         """
-        options: dict[str, float | None] = {
-            "rtol": in_si(rtol, "rtol", ""),
-            "atol": in_si(atol, "atol", ""),
-            "step": in_si(step, "step", "s"),
-            "max_step": in_si(max_step, "max_step", "s"),
-            "substeps": substeps,
-        }
+        options = method_options(rtol, atol, step, max_step, substeps, None)
         method, notices = method_of(model, solver, options)
         course = make_course(model, method.started(start), parameters or {})
         with self._exchanging:

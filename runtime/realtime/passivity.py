@@ -95,7 +95,7 @@ class Coupling:
         guard = f"; guard: {self.guard}" if self.guard else ""
         if not self.stiffness and not self.needed:
             return f"`{self.device}`: its force does not depend on its position at the start{guard}"
-        have = f", of which it has {self.damping:.3g}" if self.damping else ""
+        have = f" and has {self.damping:.3g}" if self.damping else ""
         return (
             f"`{self.device}`: {self.stiffness:.4g} N/m{delay} needs a damping of "
             f"{self.needed:.4g} N*s/m{have} (b > K T/2 + |B|, at {self.frequency:.3g} Hz){guard}"

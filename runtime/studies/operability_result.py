@@ -118,7 +118,7 @@ class Operability:
 
     @property
     def operable(self) -> Mask:
-        """Whether all criteria hold in a cell."""
+        """True in cells in which all criteria hold."""
         return np.asarray(self.worst <= 1)
 
     def governing(self, heading: int, period: int, height: int) -> str:

@@ -24,7 +24,7 @@ _PROGRAM = "from bgc.runtime.view.aside import work; work()"
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What to compile: a scene with its graph (`graph`), or as it runs (`model`)."""
+    """A request to compile a scene with its graph (`graph`), or as it runs (`model`)."""
 
     kind: str
     path: Path

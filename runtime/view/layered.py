@@ -201,6 +201,6 @@ def _curve(stops: Sequence[Point], tail: Point, head: Point) -> list[Point]:
 
 
 def _border(at: Point, other: Point, size: Point) -> Point:
-    """Where the way from a node's middle to another point leaves it, at its left or right."""
+    """Return the point at a node's left or right side where the line to another point begins."""
     side = 1.0 if other[0] >= at[0] else -1.0
     return at[0] + side * (size[0] / 2 + 4.0), at[1]

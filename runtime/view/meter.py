@@ -16,7 +16,7 @@ from bgc.runtime.running.structures import Status
 from bgc.runtime.view.description import Description
 
 METERED: Final = "meter of bond"
-"""How names of the columns with efforts and flows begin; names in a scene contain no blanks."""
+"""Prefix of the columns with efforts and flows; names in a scene contain no blanks."""
 
 _NONE: Final = -1
 

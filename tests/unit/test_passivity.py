@@ -99,7 +99,7 @@ def test_the_bound_of_a_scene_is_known_before_the_loop(walls: Model) -> None:
     assert observed.needed == pytest.approx(BOUND * T, rel=1e-4)
     assert paid.needed == pytest.approx(3 * BOUND * T, rel=1e-3)
     assert plain.damping == DAMPING and paid.growth < 1.002
-    assert "2000 N/m needs a damping of 1 N*s/m, of which it has 0.5" in plain.line()
+    assert "2000 N/m needs a damping of 1 N*s/m and has 0.5" in plain.line()
     assert "sampled port `paid.hand.guard.bond`" in paid.line()
 
 
