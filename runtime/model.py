@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from bgc.diagnostics.doors import with_doors
-from bgc.runtime.arguments import method_options, seconds_of
 from bgc.runtime.linear.state_space import Linearisation, Mode, modes_of, pencil_eigenvalues
 from bgc.runtime.results.arrays import Array, Complex
 from bgc.runtime.results.result import Result
+from bgc.runtime.running.arguments import method_options, seconds_of
 from bgc.runtime.running.compiling import load_as
 from bgc.runtime.running.devices import read_choices
 from bgc.runtime.running.failures import require

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from bgc.diagnostics.doors import with_doors
-from bgc.runtime.arguments import method_options, seconds_of
+from bgc.runtime.running.arguments import method_options, seconds_of
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.quantity import Quantity
 from bgc.runtime.running.simulate import method_of, times_of

@@ -21,7 +21,6 @@ from bgc.diagnostics.catalogue.realtime import (
     thread_left,
 )
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.runtime.arguments import method_options
 from bgc.runtime.realtime.binding import ClockStruct, End, Servo, load_servo
 from bgc.runtime.realtime.course import (
     Course,
@@ -38,6 +37,7 @@ from bgc.runtime.realtime.report import Report, report_of
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.rest import AtRest
 from bgc.runtime.results.result import Result
+from bgc.runtime.running.arguments import method_options
 from bgc.runtime.running.devices import DeviceChoice, find_drivers, read_choices
 from bgc.runtime.running.failures import quotable
 from bgc.runtime.running.loaded import LoadedModel
