@@ -23,7 +23,7 @@ from crane import instance, run
 from table import Row
 
 from bgc.driver import Stages, compile_scene
-from bgc.emission import lower
+from bgc.emission import least_cost
 from bgc.options import Options
 from bgc.runtime.running.binding import Library
 from bgc.runtime.running.structures import Status
@@ -80,21 +80,21 @@ def mechanism(name: str) -> str:
 
 def measure(name: str, *, explicit: bool) -> Measured:
     """Compile a mechanism, without inner unknowns if `explicit`, and run it."""
-    usual = lower.implicit_forms
+    usual = least_cost.implicit_forms
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "boxes.bg"
         path.write_text(mechanism(name), "utf-8")
         os.environ["BGC_CACHE_DIR"] = folder
         try:
             if explicit:
-                lower.implicit_forms = lambda program: None
+                least_cost.implicit_forms = lambda program: None
             begun = os.times()
             compile_scene(path, Options(), until="lower")
             between = os.times()
             stages = compile_scene(path, Options())
             done = os.times()
         finally:
-            lower.implicit_forms = usual
+            least_cost.implicit_forms = usual
             del os.environ["BGC_CACHE_DIR"]
         fixed, adaptive = _steps(stages)
     lowered, units = stages.lowered, stages.emitted.units

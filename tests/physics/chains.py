@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from bgc.driver import compile_scene
-from bgc.emission import implicit_speeds, lower
+from bgc.emission import implicit_speeds, least_cost
 from bgc.ir.lowered import Lowered
 from bgc.options import Options
 from bgc.resolution.resolve import load_text
@@ -94,7 +94,7 @@ def lowered(source: str) -> Lowered:
 def solved_in_f() -> Iterator[None]:
     """Compile without inner unknowns."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(lower, "implicit_forms", lambda program: None)
+        patch.setattr(least_cost, "implicit_forms", lambda program: None)
         yield
 
 
@@ -104,11 +104,11 @@ def kept_vertices() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         forms = implicit_speeds.ImplicitForms
         patch.setattr(forms, "accumulated", lambda self: self.with_kept_vertices(10**9))
-        patch.setattr(lower, "_GAIN", 1e9)
-        patch.setattr(lower, "_LEAST", -1)
+        patch.setattr(least_cost, "_GAIN", 1e9)
+        patch.setattr(least_cost, "_LEAST", -1)
         yield
 
 
 def operations(found: Lowered) -> int:
     """The operations of J, one factorisation and six solutions."""
-    return lower._cost((found.program, (), found.jacobian, (), found.plan))
+    return least_cost._cost((found.program, (), found.jacobian, (), found.plan))
