@@ -1,6 +1,6 @@
 """Arms and trees of rigid links: operations, size of the C, its compilation, and steps.
 
-    python tests/bench/arms.py [arm=12 tree=15 ..]
+    python tests/bench/arms.py [arm:12 tree:15 ..]
 
 Rules: each mechanism is compiled as it is, and with the speeds solved for in f and df/dx
 accumulated (`explicit`), in one process. Operations are those of J (with df/dt), one factorisation
@@ -14,12 +14,12 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from crane import instance, run
+from growing import text_of
 from table import Row
 
 from bgc.driver import Stages, compile_scene
@@ -28,7 +28,7 @@ from bgc.options import Options
 from bgc.runtime.running.binding import Library
 from bgc.runtime.running.structures import Status
 
-MECHANISMS = ("arm=3", "arm=6", "arm=12", "arm=24", "arm=30", "tree=15", "tree=31")
+MECHANISMS = ("arm:3", "arm:6", "arm:12", "arm:24", "arm:30", "tree:15", "tree:31")
 _ROUNDS, _STEPS = 7, 200
 _SOLUTIONS = 6
 
@@ -53,37 +53,12 @@ class Measured:
         return parts["jacobian"] + parts["factor"] + _SOLUTIONS * parts["solve"]
 
 
-def mechanism(name: str) -> str:
-    """The text of `arm=N` or `tree=N`: boxes on joints about z, y and x in turn."""
-    kind, _, number = name.partition("=")
-    parents: dict[str, Callable[[int], int]] = {
-        "arm": lambda k: k - 1,
-        "tree": lambda k: (k - 1) // 2 if k else -1,
-    }
-    parent, count = parents[kind], int(number)
-    lines = ["import arms.link;", "", "model Boxes {", "  ground : Ground;"]
-    for k in range(count):
-        before = f"node{parent(k)}" if parent(k) >= 0 else "ground"
-        lines += [
-            f"  mount{k} : Mount(offset = [{0.3 if k else 0} m, 0, 0]);",
-            f"  joint{k} : Revolute(axis = {'zyx'[k % 3]}, angle0 = {0.3 + 0.05 * k:.2f} rad,",
-            f"    rate0 = {(-1) ** k * 0.2} rad/s, friction = 0.5 N*m*s, lock = Rigid[5]);",
-            f"  node{k} : J1;",
-            f"  body{k} : HeavyBody(mass = {2 + 0.1 * (k % 5):.1f} kg,",
-            "    com = [0.15 m, 0.01 m, 0.02 m],",
-            "    inertia = symmetric(0.01, 0.001, 0, 0.03, 0, 0.03));",
-            f"  {before} -> mount{k} -> joint{k} -> node{k} -> body{k};",
-        ]
-    observed = f"observe joint{count - 1}.free.f as v;"
-    return "\n".join([*lines, "}", "", f"scene hang of Boxes {{ {observed} run 1 s; }}", ""])
-
-
 def measure(name: str, *, explicit: bool) -> Measured:
     """Compile a mechanism, without inner unknowns if `explicit`, and run it."""
     usual = least_cost.implicit_forms
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "boxes.bg"
-        path.write_text(mechanism(name), "utf-8")
+        path.write_text(text_of(name), "utf-8")
         os.environ["BGC_CACHE_DIR"] = folder
         try:
             if explicit:
@@ -126,7 +101,7 @@ def _steps(stages: Stages) -> tuple[float, float]:
 def rows() -> list[Row]:
     """Ratios of the explicit plan to the one that is chosen, of what compiles soon."""
     found = []
-    for name in ("arm=6", "arm=12", "tree=15"):
+    for name in ("arm:6", "arm:12", "tree:15"):
         before, now = (measure(name, explicit=explicit) for explicit in (True, False))
         found.append(Row("derivatives of explicit rates", f"{name}, operations",
                          before.total / now.total, must=1.2))  # fmt: skip

@@ -21,7 +21,7 @@ from statistics import median
 
 import numpy as np
 from crane import copies, instance, run, shared_object
-from growing import MODELS
+from growing import text_of
 
 from bgc.building.build import build_shared_object
 from bgc.building.cache import open_cache
@@ -46,10 +46,9 @@ _Doubles = POINTER(c_double)
 
 def lowered_model(name: str) -> Lowered:
     """A model such as `crane:16`."""
-    kind, size = name.split(":")
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"{kind}.bg"
-        path.write_text(MODELS[kind](int(size)), "utf-8")
+        path = Path(folder) / "model.bg"
+        path.write_text(text_of(name), "utf-8")
         return compile_scene(path, Options(), until="lower").lowered
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Callable
 
 _CRANE = """\
 import mechanics.joints;
@@ -76,4 +77,132 @@ def _network(nodes: list[int], edges: list[tuple[int, int]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-MODELS = {"crane": crane, "grid": grid, "circuit": circuit}
+def arm(n: int) -> str:
+    """A chain of n boxes on hinges about z, y and x in turn, which hangs and swings."""
+    return _boxes(n, lambda k: k - 1)
+
+
+def tree(n: int) -> str:
+    """A binary tree of n boxes on hinges."""
+    return _boxes(n, lambda k: (k - 1) // 2 if k else -1)
+
+
+def box(k: int) -> tuple[str, float, float, float]:
+    """Axis, angle and rate at the start, and mass of the box k of an arm or a tree."""
+    return "zyx"[k % 3], 0.3 + 0.05 * k, (-1) ** k * 0.2, 2 + 0.1 * (k % 5)
+
+
+LINK = 0.3  # m, between two hinges
+FRICTION = 0.5  # N*m*s of each hinge
+CENTRE = (0.15, 0.01, 0.02)  # m, the centre of mass of a box from its hinge
+INERTIA = ((0.01, 0.001, 0.0), (0.001, 0.03, 0.0), (0.0, 0.0, 0.03))  # kg*m^2 about the centre
+
+
+def _boxes(n: int, parent: Callable[[int], int]) -> str:
+    com = ", ".join(f"{x} m" for x in CENTRE)
+    lines = ["import arms.link;", "", "model Boxes {", "  ground : Ground;"]
+    for k in range(n):
+        axis, angle, rate, mass = box(k)
+        before = f"node{parent(k)}" if parent(k) >= 0 else "ground"
+        lines += [
+            f"  mount{k} : Mount(offset = [{LINK if parent(k) >= 0 else 0} m, 0, 0]);",
+            f"  joint{k} : Revolute(axis = {axis}, angle0 = {angle:.2f} rad,",
+            f"    rate0 = {rate} rad/s, friction = {FRICTION} N*m*s, lock = Rigid[5]);",
+            f"  node{k} : J1;",
+            f"  body{k} : HeavyBody(mass = {mass:.1f} kg, com = [{com}],",
+            "    inertia = symmetric(0.01, 0.001, 0, 0.03, 0, 0.03));",
+            f"  {before} -> mount{k} -> joint{k} -> node{k} -> body{k};",
+        ]
+    rates = ", ".join(f"joint{k}.free.f as v{k}" for k in range(n))
+    return "\n".join([*lines, "}", "", f"scene hang of Boxes {{ observe {rates}; run 1 s; }}", ""])
+
+
+_CHAIN = """
+model Chain {{
+  push : Se(e = 1 N);
+  for i in 1..{n} {{
+    mass[i] : I(1 kg); at[i] : J1; between[i] : J0; gap[i] : J1; spring[i] : C(stiffness = 1 N/m);
+    drag[i] : R(0.1 N*s/m);
+    at[i] -> mass[i];
+    at[i] -> between[i];
+    between[i] -> gap[i] -> spring[i], drag[i];
+  }}
+  for i in 1..{n} - 1 {{ between[i] -> at[i + 1]; }}
+  push -> at[1];
+}}
+scene pull of Chain {{ observe mass[1].f as first; run 10 s every 1 s; }}
+"""
+
+_MOTORS = """
+model Motor {{
+  port shaft out;
+  supply : Se(e = 24 V); coil : J1; wire : R(1 ohm); winding : I(2 mH); drive : GY(0.05 N*m/A);
+  turning : J1; rotor : I(1e-4 kg*m^2);
+  supply -> coil -> wire, winding; coil -> drive -> turning -> rotor; turning -> shaft;
+}}
+model Motors {{
+  common : J0; twist : C(stiffness = 10 N*m/rad); bearing : R(1 N*m*s/rad);
+  for i in 1..{n} {{ motor[i] : Motor; motor[i].shaft -> common; }}
+  common -> twist;
+  common -> bearing;
+}}
+scene start of Motors {{ observe twist.e; run 1 s; }}
+"""
+
+
+def chain(n: int) -> str:
+    """A row of n masses with springs and dampers between them, pulled at one end."""
+    return _CHAIN.format(n=n)
+
+
+def motors(n: int) -> str:
+    """Electric motors that turn one twisted shaft; each is a submodel."""
+    return _MOTORS.format(n=n)
+
+
+def ladder(n: int) -> str:
+    """A ladder of resistors and capacitors with a bridge every third node: resistive loops."""
+    lines = ["model Circuit {", "  supply : Se(e = 5 V);"]
+    lines += [f"  node{k} : J0;" for k in range(n)]
+    bonds = ["  supply -> in0; in0 : J1; inner : R(1 ohm); in0 -> inner; in0 -> node0;"]
+    for k in range(n - 1):
+        bonds.append(f"  b{k} : J1; r{k} : R({1 + k % 7} ohm);")
+        bonds.append(f"  node{k} -> b{k} -> node{k + 1}; b{k} -> r{k};")
+        if k % 3 == 0 and k + 2 < n:
+            bonds.append(f"  d{k} : J1; s{k} : R({2 + k % 5} ohm);")
+            bonds.append(f"  node{k} -> d{k} -> node{k + 2}; d{k} -> s{k};")
+    bonds += [f"  c{k} : C({1 + k % 3} uF); node{k} -> c{k};" for k in range(0, n, 2)]
+    scene = f"scene charge of Circuit {{ observe node{n - 1}.e; run 1 ms; }}"
+    return "\n".join([*lines, *bonds, "}", scene])
+
+
+def field(n: int) -> str:
+    """A dense inductance matrix of n coils, all excited."""
+    rows = ", ".join(
+        "[" + ", ".join(f"{(2.0 if i == j else 1 / (3.0 + abs(i - j)))!r}" for j in range(n)) + "]"
+        for i in range(n)
+    )
+    return (
+        f"model Coils {{ param M = [{rows}]; supply : Se[{n}](e = 1); all : J1[{n}];"
+        f" coils : I[{n}](M); loss : R[{n}](1); supply -> all -> coils, loss; }}\n"
+        f"scene rise of Coils {{ observe coils.f as currents; run 10 s every 1 s; }}"
+    )
+
+
+MODELS: dict[str, Callable[[int], str]] = {
+    "crane": crane,
+    "arm": arm,
+    "tree": tree,
+    "chain": chain,
+    "motors": motors,
+    "circuit": circuit,
+    "ladder": ladder,
+    "grid": grid,
+    "field": field,
+}
+
+
+def text_of(name: str) -> str:
+    """The text of a model such as `crane:16`."""
+    kind, _, size = name.partition(":")
+    return MODELS[kind](int(size))

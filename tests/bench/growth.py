@@ -1,9 +1,10 @@
 """Time to equal error of models that grow, against CVODE with KLU: `python run.py growth`.
 
-Rules: CVODE (BDF, Newton) gets our compiled f and J; tolerances of both run over the same ladder,
-absolute ones per state, rtol times its scale. The error is the largest of the observed values in
-any row, over the largest observed value, against rodas5p at rtol 1e-11. Time to an error is that of
-the cheapest tolerance that reaches it, in processor time, the least of three runs in turn.
+Rules: CVODE (BDF, Newton, KLU) gets our compiled f and J, as `solver cvode` of a scene does. Ours
+is the default of the model. Tolerances of both run over the same ladder, absolute ones per state,
+rtol times its scale. The error is the largest of the observed values in any row, over the largest
+observed value, against rodas5p at rtol 1e-11. Time to an error is that of the cheapest tolerance
+that reaches it, in processor time, the least of three runs in turn.
 
 The rows `tables` compare the factorisation that the compiler chooses with the one before blocks of
 rows: unrolled code up to its limit, tables above it. `python growth.py crane:16` measures one
@@ -12,37 +13,45 @@ model, with the errors and times of all tolerances.
 
 from __future__ import annotations
 
-import ctypes
 import sys
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from crane import instance, parameters, run
+from crane import instance, run
 from factorisation import lowered_model
-from sundials import cvode
 from table import Row, pin
 
+from bgc.building.backends import BACKENDS, build_backend
 from bgc.building.build import build_shared_object
 from bgc.building.cache import open_cache
 from bgc.building.toolchain import find_toolchain
+from bgc.diagnostics.diagnostic import BgError
 from bgc.emission.emit import emit_lowered
 from bgc.ir.lowered import Lowered
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.binding import Instance, Library
+from bgc.runtime.running.binding import Instance, Library, backend_run
+from bgc.runtime.running.methods import SWITCHING
 from bgc.runtime.running.structures import Status
 
 # The models, the ends of their runs in s, and what CVODE's time over ours has to reach.
-_MODELS = {
+_MODELS: dict[str, tuple[float, float | None, float | None]] = {
     "crane:8": (1.0, 2, 3),
     "crane:16": (1.0, 2, 4),
     "crane:32": (1.0, 2, 4),
+    "crane:64": (1.0, 2, 6),
+    "arm:6": (1.0, 1.5, 3),
+    "arm:12": (1.0, 1.5, 3),
+    "arm:24": (1.0, 1.5, 3),
+    "tree:15": (1.0, 1.5, 3),
+    "tree:31": (1.0, 1.5, 3),
     "circuit:400": (10.0, None, None),
     "grid:20": (10.0, None, None),
+    "chain:1000": (10.0, None, None),
+    "field:60": (10.0, None, None),
 }
 _TARGETS = (1e-3, 1e-4, 1e-5, 1e-6)
-_LADDER = tuple(10.0 ** (-k / 2) for k in range(3, 18))
-_Doubles = ctypes.POINTER(ctypes.c_double)
+_LADDER = tuple(10.0 ** (-k / 2) for k in range(3, 21))
 
 Timed = list[tuple[float, float]]  # errors and seconds
 
@@ -53,22 +62,26 @@ def instance_of(lowered: Lowered) -> Instance:
     return instance(Library(build_shared_object(units, find_toolchain(), open_cache())))
 
 
-def ours(made: Instance, times: Array, rtol: float) -> tuple[float, Array]:
-    """Seconds and rows of the adaptive default."""
-    status, rows, counts = run(made, times, "rodas5p", rtol=rtol)
+def default(made: Instance) -> str:
+    """The adaptive default of a model."""
+    return SWITCHING if made.library.explicit_cost > 0 else "rodas5p"
+
+
+def solved(made: Instance, times: Array, method: str, rtol: float) -> tuple[float, Array]:
+    """Seconds and rows of a run."""
+    status, rows, counts = run(made, times, method, rtol=rtol)
     return counts["processor_seconds"] if status is Status.OK else np.inf, rows
 
 
-def theirs(peer: ctypes.CDLL, made: Instance, times: Array, rtol: float) -> tuple[float, Array]:
-    """Seconds and rows of CVODE with KLU and our J."""
-    assert made.reset() is Status.OK
-    rows = np.full((len(times), made.library.model.n_output), np.nan)
-    arrays = [parameters(made), made.state.copy(), times]
-    seconds = peer.cvode_run(
-        made.library.pointer, *(each.ctypes.data_as(_Doubles) for each in arrays), len(times),
-        rows.ctypes.data_as(_Doubles), rtol, 1, (ctypes.c_long * 3)(),
-    )  # fmt: skip
-    return seconds if seconds > 0 else np.inf, rows
+def by_cvode(library: Library) -> Instance | str:
+    """An instance whose runs are CVODE's, or why there is none."""
+    try:
+        path = build_backend(BACKENDS["cvode"], open_cache())
+    except BgError as problem:
+        return str(problem)
+    made = instance(library)
+    made.backend = backend_run(path, "cvode")
+    return made
 
 
 def ladder(exact: Array, solve: Callable[[float], tuple[float, Array]]) -> Timed:
@@ -90,18 +103,21 @@ def time_to(target: float, timed: Timed) -> float:
 def measure(name: str, end: float) -> tuple[str, dict[str, Timed]]:
     """The states and factorisation of a model, and errors and times of each way."""
     lowered = lowered_model(name)
-    made, before = instance_of(lowered), instance_of(replace(lowered, blocks=None))
+    made = instance_of(lowered)
     times = np.linspace(0.0, end, 21)
-    exact = ours(made, times, 1e-11)[1]
-    peer = cvode()
-    found = {
-        "ours": ladder(exact, lambda rtol: ours(made, times, rtol)),
-        "tables": ladder(exact, lambda rtol: ours(before, times, rtol)),
-    }
-    if not isinstance(peer, str):
-        found["CVODE + KLU"] = ladder(exact, lambda rtol: theirs(peer, made, times, rtol))
+    exact = solved(made, times, "rodas5p", 1e-11)[1]
+    method = default(made)
+    found = {"ours": ladder(exact, lambda rtol: solved(made, times, method, rtol))}
+    if lowered.blocks:
+        before = instance_of(replace(lowered, blocks=None))
+        found["tables"] = ladder(exact, lambda rtol: solved(before, times, method, rtol))
+    peer = by_cvode(made.library)
+    if isinstance(peer, str):
+        print(peer)
+    else:
+        found["CVODE + KLU"] = ladder(exact, lambda rtol: solved(peer, times, "rodas5p", rtol))
     way = "blocks" if lowered.blocks else "no blocks"
-    return f"{name}, {len(lowered.program.states)} states, {way}", found
+    return f"{name}, {len(lowered.program.states)} states, {way}, {method}", found
 
 
 def rows() -> list[Row]:

@@ -6,7 +6,7 @@ module. Peers that are missing on the machine are rows that say so; all are ther
     pip install mujoco pin casadi
     apt-get install libsundials-dev libsuitesparse-dev libeigen3-dev libboost-dev
 
-All take three minutes of one processor. Nothing of this is a test.
+All take ten minutes of one processor. Nothing of this is a test. `curves.py` measures over sizes.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pathlib import Path
 from table import machine, pin, show
 
 _NAMES = ("kernels", "arms", "sundials", "growth", "scipy_solvers", "rigid_peers", "casadi_code",
-          "ensembles", "long_runs", "compile_growth")  # fmt: skip
+          "arm_peers", "ensembles", "long_runs", "compile_growth")  # fmt: skip
 _PACKAGES = ("numpy", "scipy", "mujoco", "pin", "casadi")
 
 
