@@ -107,7 +107,7 @@ def entered(u):
     ids=["falls", "exits", "wave"],
 )
 def test_a_box_crosses_the_surface(load, given):
-    """One equation: d/dt(A v), the spray's half of slamming on entry, buoyancy and drag."""
+    """One equation: d/dt(A v), spray and wake of entry and exit, buoyancy and drag."""
     result = load("rigging", "falling").simulate(parameters=given)
     rho, area, w, a = 1025.0, 3.0, 0.8, given.get("amplitude", 0.0)
     x = np.sqrt(area) / (1 + np.sqrt(area))
@@ -138,6 +138,8 @@ def test_a_box_crosses_the_surface(load, given):
         force = rho * area * wet * (np.array([0, G]) + rising) - [0, 3e3 * G]
         force -= rho / 2 * wet * np.sqrt(through @ through + 1e-6) * np.array([2, 6]) * through
         force[1] -= whole * slope / entry / 2 * abs(through[1]) * min(through[1], 0)
+        # The halves of dA/dt u that set new water in motion, and leave it behind.
+        force[0] -= side * wet * (0 < depth < 1) * abs(through[1]) * through[0]
         # sqrt(A) d/dt(sqrt(A) v), v relative to the water.
         force += added * there - growing / 2 * through
         return [u, v, *(force / (3e3 + added))]

@@ -44,32 +44,75 @@ def test_the_added_mass_of_a_sphere_grows_to_half_of_its_water(ball):
     assert areas.sum() == pytest.approx(WHOLE, rel=1e-3)
 
 
-def test_a_spinning_sphere_crosses_the_surface(ball):
-    """Sideways the kinetic energy of body and water stays, and no force turns the motion.
+ENTRY = 3 * WHOLE / (RHO * np.pi * RADIUS**2 * 3)
 
-    Upwards there is one equation, with the half of the slam that goes to the spray.
+
+def water(z):
+    """Submerged volume, added mass in heave and sideways, and their derivatives by the depth."""
+    depth = RADIUS - z
+    wet = np.clip(depth, 0, 2 * RADIUS)
+    ball = 4 / 3 * np.pi * RADIUS**3
+    volume, section = np.pi * wet**2 * (RADIUS - wet / 3), np.pi * wet * (2 * RADIUS - wet)
+    u = np.clip(depth / ENTRY, 0, 1)
+    heave, slope = WHOLE * u * u * (3 - 2 * u), WHOLE * 6 * u * (1 - u) / ENTRY
+    side, growth = WHOLE * (volume / ball) ** 2, 2 * WHOLE * volume * section / ball**2
+    return volume, heave, slope, side, growth
+
+
+def momentum_rates(t, y):
+    """Rates of place, height, speeds, spray and wake, by momentum balances in the inertial frame.
+
+    Sinking, each direction entrains water at rest: the force is d(A v)/dt. Rising, sideways
+    momentum stays with the water that is left, and the vertical kinetic energy comes back.
     """
-    entry = 3 * WHOLE / (RHO * np.pi * RADIUS**2 * 3)
+    _, z, u, v, _, _ = y
+    volume, heave, slope, side, growth = water(z)
+    # New water by time; on exit it is left at the speed of the load, without a force.
+    push = -growth * max(-v, 0) * u
+    lift = (RHO * volume - MASS) * G + slope * v * v * (1 if v < 0 else 0.5)
+    # Energy that enters the water less its kinetic energy.
+    spray, wake = slope / 2 * max(-v, 0) * v * v, growth / 2 * abs(v) * u * u
+    return [u, v, push / (MASS + side), lift / (MASS + heave), spray, wake]
 
-    def rates(t, y):
-        _, z, v = y
-        depth = RADIUS - z
-        wet = min(max(depth, 0), 2 * RADIUS)
-        volume = np.pi * wet**2 * (RADIUS - wet / 3)
-        u = min(max(depth / entry, 0), 1)
-        added, slope = WHOLE * u * u * (3 - 2 * u), WHOLE * 6 * u * (1 - u) / entry
-        force = (RHO * volume - MASS) * G + slope * v * v / 2
-        force -= slope / 2 * abs(v) * min(v, 0)
-        share = volume / (4 / 3 * np.pi * RADIUS**3)
-        return [2 * np.sqrt(MASS / (MASS + WHOLE * share**2)), v, force / (MASS + added)]
 
+@pytest.mark.parametrize(("scene", "start"), [("ball", [1, 2, 0]), ("out", [-2, 2, 9])])
+def test_a_spinning_sphere_crosses_the_surface(load, ball, scene, start):
+    """Follow momentum balances in the inertial frame; the spin turns nothing."""
+    result = ball if scene == "ball" else load("splash", scene).simulate()
+    z, u, v = start
     answer = solve_ivp(
-        rates, (0, 2), [0, 1, 0], t_eval=ball.time, rtol=1e-9, atol=1e-10, max_step=5e-3
+        momentum_rates,
+        (0, result.time[-1]),
+        [0, z, u, v, 0, 0],
+        t_eval=result.time,
+        rtol=1e-9,
+        atol=1e-10,
+        max_step=5e-3,
     )
-    np.testing.assert_allclose(ball["r[1]"], answer.y[0], atol=1e-5)
-    np.testing.assert_allclose(ball["r[2]"], 0, atol=1e-5)
-    np.testing.assert_allclose(ball["r[3]"], answer.y[1], atol=1e-5)
-    assert closed(ball)
+    np.testing.assert_allclose(result["r[1]"], answer.y[0], atol=1e-5)
+    np.testing.assert_allclose(result["r[2]"], 0, atol=1e-5)
+    np.testing.assert_allclose(result["r[3]"], answer.y[1], atol=1e-5)
+    lost = [np.trapezoid(result[name], result.time) for name in ("spray", "entrained")]
+    np.testing.assert_allclose(lost, answer.y[4:, -1], rtol=2e-4, atol=1e-3)
+    assert closed(result)
+
+
+def test_entry_keeps_the_sideways_momentum(load, ball):
+    """Keep (m + A) u while a sphere sinks, and u while one leaves; both lose energy."""
+    speed = np.hypot(ball["twist[1]"], ball["twist[2]"])
+    side = water(ball["r[3]"])[3]
+    sinking = np.argmax(ball["r[3]"] < -RADIUS)
+    np.testing.assert_allclose(((MASS + side) * speed)[:sinking], MASS * 2, rtol=1e-6)
+    assert speed[sinking] == pytest.approx(MASS * 2 / (MASS + WHOLE), rel=1e-3)
+    # Of the kinetic energy that is lost sideways, all is in the account.
+    kept = (MASS + side[sinking]) * speed[sinking] ** 2 / 2
+    taken = np.trapezoid(ball["entrained"][: sinking + 1], ball.time[: sinking + 1])
+    assert MASS * 2**2 / 2 - kept == pytest.approx(taken, rel=1e-4)
+
+    out = load("splash", "out").simulate()
+    assert out["depth"].min() < 0 < 2 * RADIUS < out["depth"].max()
+    np.testing.assert_allclose(out["twist[1]"], 2, rtol=2e-6)
+    assert out["spray"].max() == 0 and out["entrained"].min() >= 0
 
 
 def test_a_box_turns_in_deep_water_by_kirchhoffs_equations(load):
