@@ -48,6 +48,7 @@ EXAMPLES_OF_PARTS = (
     "water_hammer",
     "gyroscope",
     "pumped_swing",
+    "roll_tank",
 )
 MODELS = (*TUTORIALS, *EXAMPLES_OF_PARTS)
 PAGES = ("README", *MODELS)

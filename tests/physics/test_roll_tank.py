@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import json
+from importlib import resources
+from pathlib import Path
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -10,9 +15,25 @@ from scipy.linalg import eigh
 import bgc
 
 G, RHO = 9.81, 1000.0
-WIDTH, RESERVOIR, DUCT, LENGTH, DEPTH, BELOW = 12.0, 3.0, 1.0, 4.0, 3.0, -2.0
-AREA = RESERVOIR * LENGTH
 HULL, STIFFNESS, LOST, MOMENT, RATE = 1.6e8, 6e7, 4e6, 1.5e6, 0.55
+
+
+class Tank(NamedTuple):
+    """Lengths in m; the duct's centre stands `below` from the axis of roll."""
+
+    width: float = 12.0
+    reservoir: float = 3.0
+    duct: float = 1.0
+    length: float = 4.0
+    depth: float = 3.0
+    below: float = -2.0
+
+    @property
+    def area(self):
+        return self.reservoir * self.length
+
+
+TANK = Tank()
 
 
 def middles(low, high, n=2000):
@@ -24,34 +45,40 @@ def rectangle(y, z):
     return (middles(*y) ** 2).mean() + (middles(*z) ** 2).mean()
 
 
-def mass_matrix():
+def mass_matrix(t=TANK, hull=HULL):
     """Integrate the kinetic energy of the stream tube over its sections, for roll and flow."""
     column = rectangle(
-        (WIDTH / 2 - RESERVOIR / 2, WIDTH / 2 + RESERVOIR / 2), (BELOW, BELOW + DEPTH)
+        ((t.width - t.reservoir) / 2, (t.width + t.reservoir) / 2), (t.below, t.below + t.depth)
     )
-    channel = rectangle((-WIDTH / 2, WIDTH / 2), (BELOW - DUCT / 2, BELOW + DUCT / 2))
-    still = RHO * (2 * AREA * DEPTH * column + DUCT * LENGTH * WIDTH * channel)
+    channel = rectangle((-t.width / 2, t.width / 2), (t.below - t.duct / 2, t.below + t.duct / 2))
+    still = RHO * (2 * t.area * t.depth * column + t.duct * t.length * t.width * channel)
     # Along the tube, down at starboard, across, and up at port: y dz - z dy.
-    carried = RHO * (WIDTH / 2 * DEPTH - BELOW * WIDTH + WIDTH / 2 * DEPTH)
-    flow = RHO * (WIDTH / (DUCT * LENGTH) + 2 * DEPTH / AREA)
-    return np.array([[HULL + still, carried], [carried, flow]])
+    carried = RHO * t.width * (t.depth - t.below)
+    flow = RHO * (t.width / (t.duct * t.length) + 2 * t.depth / t.area)
+    return np.array([[hull + still, carried], [carried, flow]])
 
 
-def potential(roll, passed):
+def potential(roll, passed, t=TANK, stiffness=STIFFNESS):
     """Weigh both columns at their levels and the duct; add the ship's restoring energy."""
-    total = RHO * G * DUCT * LENGTH * WIDTH * BELOW * np.cos(roll) + STIFFNESS * roll**2 / 2
+    total = RHO * G * t.duct * t.length * t.width * t.below * np.cos(roll)
+    total += stiffness * roll**2 / 2
     for side in (1, -1):
-        height = DEPTH + side * passed / AREA
-        arm = side * WIDTH / 2 * np.sin(roll) + (BELOW + height / 2) * np.cos(roll)
-        total += RHO * G * AREA * height * arm
+        height = t.depth + side * passed / t.area
+        arm = side * t.width / 2 * np.sin(roll) + (t.below + height / 2) * np.cos(roll)
+        total += RHO * G * t.area * height * arm
     return total
 
 
-def slopes(roll, passed, step=1e-20):
+def slopes(roll, passed, *about, step=1e-20):
     """Differentiate the potential by complex steps."""
-    by_roll = potential(roll + 1j * step, passed).imag
-    by_passed = potential(roll, passed + 1j * step).imag
+    by_roll = potential(roll + 1j * step, passed, *about).imag
+    by_passed = potential(roll, passed + 1j * step, *about).imag
     return np.array([by_roll, by_passed]) / step
+
+
+def curvature(*about, step=1e-4):
+    ends = [slopes(*(side * step * unit), *about) for unit in np.eye(2) for side in (1, -1)]
+    return np.array([ends[0] - ends[1], ends[2] - ends[3]]) / (2 * step)
 
 
 @pytest.fixture(scope="module")
@@ -64,20 +91,20 @@ def test_a_ship_rolls_with_its_tank_by_lagranges_equations(ship, loss):
     result = ship.simulate(parameters={"tank.loss": loss})
     masses = mass_matrix()
     inverse = np.linalg.inv(masses)
-    linear = 2 * 0.06 * np.sqrt(masses[1, 1] * 2 * RHO * G / AREA)
+    linear = 2 * 0.06 * np.sqrt(masses[1, 1] * 2 * RHO * G / TANK.area)
 
     def rates(t, y):
         roll, passed, turning, flow = y
-        wall = linear * flow + loss * RHO / 2 * abs(flow) * flow / (DUCT * LENGTH) ** 2
+        wall = linear * flow + loss * RHO / 2 * abs(flow) * flow / (TANK.duct * TANK.length) ** 2
         force = [MOMENT * np.sin(RATE * t) - LOST * turning, -wall] - slopes(roll, passed)
         return [turning, flow, *(inverse @ force)]
 
-    passed0 = AREA * WIDTH / 2 * np.tan(np.radians(-3))
+    passed0 = TANK.area * TANK.width / 2 * np.tan(np.radians(-3))
     answer = solve_ivp(
         rates, (0, 60), [0.1, passed0, 0, 0], t_eval=result.time, rtol=1e-9, atol=1e-10
     )
     np.testing.assert_allclose(result["roll"], answer.y[0], atol=1e-6)
-    np.testing.assert_allclose(result["level"], answer.y[1] / AREA, atol=1e-5)
+    np.testing.assert_allclose(result["level"], answer.y[1] / TANK.area, atol=1e-5)
     assert np.abs(result["level"]).max() > 0.4
     assert np.abs(result["energy.residual"]).max() < 1e-8 * result.counts["exchanged"]
 
@@ -85,11 +112,9 @@ def test_a_ship_rolls_with_its_tank_by_lagranges_equations(ship, loss):
 def test_the_natural_periods_are_those_of_the_energies(ship):
     """The tank alone has Lloyd's period; with the ship, both of the pair of masses."""
     still = {"moment": 0.0, "roll0": 0.0, "tank.angle0": 0.0, "tank.damping": 0.0}
-    lloyd = np.sqrt(2 * G * DUCT / (RESERVOIR * WIDTH + 2 * DEPTH * DUCT))
+    lloyd = np.sqrt(2 * G * TANK.duct / (TANK.reservoir * TANK.width + 2 * TANK.depth * TANK.duct))
     assert ship.simulate(parameters=still)["period"][0] == pytest.approx(2 * np.pi / lloyd)
-    step = 1e-4
-    ends = [slopes(*(side * step * unit)) for unit in np.eye(2) for side in (1, -1)]
-    hessian = np.array([ends[0] - ends[1], ends[2] - ends[3]]) / (2 * step)
+    hessian = curvature()
     expected = np.sqrt(eigh(hessian, mass_matrix(), eigvals_only=True))
     values = ship.eigenvalues(parameters=still)
     found = np.sort(values.imag[values.imag > 1e-3])
@@ -107,6 +132,54 @@ def test_the_tank_reduces_the_roll(ship):
     assert free < 0.75 * shut
 
 
+def amplitude_at(result, name, rate):
+    """Amplitude over the last five periods, by a least-squares sine."""
+    late = result.time > result.time[-1] - 10 * np.pi / rate
+    t = result.time[late]
+    waves = np.stack([np.cos(rate * t), np.sin(rate * t), np.ones_like(t)], axis=1)
+    return np.hypot(*np.linalg.lstsq(waves, result[name][late])[0][:2])
+
+
+def test_a_tank_takes_the_roll_of_a_ship_at_its_resonance():
+    """Solve the amplitudes of roll and level from the ship's data, and compare the example."""
+    library = Path(str(resources.files("bgc.library")))
+    data = json.loads((library / "marine" / "supply.json").read_text("utf-8"))
+    met, rate = 0.577, 2 * np.pi / 10.89
+    radiation, response = data["radiation"], data["response"]
+    mass, lost = (
+        np.interp(met, radiation["frequency"], [row[21] for row in radiation[name]])
+        for name in ("mass", "damping")
+    )
+    hull, lost = data["M_RB"][3][3] + mass, data["D"][3][3] + lost
+    tank, stiffness = Tank(14, 4, 1.08, 5, 3.5, data["deck"][2] - 1), data["G"][1][1]
+    # Waves of 0.5 m towards port: -90 deg from ahead, by starboard.
+    force = response["force"]["roll"]
+    column = np.argmin(np.abs(np.array(response["heading"]) - 1.5 * np.pi))
+    moment = 0.5 * sum(
+        factor * np.interp(rate, response["frequency"], np.array(force[part])[:, column])
+        for part, factor in (("re", 1), ("im", 1j))
+    )
+    bare = abs(moment / (stiffness - rate**2 * hull + 1j * rate * lost))
+    masses = mass_matrix(tank, hull)
+    wall = 2 * 0.1 * np.sqrt(masses[1, 1] * 2 * RHO * G / tank.area)
+    both = curvature(tank, stiffness) - rate**2 * masses + 1j * rate * np.diag([lost, wall])
+    roll, passed = np.abs(np.linalg.solve(both, [moment, 0]))
+
+    scenes = {
+        name: bgc.compile(library / "examples" / "roll_tank.bg", scene=name).simulate()
+        for name in ("rolling", "roll_tank")
+    }
+    found = {
+        name: np.radians(amplitude_at(result, "roll [deg]", rate))
+        for name, result in scenes.items()
+    }
+    assert found["rolling"] == pytest.approx(bare, rel=2e-3)
+    assert found["roll_tank"] == pytest.approx(roll, rel=1e-2)
+    level = amplitude_at(scenes["roll_tank"], "level", rate)
+    assert level == pytest.approx(passed / tank.area, rel=1e-2)
+    assert found["roll_tank"] < 0.25 * found["rolling"]
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [
@@ -122,7 +195,7 @@ def test_a_tank_beyond_its_range_is_refused(ship, given, said):
 def test_a_turning_ship_keeps_its_momentum_sideways(load):
     """In free fall only the weight changes the momentum of ship and water."""
     result = load("roll_tank", "falling").simulate()
-    total = 4e5 + RHO * (2 * AREA * DEPTH + DUCT * LENGTH * WIDTH)
+    total = 4e5 + RHO * (2 * TANK.area * TANK.depth + TANK.duct * TANK.length * TANK.width)
     scale = total * 2
     for axis, pull in (("1", 0), ("2", 0), ("3", -total * G)):
         momentum = result[f"momentum[{axis}]"]
