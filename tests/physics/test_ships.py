@@ -55,18 +55,24 @@ def wave(period: float, heading: float) -> dict[str, float]:
     return {"vessel.sea.period": period, "vessel.sea.heading": heading}
 
 
+def encounter(w: float, speed: float, met: float) -> float:
+    """Circular frequency at which a ship meets a wave; negative where it overtakes the wave."""
+    return w - w * w / G * speed * np.cos(met)
+
+
 @pytest.mark.parametrize(
-    ("period", "direction", "heading"),
-    [(9, 0.6, 0.25), (6.5, 3.0, -2), (15, -1.9, 0.5), (4, 9, 0)],
+    ("period", "direction", "heading", "speed"),
+    [(9, 0.6, 0.25, 0), (6.5, 3.0, -2, 0), (15, -1.9, 0.5, 0), (4, 9, 0, 0), (9, 3.0, 0.25, 6)],
 )
-def test_a_guided_ship_moves_by_its_transfer_function(load, period, direction, heading):
+def test_a_guided_ship_moves_by_its_transfer_function(load, period, direction, heading, speed):
     """Amplitude and phase of each motion at the point of the data, from the elevation there."""
-    given = {**wave(period, direction), "vessel.angles0[3]": heading}
+    given = {**wave(period, direction), "vessel.angles0[3]": heading, "vessel.speed": speed}
     result = load("ship_levels", "guided").simulate(120, every=0.1, parameters=given)
     w = 2 * np.pi / period
-    elevation = phasor(result.time, result["elevation"], w)
+    met = encounter(w, speed, heading - direction)
+    elevation = phasor(result.time, result["elevation"], met)
     assert abs(elevation) == pytest.approx(1, rel=1e-3)
-    motion = np.array([phasor(result.time, row, w) for row in result["motion"].T])
+    motion = np.array([phasor(result.time, row, met) for row in result["motion"].T])
     found = shift(NED[:3] * POINT) @ motion / elevation
     expected = published("motion", w, (heading - direction) % (2 * np.pi))
     for k in (slice(0, 3), slice(3, 6)):
@@ -81,7 +87,7 @@ def test_a_guided_ship_moves_by_its_transfer_function(load, period, direction, h
 
 def test_the_deck_of_a_guided_ship_moves_as_its_twist_says(load):
     """Central differences of the pose against the twist on the bond, in the deck's axes."""
-    result = load("ship_levels", "guided").simulate()
+    result = load("ship_levels", "guided").simulate(parameters={"vessel.speed": 3.0})
     time, r = result.time, result["r"]
     A = np.stack([[result[f"A[{i},{j}]"] for j in (1, 2, 3)] for i in (1, 2, 3)]).transpose(2, 0, 1)
     step = time[1] - time[0]
@@ -114,7 +120,8 @@ def heave_and_pitch(model, period: float, met: float, **more: float) -> tuple[np
     heading = 0.3
     given = wave(period, heading - met) | {"vessel.angles0[3]": heading} | more
     result = model.simulate(200, every=0.2, parameters=given)
-    heave, pitch = (phasor(result.time, result["motion"][:, k], w) for k in (0, 2))
+    at = encounter(w, more.get("vessel.speed", 0), met)
+    heave, pitch = (phasor(result.time, result["motion"][:, k], at) for k in (0, 2))
     elevation = 0.01 * np.exp(-1j * w * w / G * POINT[0] * np.cos(met))
     return np.array([heave - pitch * POINT[0], pitch]) / elevation, result
 
@@ -157,22 +164,26 @@ def test_at_the_origin_they_would_not_agree():
     assert errors[1][0] > 0.1
 
 
-@pytest.mark.parametrize(("met", "period"), [(np.pi, 9), (np.pi / 2, 9)])
-def test_three_degrees_of_freedom_in_a_wave(load, met, period):
-    """The equations of heave, roll and pitch, by linear algebra."""
+@pytest.mark.parametrize(
+    ("met", "period", "speed"), [(np.pi, 9, 0), (np.pi / 2, 9, 0), (np.pi, 9, 5), (0.5, 9, 4)]
+)
+def test_three_degrees_of_freedom_in_a_wave(load, met, period, speed):
+    """The equations of heave, roll and pitch, by linear algebra, at the frequency of encounter."""
     w = 2 * np.pi / period
-    found, _ = heave_and_pitch(load("ship_levels", "seakeeping"), period, met, **{"vessel.met": w})
+    at_speed = encounter(w, speed, met)
+    more = {"vessel.met": at_speed, "vessel.speed": float(speed)}
+    found, _ = heave_and_pitch(load("ship_levels", "seakeeping"), period, met, **more)
     about = SUPPLY["radiation"]
 
     def at(table: list[list[float]]) -> np.ndarray:
         columns = np.array(table).T
-        values = [np.interp(w, about["frequency"], column) for column in columns]
+        values = [np.interp(at_speed, about["frequency"], column) for column in columns]
         return np.reshape(values, (6, 6))[2:5, 2:5]
 
     M = np.array(SUPPLY["M_RB"])[2:5, 2:5] + at(about["mass"])
     D = np.array(SUPPLY["D"])[2:5, 2:5] + at(about["damping"])
     force = (shift(POINT).T @ (NED * published("force", w, met)))[2:5]
-    motion = np.linalg.solve(np.array(SUPPLY["G"]) - w * w * M + 1j * w * D, force)
+    motion = np.linalg.solve(np.array(SUPPLY["G"]) - at_speed**2 * M + 1j * at_speed * D, force)
     k = w * w / G
     # From the phase of the wave at the point to the motions there, in the library's axes.
     expected = np.array([-(motion[0] - POINT[0] * motion[2]), -motion[2]])

@@ -164,6 +164,59 @@ def test_thrusters_keep_their_limits_and_the_integral_does_not_wind_up(load):
     assert np.abs(result["r"][-1, :2] - [5, -3]).max() < 0.1
 
 
+@pytest.mark.parametrize("rate", [0.05, 0.3, 0.785, 1.3])
+def test_the_observer_is_a_notch_at_the_frequency_of_the_waves(load, rate):
+    """Its transfer functions by Fossen and Strand, against an input that turns at a rate."""
+    given = {"rate": rate, "filter.damping": 0.05, "filter.notch": 0.8, "filter.cutoff": 1.1}
+    result = load("weather", "observed").simulate(parameters=given)
+    s, w = 1j * rate, 0.785
+    poles = (s + 1.1) * (s * s + 2 * 0.8 * w * s + w * w)
+    difference = s * (s * s + 2 * 0.05 * w * s + w * w) / poles
+    late = result.time > 150
+    # measured = Im exp(s t), Re exp(s t)
+    turning = np.exp(s * result.time[late])
+    for name, gain in (("difference", difference), ("position", 1.1 / s * difference)):
+        expected = gain * turning
+        np.testing.assert_allclose(result[name][late, 0], expected.imag, atol=1e-5)
+        np.testing.assert_allclose(result[name][late, 1], expected.real, atol=1e-5)
+
+
+def test_a_wave_filter_takes_the_waves_out_of_the_thrust(load):
+    """Less thrust at the frequencies of two waves; a constant force of 300 s is held as before."""
+    runs = {scene: load("weather", scene).simulate() for scene in ("rocked", "filtered")}
+    time = runs["rocked"].time
+    early, late = (time > 200) & (time < 295), time > 600
+    angles = np.outer(time[late], [0.785, 0.9])
+    ones = np.ones((late.sum(), 1))
+    waves = np.hstack([np.cos(angles), np.sin(angles), ones, time[late][:, None]])
+    size = {}
+    for scene, result in runs.items():
+        fit = np.linalg.lstsq(waves, result["thrust"][late], rcond=None)[0]
+        size[scene] = np.hypot(fit[:2], fit[2:4])
+        held = result["thrust"][early].mean(axis=0)
+        np.testing.assert_allclose(held, [-8e4, 5e4, -2e6], rtol=0.05, atol=2.5e4)
+        assert np.abs(result["r"][late, :2].mean(axis=0)).max() < 0.25
+    # Both waves; in yaw the derivative part is the largest.
+    assert (size["filtered"] < 0.15 * size["rocked"]).all()
+
+
+def test_a_ship_under_way_meets_the_waves_at_their_frequency_of_encounter(load):
+    """Speed is a state here: its mean and the largest line of the spectrum of heave."""
+    result = load("weather", "under_way").simulate()
+    late = result.time > 200
+    x, time = result["r"][late, 0], result.time[late]
+    speed = np.polyfit(time, x, 1)[0]
+    assert speed == pytest.approx(5, rel=0.01)
+    w = 2 * np.pi / 9
+    expected = w + w * w / 9.81 * speed
+    rates = np.linspace(0.5, 1.5, 2001)
+    heave = result["motion"][late, 0] * np.hanning(late.sum())
+    lines = np.abs(np.exp(-1j * np.outer(rates, time)) @ heave)
+    assert rates[lines.argmax()] == pytest.approx(expected, rel=2e-3)
+    assert np.abs(result["r"][late, 1]).max() < 1e-6
+    assert np.abs(result["energy.residual"]).max() < 1e-6 * result["energy.supplied"].max()
+
+
 @pytest.mark.parametrize("scene", ["weather", "dynamically_positioned"])
 def test_a_ship_in_all_weather_balances_its_books(load, scene):
     result = load("weather", scene).simulate(60)
