@@ -141,3 +141,32 @@ def test_a_box_turns_in_deep_water_by_kirchhoffs_equations(load):
     np.testing.assert_allclose(twist, answer.y / inertia[:, None], atol=2e-6)
     assert np.ptp(answer.y[3] / moments[0]) > 0.5  # Munk's moment counts
     assert closed(result, 1e-7)
+
+
+def plate_by_doublets(ratio, n, m):
+    """Coefficient of added mass of a plate of 1 by `ratio`, by m x n panels of constant doublets.
+
+    The normal velocity of a panel at a point is a sum over its corners; panels are finer at the
+    edges, where the potential has the slope of a square root.
+    """
+    x, y = (
+        length / 2 * (1 - np.cos(np.pi * np.arange(k + 1) / k))
+        for length, k in ((ratio, m), (1, n))
+    )
+    dx = ((x[:-1] + x[1:]) / 2)[:, None, None, None] - x[:, None]
+    dy = ((y[:-1] + y[1:]) / 2)[:, None, None] - y
+    corners = np.hypot(dx, dy) / (dx * dy)
+    influence = np.diff(np.diff(corners, axis=2), axis=3).reshape(m * n, m * n) / (4 * np.pi)
+    strength = np.linalg.solve(influence, np.ones(m * n))
+    return abs(strength @ np.outer(np.diff(x), np.diff(y)).ravel()) / (np.pi / 4 * ratio)
+
+
+def test_the_added_mass_of_plates_is_that_of_a_doublet_lattice(load):
+    """The error of a lattice halves with its panels, so two of them are extrapolated."""
+    found = load("splash", "plates").simulate()["coefficients"][-1]
+    ratios = [1, 1.25, 1.5, 1.59, 2, 2.5, 3, 3.17, 4, 5, 6.25, 8, 10, 20, 40]
+    assert found[0] == 0.579
+    for ratio, value in zip(ratios, found, strict=True):
+        m = round(6 * min(ratio, 3)) if ratio < 10 else 24
+        coarse, fine = (plate_by_doublets(ratio, 6 * k, m * k) for k in (1, 2))
+        assert value == pytest.approx(2 * fine - coarse, rel=5.1e-3)
