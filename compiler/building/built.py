@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from bgc.diagnostics.diagnostic import Diagnostic
 from bgc.diagnostics.source import Span
+from bgc.language.columns import AccountColumn
 from bgc.values.shown import ShownRow
 
 if TYPE_CHECKING:  # a warm start does not import the compiler's own modules
@@ -46,11 +47,10 @@ class RunFacts:
     """The run settings of a scene, in plain values; None where the scene gives none.
 
     `columns` are the observed names in the scene's order. Columns that are not outputs of the
-    model are energy accounts (`stored`, `supplied`, `dissipated` or `residual`), which
-    `accounts` lists in the same order. Times are in seconds, `solver_options` are SI numbers.
-    `folded` are the parameters compiled in as zeros and ones. `requirements` are the required
-    accuracies by output; an output may be required without being a column. `content` is a hash
-    of the emitted C without comments. `timed` is true where rates or observed powers depend
+    model are energy accounts, which `accounts` lists. Times are in seconds, `solver_options` are SI
+    numbers. `folded` are the parameters compiled in as zeros and ones. `requirements` are the
+    required accuracies by output; an output may be required without being a column. `content` is
+    a hash of the emitted C without comments. `timed` is true where rates or observed powers depend
     explicitly on time. `passive` lists the parameters that a run should not make negative, each
     with its meaning and its element. `operations` counts those of each C function of the model.
     `shown_outputs`, `shown_states` and `shown_parameters` list those that tables and plots show in
@@ -66,7 +66,7 @@ class RunFacts:
     scene: str
     model: str
     columns: tuple[str, ...]
-    accounts: tuple[str, ...] = ()
+    accounts: tuple[AccountColumn, ...] = ()
     solver: str | None = None
     solver_options: tuple[tuple[str, float], ...] = ()
     step: float | None = None

@@ -24,6 +24,7 @@ from bgc.building.cache import Cache, digest_of, read_note, write_note
 from bgc.building.user_folder import safe_cache_directory
 from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
 from bgc.diagnostics.source import Source, Span
+from bgc.language.columns import AccountColumn
 from bgc.options import Options
 
 _COMPILER_FILES = (".py", ".lark", ".json", ".c", ".h")
@@ -138,6 +139,7 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
     facts: dict[str, Any] = {key: _tuples(value) for key, value in note["facts"].items()}
     panels = [Panel(tuple(panel["columns"]), panel["across"]) for panel in note["facts"]["panels"]]
     facts["panels"] = tuple(panels)
+    facts["accounts"] = tuple(AccountColumn(**found) for found in note["facts"]["accounts"])
     if (rest := note["facts"]["rest"]) is not None:
         facts["rest"] = Rest(*(tuple(rest[name]) for name in ("hold", "vary", "momenta")))
     warnings = tuple(_diagnostic_from_json(d, texts) for d in note["warnings"])

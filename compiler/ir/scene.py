@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from bgc.algebra.nodes import Node
 from bgc.diagnostics.source import Span
+from bgc.language.columns import AccountColumn
 from bgc.values.shown import Shown
 
 
@@ -79,7 +80,7 @@ class SceneFacts:
     duration: float | None
     every: float | None
     deadline: float | None
-    accounts: tuple[str, ...]  # observed energy accounts: stored supplied dissipated residual
+    accounts: tuple[AccountColumn, ...]  # the columns that hold energy accounts, in order
     columns: tuple[str, ...]  # all observed columns in order, the accounts among them
     plots: tuple[Plot, ...] = ()
     rest: Rest | None = None  # the start at rest
@@ -90,4 +91,5 @@ class SceneFacts:
     def needed_accounts(self) -> frozenset[str]:
         """The accounts among stored, supplied, dissipated in use; the residual needs all."""
         basic = {"stored", "supplied", "dissipated"}
-        return frozenset(basic if "residual" in self.accounts else basic & set(self.accounts))
+        observed = {found.account for found in self.accounts}
+        return frozenset(basic if "residual" in observed else basic & observed)

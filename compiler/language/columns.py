@@ -3,9 +3,20 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 
 _COMPONENTS = {"x": "1", "y": "2", "z": "3"}
 _COLUMN = re.compile(r"(?P<vector>.+?)(?:(?<! )\[(?P<index>[\d,]+)\])?(?P<unit> \[[^\]]*\])?")
+
+
+@dataclass(frozen=True, slots=True)
+class AccountColumn:
+    """A column that holds an energy account; `factor` is its unit in J."""
+
+    account: str
+    column: str
+    unit: str = "J"
+    factor: float = 1.0
 
 
 def column_of(path: str) -> str:

@@ -154,7 +154,7 @@ class _Selection:
         """Vary the chosen sources, remove accounts and a start at rest, set the defaults."""
         if self.other_outputs and graph.scene.accounts:
             (account, *_) = graph.scene.accounts
-            raise BgError([catalogue.account_as_output(f"energy.{account}")])
+            raise BgError([catalogue.account_as_output(f"energy.{account.account}")])
         observed = tuple(o for o in graph.observations if o.name in graph.scene.columns)
         columns = tuple(o.name for o in observed)
         self.starts_at_rest = graph.scene.rest is not None

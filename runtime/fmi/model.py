@@ -82,7 +82,7 @@ def prepare_model(
     tunable = tunable_parameters(program)
     indicators = len(stages.lowered.switches) if version == 3 else 0
     table = variable_table(
-        stages.optimised, parameters, tunable, loaded.accounts, indicators, chosen, version == 2
+        stages.optimised, parameters, tunable, facts.accounts, indicators, chosen, version == 2
     )
     table = _with_nominals(table, scale)
     structure = model_structure(stages.lowered, table, start is not None)

@@ -7,7 +7,7 @@ accounts, states, rates, supplied and dissipated power, event indicators.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
@@ -16,6 +16,7 @@ from bgc.diagnostics.source import Span
 from bgc.elaboration.scenes.devices import channel_unit, command_unit
 from bgc.ir.program import Program
 from bgc.ir.scene import DeviceUse
+from bgc.language.columns import AccountColumn, name_in_si
 from bgc.runtime.fmi.inputs import ChosenInputs
 from bgc.values.shown import Shown
 
@@ -82,7 +83,7 @@ def variable_table(
     program: Program,
     starts: Sequence[float],
     tunable: Sequence[bool],
-    accounts: Mapping[str, str],
+    accounts: Sequence[AccountColumn],
     indicators: int = 0,
     inputs: ChosenInputs | None = None,
     timeless: bool = False,
@@ -96,7 +97,9 @@ def variable_table(
     starts, tunable
         Of each parameter: its value, SI, and whether it may change during a run.
     accounts
-        Columns of the energy accounts that the scene observes.
+        Columns of the energy accounts that the scene observes. They are in J in an FMU, so that
+        `energy.supplied` is the integral of a power in W; other units are those of display. An
+        account with several columns has the name and the unit of the first.
     indicators
         The number of event indicators that are variables, as FMI 3 has them.
     inputs
@@ -142,12 +145,20 @@ def variable_table(
         add("output", k, output.name, output.unit, "output", shown=output.shown)
     for k, (name, unit) in enumerate(_commands(program.devices)):
         add("command", k, name, unit, "output")
+    columns = {found.account: found for found in reversed(accounts)}
     for k, account in enumerate(ENERGY_ACCOUNTS):
-        name = accounts.get(account, f"energy.{account}")
-        used = bool(accounts) and (account in accounts or account in ("supplied", "dissipated"))
-        causality = "output" if account in accounts else "local"
-        jumps = bool(program.jumps) and account in ("supplied", "dissipated")
-        add("account", k, name, "J", causality, hidden=not used, reinit=jumps)
+        column = columns.get(account, AccountColumn(account, f"energy.{account}"))
+        used = bool(accounts) and (account in columns or account in ("supplied", "dissipated"))
+        add(
+            "account",
+            k,
+            name_in_si(column.column),
+            "J",
+            "output" if account in columns else "local",
+            shown=None if column.unit == "J" else Shown(column.unit, column.factor),
+            hidden=not used,
+            reinit=bool(program.jumps) and account in ("supplied", "dissipated"),
+        )
     first = len(found)
     free = free_states(program)
     moved = bool(program.jumps) or program.closures is not None

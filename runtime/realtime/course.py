@@ -34,8 +34,12 @@ class Course:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Names of the model's outputs, in the order of the rows."""
-        return tuple(variable.name for variable in self.model.measured)
+        """Names of the model's outputs, in the scene's order."""
+        return tuple(variable.name for variable in self.model.outputs)
+
+    def outputs(self, rows: Array) -> Array:
+        """The outputs in rows that C wrote, (n, outputs)."""
+        return self.model.selection().of(rows)
 
     @property
     def devices(self) -> tuple[str, ...]:

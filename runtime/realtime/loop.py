@@ -352,7 +352,7 @@ class Realtime:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Names of the model's outputs, in the order of the rows."""
+        """Names of the model's outputs, in the scene's order."""
         return self._course.columns
 
     @property
@@ -362,8 +362,8 @@ class Realtime:
 
     @property
     def rows(self) -> Array:
-        """Outputs of the samples that are kept, (n, width), as `columns` names them."""
-        return rows_of(self._records, len(self.devices))
+        """Outputs of the samples that are kept, (n, outputs), as `columns` names them."""
+        return self._course.outputs(rows_of(self._records, len(self.devices)))
 
     def forces(self, device: str | None = None) -> Array:
         """Force, torque and gripper force that were written to a device, (n, 7)."""
@@ -387,8 +387,8 @@ class Realtime:
         """The outputs of the last sample by name; empty before the first."""
         if self._latest is None:
             return {}
-        row = rows_of(self._latest, len(self.devices))[-1]
-        return dict(zip(self.columns, row.tolist(), strict=False))
+        row = self._course.outputs(rows_of(self._latest, len(self.devices)))[-1]
+        return dict(zip(self.columns, row.tolist(), strict=True))
 
     def last_force(self, index: int) -> list[float]:
         """The values written to a device in the last sample, 7 numbers; zero before the first."""

@@ -262,13 +262,14 @@ def _expand(name: str, columns: Mapping[str, tuple[str, Shown]]) -> list[str]:
 class Reducer:
     """Computes observables from the rows of a run.
 
-    `places` are the columns of the observables in a row.
+    `outputs` are the numbers of the observed outputs, which `column` finds in rows, (rows, width).
     """
 
     observables: tuple[Observable, ...]
-    places: tuple[int, ...]
+    outputs: tuple[int, ...]
+    column: Callable[[Array, int], Array]
 
     def __call__(self, time: Array, rows: Array) -> Array:
         """Reduce rows, (rows, width), to one number for each observable."""
-        pairs = zip(self.observables, self.places, strict=True)
-        return np.array([each.of(time, rows[:, place]) for each, place in pairs])
+        pairs = zip(self.observables, self.outputs, strict=True)
+        return np.array([each.of(time, self.column(rows, output)) for each, output in pairs])

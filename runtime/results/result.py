@@ -75,7 +75,7 @@ class Result(Mapping[str, Array]):
     panels
         The plots that the scene specifies.
     accounts
-        Columns of the energy accounts: `{"residual": "energy.residual"}`.
+        Columns of the energy accounts: `{"residual": "energy.residual"}`; the first of each.
     notices
         Warnings about the method and the parameters of the run.
     faster
@@ -108,6 +108,18 @@ class Result(Mapping[str, Array]):
             return Shown("s")
         return self.shown.get(name) or Shown(self.units.get(name, ""))
 
+    def in_joules(self, account: str) -> Array:
+        """An observed energy account, `"residual"`, in J whatever the unit of its column, (n,)."""
+        column = self.accounts[account]
+        if self.units[column] == "J":
+            return self.columns[column]
+        # The compiler's units are slow to load, and results in J do without them.
+        from bgc.values.units import parse_unit
+
+        unit = parse_unit(self.units[column])
+        assert unit is not None
+        return self.columns[column] * float(unit.factor)
+
     def in_words(self, name: str) -> Array:
         """A column, or the columns of a vector, in the units as written."""
         columns = [self[column] / self.shown_in(column).factor for column in self.expand([name])]
@@ -122,7 +134,7 @@ class Result(Mapping[str, Array]):
 
     def _unbalanced(self) -> Iterator[Diagnostic]:
         if "residual" in self.accounts and len(self.time):
-            residual = np.abs(self.columns[self.accounts["residual"]])
+            residual = np.abs(self.in_joules("residual"))
             if unbalanced(float(residual.max()), exchanged := self.counts.get("exchanged", 0.0)):
                 first = int(np.argmax(residual > _UNBALANCED * exchanged))
                 share = float(residual.max()) / exchanged

@@ -73,7 +73,7 @@ def _count(number: float, word: str) -> str:
 
 def _residual(result: Result) -> str:
     """Describe the energy residual, and its share of the largest observed account."""
-    columns = {account: result[column] for account, column in result.accounts.items()}
+    columns = {account: result.in_joules(account) for account in result.accounts}
     if "residual" not in columns or not len(result.time):
         return ""
     worst = float(np.max(np.abs(columns.pop("residual"))))

@@ -21,6 +21,7 @@ from bgc.runtime.running.failures import explain, require
 from bgc.runtime.running.parameters import Parameters, ParameterValue
 from bgc.runtime.running.rest import go_to_rest
 from bgc.runtime.running.run import Method, set_method, start
+from bgc.runtime.running.selection import Selection
 from bgc.runtime.running.structures import Status, VarInfo
 from bgc.values.shown import Shown, shown_by
 
@@ -52,7 +53,8 @@ class LoadedModel:
     states, outputs
         Names and units of the states and of the quantities that the scene observes.
     accounts
-        Columns of the energy accounts that it observes: `{"residual": "energy.residual"}`.
+        Columns of the energy accounts that it observes: `{"residual": "energy.residual"}`; the
+        first of each.
     facts
         The scene's statements about its run.
     warnings
@@ -88,10 +90,13 @@ class LoadedModel:
         states, outputs = shown_by(self.facts.shown_states), shown_by(self.facts.shown_outputs)
         self.states = tuple(_variable(model.state[k], states) for k in range(model.n_state))
         self.measured = tuple(_variable(model.output[k], outputs) for k in range(model.n_output))
-        self.accounts = _account_columns(self.facts, self.measured)
+        self.accounts: dict[str, str] = {}
+        for found in self.facts.accounts:
+            self.accounts.setdefault(found.account, found.column)
         known = {variable.name: variable for variable in self.measured}
+        units = {found.column: found.unit for found in self.facts.accounts}
         self.outputs = tuple(
-            known.get(column) or Variable(column, "J") for column in self.facts.columns
+            known.get(column) or Variable(column, units[column]) for column in self.facts.columns
         )
 
     def __repr__(self) -> str:
@@ -115,12 +120,15 @@ class LoadedModel:
         """Numbers in a row of a run: the measured columns, then the energy accounts if any."""
         return len(self.measured) + (len(ENERGY_ACCOUNTS) if self.accounts else 0)
 
-    def row_places(self) -> list[int]:
-        """Columns of a row, as indices, in the order of `outputs`."""
-        accounts = (self.accounts.get(account, "") for account in ENERGY_ACCOUNTS)
-        names = (*(v.name for v in self.measured), *accounts)
-        place = {name: k for k, name in enumerate(names)}
-        return [place[variable.name] for variable in self.outputs]
+    def selection(self) -> Selection:
+        """The outputs in a row of a run, whose energy accounts are in J."""
+        count = len(self.measured)
+        place = {v.name: (k, 1.0) for k, v in enumerate(self.measured)}
+        for found in self.facts.accounts:
+            index = count + ENERGY_ACCOUNTS.index(found.account)
+            place[found.column] = (index, found.factor)
+        chosen = [place[variable.name] for variable in self.outputs]
+        return Selection(tuple(k for k, _ in chosen), tuple(factor for _, factor in chosen))
 
     @contextmanager
     def started(
@@ -174,10 +182,3 @@ class LoadedModel:
 def _variable(info: VarInfo, shown: Mapping[str, Shown]) -> Variable:
     name = text(info.name)
     return Variable(name, text(info.unit), shown.get(name))
-
-
-def _account_columns(facts: RunFacts, observed: tuple[Variable, ...]) -> dict[str, str]:
-    """Columns of the energy accounts: those that are not outputs, in the accounts' order."""
-    outputs = {variable.name for variable in observed}
-    columns = [column for column in facts.columns if column not in outputs]
-    return dict(zip(facts.accounts, columns, strict=True))

@@ -83,9 +83,8 @@ class Plan:
     def reducer(self) -> Reducer:
         """Compute the observables from rows."""
         names = [variable.name for variable in self.model.outputs]
-        order = self.model.row_places()
-        places = tuple(order[names.index(each.column)] for each in self.observables)
-        return Reducer(self.observables, places)
+        outputs = tuple(names.index(each.column) for each in self.observables)
+        return Reducer(self.observables, outputs, self.model.selection().column)
 
 
 def plan_many(
@@ -239,13 +238,11 @@ def ensemble_of(work: Work, alone: str, notices: Sequence[Diagnostic], recalled:
     """Name the computed values, with outputs in the scene's order."""
     model, rows = work.model, work.rows
     assert rows is not None
-    order = model.row_places()
-    in_order = order == list(range(rows.shape[2]))
     return Ensemble(
         scene=model.facts.scene,
         solver=work.method.name,
         time=work.times,
-        values=rows if in_order else rows[:, :, order],
+        values=model.selection().of(rows),
         names=tuple(variable.name for variable in model.outputs),
         units={variable.name: variable.unit for variable in model.outputs},
         shown={variable.name: variable.shown for variable in model.outputs},

@@ -151,11 +151,11 @@ def named_result(
 ) -> Result:
     """Name the columns of the rows, in the scene's order."""
     counts = instance.counts
-    pairs = zip(model.outputs, model.row_places(), strict=True)
+    chosen = model.selection()
     return Result(
         scene=model.facts.scene,
         time=times,
-        columns={variable.name: rows[:, place] for variable, place in pairs},
+        columns={v.name: chosen.column(rows, k) for k, v in enumerate(model.outputs)},
         units={v.name: v.unit for v in model.outputs},
         shown={v.name: v.shown for v in model.outputs},
         shapes=shapes_of(

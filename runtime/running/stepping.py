@@ -72,7 +72,7 @@ class Stepping:
     def values(self) -> dict[str, float]:
         """The observed values at the time reached, in the units of `model.outputs`."""
         names = (variable.name for variable in self._model.outputs)
-        return dict(zip(names, self._row[self._model.row_places()].tolist(), strict=True))
+        return dict(zip(names, self._model.selection().of(self._row).tolist(), strict=True))
 
     def __getitem__(self, name: str) -> float:
         return self.values[name]

@@ -82,5 +82,6 @@ def ensemble_identity(
 ) -> str:
     """Hash everything but the machine that decides the rows of an ensemble."""
     arrays = (digest_of_bytes(each.tobytes()) for each in (times, cases.values))
-    state = repr((astuple(method), alone, cases.names, tuple(observables)))
+    columns = model.facts.columns
+    state = repr((astuple(method), alone, cases.names, tuple(observables), columns))
     return digest_of((*scene_identity(model, {}), state, *arrays))

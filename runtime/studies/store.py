@@ -39,7 +39,7 @@ class Store:
         except ImportError as problem:
             raise BgError([package_missing("zarr", "a `.zarr` store", "cluster")]) from problem
         self.path = str(path)
-        self._order = plan.model.row_places()
+        self._selection = plan.model.selection()
         identity = digest_of(
             (
                 ensemble_identity(
@@ -110,7 +110,7 @@ class Store:
         if work.rows is None:
             work.reduced[:] = self._group["observables"][:]
         else:
-            work.rows[:, :, self._order] = self._group["rows"][:]
+            self._selection.fill(work.rows, self._group["rows"][:])
         work.completed |= set(np.flatnonzero(status == _DONE).tolist())
         known = dict(self._group["failures"].attrs)
         for k in np.flatnonzero(status == _FAILED).tolist():
@@ -126,7 +126,7 @@ class Store:
         try:
             self._group["parameters"][part] = chunk.values
             if chunk.rows is not None:
-                self._group["rows"][part] = chunk.rows[:, :, self._order]
+                self._group["rows"][part] = self._selection.of(chunk.rows)
             elif "observables" in self._group:
                 self._group["observables"][part] = chunk.reduced
             if chunk.failures:

@@ -14,7 +14,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 
 from bgc.building.built import ENERGY_ACCOUNTS, Panel
-from bgc.language.columns import column_of, component_of
+from bgc.language.columns import column_of, component_of, name_in_si
 from bgc.runtime.results.result import Result
 from bgc.runtime.results.shapes import Shape
 from bgc.runtime.running.devices import NO_CHOICES, Choices
@@ -37,9 +37,10 @@ def describe_model(model: LoadedModel, name: str, devices: Choices = NO_CHOICES)
     """
     facts = model.facts
     places = {variable.name: k for k, variable in enumerate(model.measured)}
+    chosen = model.selection()
     observed = [
-        _quantity(variable.name, variable.shown, place)
-        for variable, place in zip(model.outputs, model.row_places(), strict=True)
+        _quantity(v.name, Shown(v.shown.unit, v.shown.factor * factor), place)
+        for v, place, factor in zip(model.outputs, chosen.places, chosen.factors, strict=True)
     ]
     shapes = []
     for entry in json.loads(facts.shapes or "[]"):
@@ -144,9 +145,9 @@ def _name_devices(model: LoadedModel, shapes: Sequence[Description]) -> None:
 def _group(quantity: Description) -> tuple[str, str]:
     """Quantities of one group share a plot: components of a vector, or equal units."""
     name, unit = quantity["name"], quantity["unit"]
-    account = name.removeprefix("energy.")
+    account = name_in_si(name).removeprefix("energy.")
     if account in ENERGY_ACCOUNTS:
-        return ("residual" if account == "residual" else "energy", "J")
+        return ("residual" if account == "residual" else "energy", unit)
     vector, index = component_of(name)
     return (vector, unit) if index else ("", unit)
 

@@ -37,6 +37,7 @@ from bgc.ir.graph import (
     Unknown,
 )
 from bgc.ir.scene import DeviceUse, SceneFacts
+from bgc.language.columns import AccountColumn
 
 SPAN = Span(Text("<test>", "test"), 0, 4)
 
@@ -216,7 +217,17 @@ class GraphBuilder:
             bonds.append(Bond(index, f"{tail} -> {head}", 1, 1, "", "", power, SPAN))
         return FlatGraph(
             dag=self.dag,
-            scene=SceneFacts("scene", "Model", None, None, None, None, None, self.accounts, ()),
+            scene=SceneFacts(
+                "scene",
+                "Model",
+                None,
+                None,
+                None,
+                None,
+                None,
+                tuple(AccountColumn(name, f"energy.{name}") for name in self.accounts),
+                (),
+            ),
             bonds=tuple(bonds),
             elements=tuple(make(ports[name]) for name, make in self._makers.items()),
             parameters=tuple(self.parameters),

@@ -69,7 +69,7 @@ def test_columns_are_named_by_path_or_alias():
     assert graph.scene.columns == (
         "force[1]", "force[2]", "force[3]", "h", "down", "energy.stored", "slip",
     )  # fmt: skip
-    assert graph.scene.accounts == ("stored", "residual")
+    assert [found.account for found in graph.scene.accounts] == ["stored", "residual"]
     assert [o.unit for o in graph.observations] == ["N", "N", "N", "m", "N"]
 
 

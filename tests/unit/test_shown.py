@@ -16,12 +16,16 @@ from bgc.diagnostics.source import Source
 from bgc.grammar.parse import parse
 from bgc.linearising.opening import open_scene
 from bgc.options import Options
+from bgc.runtime.fmi.model import prepare_model
 from bgc.runtime.linear.tables import linear_tables
 from bgc.runtime.measuring.errors import quantities_of
 from bgc.runtime.model import Model
+from bgc.runtime.realtime.course import Course
 from bgc.runtime.results.summary import extremes
 from bgc.runtime.running.compiling import load_as
+from bgc.runtime.running.simulate import method_of
 from bgc.runtime.stress.drives import read_drive
+from bgc.runtime.view.description import describe_model
 from bgc.values.shown import Shown
 from bgc.values.units import Written, parse_unit, shown_of, si_symbol, times_seconds
 
@@ -48,7 +52,8 @@ model Rig {
 scene s of Rig {
   observe pressure, higher, back, tank.inlet.rate, wheel.body.f, wheel.body.e, loose.f, loose.p;
   observe angle in deg, angle as turned in mrad, wheel.node.f in rpm as speed, energy.stored;
-  observe [angle, 2*angle] as pair in deg;
+  observe [angle, 2*angle] as pair in deg, energy.supplied in kWh, energy.residual in mJ;
+  observe energy.stored in mJ as kept;
   plot angle, pair;
   plot pressure, higher;
   require pressure within 0.1 bar;
@@ -80,7 +85,8 @@ def test_units_come_from_declarations_literals_and_domains(result):
         "pressure": "bar", "higher": "bar", "back": "deg", "tank.inlet.rate": "L/min",
         "wheel.body.f": "rad/s", "wheel.body.e": "N*m", "loose.f": "rad/s", "loose.p": "N*m*s",
         "angle [deg]": "deg", "turned [mrad]": "mrad", "speed [rpm]": "rpm",
-        "energy.stored": "J", "pair[1] [deg]": "deg", "pair[2] [deg]": "deg",
+        "energy.stored": "J", "energy.supplied [kWh]": "kWh", "energy.residual [mJ]": "mJ",
+        "kept [mJ]": "mJ", "pair[1] [deg]": "deg", "pair[2] [deg]": "deg",
     }  # fmt: skip
 
 
@@ -163,6 +169,52 @@ def test_an_output_can_be_asked_for_by_its_plain_name(path):
         ("turned", "rad"),
         ("speed [rpm]", "rpm"),
     ]
+
+
+def test_accounts_are_in_their_units_wherever_rows_are_read(model, result, tmp_path):
+    """J per unit times the column is the account, in a run, an ensemble, a study and a page."""
+    columns = {"energy.stored": 1.0, "kept [mJ]": 1e-3, "energy.supplied [kWh]": 3.6e6}
+    last = {name: float(result[name][-1]) for name in columns}
+    stored, kept, supplied = (last[name] * factor for name, factor in columns.items())
+    assert stored == pytest.approx(kept, rel=1e-15) and supplied > stored > 1
+    dissipated = supplied - stored  # of the pipe: a residual in J would be a thousandth
+    assert dissipated > 1 and result.in_joules("supplied")[-1] == supplied
+    np.testing.assert_allclose(result.in_joules("residual"), result["energy.residual [mJ]"] * 1e-3)
+    assert not result.warnings
+
+    with model.step() as run:
+        run.advance(result.time[-1])
+        assert run.values == pytest.approx({n: result[n][-1] for n in result}, rel=1e-6, abs=1e-4)
+    texts = [f"max({name})" for name in ("energy.stored", "kept", "energy.supplied")]
+    for vectorised in (False, True):
+        some = model.simulate_many({"rest": [0.1] * 4}, vectorised=vectorised)
+        assert [some[name][0, -1] for name in columns] == pytest.approx(list(last.values()))
+    study = model.sweep({"rest": [0.1] * 4}, texts)
+    assert study.values[0].tolist() == pytest.approx(list(last.values()))
+
+    rows = np.arange(float(model.row_width))[None, :]
+    chosen, method = model.selection(), method_of(model)[0]
+    with model.started(method, accounts=True) as instance:
+        course = Course(model, method, instance)
+        live = dict(zip(course.columns, course.outputs(rows)[0].tolist(), strict=True))
+    for quantity in describe_model(model, "rig.bg")["observed"]:
+        name, number = quantity["name"], quantity["column"] / quantity["factor"]
+        assert number == pytest.approx(live[name] / result.shown_in(name).factor, rel=1e-15)
+        assert name not in columns or quantity["factor"] == columns[name]
+    back = np.zeros_like(rows)
+    chosen.fill(back, chosen.of(rows))
+    places = list(chosen.places)
+    np.testing.assert_allclose(back[0, places], rows[0, places], rtol=1e-15)
+
+
+def test_accounts_of_an_fmu_are_in_joules_with_a_unit_of_display(path):
+    found = {v.name: v for v in prepare_model(path, Options(), 2).table.of("account")}
+    assert {name: (v.unit, v.causality, v.shown) for name, v in found.items()} == {
+        "energy.stored": ("J", "output", None),
+        "energy.supplied": ("J", "output", Shown("kWh", 3.6e6)),
+        "energy.dissipated": ("J", "local", None),
+        "energy.residual": ("J", "output", Shown("mJ", 1e-3)),
+    }
 
 
 def test_a_dimension_remembers_its_unit_and_equals_the_plain_one():

@@ -93,7 +93,7 @@ def test_a_run_in_pieces_has_the_bits_of_a_whole_one(model, run):
         assert fault is None
         pieces.append(rows)
     rows = np.vstack(pieces)
-    places = model.row_places()
+    places = model.selection().places
     assert run.time == whole.time[-1]
     for name, place in zip(whole, places, strict=True):
         np.testing.assert_array_equal(rows[:, place], whole[name])
@@ -101,7 +101,7 @@ def test_a_run_in_pieces_has_the_bits_of_a_whole_one(model, run):
 
 def test_a_parameter_changes_the_motion_and_keeps_the_state(model, run):
     before = run.reset()
-    place = dict(zip((v.name for v in model.outputs), model.row_places(), strict=True))
+    place = dict(zip((v.name for v in model.outputs), model.selection().places, strict=True))
     run.advance(np.array([0.2]))
     (row,), _ = run.advance(np.array([0.4]))
     run.set_parameter("length", "8 m")

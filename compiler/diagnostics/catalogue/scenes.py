@@ -223,25 +223,6 @@ def unit_of_column(span: Span, unit: str, quantity: str) -> Diagnostic:
     )
 
 
-def account_in_unit(span: Span, name: str, unit: str) -> Diagnostic:
-    """BG491: an energy account in a unit of its own
-
-    What: `in` follows an energy account.
-
-    Why: the accounts are written in joules, so that their balance can be compared between runs.
-
-    Example: `observe energy.supplied in kWh;`
-
-    Way out: observe the account without `in`.
-    """
-    return error(
-        "BG491",
-        f"`energy.{name}` is written in J, not in `{unit}`",
-        span,
-        help=f"write `observe energy.{name};`",
-    )
-
-
 def plot_unobserved(span: Span, name: str, columns: Sequence[str]) -> Diagnostic:
     """BG623: a plot of an unobserved quantity
 

@@ -18,10 +18,12 @@ from bgc.elaboration.instances.world import World
 from bgc.elaboration.scenes.scene import Scene
 from bgc.grammar import syntax
 from bgc.ir.graph import FlatGraph, Observation, SampledPort
-from bgc.language.columns import column_in
+from bgc.language.columns import AccountColumn, column_in
 from bgc.language.scene_tables import ACCOUNTS, CREATED
-from bgc.values.units import describe_dimension, parse_unit, shown_of, si_text
+from bgc.values.units import Dimension, describe_dimension, parse_unit, shown_of, si_text
 from bgc.values.value import Value
+
+_JOULE: Dimension = (1, 2, -2, 0, 0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +34,7 @@ class Observed:
     """
 
     observations: tuple[Observation, ...]
-    accounts: tuple[str, ...]
+    accounts: tuple[AccountColumn, ...]
     columns: tuple[str, ...]
     refused: tuple[str, ...] = ()
 
@@ -42,7 +44,7 @@ def read_observed(
 ) -> Observed:
     """Read the observed columns; two of the same name are reported."""
     observations: list[Observation] = []
-    accounts: list[str] = []
+    accounts: list[AccountColumn] = []
     columns: dict[str, Span] = {}
     refused: dict[str, None] = {}
     for item in scene.statements(syntax.Observe):
@@ -50,29 +52,26 @@ def read_observed(
         refused[named] = None
         with world.report.collecting():
             account = _account(item, root)
-            if account is not None and item.unit is not None:
-                raise BgError([scenes.account_in_unit(item.unit_span, account, item.unit)])
-            if account == CREATED:
-                name = item.alias or f"energy.{account}"
-                symbols = (world.dag.symbol(Kind.INPUT, port.books[2]) for port in ports)
-                _add_columns(columns, [name], item.span)
-                observations.append(Observation(name, "J", world.dag.sum(symbols), item.span))
-                del refused[named]
-                continue
-            if account is not None:
-                name = item.alias or f"energy.{account}"
-                accounts.append(account)
-                added = [name]
-                _add_columns(columns, added, item.span)
-                del refused[named]
-                continue
             if item.alias is None and not is_path(item.value):
                 raise BgError([scenes.observe_needs_name(item.value.span)])
-            value = world.evaluate(item.value, scene.env)
             name = item.alias or path_of(item.value)
-            factor = 1 if item.unit is None else _factor(item.unit, item.unit_span, value)
+            if account == CREATED:
+                symbols = (world.dag.symbol(Kind.INPUT, port.books[2]) for port in ports)
+                value = Value.scalar(world.dag.sum(symbols), _JOULE)
+            elif account is not None:
+                value = Value.scalar(world.dag.zero, _JOULE)  # the runtime integrates it
+            else:
+                value = world.evaluate(item.value, scene.env)
+            factor = Fraction(1)
+            if item.unit is not None:
+                factor = _factor(item.unit, item.unit_span, value)
             labels = [column_in(label, item.unit) for label in component_names(name, value.shape)]
             _add_columns(columns, labels, item.span)
+            del refused[named]
+            if account is not None and account != CREATED:
+                unit = item.unit or "J"
+                accounts.append(AccountColumn(account, labels[0], unit, float(factor)))
+                continue
             for label, node, unit in zip(labels, value.nodes, value.units, strict=True):
                 if item.unit is None:
                     found = Observation(label, si_text(unit), node, item.span, shown_of(unit))
@@ -80,7 +79,6 @@ def read_observed(
                     inside = world.dag.div(node, world.dag.const(factor))
                     found = Observation(label, item.unit, inside, item.span)
                 observations.append(found)
-            del refused[named]
     return Observed(tuple(observations), tuple(accounts), tuple(columns), tuple(refused))
 
 
@@ -99,15 +97,14 @@ def with_accounts(graph: FlatGraph) -> FlatGraph:
     """The graph with all energy accounts observed, in place of those of the scene."""
     columns = dict.fromkeys(c for c in graph.scene.columns if c not in _account_columns(graph))
     # A blank keeps these names distinct from all names of the language.
-    own = tuple(f"account {account}" for account in ACCOUNTS)
-    return replace(
-        graph, scene=replace(graph.scene, accounts=tuple(ACCOUNTS), columns=(*columns, *own))
-    )
+    own = tuple(AccountColumn(account, f"account {account}") for account in ACCOUNTS)
+    names = (found.column for found in own)
+    return replace(graph, scene=replace(graph.scene, accounts=own, columns=(*columns, *names)))
 
 
 def _account_columns(graph: FlatGraph) -> set[str]:
     """The columns of the accounts that the scene observes: those that are not observations."""
-    return set(graph.scene.columns) - {o.name for o in graph.observations}
+    return {found.column for found in graph.scene.accounts}
 
 
 def _add_columns(columns: dict[str, Span], labels: Sequence[str], span: Span) -> None:
