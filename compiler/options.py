@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
+
+RUN_NUMBER: Final = "number_of_the_run"
+"""A parameter, 1 by default, that `Options.drives` may use: inputs of each run of an ensemble."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +23,6 @@ class Options:
     of one. `audited` observes all energy accounts, whatever the scene does. `verify` checks the
     invariants of every intermediate result, as the environment variable BGC_VERIFY does. `shapes`
     records the poses of all shapes.
-    invariants of every intermediate result, as the environment variable BGC_VERIFY does.
     `inputs` are inputs of models to which a parameter of their name is added, zero by default: a
     linear model varies it. `drives` are pairs of an input and the expression that gives it; they
     override the scene's own.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -14,10 +13,10 @@ from bgc.runtime.linear.state_space import Linearisation, Mode, modes_of, pencil
 from bgc.runtime.results.arrays import Array, Complex
 from bgc.runtime.results.result import Result
 from bgc.runtime.running.arguments import method_options, seconds_of
-from bgc.runtime.running.compiling import load_as
 from bgc.runtime.running.devices import read_choices
+from bgc.runtime.running.driven import compiled_again
 from bgc.runtime.running.failures import require
-from bgc.runtime.running.inputs import InputValue, drives_of
+from bgc.runtime.running.inputs import Inputs, drives_of
 from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.quantity import Quantity, in_si
 from bgc.runtime.running.simulate import method_of, simulate, state_after, times_of
@@ -59,7 +58,7 @@ class Model(StudiedModel):
         progress: bool = False,
         shapes: bool = False,
         devices: Mapping[str, str] | None = None,
-        inputs: Mapping[str, InputValue] | None = None,
+        inputs: Inputs | None = None,
     ) -> Result:
         """Run from the initial state and return the observed values.
 
@@ -119,10 +118,7 @@ class Model(StudiedModel):
         times = times_of(self, method, seconds_of(duration), seconds_of(every, "every"))
         drives = drives_of(inputs or {}, times)
         if drives or (shapes and not self.facts.shapes):
-            model = self._changed(drives, shapes)
-            known = self.parameters.given({}).items()
-            kept = {n: value for n, value in known if model.parameters.can_set(n, value)}
-            return model.simulate(
+            return compiled_again(self, drives, shapes=shapes).simulate(
                 duration,
                 every=every,
                 solver=solver,
@@ -133,21 +129,12 @@ class Model(StudiedModel):
                 substeps=substeps,
                 settle=settle,
                 start=start,
-                parameters={**kept, **values},
+                parameters=values,
                 progress=progress,
                 devices=devices,
             )
         choices = read_choices(devices or {})
         return simulate(self, method.started(start), times, values, progress, notices, choices)
-
-    def _changed(self, drives: Sequence[tuple[str, str]], shapes: bool) -> Model:
-        """Compile the same model with other drives or its shapes, or load it from the cache."""
-        if self.origin is None:
-            raise ValueError("a model without its source has no shapes and no inputs")
-        path, options = self.origin
-        given = tuple({**dict(options.drives), **dict(drives)}.items())
-        shown = options.shapes or shapes
-        return load_as(Model, path, replace(options, shapes=shown, drives=given), {})
 
     def realtime(
         self,
@@ -401,6 +388,7 @@ class Model(StudiedModel):
         step: Quantity | None = None,
         max_step: Quantity | None = None,
         parameters: Mapping[str, ParameterValue] | None = None,
+        inputs: Inputs | None = None,
     ) -> Stepping:
         """Begin a run that the program advances piece by piece.
 
@@ -408,18 +396,25 @@ class Model(StudiedModel):
         show them, to feed another program. Options are as for `simulate`; an adaptive method takes
         its own steps, and its values at the times asked for are those of its dense output.
 
+        `inputs` drives inputs in place of the scene: a value is held until `advance` changes it; a
+        pair `(times, values)` is joined by straight lines, and its last value holds behind them.
+
         Examples
         --------
         >>> with model.step() as run:  # doctest: +SKIP
         ...     while run.advance("10 ms")["height"] > 0:
         ...         print(run.time, run["height"])
+        >>> with model.step(inputs={"force": 0}) as run:  # doctest: +SKIP
+        ...     run.advance("10 ms", inputs={"force": -2.0 * run["speed"]})
         """
         # Few programs run stepwise.
-        from bgc.runtime.running.stepping import Stepping
+        from bgc.runtime.running.stepping import Stepping, opened
 
         options = method_options(rtol, None, step, max_step, None, None)
-        method, _ = method_of(self, solver, options, parameters or {})
-        return Stepping(self, method, parameters or {})
+        begun = opened(self, inputs or {})
+        method, _ = method_of(begun.model, solver, options, parameters or {})
+        values = {**(parameters or {}), **begun.values}
+        return Stepping(begun.model, method, values, begun.inputs)
 
     # --- views ------------------------------------------------------------------------
 
@@ -466,9 +461,7 @@ class Model(StudiedModel):
         # Loads the compiler, as `linearise` does.
         from bgc.runtime.web.export import page_of
 
-        shown = self._changed((), shapes=True)
-        for name, value in self.parameters.given({}).items():
-            shown.parameters[name] = value
+        shown = compiled_again(self, (), shapes=True)
         return page_of(shown, shown._stages("C compiler"), height)
 
     def _stages(self, until: Stage) -> Stages:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from bgc.runtime.results.ensemble import Ensemble
     from bgc.runtime.results.study import Study
     from bgc.runtime.running.cases import Sets
+    from bgc.runtime.running.inputs import Inputs
     from bgc.runtime.studies.estimate import Estimate
     from bgc.runtime.studies.motion import Motion
     from bgc.runtime.studies.operability_result import Operability
@@ -43,6 +44,7 @@ class StudiedModel(LoadedModel):
         progress: bool = False,
         vectorised: bool = True,
         resume: bool = False,
+        inputs: Inputs | Sequence[Inputs] | None = None,
     ) -> Ensemble:
         """Run many parameter sets at once, and return their observed values as one array.
 
@@ -66,6 +68,10 @@ class StudiedModel(LoadedModel):
             Whether to use vector registers; otherwise instances are run one by one.
         resume
             Whether to keep what is done if Ctrl-C ends the call, for the next equal one.
+        inputs
+            As for `simulate`, for all runs; or a list with such a mapping for each run. In a list,
+            each input has values of one shape in all runs, and functions are joined by cubic
+            splines. `parameters={}` takes as many runs as the list has mappings.
 
         Returns
         -------
@@ -81,14 +87,18 @@ class StudiedModel(LoadedModel):
         """
         # Loading this would take 6 % of a warm `bgc run`, which has no ensemble.
         from bgc.runtime.running.cases import checked_cases
+        from bgc.runtime.running.driven import driven_runs, numbered
         from bgc.runtime.running.many import plan_many, simulate_many
 
-        cases = checked_cases(parameters, self.parameters)
         options = method_options(rtol, atol, step, max_step, substeps, settle)
         method, notices = method_of(self, solver, options)
         method = method.started(start)
-        times = times_of(self, method, seconds_of(duration), seconds_of(every, "every"), len(cases))
-        plan = plan_many(self, method, cases, times, vectorised)
+        end, interval = seconds_of(duration), seconds_of(every, "every")
+        rows = times_of(self, method, end, interval)
+        model, sets, by_run = driven_runs(self, inputs, parameters, rows)
+        cases = checked_cases(sets, model.parameters)
+        times = times_of(self, method, end, interval, len(cases))
+        plan = plan_many(model, method, numbered(cases) if by_run else cases, times, vectorised)
         return simulate_many(plan, progress, notices, resume)
 
     def sweep(
@@ -114,6 +124,7 @@ class StudiedModel(LoadedModel):
         substeps: int | None = None,
         settle: Quantity | None = None,
         start: Literal["rest", "given"] | None = None,
+        inputs: Inputs | None = None,
     ) -> Ensemble | Study:
         """Run the model over values of its parameters, as `bgc sweep` does.
 
@@ -138,8 +149,8 @@ class StudiedModel(LoadedModel):
             was interrupted or killed goes on from there.
         resume
             As for `simulate_many`.
-        duration, every, solver, rtol, atol, step, max_step, substeps, settle, start
-            As for `simulate`.
+        duration, every, solver, rtol, atol, step, max_step, substeps, settle, start, inputs
+            As for `simulate`; the inputs are those of all runs.
 
         Returns
         -------
@@ -157,6 +168,7 @@ class StudiedModel(LoadedModel):
         """
         # As for `simulate_many`.
         from bgc.runtime.running.batches import rows_at_once
+        from bgc.runtime.running.driven import driven
         from bgc.runtime.studies.sweep import Design, observables_of, sweep
 
         chosen = Design(vary, sample, design, seed, cases)
@@ -168,8 +180,9 @@ class StudiedModel(LoadedModel):
         count = len(next(iter(values.values()), ()))
         at_once = rows_at_once(count) if observables else count
         times = times_of(self, method, seconds_of(duration), seconds_of(every, "every"), at_once)
+        model = driven(self, inputs, times)
         return sweep(
-            self, chosen, method, times, observables, progress=progress, notices=notices,
+            model, chosen, method, times, observables, progress=progress, notices=notices,
             resume=resume, scheduler=scheduler, store=store,
         )  # fmt: skip
 
@@ -192,6 +205,7 @@ class StudiedModel(LoadedModel):
         substeps: int | None = None,
         settle: Quantity | None = None,
         start: Literal["rest", "given"] | None = None,
+        inputs: Inputs | None = None,
     ) -> Estimate:
         """Estimate parameters from a recorded motion, as `bgc fit` does.
 
@@ -220,8 +234,8 @@ class StudiedModel(LoadedModel):
         confidence
             Probability of the intervals. They are those of the linearised problem with independent
             normal noise.
-        solver, rtol, atol, step, max_step, substeps, settle, start
-            As for `simulate`.
+        solver, rtol, atol, step, max_step, substeps, settle, start, inputs
+            As for `simulate`; recorded inputs are pairs of times and values.
 
         Raises
         ------
@@ -229,6 +243,7 @@ class StudiedModel(LoadedModel):
             The data or the bounds are at fault (BG788, BG479), or the run at the start fails.
         """
         # As for `simulate_many`.
+        from bgc.runtime.running.driven import driven
         from bgc.runtime.studies.bounds import read_bounds, read_noise
         from bgc.runtime.studies.fit import FitOptions, fit
         from bgc.runtime.studies.motion import read_motion
@@ -239,7 +254,7 @@ class StudiedModel(LoadedModel):
         bounds = read_bounds(vary, self.parameters)
         known = read_noise(noise or {}, recorded.names, self.outputs)
         return fit(
-            self, method.started(start), recorded, bounds,
+            driven(self, inputs, recorded.time), method.started(start), recorded, bounds,
             FitOptions(loss, known, starts, confidence),
         )  # fmt: skip
 

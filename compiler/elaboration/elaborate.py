@@ -49,6 +49,7 @@ from bgc.elaboration.scenes.scene import Scene, choose_scene
 from bgc.elaboration.scenes.shapes import read_shapes
 from bgc.ir.graph import Bond, DataSource, FlatGraph, Observation, Part
 from bgc.ir.scene import Requirement
+from bgc.options import RUN_NUMBER
 from bgc.resolution.modules import Package
 from bgc.values.units import shown_of, si_text
 
@@ -83,7 +84,8 @@ def elaborate(
         Inputs of models, or components of them, to which a parameter of their name is added, zero
         by default. A name that is not an input is ignored.
     drives
-        Inputs and the expressions that give them, as pairs of texts, in place of the scene's.
+        Inputs and the expressions that give them, as pairs of texts, in place of the scene's. They
+        may use the parameter RUN_NUMBER, which the graph has then.
 
     Raises
     ------
@@ -92,7 +94,8 @@ def elaborate(
     """
     chosen = with_drives(with_uses(choose_scene(package, scene), uses), drives)
     chosen = with_observations(chosen, observe)
-    return _elaborate(package, chosen, overrides, shapes, inputs)
+    numbered = any(RUN_NUMBER in text for _, text in drives)
+    return _elaborate(package, chosen, overrides, shapes, inputs, numbered)
 
 
 def _elaborate(
@@ -101,6 +104,7 @@ def _elaborate(
     overrides: Sequence[tuple[str, str]],
     shapes: bool,
     inputs: Sequence[str],
+    numbered: bool,
 ) -> FlatGraph:
     """Elaborate a chosen scene.
 
@@ -111,6 +115,8 @@ def _elaborate(
     world = World(package, Dag(), report, Edits())
     builder, quantities, bonds = _connect(world, inputs)
     domains, carried = bonds.domains, bonds.carried
+    if numbered:
+        scene.env.locals[RUN_NUMBER] = quantities.run_number(scene.model.syntax.name_span)
 
     for declared in package.root.domains.values():
         with report.collecting():
@@ -120,7 +126,7 @@ def _elaborate(
     root = _root(world, builder, scene)
     changed = without_removed(world, scene) if scene.inherited and not report.errors else None
     if changed is not None:
-        graph = _elaborate(package, changed[0], overrides, shapes, inputs)
+        graph = _elaborate(package, changed[0], overrides, shapes, inputs, numbered)
         return replace(graph, warnings=(*changed[1], *graph.warnings))
     wiring = wire(world, root)
     with _provisional(world, quantities):

@@ -31,12 +31,15 @@ InputValue: TypeAlias = (
 )
 """A constant, a pair of times and values (the first axis is the time), or a function of t in s."""
 
+Inputs: TypeAlias = Mapping[str, InputValue]
+"""Values of inputs by their paths."""
+
 _MOST = 10_000  # values of one component: the components of the longest vector of the language
 _A_LINE = 8  # numbers
 _ROUNDING = 1e-9  # of the duration
 
 
-def drives_of(inputs: Mapping[str, InputValue], rows: Array) -> tuple[tuple[str, str], ...]:
+def drives_of(inputs: Inputs, rows: Array) -> tuple[tuple[str, str], ...]:
     """Write each input as the expression of a `drive` statement.
 
     Pairs are interpolated by straight lines. Functions are called at the times of the `rows`, s,
@@ -50,29 +53,38 @@ def drives_of(inputs: Mapping[str, InputValue], rows: Array) -> tuple[tuple[str,
 
 def _drive(name: str, value: InputValue, rows: Array) -> str:
     if callable(value):
-        _check_times(name, rows, rows[-1])
+        check_times(name, rows, rows[-1])
         return _table(name, rows, [value(float(time)) for time in rows], "pchip")
-    if (pair := _pair(value)) is not None:
-        times, values = pair
-        knots = _times(name, times)
-        _check_times(name, knots, rows[-1])
-        return _table(name, knots, _listed(name, values), "linear")
-    return _nested(_array(name, value), lambda item: _literal(name, item, None))
+    if (pair := pair_of(value)) is not None:
+        knots = times_of_pair(name, pair)
+        check_times(name, knots, rows[-1])
+        return _table(name, knots, _listed(name, pair[1]), "linear")
+    return nested(array_of(name, value), lambda item: literal(name, item, None))
 
 
-def _pair(value: Any) -> tuple[Any, Any] | None:
+def pair_of(value: Any) -> tuple[Any, Any] | None:
     """The tuple of times and values that a value is; None for a vector of two numbers."""
     if not (isinstance(value, tuple) and len(value) == 2 and _as_objects(value[0]).ndim == 1):
         return None
     return value
 
 
-def _times(name: str, times: Any) -> Array:
-    seconds = [in_si(time, f"times of {name}", "s") for time in _listed(name, times)]
+def times_of_pair(name: str, pair: tuple[Any, Any]) -> Array:
+    """The times of a pair, s, not yet checked."""
+    seconds = [in_si(time, f"times of {name}", "s") for time in _listed(name, pair[0])]
     return np.array(seconds, dtype=float)
 
 
-def _check_times(name: str, times: Array, end: float) -> None:
+def values_of_pair(name: str, times: Array, pair: tuple[Any, Any]) -> list[Any]:
+    """The values of a pair; BG264 for another number of them than of times."""
+    values = _listed(name, pair[1])
+    if len(values) != len(times):
+        raise BgError([input_lengths(name, f"{len(times)} times and {len(values)} values")])
+    return values
+
+
+def check_times(name: str, times: Array, end: float) -> None:
+    """Raise BG261 for times that do not rise or are too many, BG262 for a run beyond them."""
     if not 2 <= len(times) <= _MOST:
         raise BgError([input_times(name, f"are {len(times)}")])
     if not np.isfinite(times).all():
@@ -88,31 +100,31 @@ def _check_times(name: str, times: Array, end: float) -> None:
 
 def _table(name: str, times: Array, values: Sequence[Any], method: str) -> str:
     """One `interpolate` for each component of the values, in a list like one of them."""
-    arrays = [_array(name, value) for value in values]
+    arrays = [array_of(name, value) for value in values]
     if len(arrays) != len(times):
         raise BgError([input_lengths(name, f"{len(times)} times and {len(arrays)} values")])
     shapes = dict.fromkeys(array.shape for array in arrays)
     if len(shapes) > 1:
         one, other = list(shapes)[:2]
         raise BgError([input_lengths(name, f"values of the shapes {one} and {other}")])
-    knots = _lines(map(repr, times.tolist()))
+    knots = joined(map(repr, times.tolist()))
     columns = np.empty(arrays[0].shape, dtype=object)
     for place in product(*map(range, columns.shape)):
         pairs = zip(arrays, times.tolist(), strict=True)
-        column = _lines(_literal(name, array[place], time) for array, time in pairs)
+        column = joined(literal(name, array[place], time) for array, time in pairs)
         columns[place] = f"interpolate([{knots}], [{column}], time, method = {method})"
-    return _nested(columns, str)
+    return nested(columns, str)
 
 
-def _nested(array: NDArray[Any], write: Callable[[Any], str]) -> str:
+def nested(array: NDArray[Any], write: Callable[[Any], str]) -> str:
     """Write an array as a list of lists of the language, a scalar as itself."""
     if array.ndim == 0:
         return write(array.item())
-    rows = map(write, array) if array.ndim == 1 else (_nested(row, write) for row in array)
+    rows = map(write, array) if array.ndim == 1 else (nested(row, write) for row in array)
     return f"[{', '.join(rows)}]"
 
 
-def _literal(name: str, item: Any, time: float | None) -> str:
+def literal(name: str, item: Any, time: float | None) -> str:
     """Write an SI number, or a text with a number and a unit, in the language."""
     if isinstance(item, str):
         if read_number(item) is None:
@@ -133,7 +145,7 @@ def _double(item: Any) -> float:
         return math.inf if item > 0 else -math.inf
 
 
-def _lines(items: Iterable[str]) -> str:
+def joined(items: Iterable[str]) -> str:
     """Join numbers by commas, some to a line: lines of the language have a limit."""
     listed = list(items)
     rows = (listed[k : k + _A_LINE] for k in range(0, len(listed), _A_LINE))
@@ -146,7 +158,8 @@ def _listed(name: str, values: Any) -> list[Any]:
     return list(np.asarray(values) if hasattr(values, "__array__") else values)
 
 
-def _array(name: str, value: Any) -> NDArray[Any]:
+def array_of(name: str, value: Any) -> NDArray[Any]:
+    """The array of a value, whose items keep their types; BG260 for another form."""
     array = _as_objects(value)
     if array.dtype == object and array.ndim == 0 and not isinstance(value, (str, Real)):
         raise BgError([input_form(name, type(value).__name__)])

@@ -23,7 +23,7 @@ import numpy as np
 from bgc.diagnostics.catalogue.accuracy import samples_over_budget
 from bgc.diagnostics.catalogue.ensembles import source_changed
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
-from bgc.options import Options
+from bgc.options import RUN_NUMBER, Options
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.results.ensemble import Ensemble, EnsembleInterrupted
 from bgc.runtime.results.observables import Observable, Reducer, check_parts
@@ -99,8 +99,9 @@ def plan_many(
     check_parts(observables, times)
     method = method.with_capped_step(times, model.facts.timed)
     alone = why_alone(model, method, len(cases), vectorised)
-    varied = tuple(cases.varied(model.parameters.given({})))
-    return Plan(model, method, cases, times, alone, varied, observables)
+    varied = cases.varied(model.parameters.given({}))
+    varied = [name for name in varied if name != RUN_NUMBER]
+    return Plan(model, method, cases, times, alone, tuple(varied), observables)
 
 
 def simulate_many(

@@ -12,6 +12,7 @@ from bgc.diagnostics.catalogue.view import parameter_not_applied
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
+from bgc.runtime.running.changes import change_parameters
 from bgc.runtime.running.devices import NO_CHOICES, Choices
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
@@ -135,17 +136,7 @@ class LiveRun:
     def _change(self, instance: Instance, values: Mapping[str, float]) -> None:
         """Set parameters in the middle of a run: reset at its time, then restore its state."""
         saved = instance.save()
-        state = instance.state_at(self.time)
-        time = self.time
-        if not np.isfinite(state).all():
-            state, time = instance.state.copy(), instance.time
-        inputs = instance.input.copy()
-        self.model.parameters.set_in(instance, values)
-        status = instance.reset(time)
-        if status is Status.OK:
-            instance.state[:] = state
-            instance.input[:] = inputs
-            status = instance.restart()
+        status = change_parameters(self.model, instance, self.time, values)
         if status is not Status.OK:
             reason = self.model.explain(instance, status)
             instance.restore(saved)

@@ -1,8 +1,10 @@
-"""BG260-BG264: values of inputs from a program, `simulate(inputs={..})`."""
+"""BG260-BG264, BG560-BG564: values of inputs from a program, `simulate(inputs={..})`."""
 
 from __future__ import annotations
 
-from bgc.diagnostics.catalogue import error, with_article
+from collections.abc import Iterable
+
+from bgc.diagnostics.catalogue import did_you_mean, error, with_article
 from bgc.diagnostics.diagnostic import Diagnostic
 
 _FORMS = "a value, a pair `(times, values)`, or a function of the time in s"
@@ -104,4 +106,106 @@ def input_lengths(name: str, found: str) -> Diagnostic:
         f"the input `{name}` has {found}",
         help="give one value of the same shape for each time; the first axis of the values is the "
         "time",
+    )
+
+
+def uneven_inputs(problem: str) -> Diagnostic:
+    """BG560: inputs that do not fit the runs
+
+    What: `simulate_many(parameters, inputs=[..])` has another number of sets of inputs than of
+    runs, or the sets differ in their inputs or in the shapes of their values.
+
+    Why: a list has one set of inputs for each run, in the order of the parameter sets. All runs
+    are of one compiled model, in which the same inputs are driven.
+
+    Example: `model.simulate_many({"mass": [1, 2, 3]}, inputs=[{"road": 0}, {"road": 0.1}])`
+
+    Way out: give as many sets as there are runs, each with all inputs; or one set, which is then
+    that of all runs: `inputs={"road": 0.1}`.
+    """
+    return error(
+        "BG560",
+        f"the inputs do not fit the runs: {problem}",
+        help="give one set of inputs for all runs, or one for each, with the same names and shapes",
+    )
+
+
+def mixed_inputs(name: str) -> Diagnostic:
+    """BG561: functions and pairs for one input
+
+    What: in `simulate_many(parameters, inputs=[..])`, an input is a function of the time in one
+    run, and a pair of times and values in another.
+
+    Why: functions are joined by smooth curves between the rows, pairs by straight lines between
+    their times. One table for all runs cannot do both.
+
+    Example: `inputs=[{"road": lambda t: 0.1*t}, {"road": ([0, 1], [0, 0.1])}]`
+
+    Way out: give pairs in all runs, `(times, [f(t) for t in times])`, or functions in all runs. A
+    constant goes with either.
+    """
+    return error(
+        "BG561",
+        f"the input `{name}` is a function in one run and a pair in another",
+        help="give pairs in all runs, or functions in all runs",
+    )
+
+
+def too_many_inputs(name: str, times: int, runs: int) -> Diagnostic:
+    """BG562: too many values of an input of each run
+
+    What: the times of an input, all runs together, times the number of runs are more than 10,000.
+
+    Why: the values of all runs are compiled into one table over the time and the run, which would
+    take long for more.
+
+    Example: 100 runs, each with a function of the time and rows at 1,001 times.
+
+    Way out: give the runs the same times, and fewer; ask for fewer rows (`every`) where inputs are
+    functions; or run parts of the ensemble one after the other.
+    """
+    return error(
+        "BG562",
+        f"the input `{name}` has {times:,} times in {runs:,} runs: {times * runs:,} values",
+        help="10,000 are allowed: give fewer times, the same in all runs, or run it in parts",
+    )
+
+
+def function_in_steps(name: str) -> Diagnostic:
+    """BG563: a function as the input of a run in steps
+
+    What: `model.step(inputs={..})` is given a function of the time.
+
+    Why: a function is sampled at the rows of a run, and a run in steps has none.
+
+    Example: `model.step(inputs={"road": lambda t: 0.1*t})`
+
+    Way out: give the value of each piece, `run.advance("10 ms", inputs={"road": 0.1*run.time})`,
+    which is held; or a pair `(times, values)`, which is joined by straight lines.
+    """
+    return error(
+        "BG563",
+        f"the input `{name}` of a run in steps is a function",
+        help="give its value with each `advance(.., inputs={..})`, or a pair `(times, values)`",
+    )
+
+
+def not_an_open_input(name: str, known: Iterable[str]) -> Diagnostic:
+    """BG564: an input that the run in steps has not opened
+
+    What: `run.advance(.., inputs={..})` names something else than the inputs that
+    `model.step(inputs={..})` gave a value.
+
+    Why: the model is compiled with the inputs that can change between two pieces. An input that is
+    given as a pair follows its straight lines.
+
+    Example: `model.step(inputs={"road": 0})`, then `run.advance("1 s", inputs={"wind": 1})`
+
+    Way out: `model.step(inputs={"road": 0, "wind": 0})`.
+    """
+    found = list(known)
+    return error(
+        "BG564",
+        f"`{name}` is not an input with a value in this run",
+        help=did_you_mean(name, found) or f"begin with `model.step(inputs={{{name!r}: 0}})`",
     )

@@ -16,8 +16,9 @@ from bgc.elaboration.instances.components import component_name, indices
 from bgc.elaboration.instances.tree import Environment, Quantity
 from bgc.elaboration.instances.world import World
 from bgc.ir.graph import Parameter
+from bgc.options import RUN_NUMBER
 from bgc.values.shown import Shown
-from bgc.values.units import Dimension, shown_of, si_text
+from bgc.values.units import DIMENSIONLESS, Dimension, shown_of, si_text
 from bgc.values.value import Value
 
 _COMPONENT = re.compile(r"\[[\d, ]+\]$")
@@ -121,6 +122,13 @@ class Numbering:
             self._variations[quantity] = nodes
         pairs = zip(value.nodes, self._variations[quantity], strict=True)
         return Value(value.shape, tuple(self._world.dag.add(*pair) for pair in pairs), value.units)
+
+    def run_number(self, span: Span) -> Value:
+        """Add the parameter by which a drive distinguishes the runs of an ensemble."""
+        index = len(self.parameters)
+        one = self._world.dag.one
+        self.parameters.append(Parameter(index, RUN_NUMBER, "1", one, None, None, span))
+        return Value.scalar(self._world.dag.symbol(Kind.PARAM, index), DIMENSIONLESS)
 
     def _is_own(self, env: Environment) -> bool:
         """Return whether the scene's own model or file declares a value."""

@@ -58,6 +58,7 @@ class Quantities:
         self._numbering = Numbering(world, varied)
         self.parameters = self._numbering.parameters
         self.ungiven = self._numbering.ungiven
+        self.run_number = self._numbering.run_number
         self.states: list[Quantity] = []
         self.unknowns: list[Quantity] = []
         self.held: list[Quantity] = []

@@ -69,8 +69,8 @@ def read_observed(
             _add_columns(columns, labels, item.span)
             del refused[named]
             if account is not None and account != CREATED:
-                unit = item.unit or "J"
-                accounts.append(AccountColumn(account, labels[0], unit, float(factor)))
+                written = item.unit or "J"
+                accounts.append(AccountColumn(account, labels[0], written, float(factor)))
                 continue
             for label, node, unit in zip(labels, value.nodes, value.units, strict=True):
                 if item.unit is None:
