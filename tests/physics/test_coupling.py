@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from bgc.runtime.running.simulate import SimulationError
+
 
 @pytest.mark.parametrize("damping", [0.0, 0.2, 5.0])
 def test_a_stop_pushes_and_never_pulls(load, damping):
@@ -49,6 +51,19 @@ def test_a_stiff_follower_has_the_frequency_of_its_belt(load):
     stretch = result["second"] - (-0.5 * result["first"] + 0.7)
     np.testing.assert_allclose(result["stretch"], stretch, atol=1e-8)
     assert np.abs(result["energy.residual"]).max() < 1e-5
+
+
+def test_an_offset_is_where_the_coordinates_settle_or_start(load):
+    """The belt comes to rest at ratio*leader + offset; the ideal coupling has to start there."""
+    result = load("coupling", "offset_belt").simulate(rtol=1e-8)
+    beyond = result["second"] - (-0.5 * result["first"] + 0.5)
+    np.testing.assert_allclose(result["stretch"], beyond, atol=1e-7)
+    # The leader is driven by 10 N m: what is left is the stretch that turns the follower.
+    driven = -0.5 * 10 / (2 + 0.25 * 3) * 3 / 400
+    assert beyond[0] == pytest.approx(0.2) and beyond[-1] == pytest.approx(-driven, rel=1e-3)
+    assert len(load("coupling", "right_offset").simulate("0.1 s").time)
+    with pytest.raises(SimulationError, match="has to start at ratio"):
+        load("coupling", "wrong_offset").simulate("0.1 s")
 
 
 @pytest.mark.parametrize("backward", [False, True])
