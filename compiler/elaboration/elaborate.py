@@ -32,6 +32,7 @@ from bgc.elaboration.laws.ports import read_ports
 from bgc.elaboration.laws.sampled import read_sampled, refuse_held_early
 from bgc.elaboration.laws.statements import (
     collect_assignments,
+    collect_definitions,
     evaluate_parameters,
     evaluate_values,
     read_statements,
@@ -134,6 +135,7 @@ def _elaborate(
         check_edits(world, scene, [slot.path for slot in builder.slots])
         check_overrides(world, scene, overrides)
     bonds_are_sound = not report.errors
+    collect_definitions(world, wiring)
     evaluate_parameters(world, wiring)
     if bonds_are_sound:
         report.set_aside()  # report an invalid value and an invalid width together

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.source import Span
 from bgc.values.arithmetic import failure
-from bgc.values.value import Value, describe_shape
+from bgc.values.value import Shape, Value, describe_shape
 
 _AXES = ("x", "y", "z")
 
@@ -22,6 +22,11 @@ class Selection:
     span: Span
 
 
+def axis_of(name: str) -> int:
+    """The place of component `x`, `y` or `z`, from 1; 0 for another name."""
+    return _AXES.index(name) + 1 if name in _AXES else 0
+
+
 def member(value: Value, name: str, span: Span) -> Value:
     """Component `.x`, `.y` or `.z` of a vector."""
     if name in _AXES and len(value.shape) == 1 and len(value.nodes) > _AXES.index(name):
@@ -29,18 +34,24 @@ def member(value: Value, name: str, span: Span) -> Value:
     raise failure(shape_messages.no_component(span, name, describe_shape(value.shape)))
 
 
-def select(value: Value, selections: tuple[Selection, ...], span: Span) -> Value:
-    """Select components of a vector or matrix; a single index removes its dimension."""
-    if len(selections) != len(value.shape):
-        shape = describe_shape(value.shape)
+def check_selection(shape: Shape, selections: tuple[Selection, ...], span: Span) -> None:
+    """Refuse indices that a value of this shape does not have."""
+    described = describe_shape(shape)
+    if len(selections) != len(shape):
         raise failure(
-            shape_messages.wrong_index_count(span, shape, len(value.shape), len(selections))
+            shape_messages.wrong_index_count(span, described, len(shape), len(selections))
         )
-    for selection, size in zip(selections, value.shape, strict=True):
+    for selection, size in zip(selections, shape, strict=True):
         for place in (selection.first, selection.last):
             if not 1 <= place <= size:
-                shape = describe_shape(value.shape)
-                raise failure(shape_messages.index_out_of_range(selection.span, place, size, shape))
+                raise failure(
+                    shape_messages.index_out_of_range(selection.span, place, size, described)
+                )
+
+
+def select(value: Value, selections: tuple[Selection, ...], span: Span) -> Value:
+    """Select components of a vector or matrix; a single index removes its dimension."""
+    check_selection(value.shape, selections, span)
     places = [0]
     for selection, size in zip(selections, value.shape, strict=True):
         chosen = range(selection.first - 1, selection.last)

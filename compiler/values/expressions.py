@@ -33,7 +33,7 @@ from bgc.values.constants import (
 from bgc.values.data import Column, Table
 from bgc.values.interpolation import interpolate, known, read_options
 from bgc.values.jacobians import Jacobian
-from bgc.values.scope import FunctionUse, Namespace, Scope
+from bgc.values.scope import ByComponent, FunctionUse, Namespace, Scope
 from bgc.values.units import (
     DIMENSIONLESS,
     Written,
@@ -113,6 +113,9 @@ class _FunctionScope:
     def is_value(self, name: str) -> bool:
         return name in self.arguments or self.outer.is_value(name)
 
+    def component_of(self, name: str) -> ByComponent | None:
+        return None if name in self.arguments else self.outer.component_of(name)
+
     def function(self, name: str) -> FunctionUse | None:
         return self.outer.function(name)
 
@@ -162,17 +165,42 @@ class _Evaluator:
             case syntax.Name():
                 return self.name(expr)
             case syntax.Member(base, name, span):
+                if isinstance(base, syntax.Name) and (axis := components.axis_of(name)):
+                    by_part = self.scope.component_of(base.name)
+                    if by_part is not None and len(by_part.shape) == 1 <= axis <= by_part.shape[0]:
+                        return by_part.evaluate((axis,))
                 found = self.path(base, depth)
                 if isinstance(found, Value):
                     end = Span(span.source, span.end - len(name), span.end)
                     return components.member(found, name, end)
                 return found.member(name, span)
             case syntax.Index(base, indices, span):
+                if (part := self.component(base, indices, span, depth)) is not None:
+                    return part
                 return self.index(self.path(base, depth), indices, span, depth)
             case syntax.Call("data") if self.scope.function("data") is None:
                 return self.data(expr)
             case _:
                 return self.value(expr, depth)
+
+    def component(
+        self,
+        base: syntax.Expr,
+        at: Sequence[syntax.Expr | syntax.Range],
+        span: Span,
+        depth: int,
+    ) -> Value | None:
+        """A component of a value that is assigned by component; None to take it from the whole."""
+        if not isinstance(base, syntax.Name) or isinstance(at[0], syntax.Text):
+            return None
+        part = self.scope.component_of(base.name)
+        if part is None:
+            return None
+        chosen = tuple([self.selection(index, depth + 2) for index in at])
+        components.check_selection(part.shape, chosen, span)
+        if not all(selection.single for selection in chosen):
+            return None
+        return part.evaluate(tuple(selection.first for selection in chosen))
 
     def value(self, expr: syntax.Expr, depth: int) -> Value:
         if depth > _MAX_NESTING:

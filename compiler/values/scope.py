@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Mapping
+from collections.abc import Callable, Collection, Hashable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Protocol
 
 from bgc.diagnostics.source import Span
 from bgc.grammar import syntax
-from bgc.values.value import Value
+from bgc.values.value import Shape, Value
 
 
 class Namespace(Protocol):
@@ -41,6 +41,14 @@ class FunctionUse:
     scope: Scope
 
 
+@dataclass(frozen=True, slots=True)
+class ByComponent:
+    """A value that is assigned component by component: `evaluate` evaluates one by itself."""
+
+    shape: Shape
+    evaluate: Callable[[tuple[int, ...]], Value]
+
+
 class Scope(Protocol):
     """The names that an expression sees."""
 
@@ -58,6 +66,10 @@ class Scope(Protocol):
 
     def is_value(self, name: str) -> bool:
         """Test whether the name is visible and denotes a value, not a part or port."""
+        ...
+
+    def component_of(self, name: str) -> ByComponent | None:
+        """The components of a value that is assigned by component and not yet known."""
         ...
 
     def function(self, name: str) -> FunctionUse | None:

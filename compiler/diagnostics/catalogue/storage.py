@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bgc.diagnostics.catalogue import error, listed
-from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.diagnostic import Diagnostic, Label
 from bgc.diagnostics.source import Span
 
 
@@ -130,6 +130,8 @@ def initial_conflict(span: Span, name: str, variable: str, others: Sequence[str]
     Example: two masses on one `J1` with different `f0`.
     Way out: give only one of them. A zero that is only the default of a part's parameter or input
     (such as `twist0` of a library body) gives way without an error; `bgc causality` shows it.
+    Beside a source: make the parameters of both agree at the start, or bond a resistor between the
+    two, across which they may differ: a `Throttle` between a `Reservoir` and a `LumpedLine`.
     """
     against = f"the initial values of {listed(others)}" if others else "what drives or holds it"
     return error(
@@ -137,6 +139,22 @@ def initial_conflict(span: Span, name: str, variable: str, others: Sequence[str]
         f"`{variable}` of `{name}` contradicts {against}",
         span,
         help="give only one of them; the other follows",
+    )
+
+
+def initial_against_source(
+    span: Span, name: str, variable: str, source: str, place: Span, parameters: Sequence[str]
+) -> Diagnostic:
+    """Make BG516 for an initial value that a source contradicts; see `initial_conflict`."""
+    what = "effort" if variable in ("q0", "e0") else "flow"
+    by = f" by {listed(parameters, 4)}" if parameters else ""
+    return error(
+        "BG516",
+        f"`{variable}` of `{name}` contradicts the source `{source}`, which gives its {what}",
+        span,
+        labels=[Label(place, f"gives the {what} of `{name}`, with nothing between them")],
+        help=f"make the two agree at the start{by}, or bond a resistor between them, across which "
+        "they may differ",
     )
 
 

@@ -22,7 +22,7 @@ from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.resolution.modules import Declared
 from bgc.values.expressions import evaluate
-from bgc.values.scope import FunctionUse, Namespace
+from bgc.values.scope import ByComponent, FunctionUse, Namespace
 from bgc.values.units import Dimension, Written, describe_dimension, parse_unit
 from bgc.values.value import Value
 
@@ -138,6 +138,9 @@ class _ClosedScope:
 
     def is_value(self, name: str) -> bool:
         return False
+
+    def component_of(self, name: str) -> ByComponent | None:
+        return None
 
     def function(self, name: str) -> FunctionUse | None:
         declared = self.env.module.functions.get(name)

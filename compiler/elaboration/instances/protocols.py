@@ -22,7 +22,7 @@ from bgc.elaboration.instances.tree import (
 from bgc.grammar import syntax
 from bgc.ir.graph import Parameter
 from bgc.resolution.modules import Declared
-from bgc.values.scope import Namespace
+from bgc.values.scope import ByComponent, Namespace
 from bgc.values.value import Shape, Value
 
 
@@ -57,6 +57,9 @@ class Evaluates(Protocol):
 
     def value(self, quantity: Quantity, span: Span) -> Value:
         """The value of a quantity; BgError if it has none."""
+
+    def by_component(self, quantity: Quantity) -> ByComponent | None:
+        """The components of a value that is assigned by component and not yet known."""
 
     def assuming(self, values: Mapping[Quantity, Value]) -> AbstractContextManager[None]:
         """Evaluate with other values of quantities, and of all that they define."""

@@ -16,6 +16,7 @@ from bgc.diagnostics.catalogue import shapes as shape_messages
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.diagnostics.report import already_reported
 from bgc.diagnostics.source import Span
+from bgc.elaboration.instances.assigned import AssignedComponents, defined_by_themselves
 from bgc.elaboration.instances.assumptions import Assumed, Assumption
 from bgc.elaboration.instances.checks import (
     check_units,
@@ -24,7 +25,7 @@ from bgc.elaboration.instances.checks import (
     level_of,
     require_level,
 )
-from bgc.elaboration.instances.components import component_name, indices
+from bgc.elaboration.instances.components import indices
 from bgc.elaboration.instances.defaults import Defaults
 from bgc.elaboration.instances.limits import MAX_WIDTH
 from bgc.elaboration.instances.notes import note
@@ -35,7 +36,7 @@ from bgc.elaboration.instances.world import World
 from bgc.grammar import syntax
 from bgc.resolution.modules import Declared
 from bgc.values.data import MOST_NODES, Column, Table, may_be_data
-from bgc.values.scope import Namespace
+from bgc.values.scope import ByComponent, Namespace
 from bgc.values.units import (
     Dimension,
     Written,
@@ -71,6 +72,7 @@ class Quantities:
         self._provisional: dict[Quantity, Value] = {}
         self._assumptions: dict[tuple[tuple[Quantity, tuple[int, ...]], ...], Assumption] = {}
         self._assumed: Assumption | None = None
+        self._assigned = AssignedComponents(self)
 
     # --- reading --------------------------------------------------------------------
 
@@ -125,14 +127,28 @@ class Quantities:
             raise already_reported()
         if quantity.status is Status.OPEN:
             under_way = self.world.demands.under_way
-            demands = under_way[under_way.index(quantity) :]
-            raise BgError([_defined_by_itself([d for d in demands if isinstance(d, Quantity)])])
+            raise BgError([defined_by_themselves(under_way[under_way.index(quantity) :])])
         return self.world.demands.meet(quantity, partial(self._compute, quantity))
+
+    def by_component(self, quantity: Quantity) -> ByComponent | None:
+        """The components of a value that is assigned by component and not yet known.
+
+        Each is evaluated by itself, so that they may depend on each other.
+        """
+        if quantity.kind not in {"output", "signal"} or quantity.declaration.value is not None:
+            return None
+        if self._assumed is not None:
+            if quantity in self._assumed.given:
+                return None
+        elif quantity.value is not None or quantity in self._provisional:
+            return None
+        return self._assigned.by_component(quantity, self._assumed)
 
     def forget_provisional(self) -> None:
         """Discard values that contain placeholders for variables of bonds."""
         self._provisional.clear()
         self._assumptions.clear()
+        self._assigned.forget()
 
     @contextmanager
     def assuming(self, values: Mapping[Quantity, Value]) -> Iterator[None]:
@@ -232,7 +248,7 @@ class Quantities:
             case "unknown":
                 return self._symbols(quantity, Kind.UNKNOWN)
             case "output" | "signal" if declaration.value is None:
-                return self._assigned(quantity)
+                return self._from_assignments(quantity)
             case "input" if self._numbering.varies(quantity):
                 return self._numbering.with_variation(quantity, self._given(quantity))
             case _:
@@ -297,7 +313,7 @@ class Quantities:
             nodes[position] = component.nodes[0]
         return Value(value.shape, tuple(nodes), tuple(units))
 
-    def _assigned(self, quantity: Quantity) -> Value:
+    def _from_assignments(self, quantity: Quantity) -> Value:
         """Evaluate an output or signal from its assignments, whole or component by component."""
         declaration = quantity.declaration
         statements = self.definitions.get(quantity, [])
@@ -307,40 +323,13 @@ class Quantities:
             )
         whole = [(s, e) for s, e in statements if not isinstance(s.target, syntax.Index)]
         if not whole:
-            return self._assigned_by_component(quantity, statements)
+            return self._assigned.whole(quantity, statements, self._assumed)
         if len(statements) > 1:
             (first, _), (second, _) = statements[:2]
             raise BgError([names.given_twice(second.span, declaration.name, first.span)])
         statement, env = whole[0]
         value = self.world.evaluate(statement.value, env)
         return self.fit(quantity, value, statement.value.span)
-
-    def _assigned_by_component(
-        self, quantity: Quantity, statements: Sequence[tuple[syntax.Assign, Environment]]
-    ) -> Value:
-        """Assemble a value from assignments such as `x[1] = ..`, one for each component."""
-        declaration = quantity.declaration
-        shape = self.declared_shape(quantity) or ()
-        found: dict[tuple[int, ...], Value] = {}
-        for statement, env in statements:
-            index = self.component_index(statement.target, env, shape, quantity.path)
-            if index in found:
-                raise BgError([names.given_twice(statement.span, declaration.name, statement.span)])
-            value = self.world.evaluate(statement.value, env)
-            unit = self.declared_unit(quantity)
-            check_value(value, (), unit, statement.value.span, f"`{declaration.name}`")
-            found[index] = value
-        missing = [i for i in indices(shape) if i not in found]
-        if missing:
-            label = component_name(declaration.name, missing[0])
-            raise BgError([names.no_value(declaration.name_span, label, declaration.kind, None)])
-        ordered = [found[i] for i in indices(shape)]
-        unit = self.declared_unit(quantity)
-        return Value(
-            shape,
-            tuple(v.nodes[0] for v in ordered),
-            tuple(unit if unit is not None else v.units[0] for v in ordered),
-        )
 
     def component_index(
         self, target: syntax.Expr, env: Environment, shape: Shape, name: str
@@ -423,14 +412,6 @@ class Quantities:
         value = fit_shape(self.world.dag, value, shape, span, what)
         check_units(value, unit, span, what)
         return value.with_unit(unit) if unit is not None else value
-
-
-def _defined_by_itself(cycle: list[Quantity]) -> Diagnostic:
-    """Report a cyclic definition at its first declaration, wherever the evaluation entered it."""
-    spans = [quantity.declaration.name_span for quantity in cycle]
-    first = min(range(len(cycle)), key=lambda k: (spans[k].source.name, spans[k].start))
-    paths = [quantity.path for quantity in (*cycle[first:], *cycle[: first + 1])]
-    return names.defined_by_itself(spans[first], paths)
 
 
 def dimension_of(text: str, span: Span) -> Dimension:

@@ -25,7 +25,7 @@ from bgc.elaboration.instances.tree import (
 from bgc.grammar import syntax
 from bgc.language.sampled_port import READ
 from bgc.resolution.modules import Declared, Module
-from bgc.values.scope import FunctionUse, Namespace
+from bgc.values.scope import ByComponent, FunctionUse, Namespace
 from bgc.values.value import Value
 
 
@@ -78,6 +78,13 @@ class Names:
         if name in self.extra or name in self.env.locals:
             return True
         return isinstance(find_member(self.env, name), Quantity | Declared)
+
+    def component_of(self, name: str) -> ByComponent | None:
+        """The components of a value of that name that is assigned by component."""
+        if name in self.extra:
+            return None
+        member = find_member(self.env, name)
+        return self.world.quantities.by_component(member) if isinstance(member, Quantity) else None
 
     def function(self, name: str) -> FunctionUse | None:
         """A function visible in the file, with the scope of the file that declares it."""

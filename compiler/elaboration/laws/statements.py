@@ -45,8 +45,28 @@ class Statements:
     jumps: tuple[Jump, ...]
 
 
+def collect_definitions(world: World, wiring: Wiring) -> None:
+    """Register each assignment with the output or signal that it defines, without evaluation."""
+    for instance in wiring.instances:
+        for statement, env in instance.assigns:
+            if (member := _defined(statement, env)) is not None:
+                world.quantities.definitions.setdefault(member, []).append((statement, env))
+
+
+def _defined(statement: syntax.Assign, env: Environment) -> Quantity | None:
+    """The output or signal of the same model that an assignment defines."""
+    match statement.target:
+        case syntax.Name(name=name) | syntax.Index(base=syntax.Name(name=name)):
+            member = find_member(env, name)
+        case _:
+            return None
+    if not isinstance(member, Quantity) or member.kind not in {"output", "signal"}:
+        return None
+    return member if member.declaration.value is None else None
+
+
 def collect_assignments(world: World, wiring: Wiring, domains: Domains, carried: Carried) -> None:
-    """Register each assignment with the output or port signal it defines, without evaluation."""
+    """Register each assignment to a signal of a port, without evaluation; refuse wrong targets."""
     carried.owners = wiring.owners
     for instance in wiring.instances:
         for statement, env in instance.assigns:
@@ -77,15 +97,9 @@ def _collect_assignment(
                     [graph.unknown_port_member(target.span, f"port `{port_name}`", signal, have)]
                 )
         case syntax.Name(name=name) | syntax.Index(base=syntax.Name(name=name)):
-            member = find_member(env, name)
-            if (
-                isinstance(member, Quantity)
-                and member.kind in {"output", "signal"}
-                and member.declaration.value is None
-            ):
-                world.quantities.definitions.setdefault(member, []).append((statement, env))
+            if _defined(statement, env) is not None:
                 return
-            if member is None:
+            if find_member(env, name) is None:
                 seen = [*env.locals, *instance.members]
                 raise BgError([names.unknown_name(target.span, name, seen)])
         case _:

@@ -48,7 +48,7 @@ def with_start(program: Program, problem: Problem | None, variables: Variables) 
     """
     if problem is None:
         return program
-    search = _Search(program, problem)
+    search = _Search(program, problem, variables)
     chosen = search.choose(variables.ignored_defaults)
     return search.started(chosen)
 
@@ -141,8 +141,8 @@ class _Condition:
 class _Search:
     """The conditions in START symbols: first the free states, then the unknowns of loops."""
 
-    def __init__(self, program: Program, problem: Problem) -> None:
-        self._program, self._dag = program, program.dag
+    def __init__(self, program: Program, problem: Problem, variables: Variables) -> None:
+        self._program, self._dag, self._variables = program, program.dag, variables
         dag = program.dag
         residuals = {
             dag.symbol(Kind.STATE, k): state.derivative
@@ -246,7 +246,7 @@ class _Search:
                 return BgError(
                     [storage_messages.initial_out_of_reach(one.initial.span, one.name, variable)]
                 )
-            return contradiction(one, others)
+            return contradiction(self._variables, one, others)
         raise AssertionError("the conditions hold when they are inserted one at a time")
 
     # --- the system ---------------------------------------------------------------------------

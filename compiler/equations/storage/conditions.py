@@ -16,6 +16,7 @@ from bgc.algebra.dag import Level
 from bgc.algebra.solving import SingularSystemError, solve_general
 from bgc.diagnostics.catalogue import storage as storage_messages
 from bgc.diagnostics.diagnostic import BgError
+from bgc.equations.storage.opposing import opposing_source, parameters_behind
 from bgc.equations.variables.variables import Variables
 from bgc.ir.graph import Initial, Node
 
@@ -71,7 +72,7 @@ def independent_conditions(
     given = zip(conditions, numbers[len(balances) :], strict=True)
     for group in in_order(given):
         found = system.copy()
-        answers = [(condition, found.insert(row)) for condition, row in group]
+        answers = [(condition, found.insert(row, condition)) for condition, row in group]
         condition = next((c for c, answer in answers if answer is Answer.CONTRADICTS), None)
         if condition is None:
             system = found
@@ -79,7 +80,7 @@ def independent_conditions(
         elif condition.is_default:
             variables.ignored_defaults.append(condition.name)
         else:
-            raise contradiction(condition, chosen)
+            raise contradiction(variables, condition, [c for c in chosen if c in found.behind])
     return chosen
 
 
@@ -113,7 +114,9 @@ class System:
     """Linear equations in numbers, each reduced by those before it."""
 
     def __init__(self) -> None:
-        self._reduced: list[tuple[int, list[float]]] = []  # pivot, row with its value
+        # Pivot, row with its value, and the conditions of which it is made.
+        self._reduced: list[tuple[int, list[float], list[Condition]]] = []
+        self.behind: list[Condition] = []  # of the row that contradicted the others last
 
     def copy(self) -> System:
         """A system with the same equations that grows on its own."""
@@ -121,26 +124,43 @@ class System:
         other._reduced = self._reduced[:]
         return other
 
-    def insert(self, row: list[float]) -> Answer:
+    def insert(self, row: list[float], condition: Condition | None = None) -> Answer:
         """Insert coefficients followed by their value, if they are independent."""
         size, value = max(map(abs, row[:-1]), default=0.0), row[-1]
-        for pivot, other in self._reduced:
+        behind = [] if condition is None else [condition]
+        for pivot, other, made_of in self._reduced:
             factor = row[pivot] / other[pivot]
+            if factor:
+                behind += made_of
             row = [x - factor * y for x, y in zip(row, other, strict=True)]
         pivot = max(range(len(row) - 1), key=lambda j: abs(row[j]), default=-1)
         if pivot >= 0 and abs(row[pivot]) > NEGLIGIBLE * size:
-            self._reduced.append((pivot, row))
+            self._reduced.append((pivot, row, behind))
             return Answer.ADDS
         if abs(row[-1]) > NEGLIGIBLE * max(1.0, abs(value)):
+            self.behind = behind
             return Answer.CONTRADICTS
         return Answer.FOLLOWS
 
 
-def contradiction(condition: Condition, others: Sequence[Condition]) -> BgError:
-    """The error for a value that does not agree with others."""
+def contradiction(
+    variables: Variables, condition: Condition, others: Sequence[Condition]
+) -> BgError:
+    """The error for a value that does not agree with others, or with a source."""
     names = list(dict.fromkeys(other.name for other in others))
     assert condition.initial is not None, "what nothing was said about contradicts nothing"
     variable, span = f"{condition.initial.variable}0", condition.initial.span
+    graph, initial = variables.causal.graph, condition.initial
+    source = None if names else opposing_source(graph, condition.name, initial.variable)
+    if source is not None:
+        behind = parameters_behind(graph, initial, source)
+        return BgError(
+            [
+                storage_messages.initial_against_source(
+                    span, condition.name, variable, source.name, source.span, behind
+                )
+            ]
+        )
     return BgError([storage_messages.initial_conflict(span, condition.name, variable, names)])
 
 
