@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from types import MappingProxyType
 from typing import Any, Literal, TypeAlias, get_args
 
 from bgc.building.build import Unit, build_shared_object, driver_names, lane_runtime_units
-from bgc.building.built import Built, RunFacts, run_facts, shapes_text, shown_names
+from bgc.building.built import Built, Place, RunFacts, run_facts, shapes_text, shown_names
 from bgc.building.cache import Cache, digest_of, open_cache
 from bgc.building.preview import previewed
 from bgc.building.recall import remember
@@ -42,6 +42,7 @@ from bgc.resolution.modules import Package
 from bgc.resolution.resolve import load
 from bgc.slicing.divisors import with_divisor_checks
 from bgc.slicing.fold import Folding, fold_parameters
+from bgc.slicing.port_facts import force_facts, port_facts
 from bgc.slicing.slice import slice_program
 
 Stage: TypeAlias = Literal[
@@ -216,11 +217,14 @@ def _stages(
         shown_names(equations),
         tuple(k for k, state in enumerate(optimised.states) if state.kind == "momentum"),
         shapes_text(graph.shapes) if options.shapes else "",
-        tuple(port.name for port in graph.ports),
+        port_facts(optimised, graph.ports),
+        force_facts(optimised, graph.ports, graph.slots),
         tuple((slot.path, slot.filled_by) for slot in graph.slots),
     )
     cache = open_cache()
     built = build_model(emitted, facts, options, warnings, cache)
+    ports = tuple(Place(port.span) for port in graph.ports)
+    built = replace(built, places=replace(built.places, ports=ports))
     if prepare is None and given is None:
         data = [(file.path, file.digest) for file in graph.data]
         remember(cache, path, options, package.sources, built, data)

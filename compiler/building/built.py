@@ -15,6 +15,7 @@ from bgc.values.shown import ShownRow
 
 if TYPE_CHECKING:  # a warm start does not import the compiler's own modules
     from bgc.ir.graph import Observation, Parameter
+    from bgc.ir.port_facts import ForceFacts, PortFacts
     from bgc.ir.program import Program, ProgramState
     from bgc.ir.scene import Requirement, SceneFacts
     from bgc.ir.shapes import ShapeUse
@@ -59,8 +60,8 @@ class RunFacts:
     given. `momenta` are the indices of the states that are momenta. `shapes` is the JSON text of
     the recorded shapes, empty where none are recorded. `overrun` is the policy of a loop in real
     time that is late, None where the scene gives none. `criteria` are limits of columns, as
-    `bgc operability` reads them. `ports` are the paths of the sampled ports, `slots` the paths of
-    the slots with the models in them.
+    `bgc operability` reads them. `ports` are the sampled ports, `forces` what makes the force on
+    each device, `slots` the paths of the slots with the models in them.
     """
 
     scene: str
@@ -88,7 +89,8 @@ class RunFacts:
     shapes: str = ""
     overrun: str | None = None
     criteria: tuple[str, ...] = ()
-    ports: tuple[str, ...] = ()
+    ports: tuple[PortFacts, ...] = ()
+    forces: tuple[ForceFacts, ...] = ()
     slots: tuple[tuple[str, str], ...] = ()
 
 
@@ -102,7 +104,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Places:
-    """The places of a model's assertions, switches, divisors, jumps and held values.
+    """The places of a model's assertions, switches, divisors, jumps, held values and ports.
 
     All are in the order of its tables.
 
@@ -117,6 +119,7 @@ class Places:
     loops: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = ()
     jumps: tuple[Place, ...] = ()
     held: tuple[Place, ...] = ()
+    ports: tuple[Place, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +185,8 @@ def run_facts(
     shown: ShownNames = ShownNames(),
     momenta: tuple[int, ...] = (),
     shapes: str = "",
-    ports: tuple[str, ...] = (),
+    ports: tuple[PortFacts, ...] = (),
+    forces: tuple[ForceFacts, ...] = (),
     slots: tuple[tuple[str, str], ...] = (),
 ) -> RunFacts:
     """Collect the run settings of a scene, with the folded parameters and the requirements."""
@@ -214,5 +218,6 @@ def run_facts(
         overrun=scene.overrun,
         criteria=scene.criteria,
         ports=ports,
+        forces=forces,
         slots=slots,
     )

@@ -24,6 +24,7 @@ from bgc.building.cache import Cache, digest_of, read_note, write_note
 from bgc.building.user_folder import safe_cache_directory
 from bgc.diagnostics.diagnostic import Diagnostic, Label, Severity
 from bgc.diagnostics.source import Source, Span
+from bgc.ir.port_facts import ForceFacts, PortFacts
 from bgc.language.columns import AccountColumn
 from bgc.options import Options
 
@@ -69,6 +70,7 @@ def remember(
         "divisors": [_place_to_json(place) for place in built.places.divisors],
         "jumps": [_place_to_json(place) for place in built.places.jumps],
         "held": [_place_to_json(place) for place in built.places.held],
+        "ports": [_place_to_json(place) for place in built.places.ports],
         "start": list(built.places.start),
         "loops": [list(map(list, loop)) for loop in built.places.loops],
     }
@@ -142,6 +144,9 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
     facts["accounts"] = tuple(AccountColumn(**found) for found in note["facts"]["accounts"])
     if (rest := note["facts"]["rest"]) is not None:
         facts["rest"] = Rest(*(tuple(rest[name]) for name in ("hold", "vary", "momenta")))
+    for name, kind in (("ports", PortFacts), ("forces", ForceFacts)):
+        rows = ({key: _tuples(value) for key, value in row.items()} for row in note["facts"][name])
+        facts[name] = tuple(kind(**row) for row in rows)
     warnings = tuple(_diagnostic_from_json(d, texts) for d in note["warnings"])
     places = Places(
         tuple(_place_from_json(place, texts) for place in note["assertions"]),
@@ -151,6 +156,7 @@ def _built_from_note(root: Path, note: Any) -> Built | None:
         _tuples(note["loops"]),
         tuple(_place_from_json(place, texts) for place in note["jumps"]),
         tuple(_place_from_json(place, texts) for place in note["held"]),
+        tuple(_place_from_json(place, texts) for place in note["ports"]),
     )
     return Built(library, RunFacts(**facts), warnings, warm=True, places=places)
 

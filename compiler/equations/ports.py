@@ -1,8 +1,6 @@
 """Check sampled ports: what takes their effort, and whether their stiffness is stable with it.
 
-A held spring K with a lag of d periods T, between a device of mass m and a load of mass M, is
-stable up to K = m_red/(2 T^2 (d + 1)(d + 1/2)), m_red = m M/(m + M), with the damping
-K T (d + 1): a fit to simulations with d from 0 to 20, right to a factor of 2. Half is allowed.
+The limits are those of `language/port_limits.py`, with the parameters at their defaults.
 """
 
 from __future__ import annotations
@@ -13,15 +11,13 @@ from dataclasses import dataclass, replace
 
 from bgc.algebra.dag import Kind, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
-from bgc.diagnostics.catalogue import ports as messages
 from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.ir.defaults import default_values
 from bgc.ir.graph import FlatGraph, Node, SampledPort
 from bgc.ir.program import Program
+from bgc.language.port_limits import SHORT, PortNumbers, judged, largest
 
-_MOST_NOISE = 0.1  # N: of the damping, by the resolution of the position
 _SAMPLE = 1e-3  # s: of the devices, in a scene without `step`
-_SHORT = 1e-3  # s: in which a unit of effort changes the states
 
 
 def with_port_checks(program: Program, graph: FlatGraph) -> Program:
@@ -80,35 +76,9 @@ def _check(
 ) -> list[Diagnostic]:
     """The diagnostics of a port."""
     nodes = [port.stiffness, port.damping, port.mass, port.resolution, port.lag, port.period]
-    numbers = evaluate_nodes(program.dag, nodes, point.values)
-    stiffness, damping, mass, resolution, lag, period = numbers
-    if not all(map(math.isfinite, numbers)) or not period > 0:
-        return []  # refused at each reset
-    step = graph.scene.step or _SAMPLE
-    if graph.devices and not math.isclose(step, period, rel_tol=1e-9):
-        return [messages.other_samples(port.span, port.name, period, step)]
-    found = []
-    if damping * resolution / period > _MOST_NOISE:
-        noise = damping * resolution / period
-        found.append(messages.noisy(port.span, port.name, noise, damping, resolution, period))
-    answer = _response(program, port, point)
-    if answer is None:
-        return found
-    rate, acceleration = answer
-    if not math.isfinite(rate + acceleration) or acceleration < 0:
-        why = "a flow source moves the bond, whatever the effort of the port is"
-        return [messages.nothing_behind(port.span, port.name, why)]
-    if rate * (stiffness * period + 2 * damping) > 1:
-        why = "its effort moves the bond at once: nothing with a mass is between"
-        return [messages.nothing_behind(port.span, port.name, why)]
-    behind = math.inf if acceleration == 0 else 1 / acceleration
-    reduced = mass if math.isinf(behind) else mass * behind / (mass + behind)
-    most = reduced / (4 * period**2 * (lag + 1) * (lag + 0.5))
-    if stiffness > most:
-        found.append(
-            messages.too_stiff(port.span, port.name, stiffness, most, mass, behind, lag, period)
-        )
-    return found
+    numbers = PortNumbers(*evaluate_nodes(program.dag, nodes, point.values))
+    step = (graph.scene.step or _SAMPLE) if graph.devices else None
+    return [*judged(port.span, port.name, numbers, step, _response(program, port, point))]
 
 
 def _response(program: Program, port: SampledPort, point: _Point) -> tuple[float, float] | None:
@@ -135,11 +105,11 @@ def _response(program: Program, port: SampledPort, point: _Point) -> tuple[float
         pushed = _evaluated(program, rates, more, point.states)
         change = _solved(point, [b - a for a, b in zip(begin, pushed, strict=True)])
         steps.append([change[k] for k in moved if k is not None])
-        ahead = [x + _SHORT * c for x, c in zip(point.states, change, strict=True)]
+        ahead = [x + SHORT * c for x, c in zip(point.states, change, strict=True)]
         later = _evaluated(program, flows, point.values, ahead)
         now = [begin[k] for k in moved if k is not None]
-        pushes.append([(b - a) / _SHORT for a, b in zip(now, later, strict=True)])
-    return _largest(steps), _largest(pushes)
+        pushes.append([(b - a) / SHORT for a, b in zip(now, later, strict=True)])
+    return largest(steps), largest(pushes)
 
 
 def _moves(program: Program, flow: Node) -> bool:
@@ -167,15 +137,3 @@ def _solved(point: _Point, right: list[float]) -> list[float]:
     for row, column, number in point.mass:
         matrix[row, column] += number
     return [float(x) for x in np.linalg.lstsq(matrix, np.array(right), rcond=None)[0]]
-
-
-def _largest(matrix: list[list[float]]) -> float:
-    """The largest eigenvalue of the symmetric part of a matrix; NaN where it has no finite one."""
-    if not all(math.isfinite(x) for row in matrix for x in row):
-        return math.nan
-    if len(matrix) == 1:
-        return matrix[0][0]
-    import numpy as np  # heavy, and needed by few models
-
-    whole = np.array(matrix)
-    return float(np.linalg.eigvalsh(0.5 * (whole + whole.T))[-1])

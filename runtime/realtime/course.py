@@ -17,6 +17,7 @@ from bgc.runtime.running.binding import Instance, text
 from bgc.runtime.running.failures import require
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
+from bgc.runtime.running.ports import require_ports
 from bgc.runtime.running.run import Method, set_method, start
 from bgc.runtime.running.structures import Status
 
@@ -65,6 +66,7 @@ class Course:
         status, at_rest = start(self.instance, settled, method.rest_of(model.facts))
         if status is not Status.OK:
             raise BgError([model.explain(self.instance, status)])
+        require_ports(self.instance, model.facts, model.places)
         return at_rest
 
 

@@ -13,6 +13,7 @@ spring with d samples of delay. Of several axes the least favourable direction c
 from __future__ import annotations
 
 import ctypes
+import math
 from collections.abc import Iterator, Mapping
 from ctypes import (
     CFUNCTYPE,
@@ -32,11 +33,13 @@ import numpy as np
 
 from bgc.diagnostics.catalogue import realtime as messages
 from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.ir.port_facts import ForceFacts
 from bgc.runtime.realtime.binding import CapabilitiesStruct
 from bgc.runtime.results.arrays import Array
-from bgc.runtime.running.binding import Instance, text
+from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
+from bgc.runtime.running.ports import number_of, parameter_places
 from bgc.runtime.running.structures import OptionsStruct, Status
 
 _POSE, _EFFORT = 26, 7  # doubles
@@ -48,7 +51,8 @@ _SHIFT = 1e-3  # m: a wall near the start is touched from both sides
 _MOVING, _RESTING = 20, 10  # samples
 _FREQUENCIES = 400
 _MUCH = 30.0  # N s/m: more than a hand and a device have
-_FORCE = 6  # BGC_FORCE
+_OBSERVER = "observer"
+_MOST_SAMPLES = 64  # of a device in one period of a slower part
 _GROWTH = 2e-3  # of an unstable motion, in a sample
 
 
@@ -61,9 +65,10 @@ class Coupling:
     device
         Name of the device.
     period
-        Length of a sample, s.
+        Time between two forces, s: a multiple of that between two samples of the device where a
+        sampled part between them is slower.
     lag
-        Samples of delay, at worst, from a position to the force that answers it.
+        Delay, at worst, from a position to the force that answers it, in samples of the device.
     stiffness
         Stiffness at rest, N/m.
     needed
@@ -76,7 +81,12 @@ class Coupling:
     damping
         Damping that the device states, N s/m; 0: not known.
     guard
-        What keeps the loop passive all the same: a sampled port, an observer, or nothing.
+        What keeps the loop passive all the same: a sampled port, an observer, or nothing. It is
+        that of this device.
+    is_whole
+        Whether the guard makes the whole force. A part beside it needs damping, as without one.
+    samples
+        Samples of the device in a period.
     """
 
     device: str
@@ -88,25 +98,31 @@ class Coupling:
     growth: float | None
     damping: float
     guard: str
+    is_whole: bool = True
+    samples: int = 1
 
     def line(self) -> str:
         """The coupling as a line of text."""
         delay = f" with {self.lag} samples of delay" if self.lag else ""
-        guard = f"; guard: {self.guard}" if self.guard else ""
+        part = "" if self.is_whole else ", of a part of the force"
+        guard = f"; guard: {self.guard}{part}" if self.guard else ""
         if not self.stiffness and not self.needed:
             return f"`{self.device}`: its force does not depend on its position at the start{guard}"
         have = f" and has {self.damping:.3g}" if self.damping else ""
+        slow = f", held over {self.samples} samples" if self.samples > 1 else ""
         return (
-            f"`{self.device}`: {self.stiffness:.4g} N/m{delay} needs a damping of "
+            f"`{self.device}`: {self.stiffness:.4g} N/m{slow}{delay} needs a damping of "
             f"{self.needed:.4g} N*s/m{have} (b > K T/2 + |B|, at {self.frequency:.3g} Hz){guard}"
         )
 
     def warnings(self) -> Iterator[Diagnostic]:
         """Warn of a loop that may buzz or grow."""
         have = self.damping or _MUCH
-        if self.growth is not None and self.growth > 1 + _GROWTH and self.guard != "observer":
+        is_guarded = bool(self.guard) and self.is_whole
+        observed = is_guarded and self.guard.startswith(_OBSERVER)
+        if self.growth is not None and self.growth > 1 + _GROWTH and not observed:
             yield messages.loop_grows(self.device, self.growth, self.period)
-        elif not self.guard and self.needed > have:
+        elif not is_guarded and self.needed > have:
             yield messages.not_passive(self.device, self.needed, self.damping, self.stiffness)
 
 
@@ -255,14 +271,17 @@ def linearised(probe: _Probe, saved: bytes, period: float, sign: float) -> Sampl
 # --- passivity ------------------------------------------------------------------------------
 
 
-def response(model: Sampled, turns: Array, lag: int) -> Array:
-    """H(e^{jw}) from position to the force that resists it, (n, 3, 3), at w = `turns`."""
+def response(model: Sampled, turns: Array, period: float, lag: float = 0.0) -> Array:
+    """H(e^{jw}) from position to the force that resists it, (n, 3, 3), at w = `turns`.
+
+    The velocity of the device is a difference of positions; `lag` is in periods.
+    """
     found = np.empty((len(turns), 3, 3), dtype=complex)
     eye = np.eye(len(model.a))
     for k, turn in enumerate(turns):
         z = np.exp(1j * turn)
         whole = model.c @ np.linalg.solve(z * eye - model.a, model.b) + model.d
-        found[k] = (whole[:, :3] + whole[:, 3:] * (1 - 1 / z)) * z ** (-lag)
+        found[k] = (whole[:, :3] + whole[:, 3:] * (1 - 1 / z) / period) * z ** (-lag)
     return found
 
 
@@ -318,22 +337,25 @@ def couplings(
     `begun` is the instance of the loop at its start, `devices` has what each device can do. A
     model that cannot be linearised has none.
     """
-    observers = any(filled == "Observer" for _, filled in model.facts.slots)
+    places = {name: k for k, name in enumerate(devices)}
     found = []
-    for index, (name, can) in enumerate(devices.items()):
-        if not _takes_force(begun, index):
+    for force in model.facts.forces:
+        if force.device not in places:
             continue
-        guard = f"sampled port `{model.facts.ports[0]}`" if model.facts.ports else ""
+        index, can = places[force.device], devices[force.device]
+        samples = _samples_of(force, model, begun)
         facts = Coupling(
-            device=name,
-            period=begun.sample_period,
+            device=force.device,
+            period=samples * begun.sample_period,
             lag=can.lag,
             stiffness=0.0,
             needed=0.0,
             frequency=0.0,
             growth=None,
             damping=can.damping,
-            guard=guard or ("observer" if observers else ""),
+            guard=_guard_of(force),
+            is_whole=force.whole,
+            samples=samples,
         )
         instance = _copy(model, begun, parameters)
         probe = _Probe(instance, model.row_width, index)
@@ -344,45 +366,56 @@ def couplings(
     return found
 
 
+def _guard_of(force: ForceFacts) -> str:
+    """The guards of a device in words."""
+    ports = [f"sampled port `{name}`" for name in force.ports]
+    return ", ".join([*ports, *(f"{_OBSERVER} `{path}`" for path in force.observers)])
+
+
+def _samples_of(force: ForceFacts, model: LoadedModel, begun: Instance) -> int:
+    """Samples of a device until all parts between its position and its force have taken one."""
+    index, folded = parameter_places(begun), dict(model.facts.folded)
+
+    def seconds(period: str | float) -> float:
+        if not isinstance(period, str):
+            return period
+        place = index.get(period)
+        return folded.get(period, 0.0) if place is None else begun.parameter(place)
+
+    counts = (round(seconds(period) / begun.sample_period) for period in force.periods)
+    return min(math.lcm(*(max(count, 1) for count in counts)), _MOST_SAMPLES)
+
+
 def _copy(
     model: LoadedModel, begun: Instance, parameters: Mapping[str, ParameterValue]
 ) -> Instance:
     """An instance like that of the loop, in which the brakes of sampled ports do not act."""
     instance = model.parameters.instance(parameters)
     instance.set_options(OptionsStruct(b"rodas5p", rtol=_RTOL, atol=0.0))
-    places = _places(instance)
+    places = parameter_places(instance)
     for port in model.facts.ports:
-        if f"{port}.brake" in places:
-            instance.set_parameter(places[f"{port}.brake"], 0.0)
+        if f"{port.name}.brake" in places:
+            instance.set_parameter(places[f"{port.name}.brake"], 0.0)
     instance.reset(begun.time)
     instance.state[:], instance.input[:] = begun.state, begun.input
     instance.restart()
     return instance
 
 
-def _places(instance: Instance) -> dict[str, int]:
-    """The places of the parameters by name."""
-    model = instance.library.model
-    return {text(model.param[k].name): k for k in range(model.n_param)}
-
-
 def lag_warnings(
     model: LoadedModel, begun: Instance, devices: Mapping[str, CapabilitiesStruct]
 ) -> Iterator[Diagnostic]:
-    """Warn of sampled ports that know less of a delay than the device states."""
-    places = _places(begun)
-    for port in model.facts.ports:
-        place, folded = places.get(f"{port}.lag"), dict(model.facts.folded)
-        lag = folded.get(f"{port}.lag", 0.0) if place is None else begun.parameter(place)
-        for name, can in devices.items():
+    """Warn of sampled ports that know less of a delay than the device that they read states."""
+    index, folded = parameter_places(begun), dict(model.facts.folded)
+    ports = {port.name: port for port in model.facts.ports}
+    for force in model.facts.forces:
+        can = devices.get(force.device)
+        if can is None:
+            continue
+        for name in force.ports:
+            lag = number_of(begun, index, folded, ports[name], "lag")
             if can.lag > lag or (can.lag > 0 and not can.echoes):
-                yield messages.unknown_lag(name, port, can.lag, lag, bool(can.echoes))
-
-
-def _takes_force(instance: Instance, device: int) -> bool:
-    model = instance.library.model
-    uses = (model.command[k] for k in range(model.n_command))
-    return any(use.device == device and use.channel == _FORCE for use in uses)
+                yield messages.unknown_lag(force.device, name, can.lag, lag, bool(can.echoes))
 
 
 def coupling_of(probe: _Probe, facts: Coupling, mass: float) -> Coupling | None:
@@ -396,11 +429,13 @@ def coupling_of(probe: _Probe, facts: Coupling, mass: float) -> Coupling | None:
         model = None if begun is None else linearised(probe, begun, period, sign)
         if model is None:
             return None
-        forces = response(model, turns, facts.lag)
+        lag = facts.lag / facts.samples
+        forces = response(model, turns, period, lag)
         needed = needed_damping(forces, turns, period)
         worst = int(np.argmax(needed))
         still = float(np.linalg.norm(forces[0], 2))
-        growth = growth_with(model, mass, facts.damping, period, facts.lag) if mass > 0 else None
+        late = math.ceil(lag)
+        growth = growth_with(model, mass, facts.damping, period, late) if mass > 0 else None
         found.append(
             replace(
                 facts,

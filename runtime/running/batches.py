@@ -23,6 +23,7 @@ from bgc.runtime.running.failures import require
 from bgc.runtime.running.lanes import LaneLibrary
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import Parameters
+from bgc.runtime.running.ports import require_ports
 from bgc.runtime.running.progress import ProgressBar
 from bgc.runtime.running.run import Method, set_method, start
 from bgc.runtime.running.structures import Status
@@ -149,9 +150,12 @@ class Work:
         """Put an instance at its initial state; return the error if there is none."""
         try:
             status, _ = start(instance, self.method, self.method.rest_of(self.model.facts))
-        except BgError as problem:  # its fast modes do not come to rest
+            if status is not Status.OK:
+                return self.model.explain(instance, status)
+            require_ports(instance, self.model.facts, self.model.places)
+        except BgError as problem:  # its fast modes do not come to rest, or a port is too stiff
             return problem.diagnostics[0]
-        return None if status is Status.OK else self.model.explain(instance, status)
+        return None
 
     def status_of(self, number: int) -> str:
         """Return `done`, `failed` or `interrupted` for an instance."""

@@ -19,6 +19,7 @@ from bgc.runtime.running.binding import Instance, Library, text
 from bgc.runtime.running.devices import NO_CHOICES, Choices, open_devices
 from bgc.runtime.running.failures import explain, require
 from bgc.runtime.running.parameters import Parameters, ParameterValue
+from bgc.runtime.running.ports import require_ports
 from bgc.runtime.running.rest import go_to_rest
 from bgc.runtime.running.run import Method, set_method, start
 from bgc.runtime.running.selection import Selection
@@ -152,6 +153,7 @@ class LoadedModel:
             settled = method if method.settle > 0 else replace(method, settle=scene_settle)
             status, at_rest = start(instance, settled, method.rest_of(self.facts))
             require(instance, status, self._places)
+            require_ports(instance, self.facts, self._places)
             if at_rest is not None and noted is not None:
                 noted(at_rest)
             yield instance

@@ -30,6 +30,7 @@ from bgc.runtime.running.failures import RunInterrupted, SimulationError, explai
 from bgc.runtime.running.faint import Undecided, undecided
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
+from bgc.runtime.running.ports import port_diagnostics
 from bgc.runtime.running.recommended import recommended_method
 from bgc.runtime.running.rows import row_times
 from bgc.runtime.running.run import Method, choose_method, run_watched
@@ -66,6 +67,7 @@ def simulate(
     at_rest: list[AtRest] = []
     begun = model.started(capped, bool(model.accounts), parameters, at_rest.append, devices)
     with begun as instance:
+        notices = (*notices, *port_diagnostics(instance, model.facts, model.places))
         status, done, interrupted = run_watched(instance, times, rows, progress)
     result = named_result(model, times[:done], rows[:done], method, instance, notices)
     result = replace(result, at_rest=at_rest[0]) if at_rest else result

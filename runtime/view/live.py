@@ -16,6 +16,7 @@ from bgc.runtime.running.changes import change_parameters
 from bgc.runtime.running.devices import NO_CHOICES, Choices
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.parameters import ParameterValue
+from bgc.runtime.running.ports import require_ports
 from bgc.runtime.running.run import Method
 from bgc.runtime.running.structures import Status
 from bgc.runtime.view.hands import Hands
@@ -141,6 +142,11 @@ class LiveRun:
             reason = self.model.explain(instance, status)
             instance.restore(saved)
             raise BgError([parameter_not_applied(", ".join(values), reason.message)])
+        try:
+            require_ports(instance, self.model.facts, self.model.places)
+        except BgError:
+            instance.restore(saved)
+            raise
 
     def _running(self) -> Instance:
         if self._instance is None:

@@ -8,6 +8,10 @@ that each test can fail.
 import numpy as np
 import pytest
 
+from bgc import BgError
+from bgc.runtime.running.simulate import method_of
+from bgc.runtime.view.live import LiveRun
+
 T, MASS = 1e-3, 0.25
 PLAIN = {"tie.damping": 0.0, "tie.brake": 0.0}  # a spring without a guard
 QUICK = {"rtol": 1e-6}
@@ -135,7 +139,58 @@ def test_half_of_the_largest_stiffness_is_quiet_and_twice_is_not(wall, lag):
     """7: the limit that BG472 refuses; 5 s after the start of a hand of .25 kg."""
     lags = {"lag": float(lag), "delay": float(lag)}
     assert late(run(wall, K=0.5 * largest(lag), **lags)) < 1e-6
-    assert late(run(wall, K=2.0 * largest(lag), **lags)) > 10e-6
+    K = 2.0 * largest(lag)
+    with pytest.raises(BgError, match="BG472"):
+        run(wall, K=K, **lags)
+    instance = wall.parameters.instance(  # below the check of a run
+        {"tie.stiffness": K, "tie.lag": float(lag), "link.delay": float(lag)}
+    )
+    instance.reset()
+    rows = np.empty((5000, wall.library.model.n_output))
+    instance.run(np.arange(1, 5001) * T, rows)
+    x = rows[:, [v.name for v in wall.measured].index("x")]
+    assert np.ptp(x[-1000:]) > 10e-6
+
+
+def test_the_limits_hold_for_the_values_of_a_run(wall, proxy):
+    """K, mass, lag and period of a run are judged as the compiler judges the defaults."""
+    most = largest() / 2
+    run(wall, K=0.999 * most)
+    with pytest.raises(BgError) as stiff:
+        run(wall, K=1.001 * most)
+    (found,) = stiff.value.diagnostics
+    assert found.code == "BG472" and "is above 1.25e+05 N/m" in found.message
+    assert found.span is not None and found.span.text == "bond"
+    with pytest.raises(BgError, match="BG472"):
+        run(wall, K=1.001 * most / 4, hand__mass=MASS / 4)
+    with pytest.raises(BgError, match="BG472"):
+        run(wall, K=1.001 * most / 4, tie__period=2 * T)
+    # With .1 kg behind it, of which the port knows by the model alone.
+    reduced = MASS * 0.1 / (MASS + 0.1)
+    run(proxy, K=0.99 * most * reduced / MASS)
+    with pytest.raises(BgError, match=r"against 0.1 kg"):
+        run(proxy, K=1.01 * most * reduced / MASS)
+    # As a warning, what a hand would feel of the resolution.
+    coarse = run(wall, K=5000.0, hand__resolution=50e-6)
+    assert [n.code for n in coarse.notices] == ["BG473"]
+    many = wall.simulate_many({"tie.stiffness": [1000.0, 1.001 * most]}, 5e-3)
+    assert list(many.status) == ["done", "failed"]
+    assert many.failures[1].code == "BG472"
+
+
+def test_a_slider_cannot_pass_the_limit(wall):
+    """A page's run goes on with the earlier stiffness; a loop does not start above it."""
+    live = LiveRun(wall, method_of(wall)[0], {})
+    live.reset()
+    live.advance(np.array([2e-3]))
+    with pytest.raises(BgError, match="BG472"):
+        live.set_parameter("tie.stiffness", largest())
+    assert live.values()[[*wall.parameters].index("tie.stiffness")] == 2000.0
+    _, fault = live.advance(np.array([4e-3]))
+    live.close()
+    assert fault is None
+    with pytest.raises(BgError, match="BG472"):
+        wall.realtime(0.01, parameters={"tie.stiffness": largest()})
 
 
 def test_a_net_with_loss_and_jitter_needs_the_worst_lag_or_an_echo(wall):

@@ -71,7 +71,7 @@ def spring(stiffness: float, damping: float) -> Sampled:
 def test_the_bound_is_that_of_colgate(stiffness: float, damping: float, lag: int) -> None:
     """K T/2 + |B|, and K T (d + 1/2) of a spring with delay."""
     turns = np.geomspace(1e-3, np.pi, 500)
-    needed = needed_damping(response(spring(stiffness, damping), turns, lag), turns, T).max()
+    needed = needed_damping(response(spring(stiffness, damping), turns, T, lag), turns, T).max()
     if lag == 0:
         assert needed == pytest.approx(stiffness * T / 2 + damping, rel=1e-6)
     elif damping == 0:
@@ -100,7 +100,37 @@ def test_the_bound_of_a_scene_is_known_before_the_loop(walls: Model) -> None:
     assert paid.needed == pytest.approx(3 * BOUND * T, rel=1e-3)
     assert plain.damping == DAMPING and paid.growth < 1.002
     assert "2000 N/m needs a damping of 1 N*s/m and has 0.5" in plain.line()
-    assert "sampled port `paid.hand.guard.bond`" in paid.line()
+    assert paid.line().endswith("guard: sampled port `paid.hand.guard.bond`")
+    assert observed.line().endswith("guard: observer `observed.hand.guard`")
+    # Each device has the guard of its own wall: one of three warns.
+    assert (plain.guard, plain.is_whole) == ("", False) and paid.is_whole and observed.is_whole
+    assert [w.code for one in (plain, paid, observed) for w in one.warnings()] == ["BG780"]
+    assert "`a`" in next(plain.warnings()).message
+
+
+def test_each_device_has_its_own_period_guard_and_damping() -> None:
+    """A wall at 4 ms needs K 4T/2; a spring beside a port K T/2 more; a damper its own |B|."""
+    model = compile(MODELS, scene="unequal")
+    loop = model.realtime(0.01)
+    slow, beside, drag = loop.couplings()
+    loop.stop()
+    assert (slow.samples, slow.period) == (4, pytest.approx(4 * T))
+    assert slow.stiffness == pytest.approx(1000, rel=1e-4)
+    assert slow.needed == pytest.approx(1000 * 4 * T / 2, rel=1e-4)
+    assert "1000 N/m, held over 4 samples needs" in slow.line()
+    assert beside.stiffness == pytest.approx(1600, rel=1e-4) and not beside.is_whole
+    assert beside.needed == pytest.approx(1600 * T / 2 + 1000 * T, rel=1e-3)
+    assert beside.line().endswith("`beside.hand.guard.bond`, of a part of the force")
+    assert drag.guard == "" and drag.needed == pytest.approx(3.0, rel=1e-3)
+
+
+def test_the_lag_of_a_device_is_that_of_its_own_port(walls: Model) -> None:
+    """BG782 concerns the port that reads the device, and no other."""
+    instance = walls.parameters.instance({})
+    instance.reset()
+    late = CapabilitiesStruct(lag=5, echoes=1)
+    assert not [*lag_warnings(walls, instance, {"a": late, "c": late})]
+    assert len([*lag_warnings(walls, instance, {"a": late, "b": late})]) == 1
 
 
 def test_a_loop_that_is_not_passive_is_a_warning() -> None:
@@ -109,6 +139,8 @@ def test_a_loop_that_is_not_passive_is_a_warning() -> None:
     assert [w.code for w in facts.warnings()] == ["BG780"]
     guarded = Coupling("hand", T, 0, 2000.0, 1.0, 0.2, 1.0, 0.5, "sampled port `tip`")
     assert not [*guarded.warnings()]
+    partly = Coupling("hand", T, 0, 2000.0, 1.0, 0.2, 1.0, 0.5, "observer `tip`", is_whole=False)
+    assert [w.code for w in partly.warnings()] == ["BG780"]
     growing = Coupling("hand", T, 0, 2e6, 1e3, 0.2, 1.5, 0.5, "sampled port `tip`")
     assert [w.code for w in growing.warnings()] == ["BG781"]
     unknown = Coupling("hand", T, 0, 2000.0, 1.0, 0.2, None, 0.0, "")

@@ -50,7 +50,7 @@ def unknown_quantity(span: Span, name: str, have: Sequence[str]) -> Diagnostic:
     )
 
 
-def nothing_behind(span: Span, name: str, why: str) -> Diagnostic:
+def nothing_behind(span: Span | None, name: str, why: str) -> Diagnostic:
     """BG471: a sampled port with nothing behind it that takes its effort
 
     What: behind a sampled port is no mass, and no resistance that is large enough: a compliance, or
@@ -74,7 +74,7 @@ def nothing_behind(span: Span, name: str, why: str) -> Diagnostic:
 
 
 def too_stiff(
-    span: Span,
+    span: Span | None,
     name: str,
     stiffness: float,
     most: float,
@@ -109,7 +109,7 @@ def too_stiff(
 
 
 def noisy(
-    span: Span, name: str, noise: float, damping: float, resolution: float, period: float
+    span: Span | None, name: str, noise: float, damping: float, resolution: float, period: float
 ) -> Diagnostic:
     """BG473: a sampled port whose damping makes the steps of the position felt
 
@@ -133,7 +133,7 @@ def noisy(
     )
 
 
-def other_samples(span: Span, name: str, period: float, step: float) -> Diagnostic:
+def other_samples(span: Span | None, name: str, period: float, step: float) -> Diagnostic:
     """BG474: a sampled port with another period than the devices
 
     What: a scene reads its devices every `step` (1 ms without one), and a sampled port of its model

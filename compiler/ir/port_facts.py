@@ -1,0 +1,34 @@
+"""Facts about the sampled ports and the devices of a compiled model, in plain values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class PortFacts:
+    """A sampled port: the inputs of C that hold its effort, and the states that it moves.
+
+    Both are empty where slicing removed the bond, since nothing reads it.
+    """
+
+    name: str
+    efforts: tuple[int, ...] = ()
+    moved: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ForceFacts:
+    """The force on a device: what makes it from the position of that device.
+
+    `ports` are the sampled ports and `observers` the paths of the observers that read the position
+    of the device and act on it. `whole` is true where nothing else does: the force depends on no
+    other state or pose. `periods` are those of the sampled parts between position and force: the
+    name of a parameter, or a number in s.
+    """
+
+    device: str
+    ports: tuple[str, ...] = ()
+    observers: tuple[str, ...] = ()
+    whole: bool = False
+    periods: tuple[str | float, ...] = ()
