@@ -25,6 +25,7 @@ _CHANNELS = {
     "torque": "BGC_TORQUE",
     "gripper_force": "BGC_GRIPPER_FORCE",
     "held_force": "BGC_HELD_FORCE",
+    "age": "BGC_AGE",
 }
 _PER_LINE = 16
 

@@ -29,6 +29,7 @@ GIVEN = {
     "mass": "mass of the device that the hand feels",
     "held": "what the device really held since the last instant, as `reaction` (default: that)",
     "lag": "periods, at worst, from a position to the effort that answers it (0)",
+    "age": "age of the pose that the held effort answers, measured; adapts R up to `lag`",
     "damping": "R, damping of the coupling (K T (lag + 1))",
     "resolution": "resolution of the position (0: ideal)",
     "brake": "largest damping that acts on what is owed",
@@ -45,6 +46,7 @@ READ = {
     "effort": "effort on the bond, held since the last instant",
     "stretch": "displacement of the device less that of the bond",
     "moved": "displacement of the bond since the start",
+    "paid_lag": "lag that the damping pays for, where the port has an `age`",
     "energy": "energy in the coupling, less what is owed",
     "owed": "energy that sampling has created and that the brake will take back",
     "supplied": "energy received from the device",
@@ -62,7 +64,7 @@ model SampledPort[n] {{
   input position[n] : {q};
   input held[n] : {e} = reaction;
   input stretch0[n] : {q} = zeros(n);
-  param period : s in 1e-6 .. 1e6;
+{age}  param period : s in 1e-6 .. 1e6;
   param stiffness : {k} in 0 .. 1e15;
   param mass : {m} in 1e-9 .. 1e12;
   param lag = 0 in 0 .. 1e4;
@@ -95,7 +97,7 @@ model SampledPort[n] {{
     state delivered : {w} = 0;
     state lost : {w} = 0;
     state created : {w} = 0;
-
+{worst}
     let dx = if begun > 0 then position - position_before else zeros(n);
     let dy = moved - moved_before;
     let free = if begun > 0 then stretch + dx - dy else {first};
@@ -114,7 +116,7 @@ model SampledPort[n] {{
     let drift = slack*(share/period);
     let speed = dot(drift, drift);
     let braking = if unpaid > 0 and speed > 0 then min(unpaid/(period*speed), brake) else 0;
-    let force = stiffness*pressed + (damping/period)*dq + braking*drift;
+{lag}    let force = stiffness*pressed + ({damping}/period)*dq + braking*drift;
 
     next(begun) = 1;
     next(position_before) = position;
@@ -134,8 +136,25 @@ model SampledPort[n] {{
 """
 
 
-def port_model(width: int, one_sided: bool, effort: str, flow: str) -> str:
-    """The text of the model `SampledPort` for a bond of a width, with the units of its domain."""
+# The damping with the lag that was measured in the last second, at most the stated one.
+_MEASURED = {
+    "age": "  input age : s;\n",
+    "worst": "    state paid_lag = lag;\n",
+    "lag": """\
+    let measured = if age > 0 then min(max(age/period - 1, 0), lag) else lag;
+    let recent = max(measured, paid_lag - (lag/1 s)*period);
+    next(paid_lag) = recent;
+""",
+    "damping": "damping*((recent + 1)/(lag + 1))",
+}
+_STATED = {"age": "", "worst": "", "lag": "", "damping": "damping"}
+
+
+def port_model(width: int, one_sided: bool, measures: bool, effort: str, flow: str) -> str:
+    """The text of the model `SampledPort` for a bond of a width, with the units of its domain.
+
+    Where the port `measures`, its damping follows the age of the pose that the held effort answers.
+    """
     stroke = flow.removesuffix("/s") if flow.endswith("/s") else f"{flow}*s"
     is_linear = (effort, flow) == ("N", "m/s")
     largest = "mass/(2*period*(lag + 0.5))"
@@ -157,6 +176,7 @@ def port_model(width: int, one_sided: bool, effort: str, flow: str) -> str:
         pressed=pushing("free"),
         before=pushing("stretch"),
         slack="dx" if one_sided else "dq",
+        **(_MEASURED if measures else _STATED),
     )
 
 

@@ -98,6 +98,7 @@ DEVICE_INPUTS: Mapping[str, Channel] = {
     "gripper": Channel((), None, "opening of the gripper"),
     "buttons": Channel((8,), None, "1 for each button that is pressed, else 0"),
     "held_force": Channel((3,), _FORCE, "force that the hand held since the last sample"),
+    "age": Channel((), _SECOND, "age of the pose that the held force answers; 0 if not known"),
 }
 """Channels that a device gives, sampled at every step of the scene."""
 

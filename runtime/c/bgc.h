@@ -71,7 +71,8 @@ typedef enum {
     BGC_FORCE = 6,         /* out, N, 3 */
     BGC_TORQUE = 7,        /* out, N m, 3 */
     BGC_GRIPPER_FORCE = 8, /* out, N, 1 */
-    BGC_HELD_FORCE = 9     /* in, N, 3 */
+    BGC_HELD_FORCE = 9,    /* in, N, 3 */
+    BGC_AGE = 10           /* in, s, 1 */
 } bgc_channel;
 
 typedef struct {

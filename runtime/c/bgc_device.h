@@ -23,7 +23,7 @@ extern "C" {
 #endif
 
 /* The version of this interface. A driver of another version is refused. */
-#define BGC_DEVICE_ABI 1
+#define BGC_DEVICE_ABI 2
 
 /* Axes, as bits of `sensed` and `driven`. */
 enum {
@@ -55,6 +55,9 @@ typedef struct {
      * displacement is the work on the hand. It comes set to the force of the last write; only a driver that
      * knows better writes it. */
     double held_force[3];
+    /* s, on the device's clock: from the pose that the force held now answers to this pose. 0: not known. A
+     * device that answers at once has its own period here. */
+    double age;
 } bgc_pose;
 
 typedef struct {

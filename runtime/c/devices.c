@@ -41,6 +41,8 @@ static double input_of(const bgc_pose *pose, const bgc_channel_use *use) {
         return pose->buttons[use->component];
     case BGC_HELD_FORCE:
         return pose->held_force[use->component];
+    case BGC_AGE:
+        return pose->age;
     default:
         return 0.0;
     }

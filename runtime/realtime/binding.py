@@ -35,12 +35,12 @@ from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.binding import Instance
 from bgc.runtime.running.structures import Status
 
-RECORD_HEAD, POSE_SIZE, EFFORT_SIZE = 3, 26, 7
+RECORD_HEAD, POSE_SIZE, EFFORT_SIZE = 3, 27, 7
 """Doubles at the start of a record, of a pose and of an effort (`servo.h`)."""
 POLICIES = ("hold", "skip", "slow")
 """Overrun policies, in the order of `bgc_servo_policy`."""
 
-_ABI = 3  # BGC_SERVO_ABI
+_ABI = 4  # BGC_SERVO_ABI
 _PATIENCE = 2.0  # s until a loop that does not end is left behind
 _Fields: TypeAlias = list[tuple[str, Any]]
 _MODEL_FUNCTIONS = (
@@ -119,9 +119,9 @@ class TimesStruct(Structure):
 
 _COUNTERS = (
     *("samples", "missed", "overruns", "dropped", "skipped", "saturated", "limited", "no_news"),
-    *("lost_records", "exchanges"),
+    *("lost_records", "exchanges", "late_poses"),
 )
-_VALUES = ("time", "elapsed", "behind", "gain", "worst_power", "zero_after")
+_VALUES = ("time", "elapsed", "behind", "gain", "worst_power", "zero_after", "lag")
 
 
 class ReportStruct(Structure):
@@ -133,6 +133,7 @@ class ReportStruct(Structure):
         *((name, c_double) for name in _VALUES),
         ("released", c_int),
         ("in_driver", c_int),
+        ("late_device", c_int),
         *((name, TimesStruct) for name in ("lateness", "jitter", "work")),
         ("message", c_char * 256),
     ]

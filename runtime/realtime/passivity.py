@@ -42,9 +42,9 @@ from bgc.runtime.running.parameters import ParameterValue
 from bgc.runtime.running.ports import number_of, parameter_places
 from bgc.runtime.running.structures import OptionsStruct, Status
 
-_POSE, _EFFORT = 26, 7  # doubles
+_POSE, _EFFORT = 27, 7  # doubles
 _VELOCITY = 7  # first double of the velocity in a pose
-_DEVICE_ABI = 1
+_DEVICE_ABI = 2
 _RTOL = 1e-9
 _POSITION_STEP = 1e-6  # m
 _SHIFT = 1e-3  # m: a wall near the start is touched from both sides
@@ -167,7 +167,7 @@ class _Stand:
         return ctypes.addressof(self.driver)
 
     def _read(self, handle: int, time: float, pose: Any) -> int:
-        for k in range(_POSE - 3):  # the runtime knows what was held
+        for k in range(_POSE - 4):  # the runtime knows what was held
             pose[k] = self.pose[k]
         return 0
 

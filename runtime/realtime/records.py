@@ -14,7 +14,7 @@ _POSE = (
     *(f"button{k}" for k in range(1, 9)),
 )
 _EFFORT = ("fx", "fy", "fz", "tx", "ty", "tz", "gripper_force")
-_HELD = ("hx", "hy", "hz")
+_HELD = ("hx", "hy", "hz", "age")
 _DEVICE_SIZE = POSE_SIZE + 2 * EFFORT_SIZE
 
 
@@ -30,7 +30,7 @@ def poses_of(records: Array, device: int) -> Array:
 
 
 def whole_poses_of(records: Array, device: int) -> Array:
-    """Poses of a device with their time stamps, (n, 26), as `bgc_pose` has them."""
+    """Poses of a device with their time stamps, (n, 27), as `bgc_pose` has them."""
     first = RECORD_HEAD + device * _DEVICE_SIZE
     return records[:, first : first + POSE_SIZE]
 
@@ -42,7 +42,7 @@ def forces_of(records: Array, device: int) -> Array:
 
 
 def held_of(records: Array, device: int) -> Array:
-    """Force that the hand held between a sample and the one before, (n, 3)."""
+    """Force that the hand held between a sample and the one before, and its age, (n, 4)."""
     end = RECORD_HEAD + device * _DEVICE_SIZE + POSE_SIZE
     return records[:, end - len(_HELD) : end]
 

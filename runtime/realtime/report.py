@@ -64,6 +64,11 @@ class Report:
         Records that found no room, since nobody took them.
     exchanges
         Models that took the place of another one.
+    lag
+        Largest lag that a device has measured, in samples, from a position to the force that
+        answers it; None where no device measures it.
+    late_poses, late_device
+        Samples in which it was above the lag that the device states, and that device.
     problem
         The fault that ended the loop, None if there is none.
     """
@@ -91,6 +96,9 @@ class Report:
     locked: bool | None
     lost_records: int
     exchanges: int
+    lag: float | None
+    late_poses: int
+    late_device: str
     policy: str
     period: float
     problem: Diagnostic | None = None
@@ -123,6 +131,9 @@ class Report:
         if self.limited or self.saturated:
             yield f"force limited in {self.limited:,} samples, saturated in {self.saturated:,}"
 
+        if self.lag is not None:
+            yield f"largest lag measured: {self.lag:.3g} samples"
+
     def _late(self) -> str:
         texts = {"hold": f"{self.dropped:,} periods left out", "slow": f"{self.behind:.4g} s added"}
         return f": {texts.get(self.policy, f'{self.skipped:,} samples without the devices')}"
@@ -136,6 +147,8 @@ class Report:
             yield messages.deadlines_missed(
                 self.missed, self.samples, self.policy, self._late(), has_priority
             )
+        if self.late_poses and self.lag is not None:
+            yield messages.lag_exceeded(self.late_device, self.lag, self.late_poses, self.samples)
         if self.lost_records:
             yield messages.records_lost(self.lost_records)
 
@@ -179,6 +192,9 @@ def report_of(
         locked=_granted(raw.locked),
         lost_records=raw.lost_records,
         exchanges=raw.exchanges,
+        lag=None if raw.lag < 0 else raw.lag,
+        late_poses=raw.late_poses,
+        late_device=devices[raw.late_device] if raw.late_device >= 0 else "",
         policy=POLICIES[options.policy],
         period=options.period,
         problem=_problem(end, raw, options, devices, model_failure),

@@ -33,7 +33,7 @@ BY_PATH = "driver"
 ALLOWED = "BGC_DRIVERS"
 """The environment variable that lists folders from which scenes may load drivers."""
 
-_ABI = 1  # BGC_DEVICE_ABI of bgc_device.h
+_ABI = 2  # BGC_DEVICE_ABI of bgc_device.h
 _LINE_BREAK = "the scene's folder has a line break in its name, which ends an option"
 _WATCH_SECONDS = 0.05
 _CHOICE = re.compile(r"(?P<what>[^()]+?)\s*(?:\((?P<options>.*)\))?", re.DOTALL)

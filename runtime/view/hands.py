@@ -36,6 +36,7 @@ _CHANNELS: Final = {  # those that models read, as bgc_channel of bgc.h
     4: "gripper",
     5: "buttons",
     9: "held_force",
+    10: "age",
 }
 _POSITION: Final = 0  # BGC_POSITION
 

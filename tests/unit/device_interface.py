@@ -18,6 +18,7 @@ class Pose(ctypes.Structure):
         ("buttons", ctypes.c_double * 8),
         ("stamp", ctypes.c_double),
         ("held_force", ctypes.c_double * 3),
+        ("age", ctypes.c_double),
     )
 
 

@@ -19,7 +19,7 @@ from bgc.language.scene_tables import DRIVER_OPTIONS
 TRACE_OPTIONS = ", ".join(DRIVER_OPTIONS["trace"])
 KNOWN = (
     "time, x, y, z, qw, qx, qy, qz, gripper, button1 .. button8, "
-    "vx, vy, vz, wx, wy, wz, hx, hy, hz, fx, fy, fz, tx, ty, tz, gripper_force"
+    "vx, vy, vz, wx, wy, wz, hx, hy, hz, age, fx, fy, fz, tx, ty, tz, gripper_force"
 )
 HAND = "time,x,y,z\n0,0,0,0\n1,1,0,-2\n3,1,0,0\n"
 
@@ -155,7 +155,7 @@ def test_a_driver_of_another_version_is_refused(c_model: Any, library: Any) -> N
     instance = c_model("handle")
     driver = ctypes.byref(Driver.in_dll(instance.library, "old_driver"))
     status, message = instance.open_device("", driver=driver)
-    assert status == "BAD_ARGUMENT" and "version 2 of the interface" in message
+    assert status == "BAD_ARGUMENT" and "version 3 of the interface" in message
 
 
 def test_caller_drives_inputs_of_devices_that_are_not_open(c_model: Any) -> None:

@@ -197,9 +197,9 @@ class FarDevice:
         self.delay, self.loss, self.jitter = delay, loss, jitter
         self.draw = np.random.default_rng(seed)
         self.x = self.v = self.force = self.work = self.least = 0.0
-        self.number, self.known = 1, 0
+        self.number, self.known, self.answered = 1, 0, 0
         self.poses: list[tuple[int, bytes]] = []
-        self.forces: list[tuple[int, int, float]] = []
+        self.forces: list[tuple[int, int, int, float]] = []
         self.places: list[float] = []
         fade = np.exp(-DAMPING / MASS * T)
         travel = (1 - fade) * MASS / DAMPING
@@ -213,9 +213,11 @@ class FarDevice:
         return half + int(self.draw.integers(0, self.jitter + 1))
 
     def pose(self, number: int, stamp: float) -> bytes:
-        """A datagram of version 2, with the work of the held force."""
+        """A datagram with the work of the held force, and the pose that it answers."""
         pose = [self.x, 0, 0, 1.0, 0, 0, 0, self.v, *[0.0] * 14]
-        return struct.pack("<4sIQd22dd", b"BGCP", 2, number, stamp, *pose, self.work)
+        return struct.pack(
+            "<4sIQd22ddQ", b"BGCP", 3, number, stamp, *pose, self.work, self.answered
+        )
 
     def send(self, tick: int) -> None:
         """Send the present pose on its way, and deliver those that have arrived."""
@@ -236,10 +238,10 @@ class FarDevice:
                 break
             if not self.lost():
                 due = tick + self.late(self.delay - self.delay // 2)
-                self.forces.append((due, answer[2], answer[5]))
-        for _, number, force in (one for one in self.forces if one[0] <= tick):
+                self.forces.append((due, answer[2], answer[3], answer[5]))
+        for _, number, pose, force in (one for one in self.forces if one[0] <= tick):
             if number > self.known:
-                self.known, self.force = number, force
+                self.known, self.answered, self.force = number, pose, force
         self.forces = [one for one in self.forces if one[0] > tick]
         total, before = 1.0 + self.force, self.x
         self.x += self.travel * self.v + self.rise * total
@@ -272,14 +274,46 @@ def opened(instance: Instance, index: int, **network: float) -> FarDevice:
     return device
 
 
+def test_a_port_follows_the_lag_that_its_device_measures(walls: Model) -> None:
+    """The lag of a pose is what the link adds; the damping is K T (lag + 1) of the largest lately.
+
+    Nothing is given out that was not taken, also where the link is slower than was stated.
+    """
+    for delay, jitter, known in ((6, 2, 29.0), (20, 3, 29.0), (20, 3, 12.0)):
+        instance = _far_walls(walls, 70.0, known)
+        far = opened(instance, 1, seed=7, delay=delay, loss=0.1, jitter=jitter)
+        names = [variable.name for variable in walls.measured]
+        ages, rows = [], np.empty((1, len(names)))
+        instance.reset()
+        for tick in range(3000):
+            far.send(tick)
+            assert instance.run(np.array([tick * T]), rows)[0] is Status.OK
+            far.move(tick)
+            ages.append(rows[0, names.index("age")])
+        instance.close_devices()
+        far.socket.close()
+        found = np.array(ages[500:]) / T - 1
+        assert delay - 1e-9 <= found.min() <= delay + 1 and found.max() < delay + 2 * jitter + 12
+        paid = rows[0, names.index("paid_lag")]
+        forgotten = known * T * np.arange(len(found))[::-1]  # `lag` in a second
+        past = np.minimum(found, known) - forgotten
+        assert paid == pytest.approx(past.max(), abs=1e-9)
+        assert far.least >= -1e-9 and np.ptp(far.places[-1000:]) < 0.5e-3
+
+
+def _far_walls(walls: Model, stiffness: float, lag: float) -> Instance:
+    return walls.parameters.instance(
+        {**stiff(stiffness), **{f"{wall}.hand.lag": lag for wall in WALLS}}
+    )
+
+
 def test_a_port_behind_a_network_never_gives_more_than_it_took(walls: Model) -> None:
     """20 ms of delay, 10 % loss, 3 ms of jitter each way, at half of the largest stiffness.
 
     The observer has no damping for the lag: it lets energy out first.
     """
     lag, stiffness = 29.0, 70.0
-    given = {**stiff(stiffness), **{f"{wall}.hand.lag": lag for wall in WALLS}}
-    instance = walls.parameters.instance(given)
+    instance = _far_walls(walls, stiffness, lag)
     network = {"delay": 20, "loss": 0.1, "jitter": 3}
     plain, paid, observed = (opened(instance, k, seed=k + 1, **network) for k in range(3))
     far = (plain, paid, observed)

@@ -282,6 +282,18 @@ def test_a_saturated_motor_and_a_patient_loop_go_on(bench: Bench) -> None:
     assert report.end is End.DONE and report.no_news == 49
 
 
+def test_a_lag_beyond_the_one_that_a_device_states_is_said(bench: Bench) -> None:
+    """BG783 with the largest lag and the samples above it; at the stated lag nothing is said."""
+    report = bench.make("fault=old,delay=3", 0.5).run_here()
+    assert report.lag == pytest.approx(3) and report.late_poses == 0
+    assert "BG783" not in [warning.code for warning in report.warnings()]
+    report = bench.make("fault=old,delay=5.5,to=0.15", 0.5).run_here()
+    assert report.end is End.DONE and report.late_poses == 50 and report.late_device == "hand"
+    (found,) = (warning for warning in report.warnings() if warning.code == "BG783")
+    assert found.message.startswith("`hand` answered up to 5.5 samples late, in 50 of 501 samples")
+    assert "`lag = 6`" in found.help and "largest lag measured: 5.5 samples" in [*report.lines()]
+
+
 def test_a_device_that_is_absent(bench: Bench) -> None:
     with pytest.raises(BgError) as caught:
         bench.make("fault=absent")

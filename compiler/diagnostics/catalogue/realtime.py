@@ -1,7 +1,8 @@
-"""BG762-BG769 and BG775-BG782: the servo loop and its devices."""
+"""BG762-BG769 and BG775-BG783: the servo loop and its devices."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from bgc.diagnostics.catalogue import error, warning
@@ -332,4 +333,26 @@ def unknown_lag(device: str, port: str, lag: int, known: float, echoes: bool) ->
         help="set the `lag` of the port to the longest delay, and let the device send its work"
         if not echoes
         else "set the `lag` of the port to the longest delay",
+    )
+
+
+def lag_exceeded(device: str, lag: float, late: int, samples: int) -> Diagnostic:
+    """BG783: a device answered later than it states
+
+    What: a device measures how old the pose is that its force answers, and in some samples that was
+    more than the `lag` that it states. The loop went on.
+
+    Why: the network is slower, loses more packets in a row or delays them more than was assumed.
+    The damping K T (lag + 1) of a sampled port pays for the lag that it was given. Beyond it the
+    energy is still booked exactly, and the brake of the port takes back what is owed.
+
+    Example: `device hand = udp(port = 5005, lag = 5);` behind a link of 20 ms.
+
+    Way out: state the largest lag that was measured, in the device and in the port.
+    """
+    return warning(
+        "BG783",
+        f"`{device}` answered up to {lag:.3g} samples late, in {late:,} of {samples:,} samples "
+        "later than it states",
+        help=f"state `lag = {math.ceil(lag)}` in the device and in its sampled port",
     )

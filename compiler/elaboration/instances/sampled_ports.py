@@ -65,7 +65,9 @@ def enter_sampled_port(builder: _Builds, instance: Instance, port: PortEntry) ->
     width = builder.world.whole(item.dims[0], env, "a width", 1, min(_MOST, MAX_WIDTH))
     wall = arguments.pop("one_sided", None)
     is_wall = wall is not None and builder.world.whole(wall.value, wall.env, "one_sided", 0, 1) == 1
-    declared = _declared(port_model(width, is_wall, *_units(item, env)), item.name_span)
+    declared = _declared(
+        port_model(width, is_wall, "age" in arguments, *_units(item, env)), item.name_span
+    )
     sense = -1 if item.direction is syntax.Direction.IN else 1
     arguments["sense"] = Given(_number(sense, item.name_span), env, item.name_span)
     assert item.period is not None

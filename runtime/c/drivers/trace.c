@@ -190,6 +190,7 @@ static int trace_read(void *handle, double time, bgc_pose *pose) {
     for (int k = 0; k < 3 && t->has_held; k++) {
         pose->held_force[k] = a[HELD + k];
     }
+    pose->age = a[AGE];
     return 0;
 }
 

@@ -33,16 +33,16 @@ typedef struct stat file_status;
 
 enum { MOST_DIGITS = 400 }; /* characters of a number */
 enum { TIME, POSITION, ORIENTATION = 4, GRIPPER = 8, BUTTON = 9, VELOCITY = 17, ANGULAR = 20 };
-enum { HELD = 23, COLUMNS = 26, WITH_EFFORTS = 33, REQUIRED = 4 };
+enum { HELD = 23, AGE = 26, COLUMNS = 27, WITH_EFFORTS = 34, REQUIRED = 4 };
 
 static const char *const column_name[WITH_EFFORTS] = {
     "time", "x", "y", "z", "qw", "qx", "qy", "qz", "gripper",
     "button1", "button2", "button3", "button4", "button5", "button6", "button7", "button8",
-    "vx", "vy", "vz", "wx", "wy", "wz", "hx", "hy", "hz",
+    "vx", "vy", "vz", "wx", "wy", "wz", "hx", "hy", "hz", "age",
     "fx", "fy", "fz", "tx", "ty", "tz", "gripper_force"};
 
 static const char known_columns[] = "time, x, y, z, qw, qx, qy, qz, gripper, button1 .. button8, "
-                                    "vx, vy, vz, wx, wy, wz, hx, hy, hz, fx, fy, fz, tx, ty, tz, gripper_force";
+                                    "vx, vy, vz, wx, wy, wz, hx, hy, hz, age, fx, fy, fz, tx, ty, tz, gripper_force";
 
 typedef struct {
     size_t rows, row; /* row: the one found last */
@@ -222,7 +222,7 @@ static int parse_header(const reporter *r, size_t line_number, char *line, int *
         const int orientation = k >= ORIENTATION && k < GRIPPER && (seen & 0xf0u) != 0;
         const int velocity = k >= VELOCITY && k < ANGULAR && t->has_velocity;
         const int angular = k >= ANGULAR && k < HELD && t->has_angular;
-        const int held = k >= HELD && t->has_held;
+        const int held = k >= HELD && k < AGE && t->has_held;
         if ((seen >> k & 1u) == 0 && (k < REQUIRED || orientation || velocity || angular || held)) {
             return fail(r, line_number, "the header lacks the column ", column_name[k]);
         }

@@ -3,6 +3,7 @@
  *   to the loop      "BGCP", u32 version 1, u64 sequence, f64 stamp (s), f64 position[3] (m),
  *                    orientation[4], velocity[3], angular_velocity[3], gripper, buttons[8]        200 bytes
  *                    in version 2 also f64 work (J) of the held force on the hand since the start 208 bytes
+ *                    in version 3 then u64 sequence of the pose that the held force answers        216 bytes
  *   to the device    "BGCF", u32 version 1, u64 sequence, u64 sequence of the pose it answers,
  *                    f64 time (s), f64 force[3] (N), torque[3] (N m), gripper_force               88 bytes
  *
@@ -29,7 +30,7 @@
 #include <unistd.h>
 
 enum { POSE_NUMBERS = 22, POSE_BYTES = 24 + 8 * POSE_NUMBERS, ECHO_BYTES = POSE_BYTES + 8 };
-enum { FORCE_BYTES = 88, MOST_DATAGRAMS = 64 };
+enum { LAG_BYTES = ECHO_BYTES + 8, FORCE_BYTES = 88, MOST_DATAGRAMS = 64, KEPT = 1024 };
 
 typedef struct {
     int socket, lag, answers; /* answers: the address of the device is known */
@@ -40,6 +41,11 @@ typedef struct {
     int echoes, is_booked;    /* the device sends the work of its force; the pose has been read */
     double work;              /* J: as the device has it */
     double booked_work, booked[3]; /* work and position up to which held_force has accounted for it */
+    double age, news_at; /* s: of the pose that the held force answers; time of the loop at the last pose */
+    struct {
+        uint64_t sequence;
+        double stamp;
+    } kept[KEPT]; /* poses that were read, by their sequence */
     char fault[160];
 } udp_state;
 
@@ -74,11 +80,23 @@ static void udp_put_number(unsigned char *to, double value) {
     udp_put(to, bits);
 }
 
+/* The time on the device's clock from the pose `answered` to the present one; 0: not known. */
+static double udp_age(udp_state *u, uint64_t sequence, uint64_t answered) {
+    const double stamp = u->pose.stamp;
+    const int found = answered > 0 && u->kept[answered % KEPT].sequence == answered;
+    const double age = stamp - u->kept[answered % KEPT].stamp;
+
+    u->kept[sequence % KEPT].sequence = sequence;
+    u->kept[sequence % KEPT].stamp = stamp;
+    return found && isfinite(age) ? fmax(age, 0.0) : 0.0;
+}
+
 /* Takes a datagram that is a pose newer than the last one: 1; or 0. */
 static int udp_take(udp_state *u, const unsigned char *bytes, ssize_t count,
                     const struct sockaddr_in *from) {
     static const unsigned char head[4] = {'B', 'G', 'C', 'P'}, zeros[3] = {0};
-    const int echoes = count == ECHO_BYTES && bytes[4] == 2;
+    const int has_lag = count == LAG_BYTES && bytes[4] == 3;
+    const int echoes = has_lag || (count == ECHO_BYTES && bytes[4] == 2);
     double values[POSE_NUMBERS];
     uint64_t sequence;
 
@@ -97,6 +115,7 @@ static int udp_take(udp_state *u, const unsigned char *bytes, ssize_t count,
     u->device = *from;
     u->answers = 1;
     u->pose.stamp = udp_get_number(bytes + 16);
+    u->age = udp_age(u, sequence, has_lag ? udp_get(bytes + ECHO_BYTES) : 0);
     for (int k = 0; k < POSE_NUMBERS; k++) {
         values[k] = udp_get_number(bytes + 24 + 8 * k);
     }
@@ -109,7 +128,7 @@ static int udp_drain(udp_state *u) {
     int news = 0;
 
     for (int k = 0; k < MOST_DATAGRAMS; k++) {
-        unsigned char bytes[ECHO_BYTES + 1];
+        unsigned char bytes[LAG_BYTES + 1];
         struct sockaddr_in from;
         socklen_t size = sizeof from;
         const ssize_t count =
@@ -211,8 +230,12 @@ static int udp_read(void *handle, double t, bgc_pose *pose) {
     udp_state *u = handle;
     const int news = udp_drain(u);
 
-    (void)t;
     memcpy(pose, &u->pose, offsetof(bgc_pose, held_force));
+    /* Until something new comes, the force that the device holds grows older. */
+    if (news > 0) {
+        u->news_at = t;
+    }
+    pose->age = u->age > 0.0 ? u->age + fmax(t - u->news_at, 0.0) : 0.0;
     if (u->echoes) {
         udp_echo(u, pose);
     }

@@ -3,6 +3,8 @@
 
 #include <stdio.h>
 
+#define LAG_SLACK 0.5 /* samples: of two clocks */
+
 const bgc_pose bgc_servo_resting = {.orientation = {1.0, 0.0, 0.0, 0.0}};
 
 void bgc_servo_write_zero(bgc_servo *s) {
@@ -84,6 +86,27 @@ static int make_valid(bgc_pose *pose, const bgc_pose *before) {
     return 1;
 }
 
+/* Notes the lag that a device has measured, in samples: one that answers at once holds in each pose the
+ * force of the pose before. */
+static void note_lag(bgc_servo *s, int device, double age) {
+    const double lag = fmax(age / s->options.period - 1.0, 0.0);
+    const double excess = lag - s->port[device].can.lag;
+
+    if (!(age > 0.0)) {
+        return;
+    }
+    if (lag > atomic_load_explicit(&s->lag, memory_order_relaxed)) {
+        bgc_servo_set(&s->lag, lag);
+    }
+    if (excess > LAG_SLACK) {
+        bgc_servo_add(&s->late_poses, 1);
+        if (excess > atomic_load_explicit(&s->excess, memory_order_relaxed)) {
+            bgc_servo_set(&s->excess, excess);
+            atomic_store_explicit(&s->late_device, device, memory_order_relaxed);
+        }
+    }
+}
+
 /* bgc_driver.read of a stand-in: the pose of the real device, or the last one in a blind sample. The first
  * sample takes the pose with which the model was started, so that a replay of the record starts alike. */
 static int slot_read(void *handle, double t, bgc_pose *pose) {
@@ -128,6 +151,7 @@ static int slot_read(void *handle, double t, bgc_pose *pose) {
     } else {
         port->news_at = now;
     }
+    note_lag(s, slot->port, found.age);
     slot->pose = *pose = found;
     slot->is_read = 1;
     return BGC_DEVICE_FINE;

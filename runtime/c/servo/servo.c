@@ -26,6 +26,8 @@ bgc_servo *bgc_servo_new(const bgc_servo_model *model, const bgc_servo_options *
     s->device = -1;
     s->ports = model->m->n_device;
     bgc_servo_set(&s->zero_after, -1.0);
+    bgc_servo_set(&s->lag, -1.0);
+    atomic_store(&s->late_device, -1);
     s->port = calloc((size_t)s->ports + 1, sizeof *s->port);
     s->courses = s->port != NULL ? bgc_servo_make_course(s, model, options, width) : NULL;
     if (s->courses == NULL) {
@@ -105,6 +107,9 @@ void bgc_servo_get_report(const bgc_servo *s, bgc_servo_report *r) {
     r->no_news = atomic_load(&s->no_news);
     r->lost_records = atomic_load(&s->lost_records);
     r->exchanges = atomic_load(&s->exchanges);
+    r->late_poses = atomic_load(&s->late_poses);
+    r->late_device = atomic_load(&s->late_device);
+    r->lag = atomic_load(&s->lag);
     r->time = atomic_load(&s->time);
     r->elapsed = atomic_load(&s->elapsed);
     r->behind = atomic_load(&s->behind);

@@ -18,7 +18,7 @@
 
 #include "bgc.h"
 
-#define BGC_SERVO_ABI 3
+#define BGC_SERVO_ABI 4
 
 /* Functions of the model's shared object. */
 typedef struct {
@@ -94,21 +94,24 @@ typedef struct {
     int fifo, locked;    /* 1: granted, 0: not asked for, -errno: refused */
     int64_t samples, missed, overruns, dropped, skipped, saturated, limited, no_news, lost_records;
     int64_t exchanges;   /* models that took the place of another one */
+    int64_t late_poses;  /* measured with a larger lag than their device states */
     double time;         /* s, simulated, of the present model */
     double elapsed;      /* s of the clock since the first sample */
     double behind;       /* s by which simulated time has fallen behind the clock */
     double gain;         /* 0 to 1: of the force */
     double worst_power;  /* W into the hand */
     double zero_after;   /* s from the instant of the fault's sample until zero force was written; -1: none */
+    double lag;          /* samples: the largest that was measured; -1: no device measures it */
     int released;        /* 1: the dead man's button is not held */
     int in_driver;       /* 1: the watchdog found the loop in a call of a driver, and wrote nothing */
+    int late_device;     /* that measured the largest lag above what it states, or -1 */
     bgc_servo_times lateness, jitter, work;
     char message[256];   /* of a driver */
 } bgc_servo_report;
 
 /* Doubles of a record: time, lateness and work (s, work of the sample before), then of each device pose
  * (BGC_POSE_SIZE), effort of the model and effort written (7 each), then the model's row. */
-enum { BGC_RECORD_HEAD = 3, BGC_POSE_SIZE = 26, BGC_EFFORT_SIZE = 7 };
+enum { BGC_RECORD_HEAD = 3, BGC_POSE_SIZE = 27, BGC_EFFORT_SIZE = 7 };
 
 typedef struct bgc_servo bgc_servo;
 typedef struct bgc_course bgc_course;

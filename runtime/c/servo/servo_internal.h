@@ -83,8 +83,9 @@ struct bgc_servo {
     atomic_int owner, ended, stop_wanted, stalled, in_driver, released, fifo, locked, threads;
     atomic_int_fast64_t beat; /* ns: begin of the last sample */
     atomic_int_fast64_t samples, missed, overruns, dropped, skipped, saturated, limited, no_news;
-    atomic_int_fast64_t lost_records, exchanges;
-    atomic_double time, elapsed, behind, gain, worst_power, zero_after;
+    atomic_int_fast64_t lost_records, exchanges, late_poses;
+    atomic_int late_device;
+    atomic_double time, elapsed, behind, gain, worst_power, zero_after, lag, excess;
     bgc_histogram lateness, jitter, work;
 };
 

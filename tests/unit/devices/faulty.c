@@ -77,6 +77,9 @@ static int is(const char *kind) {
            strcmp(fault.kind, kind) == 0;
 }
 
+/* Of `fault=old`: samples from a pose to the force that answers it. */
+static double number_of_lag(void) { return is("old") ? fault.delay : 0.0; }
+
 static int faulty_read(void *handle, double t, bgc_pose *pose) {
     void (*const call)(void) = t >= virtual_call_at ? virtual_call : NULL;
 
@@ -107,6 +110,7 @@ static int faulty_read(void *handle, double t, bgc_pose *pose) {
     pose->angular_velocity[2] = 2.0;
     pose->buttons[1] = t < 0.3 || t > 0.4;
     pose->stamp = is("stuck") ? fault.from : 1.0 + t;
+    pose->age = 1e-3 * (1.0 + number_of_lag());
     pose->velocity[1] = is("nan") ? NAN : 0.0;
     return is("no_news") ? BGC_DEVICE_NO_NEWS : BGC_DEVICE_FINE;
 }
@@ -134,6 +138,7 @@ static void faulty_capabilities(void *handle, bgc_capabilities *can) {
     can->sensed = BGC_EVERY_AXIS;
     can->driven = BGC_TRANSLATIONS;
     can->max_force = 12.0;
+    can->lag = strcmp(fault.kind, "old") == 0 ? 3 : 0;
 }
 
 static const char *faulty_error(void *handle) {
