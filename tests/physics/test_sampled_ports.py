@@ -77,7 +77,7 @@ def test_a_coarse_position_makes_no_buzz(wall, K):
     assert np.abs(result["energy.residual"]).max() < 1e-12
 
 
-@pytest.mark.parametrize("K", [900.0, 2000.0, 20000.0])
+@pytest.mark.parametrize("K", [900.0, 1100.0, 2000.0, 5000.0, 20000.0])
 def test_a_mass_before_a_wall_is_quiet(proxy, K):
     """3: measured .3 to 0 um and steps of .17 to 1.3 N."""
     result = run(proxy, K=K)
@@ -85,7 +85,7 @@ def test_a_mass_before_a_wall_is_quiet(proxy, K):
     assert result["owed"].max() < 20e-6 and largest_step(result) < 1.5
 
 
-@pytest.mark.parametrize("K", [900.0, 20000.0])
+@pytest.mark.parametrize("K", [900.0, 1100.0, 2000.0, 5000.0, 20000.0])
 def test_without_damping_nothing_is_given_out_that_was_not_taken(wall, proxy, K):
     """4: b = 0: the least of the energy received is 0."""
     for model in (wall, proxy):
@@ -96,7 +96,7 @@ def test_without_damping_nothing_is_given_out_that_was_not_taken(wall, proxy, K)
 def test_the_books_close_to_rounding(wall):
     """5: hands with loss, jitter and a coarse position; the debt never exceeds its limit."""
     draw = np.random.default_rng(5)
-    for seed in range(1, 6):
+    for seed in range(1, 21):
         result = run(
             wall,
             K=draw.uniform(500, 5000),
@@ -112,10 +112,11 @@ def test_the_books_close_to_rounding(wall):
         assert (np.diff(result["energy.created"]) >= 0).all()
 
 
-def test_a_slow_press_shows_the_stiffness(wall):
+@pytest.mark.parametrize("resolution", [0.0, 10e-6])
+def test_a_slow_press_shows_the_stiffness(wall, resolution):
     """6: a grip that moves slowly: force against depth is K to .1 %."""
     result = run(wall, K=1000.0, hand__push=0.0, hand__grip=2000.0, hand__grip_damping=3.0,
-                 hand__depth=2e-3)  # fmt: skip
+                 hand__depth=2e-3, hand__resolution=resolution)  # fmt: skip
     pressed = result["seen"] > 0.2e-3
     slope, offset = np.polyfit(result["seen"][pressed], -result["force"][pressed], 1)
     assert abs(slope / 1000.0 - 1) < 1e-3 and abs(offset / slope) < 1e-6
@@ -128,13 +129,13 @@ def test_a_lag_is_paid_for_and_a_misjudged_one_is_braked(wall):
         result = run(wall, K=K, lag=float(lag), delay=float(lag), leak=0.0)
         assert late(result) < most
         loud = run(wall, K=K, lag=float(lag), delay=float(lag), leak=0.0, **PLAIN)
-        assert late(loud) > 15e-3
+        assert late(loud) > 30e-3
     for K in (1000.0, 2000.0, 5000.0):
         assert late(run(wall, K=K, delay=2.0, leak=0.0)) < 10e-6
         assert late(run(wall, K=K, delay=2.0, leak=0.0, tie__brake=0.0)) > 10e-3
 
 
-@pytest.mark.parametrize("lag", [0, 1, 5, 20])
+@pytest.mark.parametrize("lag", [0, 1, 2, 5, 10, 20])
 def test_half_of_the_largest_stiffness_is_quiet_and_twice_is_not(wall, lag):
     """7: the limit that BG472 refuses; 5 s after the start of a hand of .25 kg."""
     lags = {"lag": float(lag), "delay": float(lag)}
@@ -196,10 +197,10 @@ def test_a_slider_cannot_pass_the_limit(wall):
 def test_a_net_with_loss_and_jitter_needs_the_worst_lag_or_an_echo(wall):
     """8: measured 0 um with R = 3 K T; without an echo and R = K T above 5 mm."""
     net = {"link__loss": 0.1, "link__jitter": 3.0}
-    for K in (900.0, 5000.0):
+    for K in (900.0, 1100.0, 2000.0, 5000.0):
         result = run(wall, K=K, tie__damping=3 * K * T, **net)
         assert late(result) < 5e-6
-    assert late(run(wall, K=5000.0, echo=0.0, **net)) > 5e-3
+        assert late(run(wall, K=K, echo=0.0, **net)) > 5e-3
 
 
 def test_a_load_that_is_lowered_gives_its_energy_back(load):
