@@ -304,13 +304,7 @@ def _with_parameters(program: Program, added: Mapping[int, Node]) -> Program:
     dag = program.dag
     moved = {dag.symbol(Kind.PARAM, index): symbol for index, symbol in added.items()}
     replaced = {node: dag.add(node, symbol) for node, symbol in moved.items()}
-    for parameter in _in_dependency_order(program):
-        node = dag.symbol(Kind.PARAM, parameter)
-        value = program.parameters[parameter].value
-        if node in replaced or replaced.keys().isdisjoint(dag.reachable([value])):
-            continue
-        (new,) = dag.substitute([value], replaced)
-        replaced[node] = dag.add(node, dag.sub(new, value))
+    replaced = with_followers(dag, program.parameters, replaced)
     if not replaced.keys().isdisjoint(dag.reachable([m.value for m in program.mass or ()])):
         name = program.parameters[next(iter(added))].name
         raise BgError([catalogue.input_in_mass(name)])
@@ -329,15 +323,31 @@ def _with_parameters(program: Program, added: Mapping[int, Node]) -> Program:
     )
 
 
-def _in_dependency_order(program: Program) -> Iterable[int]:
+def with_followers(
+    dag: Dag, parameters: Sequence[Parameter], replaced: Mapping[Node, Node]
+) -> dict[Node, Node]:
+    """Add what replaces the parameters whose defaults follow from replaced ones.
+
+    Each changes as its default does; one that has been set keeps its offset from it.
+    """
+    found = dict(replaced)
+    for index in _in_dependency_order(dag, parameters):
+        node, value = dag.symbol(Kind.PARAM, index), parameters[index].value
+        if node in found or found.keys().isdisjoint(dag.reachable([value])):
+            continue
+        (new,) = dag.substitute([value], found)
+        found[node] = dag.add(node, dag.sub(new, value))
+    return found
+
+
+def _in_dependency_order(dag: Dag, parameters: Sequence[Parameter]) -> Iterable[int]:
     """Indices of the parameters, each after those on which its default depends."""
-    dag = program.dag
     done: dict[int, None] = {}
-    for start in range(len(program.parameters)):
+    for start in range(len(parameters)):
         stack = [start]
         while stack:
             index = stack[-1]
-            symbols = map(dag.symbol_of, dag.reachable([program.parameters[index].value]))
+            symbols = map(dag.symbol_of, dag.reachable([parameters[index].value]))
             needed = [s.index for s in symbols if s is not None and s.index not in done]
             if index in done or not needed:
                 done[index] = None

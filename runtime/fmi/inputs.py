@@ -11,7 +11,7 @@ from bgc.diagnostics.diagnostic import BgError
 from bgc.ir.graph import Element, FlatGraph, Node, Source
 from bgc.ir.graph_nodes import graph_roots, map_graph
 from bgc.ir.program import Program
-from bgc.linearising.opening import choose_inputs, input_candidates
+from bgc.linearising.opening import choose_inputs, input_candidates, with_followers
 
 
 @dataclass(slots=True)
@@ -19,6 +19,7 @@ class ChosenInputs:
     """The chosen inputs of a scene; `found` are their names and units, in order.
 
     An input is added to what the scene gives: at zero, which is its start, the scene is unchanged.
+    Parameters whose defaults follow from a chosen one change with it.
     `replaced` are names of parameters that exist only to be varied.
     """
 
@@ -54,10 +55,12 @@ class ChosenInputs:
                 moved[node] = symbol
             else:
                 moved[node] = dag.add(node, symbol)
+        moved = with_followers(dag, graph.parameters, moved)
         held = tuple(replace(each, index=each.index + count) for each in graph.held)
         roots = graph_roots(graph)
         new = dict(zip(roots, dag.substitute(roots, moved), strict=True))
-        graph = replace(map_graph(graph, dag, new.__getitem__), varied=count)
+        parameters = graph.parameters
+        graph = replace(map_graph(graph, dag, new.__getitem__), varied=count, parameters=parameters)
         elements: list[Element] = []
         for k, element in enumerate(graph.elements):
             if k in sources and isinstance(element, Source):

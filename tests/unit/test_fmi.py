@@ -18,12 +18,16 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.validation import validate_fmu
 
 import bgc
+from bgc.algebra.dag import Kind, Symbol
+from bgc.algebra.evaluate import evaluate_nodes
 from bgc.diagnostics.diagnostic import BgError
+from bgc.driver import compile_scene
 from bgc.options import Options
 from bgc.runtime.cli.app import application
 from bgc.runtime.fmi import binaries
 from bgc.runtime.fmi.binaries import PLATFORMS, binary_folders, host_platform, read_platforms
 from bgc.runtime.fmi.export import write_fmu
+from bgc.runtime.fmi.inputs import ChosenInputs
 from bgc.runtime.fmi.model import prepare_model
 from bgc.runtime.fmi.units import unit_definitions
 
@@ -262,6 +266,23 @@ def test_rollback_and_serialised_states_continue_with_the_same_bits(made):
     other.setFMUstate(other.deSerializeFMUstate(content))
     assert run(other, 6, 15) == wanted
     other.freeInstance()
+
+
+def test_an_input_that_other_parameters_follow(tmp_path):
+    """`d` is 2*c: the damper feels a change of `c` in an input twice."""
+    (tmp_path / "m.bg").write_text(
+        "model M { param c : N*s/m = 3 N*s/m; param d : N*s/m = 2*c;"
+        " motion : J1; mass : I(1 kg, f0 = 1 m/s); drag : R(d); motion -> mass, drag; }"
+        " scene s of M { observe mass.f; run 1 s; }"
+    )
+    chosen = ChosenInputs(["c"])
+    stages = compile_scene(tmp_path / "m.bg", Options(), prepare=chosen.applied_to)
+    program = stages.optimised
+    values = {Symbol(Kind.STATE, 0): 1.0, Symbol(Kind.INPUT, 0): 0.5}
+    values |= {Symbol(Kind.PARAM, k): value for k, value in enumerate((3.0, 6.0))}
+    assert [parameter.name for parameter in program.parameters] == ["c", "d"]
+    (state,) = program.states
+    assert evaluate_nodes(program.dag, [state.derivative], values) == [-7.0]
 
 
 def test_an_input_acts_at_its_time(made):
