@@ -39,12 +39,13 @@ _FMI = {"fmu2": 2, "fmu3": 3}
 @verify_option
 @click.option(
     "--target",
-    type=click.Choice(["so", "c", "fmu2", "fmu3", "html"]),
+    type=click.Choice(["so", "c", "fmu2", "fmu3", "ssp", "html"]),
     default="so",
     show_default=True,
     help="so: a shared object; c: one self-contained C11 file; fmu2, fmu3: a Functional Mock-up "
-    "Unit (FMI 2.0 or 3.0), for Model Exchange and Co-Simulation; html: a page that runs the model "
-    "in any browser, one file without a server (needs ziglang).",
+    "Unit (FMI 2.0 or 3.0), for Model Exchange and Co-Simulation; ssp: a system of FMUs (SSP 1.0), "
+    "see --part; html: a page that runs the model in any browser, one file without a server (needs "
+    "ziglang).",
 )
 @click.option(
     "-o",
@@ -62,7 +63,7 @@ _FMI = {"fmu2": 2, "fmu3": 3}
 @click.option(
     "--platforms",
     metavar="NAMES",
-    help="With --target fmu2 or fmu3: platforms to build binaries for, separated by commas: "
+    help="With --target fmu2, fmu3 or ssp: platforms to build binaries for, separated by commas: "
     "linux64, linux-aarch64, win64, darwin64, darwin-aarch64. Default: this machine's. Others need "
     "ziglang.",
 )
@@ -71,8 +72,25 @@ _FMI = {"fmu2": 2, "fmu3": 3}
     "inputs",
     metavar="NAME",
     multiple=True,
-    help="With --target fmu2 or fmu3: an input of a model, a source (`supply.e`) or a parameter "
-    "that becomes an input of the FMU. It is added to what the scene gives. May be repeated.",
+    help="With --target fmu2, fmu3 or ssp: an input of a model, a source (`supply.e`) or a "
+    "parameter that becomes an input of the FMU. It is added to what the scene gives. In a system "
+    "of several parts PART.NAME. May be repeated.",
+)
+@click.option(
+    "--part",
+    "parts",
+    metavar="NAME=FILE:SCENE",
+    multiple=True,
+    help="With --target ssp: one more part of the system. Without FILE a scene of the same file, "
+    "without SCENE the first one. The part of FILE itself has the file's name. May be repeated.",
+)
+@click.option(
+    "--connect",
+    "wires",
+    metavar="WIRE",
+    multiple=True,
+    help='With --target ssp: a connection, "plant.angle -> loop.measured"; what it leads to '
+    "becomes an input. May be repeated.",
 )
 @click.option(
     "--reference",
@@ -94,6 +112,8 @@ def build(
     prefix: str | None,
     platforms: str | None,
     inputs: tuple[str, ...],
+    parts: tuple[str, ...],
+    wires: tuple[str, ...],
     reference: bool,
     timings: bool,
 ) -> None:
@@ -106,13 +126,15 @@ def build(
         raise click.UsageError("--prefix needs --target c")
     if out == "-" and target != "c":
         raise click.UsageError("only --target c can be written to standard output")
-    for name, given in (
-        ("--platforms", platforms is not None),
-        ("--input", bool(inputs)),
-        ("--reference", reference),
+    for name, given, targets in (
+        ("--platforms", platforms is not None, ("fmu2", "fmu3", "ssp")),
+        ("--input", bool(inputs), ("fmu2", "fmu3", "ssp")),
+        ("--reference", reference, ("fmu2", "fmu3")),
+        ("--part", bool(parts), ("ssp",)),
+        ("--connect", bool(wires), ("ssp",)),
     ):
-        if given and target not in _FMI:
-            raise click.UsageError(f"{name} needs --target fmu2 or fmu3")
+        if given and target not in targets:
+            raise click.UsageError(f"{name} needs --target {' or '.join(targets)}")
     options = Options(
         scene,
         read_assignments(assignments),
@@ -123,6 +145,9 @@ def build(
     )
     if target in _FMI:
         _fmu(file, options, _FMI[target], platforms, inputs, reference, Path(out), timings)
+        return
+    if target == "ssp":
+        _system(file, options, parts, wires, platforms, inputs, Path(out))
         return
     header = b""
     if target == "html":
@@ -172,6 +197,35 @@ def _fmu(
         click.echo(_table(model.stages.seconds), err=True)
     for goal in goals:
         click.echo(os.fsencode(goal))
+
+
+def _system(
+    file: Path,
+    options: Options,
+    parts: tuple[str, ...],
+    wires: tuple[str, ...],
+    platforms: str | None,
+    inputs: tuple[str, ...],
+    folder: Path,
+) -> None:
+    """Write a system of FMUs, and print its path."""
+    # As for `_fmu`.
+    from bgc.runtime.fmi.binaries import read_platforms
+    from bgc.runtime.fmi.ssp import (
+        first_part,
+        prepare_system,
+        read_part,
+        read_wire,
+        write_system,
+    )
+
+    wanted = read_platforms(platforms)
+    files = [first_part(file, options), *(read_part(text, file) for text in parts)]
+    system = prepare_system(files, [read_wire(text) for text in wires], inputs)
+    _make(folder)
+    goal = write_system(system, wanted, folder)
+    print_diagnostics([each for part in system.parts for each in part.model.built.warnings])
+    click.echo(os.fsencode(goal))
 
 
 def _c_file(

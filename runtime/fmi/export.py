@@ -39,7 +39,7 @@ def write_fmu(
     name = model.description.identifier
     goals = [folder / f"{name}.fmu"]
     with written_whole(goals[0]) as aside:
-        _write_archive(aside, entries)
+        write_archive(aside, entries)
     for ending, text in texts.items():
         goals.append(folder / f"{name}{ending}")
         with written_whole(goals[-1]) as aside:
@@ -78,7 +78,8 @@ def _picture(model: FmuModel) -> bytes | None:
     return lay_out(to_dot(model.stages.causal), "png") if shutil.which("dot") else None
 
 
-def _write_archive(path: Path, entries: Mapping[str, bytes]) -> None:
+def write_archive(path: Path, entries: Mapping[str, bytes]) -> None:
+    """Write a zip archive; equal entries make equal archives."""
     with ZipFile(path, "w", ZIP_DEFLATED) as archive:
         for name, content in entries.items():
             info = ZipInfo(name, _EARLIEST)

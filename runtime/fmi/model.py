@@ -86,7 +86,7 @@ def prepare_model(
     )
     table = _with_nominals(table, scale)
     structure = model_structure(stages.lowered, table, start is not None)
-    identifier = _identifier(file, options.scene)
+    identifier = identifier_of(file, options.scene)
     counts = _counts(table, version)
     text = repr((table, structure, method, counts, version))
     token = digest_of([stages.emitted.source_hash, text])
@@ -187,8 +187,8 @@ def _options(method: Method, accounts: bool) -> tuple[tuple[str, str], ...]:
     )
 
 
-def _identifier(file: Path, scene: str | None) -> str:
-    """A name for files and C functions: letters, digits and single underscores."""
+def identifier_of(file: Path, scene: str | None) -> str:
+    """Return a name for files and C functions: letters, digits and single underscores."""
     text = file.stem if scene is None or scene == file.stem else f"{file.stem}_{scene}"
     words = re.findall(r"[A-Za-z0-9]+", text)
     name = "_".join(words)[:_LONGEST_IDENTIFIER].strip("_")
