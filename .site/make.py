@@ -18,6 +18,7 @@ from itertools import groupby
 from pathlib import Path
 
 from check_links import broken_links
+from figures import benchmarks, paper
 from pages import Links, Page, anchors_of, one_page, pages_by_heading, written
 
 from bgc.diagnostics.catalogue.pages import topics
@@ -67,6 +68,8 @@ def write_pages(
         "Manual": _manual(),
         "Library": _library(),
         "Gallery": _gallery(docs, every_scene if scenes is None else scenes, live),
+        "Figures of the paper": paper(),
+        "Benchmarks": benchmarks(docs, ROOT / "tests" / "bench" / "recorded.csv"),
         "Diagnostics": _diagnostics(),
         "Developing": _developing(),
     }

@@ -11,6 +11,7 @@ if not SITE.is_dir():
 sys.path.insert(0, str(SITE))
 
 from check_links import broken_links  # noqa: E402
+from figures import benchmarks, read_points  # noqa: E402
 from make import configuration, write_pages  # noqa: E402
 from pages import Links, Page, anchors_of, pages_by_heading, written  # noqa: E402
 
@@ -76,3 +77,19 @@ def test_broken_links_are_found(tmp_path):
         "a.html: c.html: no such file",
         "a.html: https://a.test/x.js: from another host",
     ]
+
+
+def test_benchmarks_show_all_recorded_numbers(tmp_path):
+    recorded = Path(__file__).parents[1] / "bench" / "recorded.csv"
+    points = read_points(recorded)
+    (page,) = benchmarks(tmp_path, recorded)
+    text = "\n".join(page.lines)
+    plots = dict.fromkeys(p.plot for p in points)
+    assert all(f"## {plot}\n" in text for plot in plots) and len(points) > 30
+    for p in points:
+        (row,) = (line for line in text.split(f"## {p.plot}\n")[1].partition("\n## ")[0].split("\n")
+                  if line.startswith(f"| {p.series} |"))  # fmt: skip
+        assert f" {p.value:g} |" in row
+    for number in range(1, len(plots) + 1):
+        drawing = (tmp_path / "benchmarks" / f"plot{number}.svg").read_text()
+        assert drawing.count("<path") > 10
