@@ -1,4 +1,4 @@
-"""Many runs of a model: ensembles, sweeps, estimation, operability."""
+"""Many runs of a model: ensembles, sweeps, estimation, optimisation, operability."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from bgc.runtime.studies.estimate import Estimate
     from bgc.runtime.studies.motion import Motion
     from bgc.runtime.studies.operability_result import Operability
+    from bgc.runtime.studies.optimum import Optimum
     from bgc.runtime.studies.sweep import Vary
 
 
@@ -256,6 +257,86 @@ class StudiedModel(LoadedModel):
         return fit(
             driven(self, inputs, recorded.time), method.started(start), recorded, bounds,
             FitOptions(loss, known, starts, confidence),
+        )  # fmt: skip
+
+    def optimise(
+        self,
+        vary: Vary,
+        *,
+        minimise: str | None = None,
+        maximise: str | None = None,
+        require: Sequence[str] | None = None,
+        over: Vary = (),
+        judge: str = "worst",
+        search: str | None = None,
+        starts: int = 1,
+        runs: int = 10_000,
+        seed: int = 0,
+        progress: bool = False,
+        duration: Quantity | None = None,
+        every: Quantity | None = None,
+        solver: str | None = None,
+        rtol: Quantity | None = None,
+        atol: Quantity | None = None,
+        step: Quantity | None = None,
+        max_step: Quantity | None = None,
+        substeps: int | None = None,
+        settle: Quantity | None = None,
+        start: Literal["rest", "given"] | None = None,
+    ) -> Optimum:
+        """Find the parameters of the best design, as `bgc optimise` does.
+
+        Parameters
+        ----------
+        vary
+            Parameters with their bounds, `{"k": "50..500 N/m"}` or `["k=50..500 N/m"]`. The search
+            starts at the present values, or at the nearest bound where they are outside.
+        minimise, maximise
+            The objective, one of both: an observable of a run such as `max(load.z) from 5 s`.
+        require
+            Limits on observables, `"max(pressure) < 210 bar"`; by default those of the scene,
+            `require pressure < 210 bar;`. An empty list stands for none.
+        over, judge
+            Values of other parameters, `{"w": "5..15 rad/s:40"}`: each design runs with all of
+            them, limits have to hold in each of these cases, and the objective is that of the
+            worst case ("worst") or the mean ("mean").
+        search
+            "gradient": sequential quadratic programming (SciPy's SLSQP) with central differences,
+            of which each point and its differences are one batch. "evolution": differential
+            evolution, without derivatives, one batch a generation. By default "gradient", and
+            "evolution" where an observable counts rows (`above`, `crossings`).
+        starts, seed
+            Number of designs within the bounds, points of a Sobol sequence, among which to start.
+        runs
+            Number of runs after which the search ends with the best design so far.
+        progress
+            Whether to show a line with the best design on a terminal.
+        duration, every, solver, rtol, atol, step, max_step, substeps, settle, start
+            As for `simulate`.
+
+        Raises
+        ------
+        OptimisationInterrupted
+            Ctrl-C; `result` is the best design by then.
+        BgError
+            An argument is at fault (BG655 and those of a wrong name, unit or number), or the run
+            at the start fails.
+        """
+        # As for `simulate_many`.
+        from bgc.runtime.running.batches import rows_at_once
+        from bgc.runtime.studies.optimise import Goal, Search, optimise
+        from bgc.runtime.studies.optimise_arguments import read_problem
+
+        problem = read_problem(self, vary, minimise, maximise, require, over)
+        options = method_options(rtol, atol, step, max_step, substeps, settle)
+        method, notices = method_of(self, solver, options)
+        times = times_of(
+            self, method, seconds_of(duration), seconds_of(every, "every"), rows_at_once(1_000)
+        )
+        return optimise(
+            self, method.started(start), times, problem.bounds,
+            Goal(problem.objective, maximise is not None, judge), problem.criteria, problem.over,
+            Search(search or "", starts, runs, seed), progress=progress, notices=notices,
         )  # fmt: skip
 
     def operability(

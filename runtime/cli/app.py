@@ -44,6 +44,7 @@ GROUPS = {
         "haptic": "run a scene in real time with its devices",
         "sweep": "simulate a scene for many values of its parameters",
         "fit": "estimate parameters from a recorded motion",
+        "optimise": "find the parameters that make an observable least or largest",
         "operability": "find the sea states in which criteria hold, and the downtime",
         "devices": "list drivers and haptic devices, and why one cannot be used",
         "build": "compile a scene to C, to a shared object or to an FMU",

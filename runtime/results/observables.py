@@ -61,6 +61,7 @@ _FUNCTIONS: Mapping[str, tuple[Callable[[Array, Array, float], float], str, bool
     )
 )
 FUNCTIONS = tuple(_FUNCTIONS)
+STEPPED = ("crossings", "above")  # observables that count rows: they have no derivatives
 
 _NUMBER = Shown("1")
 

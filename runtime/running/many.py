@@ -137,9 +137,10 @@ def observe_many(
     notices: Sequence[Diagnostic] = (),
     resume: bool = False,
     design: str = "cases",
+    library: LaneLibrary | None = None,
 ) -> Study:
     """Run as `simulate_many` does, and keep the observables of each run alone."""
-    work = plan.work(None if plan.alone else lane_library(plan.model))
+    work = plan.work(None if plan.alone else library or lane_library(plan.model))
     unfinished = _unfinished(plan) if resume else None
     recalled = _recall(work, unfinished, work.reduced)
     run_all(work, progress)

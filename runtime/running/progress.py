@@ -72,16 +72,14 @@ class ProgressBar:
         return bar, bar.add_task(self._label, total=self._end)
 
 
-class CompilingLine:
-    """A line that names the stage of a compilation, for the first run of a model.
+class StatusLine:
+    """A line on the terminal that says what goes on at present.
 
-    An object is called with each stage as it begins. Nothing is drawn or imported unless `wanted`
-    and standard error is a terminal, and nothing for a model that is taken from the cache.
+    Nothing is drawn or imported unless `wanted` and standard error is a terminal.
     """
 
-    def __init__(self, name: str, wanted: bool) -> None:
-        self._name = name
-        self._wanted = wanted and sys.stderr.isatty()
+    def __init__(self, wanted: bool) -> None:
+        self._wanted = wanted and sys.stderr is not None and sys.stderr.isatty()
         self._drawn: Status | None = None
 
     def __enter__(self) -> Self:
@@ -96,11 +94,10 @@ class CompilingLine:
         if self._drawn is not None:
             self._drawn.stop()
 
-    def __call__(self, stage: str) -> None:
-        """Show the stage that begins."""
+    def show(self, text: str) -> None:
+        """Replace the text of the line."""
         if not self._wanted:
             return
-        text = f"compiling {self._name} (first time): {stage}"
         if self._drawn is None:
             # Slow to load, and a model from the cache does without it.
             from rich.console import Console
@@ -108,3 +105,19 @@ class CompilingLine:
             self._drawn = Console(stderr=True, highlight=False).status(text, spinner="line")
             self._drawn.start()
         self._drawn.update(text)
+
+
+class CompilingLine(StatusLine):
+    """A line that names the stage of a compilation, for the first run of a model.
+
+    An object is called with each stage as it begins; nothing is drawn for a model that is taken
+    from the cache.
+    """
+
+    def __init__(self, name: str, wanted: bool) -> None:
+        super().__init__(wanted)
+        self._name = name
+
+    def __call__(self, stage: str) -> None:
+        """Show the stage that begins."""
+        self.show(f"compiling {self._name} (first time): {stage}")

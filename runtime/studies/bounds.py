@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from bgc.diagnostics.catalogue import listed
 from bgc.diagnostics.catalogue.ensembles import varied_twice
 from bgc.diagnostics.catalogue.studies import cannot_fit
 from bgc.diagnostics.diagnostic import BgError
 from bgc.language.columns import name_in_si
+from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded import Variable
 from bgc.runtime.running.parameters import Parameters
 from bgc.runtime.running.quantity import Quantity, in_si
-from bgc.runtime.running.sweep import Range
+from bgc.runtime.running.sweep import Range, sobol
 from bgc.runtime.studies.sweep import Vary, read_axes
 
 
@@ -27,11 +30,27 @@ def read_bounds(vary: Vary, parameters: Parameters) -> list[Range]:
     for axis in read_axes(vary, parameters):
         if any(axis.name == each.name for each in found):
             raise BgError([varied_twice(axis.name)])
-        numbers = axis.values()
+        ends = [axis.low, axis.high] if isinstance(axis, Range) else axis.values().tolist()
         info = parameters[axis.name]
-        low, high = max(numbers.min(), info.low), min(numbers.max(), info.high)
+        low, high = max(min(ends), info.low), min(max(ends), info.high)
         found.append(Range(axis.name, float(low), float(high)))
     return found
+
+
+def spread(bounds: Sequence[Range]) -> tuple[Range, ...]:
+    """Make positive ranges logarithmic whose ends are further apart than a factor of 10."""
+    return tuple(
+        Range(each.name, each.low, each.high, log=each.low > 0 and each.high > 10 * each.low)
+        for each in bounds
+    )
+
+
+def with_sobol(start: Array, bounds: Sequence[Range], count: int, seed: int = 0) -> Array:
+    """A point and `count - 1` points of a Sobol sequence within the bounds, (count, parameters)."""
+    if count < 2:
+        return start[None, :]
+    more = np.column_stack(list(sobol(bounds, count - 1, seed).values()))
+    return np.concatenate((start[None, :], more))
 
 
 def read_noise(

@@ -15,7 +15,8 @@ from bgc.diagnostics.diagnostic import BgError, Diagnostic
 from bgc.runtime.results.arrays import Array
 from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.run import Method
-from bgc.runtime.running.sweep import Range, sobol
+from bgc.runtime.running.sweep import Range
+from bgc.runtime.studies.bounds import spread, with_sobol
 from bgc.runtime.studies.estimate import Estimate
 from bgc.runtime.studies.motion import Recorded
 from bgc.runtime.studies.residuals import Residuals, penalty
@@ -125,14 +126,7 @@ def _scales(start: Array, low: Array, high: Array) -> Array:
 
 def _best_start(problem: Residuals, bounds: Sequence[Range], start: Array, count: int) -> Array:
     """The present values, or the point of a Sobol sequence with the least squares if better."""
-    points = start[None, :]
-    if count > 1:
-        spread = [
-            Range(each.name, each.low, each.high, log=each.low > 0 and each.high > 10 * each.low)
-            for each in bounds
-        ]
-        more = np.column_stack(list(sobol(spread, count - 1).values()))
-        points = np.concatenate((points, more))
+    points = with_sobol(start, spread(bounds), count)
     found = problem.many(points)
     squares = [
         np.inf if each is None

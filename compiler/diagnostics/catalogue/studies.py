@@ -1,4 +1,4 @@
-"""BG47x, BG78x, BG79x: observables of runs, tables of cases, stores, clusters, estimation."""
+"""BG47x, BG65x, BG78x, BG79x: observables, tables of cases, stores, estimation, optimisation."""
 
 from __future__ import annotations
 
@@ -132,3 +132,82 @@ def cannot_fit(reason: str, way_out: str) -> Diagnostic:
     by `--set`.
     """
     return error("BG479", f"the parameters cannot be estimated: {reason}", help=way_out)
+
+
+def cannot_optimise(reason: str, way_out: str) -> Diagnostic:
+    """BG655: an optimisation that cannot begin
+
+    What: no design can be compared with another one.
+
+    Why: no parameter is varied, the bounds of one hold a single value of its range or are too far
+    apart, a parameter is in `--vary` and in `--over`, the objective changes in steps and
+    `--search gradient` is asked for, or the run at the start fails.
+
+    Example: `--vary "k=5..5 N/m"`.
+
+    Way out: widen the bounds, or begin at another design: `--set "k=100 N/m"`, `--starts 32`.
+    """
+    return error("BG655", f"the design cannot be optimised: {reason}", help=way_out)
+
+
+def limits_not_met(exceeded: Sequence[str]) -> Diagnostic:
+    """BG656: no design that was tried meets all limits
+
+    What: the result is the design with the least excess over the limits, not one that meets them.
+
+    Why: within the bounds of the parameters no design meets the limits, or the search ended
+    before it found one.
+
+    Example: `--require "max(force) < 1 N"` where the least force within the bounds is 3 N.
+
+    Way out: widen the bounds, raise the limit, or search wider: `--starts 64`,
+    `--search evolution`.
+    """
+    which = " and ".join(f"`{each}`" for each in exceeded)
+    return warning(
+        "BG656",
+        f"no design that was tried meets {which}",
+        help="widen the bounds, raise the limit, or search wider: `--starts 64`",
+    )
+
+
+def without_influence(names: Sequence[str]) -> Diagnostic:
+    """BG657: a parameter without influence on the objective and the limits
+
+    What: the derivatives of the objective and of all limits by this parameter are zero at the
+    best design, so that its value there has no meaning.
+
+    Why: the observed quantities do not depend on it, or the objective is the value of a quantity
+    that is limited or at rest.
+
+    Example: the stiffness of a stop that is not reached.
+
+    Way out: omit the parameter, or observe a quantity that depends on it.
+    """
+    listed = ", ".join(f"`{name}`" for name in names)
+    return warning(
+        "BG657",
+        f"{listed} has no influence on the objective and the limits at the best design",
+        help="omit it from the varied parameters",
+    )
+
+
+def designs_failed(failed: int, runs: int, first: str) -> Diagnostic:
+    """BG658: runs of an optimisation that failed
+
+    What: some designs within the bounds cannot be simulated. The search counts them as worse than
+    all others and goes on.
+
+    Why: an assertion of the model does not hold for them, a law is undefined, or the integration
+    does not proceed.
+
+    Example: `--vary "k=1..1000 N/m"` of a model with `assert k < 900 N/m, "the spring breaks";`.
+
+    Way out: none is needed where the best design is inside; bounds without such designs make the
+    search shorter.
+    """
+    return warning(
+        "BG658",
+        f"{failed} of {runs} runs failed and count as worse than all others; the first: {first}",
+        help="narrower bounds make the search shorter",
+    )

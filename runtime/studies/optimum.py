@@ -1,0 +1,195 @@
+"""The result of an optimisation: the best design, its limits, and the way to it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bgc.diagnostics.diagnostic import Diagnostic
+from bgc.diagnostics.doors import with_doors
+from bgc.printing.tables import Table, table_text
+from bgc.runtime.results.arrays import Array
+from bgc.runtime.results.files import written_whole
+from bgc.runtime.results.observables import Criterion, Observable
+from bgc.values.shown import Shown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_REACHED = 1e-3  # share of a limit within which it counts as reached
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """A criterion at the best design: its value in the worst case, and the free share of it."""
+
+    criterion: Criterion
+    value: float
+    case: int
+    slack: float
+
+    @property
+    def note(self) -> str:
+        """`exceeded`, `reached`, or nothing."""
+        if self.slack < -1e-6:
+            return "exceeded"
+        return "reached" if self.slack <= _REACHED else ""
+
+
+@with_doors
+@dataclass(frozen=True, eq=False, repr=False)
+class Optimum:
+    """The best design: `optimum["k"]` is the value of a parameter, SI.
+
+    Attributes
+    ----------
+    names, values, low, high, start
+        The varied parameters, their values in the best design, their bounds and the values from
+        which the search started, SI.
+    at_bound
+        Whether a parameter lies at a bound.
+    objective, at_start
+        The observable `goal` of the best design and of the start, in the unit of its column; of
+        several cases the worst one or the mean (`judge`).
+    governing
+        The number of the case that is worst for the objective.
+    limits
+        The criteria with their values in the worst case.
+    over
+        Parameters over which each design runs, with their values in its cases, SI.
+    converged, search
+        Whether the search ended by itself; `gradient` or `evolution`.
+    runs, failed, failures
+        The number of runs, of those that failed, and their errors.
+    history
+        Runs, objective and largest excess over a limit (a share of it) whenever a better design was
+        found, (n, 3).
+    warnings
+        Limits that no design met (BG656), parameters without influence (BG657).
+    """
+
+    scene: str
+    names: tuple[str, ...]
+    values: Array
+    low: Array
+    high: Array
+    start: Array
+    at_bound: tuple[bool, ...]
+    goal: Observable
+    largest: bool
+    judge: str
+    objective: float
+    at_start: float
+    governing: int
+    limits: tuple[Limit, ...]
+    over: Mapping[str, Array]
+    shown: Mapping[str, Shown]
+    search: str
+    converged: bool
+    runs: int
+    failed: int
+    failures: tuple[Diagnostic, ...]
+    history: Array
+    warnings: tuple[Diagnostic, ...] = ()
+
+    def __getitem__(self, name: str) -> float:
+        return float(self.values[self.names.index(name)])
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [*self.names]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether all limits are met."""
+        return all(each.note != "exceeded" for each in self.limits)
+
+    def parameters(self) -> dict[str, float]:
+        """The best values by name, SI: an argument of `Model.simulate(parameters=..)`."""
+        return dict(zip(self.names, self.values.tolist(), strict=True))
+
+    def __repr__(self) -> str:
+        return "\n".join(table_text(each).rstrip() for each in self.tables())
+
+    def _repr_html_(self) -> str:
+        # Only a notebook needs it.
+        from bgc.runtime.results.html import table_html
+
+        return "".join(table_html(each) for each in self.tables())
+
+    def tables(self) -> list[Table]:
+        """The design with its objective; the limits, if there are any."""
+        rows = []
+        for k, name in enumerate(self.names):
+            shown = self.shown[name]
+            cells = (f"{shown.number(x):.6g}" for x in (self.values[k], self.start[k]))
+            bounds = " .. ".join(f"{shown.number(x):.6g}" for x in (self.low[k], self.high[k]))
+            label = f"{name} [{shown.label}]" if shown.label else name
+            rows.append((label, *cells, bounds, "at its bound" if self.at_bound[k] else ""))
+        found = [
+            Table(f"{self.scene}: best design", ("", "best", "start", "bounds", ""), tuple(rows)),
+            self._objective_table(),
+        ]
+        if self.limits:
+            lines = tuple(
+                (each.criterion.name, each.criterion.observable.shown.text(each.value), each.note)
+                for each in self.limits
+            )
+            found.append(Table("limits", ("", "value", ""), lines))
+        return found
+
+    def _objective_table(self) -> Table:
+        shown = self.goal.shown
+        way = "maximised" if self.largest else "minimised"
+        joined = ""
+        if self.over:
+            count = len(next(iter(self.over.values())))
+            joined = f", {'mean' if self.judge == 'mean' else 'worst'} of {count} cases"
+        failed = f", {self.failed} of which failed" if self.failed else ""
+        notes = [f"{self.runs} run{'s' * (self.runs > 1)}{failed}"]
+        if self.over and self.judge == "worst":
+            at = ", ".join(
+                f"{name} = {self.shown[name].text(float(values[self.governing]))}"
+                for name, values in self.over.items()
+            )
+            notes.append(f"the worst case is {at}")
+        if not self.converged:
+            notes.append("the search did not end by itself")
+        cells = (self.goal.name, shown.text(self.objective), shown.text(self.at_start))
+        return Table(f"{way}{joined}", ("", "best", "start"), (cells,), "\n".join(notes))
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write `name,best,start,low,high`: parameters, the objective and limits, SI numbers."""
+        with written_whole(path) as aside, aside.open("w", encoding="utf-8") as file:
+            file.write("name,best,start,low,high\n")
+            for k, name in enumerate(self.names):
+                cells = (self.values[k], self.start[k], self.low[k], self.high[k])
+                file.write(f"{name},{','.join(repr(float(x)) for x in cells)}\n")
+            quoted = f'"{self.goal.name}"'
+            file.write(f"{quoted},{self.objective!r},{self.at_start!r},,\n")
+            for each in self.limits:
+                ends = (",", repr(each.criterion.limit))
+                low, high = ends if each.criterion.below else ends[::-1]
+                file.write(
+                    f'"{each.criterion.observable.name}",{each.value!r},,{low.strip(",")},'
+                    f"{high.strip(',')}\n"
+                )
+
+    def plot(self, path: str | Path | None = None) -> Figure:
+        """Draw the objective and the largest excess over the runs; return the figure."""
+        # Loads matplotlib.
+        from bgc.runtime.studies.optimum_plot import plot_optimum
+
+        shown = self.goal.shown
+        label = f"{self.goal.name} [{shown.label}]" if shown.label else self.goal.name
+        return plot_optimum(self.history / (1.0, shown.factor, 1.0), label, self.scene, path)
+
+
+class OptimisationInterrupted(KeyboardInterrupt):
+    """Ctrl-C during an optimisation; `result` holds the best design by then, or None."""
+
+    def __init__(self, result: Optimum | None, runs: int) -> None:
+        kept = "; the best design by then" if result is not None else ""
+        super().__init__(f"interrupted after {runs} runs{kept}")
+        self.result = result
