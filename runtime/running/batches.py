@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from threading import Lock
+from time import thread_time
 
 import numpy as np
 
@@ -55,6 +56,7 @@ class Work:
     completed: set[int] = field(default_factory=set)
     together: set[int] = field(default_factory=set)
     over_budget: list[Mapping[str, float]] = field(default_factory=list)  # counts of instances
+    seconds: float = 0.0  # processor time of all threads
     running: dict[int, list[Instance]] = field(default_factory=dict)  # by the number of the first
     stopping: bool = False
 
@@ -195,7 +197,10 @@ def run_all(work: Work, progress: bool, threads: int = 0) -> None:
                 start = next(starts, None)
             if start is None:
                 return
+            begin = thread_time()
             work.run_batch(start)
+            with lock:
+                work.seconds += thread_time() - begin
 
     count = threads or processors()
     with (

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from time import perf_counter
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from bgc.runtime.running.lanes import LaneLibrary
 from bgc.runtime.running.many import Plan
 
 BATCH = 8  # cases that stay together: a multiple of the instances of a batch on every machine
-SECONDS = 1.0  # that a chunk is to take
+SECONDS = 1.0  # of processor time that a chunk is to take on each thread
 _LARGEST = 65536  # cases of a chunk
 
 
@@ -32,7 +31,7 @@ class Chunk:
     failures: Mapping[int, Diagnostic]
     together: frozenset[int]
     over_budget: tuple[Mapping[str, float], ...]
-    seconds: float
+    seconds: float  # of processor time
     stopped: bool = False
 
     def add_to(self, work: Work) -> None:
@@ -54,7 +53,6 @@ def run_chunk(
 ) -> Chunk:
     """Run some cases of a plan; `library` is that of the batches."""
     work = plan.work(library, cases)
-    begin = perf_counter()
     run_all(work, progress=False, threads=threads)
     return Chunk(
         first,
@@ -65,7 +63,7 @@ def run_chunk(
         work.failures,
         frozenset(work.together),
         tuple(work.over_budget),
-        perf_counter() - begin,
+        work.seconds,
         work.stopping,
     )
 
@@ -87,7 +85,10 @@ def refused(first: int, plan: Plan, count: int, why: Diagnostic) -> Chunk:
 
 
 class Waiting:
-    """The cases that are still to be run, handed out in chunks of about a second.
+    """The cases that are still to be run, handed out in chunks of about a second a thread.
+
+    Processor time counts: on a busy machine chunks by the clock would be ever smaller, and their
+    tasks cost more than their runs.
 
     A chunk begins at a multiple of `BATCH`, so that its batches are those of a run of all cases,
     and have the same bits.
@@ -101,7 +102,7 @@ class Waiting:
         self._count = count
         self._starts = [int(k) * BATCH for k in np.flatnonzero(waiting)]
         self._next = 0
-        self._each = 0.0  # seconds of a case, of the last chunks
+        self._each = 0.0  # seconds of processor time of a case, of the last chunks
 
     def __bool__(self) -> bool:
         return self._next < len(self._starts)

@@ -1,79 +1,35 @@
 """Chunks of a study on the workers of a Dask scheduler.
 
-Each task carries the C text of the model with its hash. A worker compiles it on first use, for its
-own processor and into its own cache, so a worker that joins late or replaces a killed one needs
-nothing from anywhere else. Cases that end every worker that runs them are reported as failed.
+Each task carries the C text of the model with its hash. A worker (`worker.py`) compiles it on
+first use, for its own processor and into its own cache, so a worker that joins late or replaces a
+killed one needs nothing from anywhere else. Cases that end every worker that runs them are reported
+as failed.
 """
 
 from __future__ import annotations
 
 import pickle
-import tempfile
 import zlib
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from pathlib import Path, PurePath
-from threading import Lock
+from dataclasses import replace
+from pathlib import PurePath
 from typing import Any
 
-from bgc.building.build import Unit, build_shared_object
-from bgc.building.built import Built, Places, RunFacts
-from bgc.building.cache import digest_of_bytes, open_cache
-from bgc.building.toolchain import find_toolchain
+from bgc.building.cache import digest_of_bytes
 from bgc.diagnostics.catalogue.ensembles import source_changed
 from bgc.diagnostics.catalogue.machine import package_missing
 from bgc.diagnostics.catalogue.studies import cluster_unusable
-from bgc.diagnostics.diagnostic import BgError, Diagnostic
+from bgc.diagnostics.diagnostic import BgError
 from bgc.driver import compile_scene, model_units
 from bgc.emission.emit import content_of
-from bgc.runtime.results.arrays import Array
-from bgc.runtime.results.observables import Observable
-from bgc.runtime.running.cases import Cases
 from bgc.runtime.running.identity import bgc_version, device_files
-from bgc.runtime.running.lanes import LaneLibrary
-from bgc.runtime.running.loaded import LoadedModel
 from bgc.runtime.running.many import Plan, lane_options
-from bgc.runtime.running.run import Method
-from bgc.runtime.studies.chunks import BATCH, Chunk, Waiting, refused, run_chunk
+from bgc.runtime.studies.chunks import BATCH, Chunk, Waiting, refused
+from bgc.runtime.studies.worker import Contents, Shipped, Task, run_task
 
 _TIMEOUT = 10.0  # s, for the scheduler to answer, and for its first worker
 _AHEAD = 2  # chunks for each thread of the workers
-_MODELS = 8  # that a worker holds in memory
-
-_held: dict[str, tuple[LoadedModel, LaneLibrary | None]] = {}  # by hash; of one worker process
-_lock = Lock()
-
-
-@dataclass(frozen=True, slots=True)
-class Shipped:
-    """A model as a task carries it: compressed C text and facts, and their hash."""
-
-    key: str
-    packed: bytes
-    version: str
-
-
-@dataclass(frozen=True, slots=True)
-class _Contents:
-    units: tuple[Unit, ...]
-    facts: RunFacts
-    places: Places
-    files: tuple[tuple[str, bytes], ...]  # that devices read
-    in_batches: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Task:
-    """A chunk to run: everything but the model."""
-
-    first: int
-    cases: Cases
-    method: Method
-    times: Array
-    alone: str
-    varied: tuple[str, ...]
-    observables: tuple[Observable, ...]
 
 
 def ship(plan: Plan) -> Shipped:
@@ -92,43 +48,11 @@ def ship(plan: Plan) -> Shipped:
         for name, found in device_files(model)
         if not PurePath(name).is_absolute() and ".." not in PurePath(name).parts
     )
-    contents = _Contents(
+    contents = Contents(
         model_units(emitted, options), model.facts, model.places, tuple(inside), not plan.alone
     )
     packed = zlib.compress(pickle.dumps(contents), 6)
     return Shipped(digest_of_bytes(packed), packed, bgc_version())
-
-
-def run_task(shipped: Shipped, task: Task) -> Chunk | tuple[Diagnostic, ...]:
-    """Run a chunk in a worker; return diagnostics where the worker cannot build the model."""
-    try:
-        model, library = _model(shipped)
-    except BgError as problem:  # does not survive the way back as an exception
-        return problem.diagnostics
-    plan = Plan(
-        model, task.method, task.cases, task.times, task.alone, task.varied, task.observables
-    )
-    return run_chunk(plan, library, task.first, task.cases, threads=1)
-
-
-def _model(shipped: Shipped) -> tuple[LoadedModel, LaneLibrary | None]:
-    """Build a model in this worker's cache, or take the one that it holds."""
-    if shipped.version != bgc_version():
-        reason = f"a worker has bgc {bgc_version()}, this process {shipped.version}"
-        raise BgError([cluster_unusable("the workers", reason)])
-    with _lock:
-        if shipped.key not in _held:
-            contents: _Contents = pickle.loads(zlib.decompress(shipped.packed))
-            path = build_shared_object(contents.units, find_toolchain(), open_cache())
-            folder = Path(tempfile.mkdtemp(prefix="bgc-")) if contents.files else Path()
-            for name, content in contents.files:
-                (folder / name).parent.mkdir(parents=True, exist_ok=True)
-                (folder / name).write_bytes(content)
-            model = LoadedModel(Built(path, contents.facts, places=contents.places), folder)
-            while len(_held) >= _MODELS:
-                del _held[next(iter(_held))]
-            _held[shipped.key] = model, LaneLibrary(path) if contents.in_batches else None
-        return _held[shipped.key]
 
 
 def on_cluster(plan: Plan, address: str, waiting: Waiting) -> Iterator[Chunk]:

@@ -20,7 +20,7 @@ from bgc.runtime.running import batches
 from bgc.runtime.running.cases import checked_cases
 from bgc.runtime.running.many import plan_many
 from bgc.runtime.running.simulate import method_of, times_of
-from bgc.runtime.studies import chunks, cluster, store
+from bgc.runtime.studies import chunks, cluster, store, worker
 from bgc.runtime.studies.chunks import Waiting
 from bgc.runtime.studies.sweep import observables_of
 
@@ -179,7 +179,7 @@ class Future:
 
     def result(self):
         shipped, task = self.task
-        return cluster.run_task(shipped, task)
+        return worker.run_task(shipped, task)
 
     def release(self) -> None:
         pass
@@ -227,4 +227,4 @@ def test_runs_that_end_every_worker_are_failed_and_the_others_are_done(model, mo
 
 def test_a_worker_of_another_version_is_refused(model):
     with pytest.raises(BgError, match="BG799"):
-        cluster._model(cluster.Shipped("key", b"", "0.0.0"))
+        worker.build_model(worker.Shipped("key", b"", "0.0.0"))
