@@ -233,17 +233,20 @@ static bgc_status reject(bgc_data *d, bgc_status reason, double h) {
     return BGC_OK;
 }
 
-/* The state with the largest error over its tolerance. */
-static int worst_state(const bgc_model *m, const bgc_data *d) {
+/* The first state whose error is not finite, or that with the largest over its tolerance. */
+static int worst_state(const bgc_model *m, const bgc_data *d, const double *errors) {
     const bgc_core *core = &d->core;
     const double reached = core->counts.scale_reached;
     double worst = -1.0;
-    int k = -1;
+    int k = bgc_first_bad(m->n_state, errors);
 
+    if (k >= 0) {
+        return k;
+    }
     for (int i = 0; i < m->n_state; i++) {
         const double size = fmax(fabs(d->x[i]), fabs(d->next[i]));
-        const double error = fabs(d->error[i]) / bgc_step_tolerance(size, d->scale[i], reached,
-                                                                    core->rtol, core->atol);
+        const double error = fabs(errors[i]) / bgc_step_tolerance(size, d->scale[i], reached,
+                                                                  core->rtol, core->atol);
         if (error > worst) {
             worst = error;
             k = i;
@@ -370,7 +373,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
         bgc_judge_rounding(m, d, error);
     }
     if (error > 1.0) {
-        core->failed_state = worst_state(m, d);
+        core->failed_state = worst_state(m, d, d->error);
         return reject(d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
     }
 
@@ -391,6 +394,7 @@ static bgc_status attempt_adaptive(const bgc_model *m, bgc_data *d, const bgc_me
     }
     error = fmax(error, dense_error(m, d, method));
     if (error > 1.0) {
+        core->failed_state = worst_state(m, d, d->right);
         return reject(d, BGC_STEP_TOO_SMALL, bgc_shorter_step(h, error, q));
     }
 

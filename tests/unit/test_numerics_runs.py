@@ -103,6 +103,18 @@ def test_evaluation_at_the_present(c_model: Any) -> None:
     np.testing.assert_allclose(y, [2.0, 1.0])
 
 
+def test_rejected_steps_keep_f_and_its_jacobian(c_model: Any) -> None:
+    """The first step takes three more Jacobians, which limit it."""
+    robertson = c_model("robertson")
+    robertson.start("rodas5p", rtol=1e-6, step=1.0)
+    robertson.finish([1.0, 100.0])
+    counts = robertson.counts
+    assert counts.rejected >= 5
+    assert counts.jacobians <= counts.steps + 3
+    # Eight stages, of which the first is kept; dense output and the first step evaluate f too.
+    assert counts.rhs < 8 * (counts.steps + counts.rejected)
+
+
 # --- saved states ----------------------------------------------------------------------------
 
 
@@ -160,6 +172,14 @@ def test_finite_escape_keeps_rows_and_last_good_state(c_model: Any) -> None:
     assert escape.time == pytest.approx(1.0, abs=1e-6)
     assert np.isfinite(escape.state).all()
     assert escape.library.bgc_failed_state(escape.data) in (0, 1)
+
+
+@pytest.mark.parametrize("method", ["rodas5p", "rodas4p2", "radau5", "dopri5"])
+def test_the_state_that_escapes_is_reported(c_model: Any, method: str) -> None:
+    """Errors of either sign, at the end of the step or within it."""
+    escape = failing(c_model, 0, method, rtol=1e-6)
+    assert escape.run([2.0])[0] in ("STEP_TOO_SMALL", "NOT_FINITE")
+    assert escape.library.bgc_failed_state(escape.data) == 0
 
 
 def test_end_of_the_domain_is_reported_with_the_state(c_model: Any) -> None:
