@@ -22,7 +22,7 @@ typedef struct {
     int at_fault;        /* the state with the largest excess */
 } algebraic_defect;
 
-/* Evaluates the defect; f at d->next is in d->error. */
+/* Raises the defect, which begins with zeros and no state, to that of d->next, f at which is in d->error. */
 static bgc_status measure_defect(const bgc_model *m, bgc_data *d, int fixed,
                                  algebraic_defect *found) {
     bgc_status status;
@@ -35,7 +35,6 @@ static bgc_status measure_defect(const bgc_model *m, bgc_data *d, int fixed,
         return BGC_NOT_FINITE;
     }
     status = bgc_solve(m, d, d->right);
-    *found = (algebraic_defect){0.0, 0.0, -1};
     for (int k = 0; k < d->n_block; k++) {
         const int i = d->block[k];
         const double size = fabs(d->next[i]), change = fabs(d->right[i]);

@@ -65,10 +65,10 @@ void bgc_scale_inner(const bgc_model *m, bgc_data *d) {
         const double *row = d->inner + i * width;
         const size_t before = i < width ? i : width;
         double sum = 0.0;
-        for (size_t j = 0; width > 0 && j < before; j++) {
+        for (size_t j = 0; j < before; j++) {
             sum += fabs(row[j]) * d->scale[j];
         }
-        d->scale[i] = width > 0 && i < width ? sum / fabs(row[i]) : sum;
+        d->scale[i] = i < width ? sum / fabs(row[i]) : sum;
         d->scale[i] = isfinite(d->scale[i]) ? d->scale[i] : 0.0;
     }
 }
