@@ -63,6 +63,21 @@ def test_without_the_guard_the_same_model_fails(
     assert status != "OK" or np.abs(rows[:, 2] - np.exp(-TIMES)).max() > 1e-3
 
 
+def test_solutions_are_checked_for_a_while_after_a_large_growth(c_library: Any) -> None:
+    static, once, watched = range(3)  # bgc_pivoting
+    choose = c_library("kaps").bgc_choose_checks
+    choose.argtypes = (ctypes.c_long, ctypes.c_double, ctypes.POINTER(ctypes.c_int))
+    left = ctypes.c_int(0)
+
+    def chosen(numbers: range, growth: float) -> list[int]:
+        return [choose(number, growth, left) for number in numbers]
+
+    assert chosen(range(1, 34), 1e5) == [once, *[static] * 15, once, *[static] * 15, once]
+    assert chosen(range(34, 35), 1.1e5) == [watched]
+    assert chosen(range(35, 134), 1.0) == [watched] * 99
+    assert chosen(range(134, 146), 1.0) == [*[static] * 11, once]
+
+
 def test_well_behaved_pivots_cost_nothing(c_model: Any) -> None:
     for stiffness in (1e4, 1e8, 1e14):
         pendulum = c_model("pendulum")
@@ -81,6 +96,49 @@ def solve_dense(library: ctypes.CDLL, matrix: Floats, b: Floats) -> tuple[Floats
     library.bgc_solve_dense.restype = None
     library.bgc_solve_dense(n, factors, pivot, x.ctypes.data_as(doubles))
     return x, list(pivot)
+
+
+def as_doubles(values: Floats) -> Any:
+    return values.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+@pytest.mark.parametrize(
+    ("factors", "first"),
+    [
+        ([[2.0, 1.0], [1.0, 1.0]], -1),
+        ([[1.0, 1.0], [-1.0, 8.0e-16]], 1),  # below the rounding of two terms, 2 * 2 epsilon
+        ([[1.0, 1.0], [-1.0, 1.0e-15]], -1),
+        ([[1.0, 1.0], [1.0, -8.0e-16]], 1),  # whatever its sign
+        ([[1.0, 0.0, 0.0], [0.0, 1.0, 1.0], [0.0, 1.0, 1.0e-15]], 2),  # a later term
+        ([[1.0, 0.0, 2.0], [0.0, 1.0, 2.0], [1.0, -1.0, 5.0e-15]], 2),  # terms that cancel
+        ([[0.0]], 0),
+    ],
+)
+def test_a_pivot_of_rounding_errors_is_found(
+    c_library: Any, factors: list[list[float]], first: int
+) -> None:
+    lu = np.array(factors)
+    assert c_library("kaps").bgc_rounded_pivot(len(lu), as_doubles(lu)) == first
+
+
+@pytest.mark.parametrize(
+    ("rows", "undetermined"),
+    [
+        ([[1.0, 2.0], [2.0, 4.0]], 1),
+        ([[0.0, 1.0], [0.0, 2.0]], 0),
+        ([[1.0, 2.0, 3.0], [0.0, 0.0, 0.0], [1.0, 0.0, 1.0]], 2),
+        ([[np.nan, 1.0], [np.nan, 2.0]], 0),
+        ([[0.0, 1.0], [1.0, 0.0]], -1),
+    ],
+)
+def test_rows_that_do_not_determine_a_state_are_found(
+    c_library: Any, rows: list[list[float]], undetermined: int
+) -> None:
+    matrix, pivot, scratch = np.array(rows), np.zeros(3, np.intc), np.zeros(3)
+    found = c_library("kaps").bgc_factorise_dense(
+        len(rows), as_doubles(matrix), pivot.ctypes.data_as(ctypes.c_void_p), as_doubles(scratch)
+    )
+    assert found == undetermined
 
 
 def test_units_of_the_rows_do_not_pick_the_pivots(c_library: Any) -> None:
@@ -185,6 +243,17 @@ def test_the_fallback_solves_it_and_nothing_else_would(folder: Path) -> None:
     for entries in broken:
         status, error, _ = run_emitted(blind, entries)
         assert status is not Status.OK or error.max() > 1e-3
+
+
+@pytest.mark.parametrize(("method", "step"), [("rodas5p", 0.0), ("radau5", 0.0), ("gauss4", 0.02)])
+def test_a_solution_that_is_acceptable_is_not_refined(
+    c_model: Any, method: str, step: float
+) -> None:
+    pivots = c_model("pivots")
+    pivots.set(p0=1e-3)
+    pivots.start(method, rtol=1e-8, step=step)
+    pivots.finish(TIMES)
+    assert pivots.counts.refinements == 0
 
 
 # --- complex systems of collocation methods ------------------------------------------------------

@@ -83,6 +83,28 @@ def test_the_largest_excess_and_its_time_are_reported(c_model: Any) -> None:
 
 
 @pytest.mark.parametrize("method", DIVISIBLE)
+def test_the_quick_check_of_a_first_attempt_agrees_with_its_error(
+    c_model: Any, method: str
+) -> None:
+    """The counts report the error of an attempt of 0.05 s that the budget forces."""
+
+    def run(step: float, rtol: float) -> Any:
+        instance = c_model("prothero_robinson")
+        instance.set(p0=-10.0)
+        instance.start(method, step=step, substeps=2, rtol=rtol)
+        instance.state[0] = 2.0
+        assert instance.call("bgc_restart") == "OK"
+        instance.finish([step])
+        return instance
+
+    forced = run(0.1, 1e-9)
+    assert forced.counts.excess_time == 0.0
+    for part, subdivided in ((1.01, 0), (0.99, 1)):
+        rtol = part * 1e-9 * forced.counts.largest_excess
+        assert run(0.05, rtol).counts.subdivided == subdivided
+
+
+@pytest.mark.parametrize("method", DIVISIBLE)
 def test_steps_end_on_the_grid(c_model: Any, method: str) -> None:
     stop = c_model("stop")
     stop.start(method, step=0.1, substeps=7, rtol=1e-6)
