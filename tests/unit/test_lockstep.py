@@ -30,6 +30,42 @@ def alone(model: Model, ensemble: Ensemble, **options: float | str) -> np.ndarra
     return np.array([np.column_stack([run[name] for name in ensemble.names]) for run in runs])
 
 
+SWING = """
+model Swing {
+  param k : N/m = 10 N/m;
+  joint : J1;
+  body : I(1 kg);
+  spring : C(q0 = 1 m) { e = k*q*(1 + (q/1 m)^2); }
+  damper : R(0.3 N*s/m);
+  push : Se(e = 3 N * sin(time/1 s));
+  push -> joint -> body, spring, damper;
+}
+scene s of Swing {
+  observe spring.q as q, body.f as v, energy.supplied, energy.residual;
+  run 20 s every 0.37 s;
+}
+"""
+RUNS = [
+    {"solver": "rodas5p", "rtol": 1e-4},
+    {"solver": "rodas5p", "rtol": 1e-4, "step": 3.0},  # the first one
+    {"solver": "rodas4p2", "rtol": 1e-4},
+    {"solver": "dopri5", "rtol": 1e-4},
+    {"solver": "dopri5", "rtol": 1e-3, "max_step": 0.1},
+    {"solver": "ros34prw", "step": 0.05},
+    {"solver": "rk4", "step": 0.05},
+]
+
+
+def test_instances_that_are_alike_take_the_steps_of_one_alone(tmp_path: Path) -> None:
+    """Other steps differ by the tolerance, the same ones by rounding."""
+    model = compiled(tmp_path, SWING)
+    for options in RUNS:
+        ensemble = model.simulate_many({"k": [10.0] * 4}, **options)
+        assert ensemble.together == 4
+        expected = alone(model, ensemble, **options)
+        np.testing.assert_allclose(ensemble.values, expected, atol=1e-7)
+
+
 def test_long_steps_along_stiff_solutions_are_right_inside_too(tmp_path: Path) -> None:
     """y = cos t at any rate: the error estimate of such a method is zero."""
     model = compiled(
