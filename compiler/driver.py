@@ -16,7 +16,6 @@ from bgc.building.cache import Cache, digest_of, open_cache
 from bgc.building.preview import previewed
 from bgc.building.recall import remember
 from bgc.building.toolchain import find_toolchain
-from bgc.causality.assign import assign_causality
 from bgc.diagnostics.catalogue.arguments import unknown_driver
 from bgc.diagnostics.diagnostic import BgError, Diagnostic, Severity, as_error
 from bgc.elaboration.elaborate import check_file_values, elaborate
@@ -28,6 +27,7 @@ from bgc.emission.lower import lower
 from bgc.emission.optimise import optimise
 from bgc.emission.switches import places_of
 from bgc.equations.derive import derive_equations
+from bgc.equations.followers import causality_and_equations
 from bgc.ir import verify as invariants
 from bgc.ir.causal import CausalGraph
 from bgc.ir.graph import FlatGraph
@@ -183,11 +183,11 @@ def _stages(
     folding = Folding(graph, ()) if options.whole else fold_parameters(graph)
     yield "fold", "folding", folding
 
-    causal = assign_causality(folding.graph)
+    causal, derived = causality_and_equations(folding.graph)
     warnings += causal.warnings
     yield "causality", "causal", causal
 
-    equations = derive_equations(causal)
+    equations = derived or derive_equations(causal)
     warnings += equations.warnings
     yield "equations", "equations", equations
 

@@ -225,6 +225,8 @@ def _members(class_of: Sequence[int], ports: Sequence[ElementPort]) -> tuple[Bon
 
 def _roles(dag: Dag, element: Element, dual: Sequence[bool]) -> list[tuple[int, Port, Role]]:
     match element:
+        case Source(follows=True):
+            return [(0, element.port, Role.RESISTANCE)]
         case Source():
             gives_through = (element.kind == "Sf") != dual[element.port.bond]
             return [(0, element.port, Role.FLOW_SOURCE if gives_through else Role.EFFORT_SOURCE)]

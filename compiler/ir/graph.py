@@ -124,7 +124,8 @@ class Junction:
 class Source:
     """Se or Sf: sets its bond's effort or flow, in the bond's own sense, to `value`.
 
-    `Se(e = 5 V)` imposes 5 V for either direction of its half arrow.
+    `Se(e = 5 V)` imposes 5 V for either direction of its half arrow. A source that `follows` has a
+    value that depends on its own bond's other variable: causality takes it as a resistance.
     """
 
     name: str
@@ -132,6 +133,7 @@ class Source:
     port: Port
     value: Node
     span: Span
+    follows: bool = False
 
 
 @dataclass(frozen=True, slots=True)

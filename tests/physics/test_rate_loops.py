@@ -136,11 +136,56 @@ def test_a_speed_in_a_nonlinear_rate_becomes_an_algebraic_state(tmp_path):
     agree(result, {"th": th, "i.p": p, "c.q": (1 + 0.1 * th) * p / 3.16}, 1e-7)
 
 
-def test_a_flow_that_follows_its_own_rate_is_refused(tmp_path):
-    model = "push : MSf(f = 1 - 2*body.e); j : J1; body : I(2); push -> j -> body;"
+@pytest.mark.parametrize(
+    ("model", "state", "start", "final", "time"),
+    [
+        # f = 1 - 2 e = p/2 and p' = e
+        ("push : MSf(f = 1 - 2*body.e); j : J1; body : I(2); push -> j -> body;",
+         "body.p", 0, 2, 4),
+        # the same behind an arrow that leaves the junction
+        ("push : MSf(f = 1 - 2*body.e); j : J1; body : I(2); j -> push; j -> body;",
+         "body.p", 0, 2, 4),
+        # f = 1 - e = 3 p/2 on the side of the source, and p' = 3 e - 4 f at the mass
+        ("push : MSf(f = 1 - push.e); j : J1; t : TF(ratio = 1/3); k : J1; body : I(2);"
+         "r : R(4); push -> j -> t -> k; k -> body, r;", "body.p", 0.5, 2*3/(4 + 9), 2/(4 + 9)),
+        # the dual: e = 3 - 2 f = q/4 and q' = f
+        ("push : MSe(e = 3 - 2*spring.f); n : J0; spring : C(4); push -> n -> spring;",
+         "spring.q", 0, 12, 8),
+        # behind a gyrator: e = 1 - 2 f at the source, 5 f at the mass, whose p/2 = e/5
+        ("push : MSe(e = 1 - 2*push.f); j : J1; g : GY(5); k : J1; body : I(2);"
+         "push -> j -> g -> k -> body;", "body.p", 0, 2/5, 4/25),
+    ],
+    ids=["a mass", "an arrow out", "behind a gear", "a spring", "behind a gyrator"],
+)  # fmt: skip
+def test_a_source_that_follows_its_own_reaction_is_a_resistance(
+    tmp_path, model, state, start, final, time
+):
+    element = state.partition(".")[0]
+    given = "p0" if state.endswith("p") else "q0"
+    model = model.replace(f"{element} : I(2", f"{element} : I(2, {given} = {start}")
+    result = simulate(tmp_path, model, f"{state}, energy.supplied, energy.dissipated")
+    expected = final + (start - final) * np.exp(-result["time"] / time)
+    agree(result, {state: expected})
+    assert abs(result["energy.supplied"]).max() > 1e-3  # of the source: it dissipates nothing
+    if " R(" not in model:
+        assert not result["energy.dissipated"].any()
+
+
+def test_sources_that_follow_need_no_other_load(tmp_path):
+    """A source with an inner resistance alone, and beside another source."""
+    model = """open : MSf(f = 0.5*(3 - a.e)); a : J0; open -> a;
+    short : MSe(e = 4*(2 - b.f)); b : J1; short -> b;
+    feed : MSf(f = 2*(3 - feed.e)); c : J1; other : Sf(f = 1.5); feed -> c; other -> c;"""
+    result = simulate(tmp_path, model, "a.e, open.f, b.f, short.e, feed.e, other.e")
+    agree(result, {"a.e": 3, "open.f": 0, "b.f": 2, "short.e": 0, "feed.e": 2.25, "other.e": -2.25})
+
+
+def test_a_source_that_does_not_fix_its_reaction_is_refused(tmp_path):
+    model = """push : MSf(f = 1 - 2*body.e + 2*body.e*(1 + 0*time));
+    j : J1; body : I(2); push -> j -> body;"""
     with pytest.raises(BgError) as caught:
         simulate(tmp_path, model, "body.f")
-    assert [d.code for d in caught.value.diagnostics] == ["BG521"]
+    assert [d.code for d in caught.value.diagnostics] == ["BG520"]
 
 
 def test_a_force_that_takes_all_inertia_away_is_refused(tmp_path):

@@ -205,7 +205,8 @@ def source_without_load(span: Span, name: str, what: str) -> Diagnostic:
     Why: the first is a short circuit, the second an open circuit: the other variable has no finite
     value.
     Example: `supply : Se(e = 5 V); loop : J1; supply -> loop;`
-    Way out: connect a load to the junction: an R, I or C.
+    Way out: connect a load to the junction: an R, I or C. A source whose value depends on that
+    variable (`MSf(f = g*(a - node.e))`) is its own load.
     """
     return error(
         "BG508",
@@ -254,9 +255,10 @@ def derivative_loop(span: Span, names: Sequence[str]) -> Diagnostic:
     What: the effort of a dependent inertia influences the momentum whose rate it is (or the flow of
     a dependent compliance its charge).
     Why: the rate of the momentum then depends on itself, so that no state gives the momentum.
-    Example: a source whose flow follows the inertia force of the mass that it drives rigidly.
-    Way out: take the signal from another element, or put a C between the source and the mass. An
-    effort that follows an inertia force is no such case: it adds to the inertia.
+    Example: a lever driven by an `Sf` whose ratio follows the inertia force of the mass behind it.
+    Way out: take the signal from another element, or put a C between. Two similar models have
+    equations and compile: an effort that follows an inertia force adds to the inertia, and a source
+    that follows its own reaction (`MSf(f = g*(a - body.e))`) is a resistance.
     """
     return error(
         "BG521",

@@ -190,8 +190,10 @@ class _Search:
                 row[column] = dag.add(row.get(column, dag.zero), dag.mul(weight, entry))
 
     def _is_resistance(self, source: Source, port: int) -> bool:
-        """Return whether a source of effort holds its own flow in its value."""
+        """Return whether the value of a source depends on its own bond's other variable."""
         causal, dag = self._causal, self._dag
+        if source.follows:
+            return True
         if causal.ports[port].role is not Role.EFFORT_SOURCE:
             return False
         if dag.level[source.value] < Level.STATE:

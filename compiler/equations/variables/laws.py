@@ -26,6 +26,7 @@ from bgc.ir.graph import (
     Node,
     Port,
     Resistor,
+    Source,
     Storage,
 )
 from bgc.ir.program import PositiveParameter
@@ -220,6 +221,13 @@ def resistor_law(dag: Dag, resistor: Resistor) -> tuple[Form, tuple[Node, ...]]:
             return law.form, apply(dag, matrix, variables)
         case ExplicitLaw(nodes=nodes):
             return law.form, tuple(in_own_sense(dag, nodes, ports))
+
+
+def following_law(dag: Dag, source: Source) -> tuple[Form, tuple[Node, ...]]:
+    """The law of a source that follows its own bond, in the element's own sense."""
+    form = Form.EFFORT if source.kind == "Se" else Form.FLOW
+    turned = form is Form.FLOW and source.port.sign < 0
+    return form, (dag.neg(source.value) if turned else source.value,)
 
 
 def gyristor_law(dag: Dag, gyristor: Gyristor) -> tuple[Node, ...]:

@@ -17,7 +17,7 @@ from bgc.algebra.dag import Kind, Level, Symbol
 from bgc.algebra.evaluate import evaluate_nodes
 from bgc.causality.certificates import Certificate, Certifier
 from bgc.equations.variables.balances import Balances, CausalIndex
-from bgc.equations.variables.laws import gyrator_law, gyristor_law, resistor_law
+from bgc.equations.variables.laws import following_law, gyrator_law, gyristor_law, resistor_law
 from bgc.equations.variables.names import Places
 from bgc.equations.variables.symbols import Symbols
 from bgc.ir.causal import BasisKind, CausalGraph, Role
@@ -114,6 +114,8 @@ class Variables:
         for index, members in self.index.ports_of_element.items():
             element = self.causal.graph.elements[index]
             match element:
+                case Source(follows=True):
+                    self._resist(members, *following_law(self.dag, element))
                 case Source():
                     (k,) = members
                     if self.causal.ports[k].role is Role.EFFORT_SOURCE:
